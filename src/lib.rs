@@ -48,7 +48,7 @@
 //! Conventions: metres, z up; linear Rec. 709 radiance; `wi` points to the light, `wo` to the viewer, `wh` is their
 //! half vector, and `wn` a micronormal. Vectors are in the macro tangent frame unless their name begins with `world_`.
 
-// The painter of the panel calls Vulkan and is the only module that allows unsafe code.
+// The panel painter calls Vulkan, and is the only module that allows unsafe code.
 #![deny(unsafe_code)]
 
 pub use glam;

@@ -13,14 +13,14 @@
 // A displaced surface under one pixel, in the tangent frame.
 struct LeadrSurface {
     vec2 mean_slope;
-    vec3 slope_covariance; // of the relief alone: (xx, yy, xy)
+    vec3 slope_covariance; // covariance (xx, yy, xy) of the relief's slopes, without the base
     float roughness;       // Beckmann alpha of the base material
-    vec3 albedo;           // of the light that enters the surface
+    vec3 albedo;           // albedo for the light that enters the surface
     vec3 f0;               // reflectance at normal incidence
 };
 
-// Radiance towards wo under one light from wi, per unit of its irradiance on a plane that faces it. Unit directions, tangent
-// frame.
+// Returns the radiance towards wo under one light from wi, per unit of irradiance on a plane that faces the light. wo and wi
+// are unit directions in the tangent frame.
 vec3 leadr_light(const LeadrSurface surface, const vec3 wo, const vec3 wi) {
     vec2 m = surface.mean_slope;
     vec3 relief = clamp_covariance(surface.slope_covariance);

@@ -3,7 +3,7 @@
 #ifndef LEADR_CONSTANTS
 #define LEADR_CONSTANTS
 
-// Flags of an object (`ObjectGpu::flags`)
+// Flags of an object (`ObjectRecordGpu::flags`)
 
 // The object has LEADR maps.
 const uint FLAG_DISPLACED = 1u;

@@ -19,7 +19,7 @@ struct FilteredSurface {
     MixedRoughness mixed; // the two roughnesses behind alpha, if MIXED_ROUGHNESS
     uint fit;            // number of the measured base material, or 0
     vec3 f0;             // reflectance at normal incidence
-    float diffuse_f0;    // of the diffuse base: metal beside it has no albedo
+    float diffuse_f0;    // of the diffuse base: the metallic share has no albedo
     vec3 edge_tint;      // F82 tint of a conductor's reflectance: fresnel_edge_tint
     vec3 emission;       // radiance, to be scaled
     ReliefColor relief_color; // dependence of albedo on the relief

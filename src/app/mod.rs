@@ -46,7 +46,7 @@ fn dispatch(cli: Cli, matches: &ArgMatches, output: &Output) -> Result<(), AppEr
     }
 }
 
-/// The flags of `A` that the user gave to the subcommand.
+/// Returns the flags of `A` that the user set for the subcommand.
 fn given<A: Args>(matches: &ArgMatches) -> CommandLine {
     matches.subcommand().map(|(_, matches)| flags::given::<A>(matches)).unwrap_or_default()
 }

@@ -1,6 +1,5 @@
 //! Small curved glossy parts do not sparkle. The sun's highlight on a sphere, a ring and a tooth of a few pixels, moved by fractions of a
-//! pixel,
-//! with and without the macrosurface's curvature in the slope covariance (IGSA; LEADR 4.2).
+//! pixel, with and without the macrosurface's curvature in the slope covariance (IGSA; LEADR 4.2).
 //!
 //! The 64-sample reference uses a box filter of one pixel, the kernel a Gaussian of standard deviation half a pixel. On surfaces this
 //! glossy the Gaussian is wider: highlights are softer than the reference's and 9 to 19 % brighter in total. With the variance of the box,

@@ -31,8 +31,7 @@ fn state(stage: &Stage, direction: Vec3, distance: f32) -> FrameState {
 }
 
 /// Pixels that show the inside through a crack. On a silhouette the last front face and the first back face meet edge-on and have equal
-/// depths.
-/// Such a pixel is hardly further away than its neighbours; a crack shows the far wall.
+/// depths. Such a pixel is hardly further away than its neighbours; a crack shows the far wall.
 fn inside_pixels(output: &FrameOutput, depth: &[[f32; 4]], outline: f32) -> usize {
     let (width, height) = (output.size.0 as usize, output.size.1 as usize);
     let inside = |i: usize| output.color[i][..3] == [1.0, 0.0, 1.0];

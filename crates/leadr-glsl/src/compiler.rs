@@ -2,15 +2,15 @@
 
 use std::path::{Component, Path, PathBuf};
 
-// Links the archives that it documents.
+// The import links the archives that the crate documents.
 use leadr_shaderc_debian as _;
 
 use crate::{Stage, reflect};
 
-/// Adds the entry points below `folder`; a folder that does not exist adds none.
+/// Adds the entry points below `folder`. A folder that does not exist adds none.
 ///
 /// # Errors
-/// If a folder cannot be read.
+/// Fails if a folder cannot be read.
 pub fn collect(folder: &Path, files: &mut Vec<PathBuf>) -> Result<(), String> {
     if !folder.is_dir() {
         return Ok(());
@@ -38,8 +38,8 @@ fn kind(stage: Stage) -> shaderc::ShaderKind {
 
 /// Compiles GLSL below a root to SPIR-V.
 ///
-/// It does not run the optimiser, which inlines every function: modules become three times as large, and it takes ten times as
-/// long as the translation. Drivers inline in any case.
+/// The optimiser is off, because it inlines every function: modules become three times as large, and it takes ten times as long
+/// as the translation. Drivers inline in any case.
 pub struct Compiler {
     root: PathBuf,
     compiler: shaderc::Compiler,
@@ -47,19 +47,19 @@ pub struct Compiler {
 }
 
 impl Compiler {
-    /// A compiler for the files below `root`.
+    /// Creates a compiler for the files below `root`.
     ///
     /// # Errors
-    /// If shaderc cannot be started.
+    /// Fails if shaderc cannot be started.
     pub fn new(root: &Path) -> Result<Self, String> {
         let failed = |e: shaderc::Error| format!("shaderc: {e}");
         let mut options = shaderc::CompileOptions::new().map_err(failed)?;
         options.set_target_env(shaderc::TargetEnv::Vulkan, shaderc::EnvVersion::Vulkan1_3 as u32);
         options.set_target_spirv(shaderc::SpirvVersion::V1_6);
         options.set_optimization_level(shaderc::OptimizationLevel::Zero);
-        // Keeps the names, which bind and check all shared declarations.
+        // Debug information keeps the names, which bind and check all shared declarations.
         options.set_generate_debug_info();
-        // Sources name their resources; pipelines number them.
+        // Sources name their resources, and pipelines number them.
         options.set_auto_bind_uniforms(true);
         options.set_warnings_as_errors();
         let folder = root.to_owned();
@@ -69,10 +69,10 @@ impl Compiler {
         Ok(Self { root: root.to_owned(), compiler: shaderc::Compiler::new().map_err(failed)?, options })
     }
 
-    /// The SPIR-V of the entry point `name`, a path below the root.
+    /// Returns the SPIR-V of the entry point `name`, a path below the root.
     ///
     /// # Errors
-    /// The compiler's message, with file and line, or an error of [`interface`](reflect::interface).
+    /// Returns the compiler's message, with file and line, or an error of [`interface`](reflect::interface).
     pub fn compile(&self, name: &str) -> Result<Vec<u32>, String> {
         let file = self.root.join(name);
         let shown =
@@ -90,7 +90,8 @@ impl Compiler {
     }
 }
 
-/// `#include "x"` is resolved relative to the including file, then to the root; `#include <x>` only to the root.
+/// Resolves an include. `#include "x"` is relative to the including file, then to the root, and `#include <x>` only to the
+/// root.
 fn resolve_include(
     root: &Path,
     requested: &str,
@@ -114,7 +115,7 @@ fn resolve_include(
     Err(format!("{requested:?} exists neither beside {includer:?} nor below {}", root.display()))
 }
 
-/// The path without `.` and `..`, so that messages name each file in one way.
+/// Returns the path without `.` and `..`, so that messages name each file in one way.
 pub fn normal(path: &Path) -> PathBuf {
     let mut result = PathBuf::new();
     for part in path.components() {
@@ -129,7 +130,7 @@ pub fn normal(path: &Path) -> PathBuf {
     result
 }
 
-/// The path with forward slashes, as shaders are named.
+/// Returns the path with forward slashes, as in shader names.
 pub fn slashes(path: &Path) -> String {
     path.to_string_lossy().replace('\\', "/")
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-/// Precision in Rust.
+/// Floating-point precision in Rust.
 #[derive(Clone, Copy)]
 pub enum Floats {
     /// `f32`
@@ -11,10 +11,10 @@ pub enum Floats {
     F64,
 }
 
-/// Rust source for the lines `const int PREFIX… = VALUE;` of a GLSL file, without the prefix.
+/// Generates Rust source for the lines `const int PREFIX… = VALUE;` of a GLSL file, without the prefix.
 ///
 /// # Errors
-/// If there is none, or two have the same value.
+/// Fails if there is no such line, or if two have the same value.
 pub fn enum_from_glsl(glsl: &str, prefix: &str) -> Result<String, String> {
     let start = format!("const int {prefix}");
     let mut rust = String::new();
@@ -32,11 +32,11 @@ pub fn enum_from_glsl(glsl: &str, prefix: &str) -> Result<String, String> {
     if values.is_empty() { Err(format!("no constant {prefix}…")) } else { Ok(rust) }
 }
 
-/// Rust source for a GLSL file that contains only comments, preprocessor lines and `const TYPE NAME = VALUE;`. The comments
-/// above a constant become its documentation.
+/// Generates Rust source for a GLSL file that contains only comments, preprocessor lines and `const TYPE NAME = VALUE;`. The
+/// comments above a constant become its documentation.
 ///
 /// # Errors
-/// The number and text of the first other line.
+/// Returns the number and text of the first line of any other form.
 pub fn rust_from_glsl(glsl: &str, floats: Floats) -> Result<String, String> {
     let mut rust = String::new();
     let mut comments = Vec::new();
@@ -58,7 +58,6 @@ pub fn rust_from_glsl(glsl: &str, floats: Floats) -> Result<String, String> {
     Ok(rust)
 }
 
-/// The Rust constant for a line of GLSL.
 fn declaration(line: &str, floats: Floats) -> Option<String> {
     let (declared, value) = line.strip_prefix("const ")?.strip_suffix(';')?.split_once('=')?;
     let (kind, name) = declared.trim().split_once(' ')?;
@@ -75,7 +74,7 @@ fn declaration(line: &str, floats: Floats) -> Option<String> {
     Some(format!("pub const {}: {kind} = {value};", name.trim()))
 }
 
-/// The expression without GLSL's `u` suffixes. Spaces separate its words.
+/// Returns the expression without GLSL's `u` suffixes. Spaces separate its words.
 fn without_suffixes(value: &str) -> String {
     let plain = |word: &str| match word.starts_with(|c: char| c.is_ascii_digit()) {
         true => word.trim_end_matches('u').to_owned(),

@@ -13,7 +13,7 @@ use crate::compiler::{Compiler, collect, slashes};
 /// library, `leadr`, for changes.
 ///
 /// # Errors
-/// Files that cannot be read or written, and the compiler's messages, with file and line.
+/// Fails if a file cannot be read or written, or does not compile. The error is the compiler's message, with file and line.
 pub fn embed(root: &Path, folders: &[&str]) -> Result<(), String> {
     for watched in folders.iter().chain(&["leadr"]) {
         println!("cargo:rerun-if-changed={}", root.join(watched).display());
@@ -55,7 +55,6 @@ pub fn embed(root: &Path, folders: &[&str]) -> Result<(), String> {
     std::fs::write(out.join("shaders.rs"), table).map_err(|e| format!("shaders.rs: {e}"))
 }
 
-/// Compiles the entry points in parallel.
 fn compile_all(root: &Path, names: &[String]) -> Result<Vec<Result<Vec<u32>, String>>, String> {
     let results = Mutex::new(names.iter().map(|_| None).collect::<Vec<_>>());
     let next = AtomicUsize::new(0);

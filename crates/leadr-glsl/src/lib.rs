@@ -1,7 +1,7 @@
 //! GLSL entry points embedded in programs: SPIR-V with the names of all declarations.
 //!
 //! A build script calls [`embed`] and the crate includes the generated file: a table of [`Shader`]s. Pipelines find resources,
-//! constants and structs of a shader in its [`Interface`](reflect::Interface) by name. A program that compiles changed sources
+//! constants and structs of a shader by name in its [`Interface`](reflect::Interface). A program that compiles changed sources
 //! at run time uses [`compiler::Compiler`] and [`Shader::leaked`].
 
 #[cfg(feature = "compile")]

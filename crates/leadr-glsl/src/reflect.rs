@@ -1,6 +1,6 @@
-//! Reads a shader's interface from SPIR-V: resources, constants and structs by name, work group size.
+//! Reads a shader's interface from SPIR-V: resources, constants and structs by name, and the work group size.
 //!
-//! Numbers of opcodes, decorations and storage classes are those of the SPIR-V 1.6 specification.
+//! Opcodes, decorations and storage classes are numbered as in the SPIR-V 1.6 specification.
 
 use std::collections::{HashMap, HashSet};
 
@@ -9,7 +9,7 @@ use crate::spirv::{HEADER, all_instructions};
 /// Declarations of one entry point.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub struct Interface {
-    /// Work group size of a compute entry point, specialization constants at their defaults; otherwise 1.
+    /// Work group size of a compute entry point, with specialization constants at their defaults. Other entry points have size 1.
     pub local_size: [u32; 3],
     /// Descriptors, by name.
     pub resources: Vec<Resource>,
@@ -17,7 +17,7 @@ pub struct Interface {
     pub constants: Vec<Constant>,
     /// The push constant block.
     pub push: Option<Push>,
-    /// Every struct in buffers and push constants.
+    /// Structs in buffers and push constants.
     pub structs: Vec<Struct>,
 }
 
@@ -26,11 +26,11 @@ pub struct Interface {
 pub struct Resource {
     /// Name of the variable, or of the block if it has no instance name.
     pub name: String,
-    /// Its kind.
+    /// Kind of the resource.
     pub kind: ResourceKind,
-    /// Its descriptor set, 0 to 2.
+    /// Descriptor set, 0 to 2.
     pub set: u32,
-    /// Index of the module's word with the binding number; `None` if the resource is unused.
+    /// Index of the module's word with the binding number. `None` if the resource is unused.
     pub binding_word: Option<usize>,
 }
 
@@ -48,10 +48,10 @@ pub enum ResourceKind {
 }
 
 impl ResourceKind {
-    /// Every kind.
+    /// All kinds.
     pub const ALL: [Self; 4] = [Self::Uniform, Self::Storage, Self::Sampled, Self::StorageImage];
 
-    /// Name of the kind in messages.
+    /// Returns the name of the kind in messages.
     pub fn words(self) -> &'static str {
         match self {
             Self::Uniform => "a uniform buffer",
@@ -65,11 +65,11 @@ impl ResourceKind {
 /// A specialization constant.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Constant {
-    /// Name.
+    /// Name of the constant.
     pub name: String,
-    /// `constant_id`.
+    /// Number of the constant, `constant_id`.
     pub id: u32,
-    /// Its type.
+    /// Type of the constant.
     pub kind: ConstantKind,
 }
 
@@ -91,9 +91,9 @@ pub enum ConstantKind {
 pub struct Push {
     /// Name of the block.
     pub block: String,
-    /// Bytes up to the end of its last member.
+    /// Bytes up to the end of the last member.
     pub bytes: u32,
-    /// Whether the shader uses it.
+    /// Whether the shader uses the block.
     pub used: bool,
 }
 
@@ -104,31 +104,32 @@ pub struct Struct {
     pub name: String,
     /// All members except a trailing unsized array.
     pub members: Vec<Member>,
-    /// Bytes to the next struct of an array, or to the unsized array that follows.
+    /// Stride in bytes in an array of this struct, or offset of the unsized array that follows it.
     pub pitch: Option<u32>,
 }
 
-/// A member of a struct; lengths in bytes.
+/// A member of a struct. Lengths are in bytes.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Member {
-    /// Name.
+    /// Name of the member.
     pub name: String,
-    /// From the start of the struct.
+    /// Offset from the start of the struct.
     pub offset: u32,
-    /// Includes the padding between elements of arrays.
+    /// Size, including the padding between array elements.
     pub size: u32,
 }
 
-/// The declarations of the module's entry point.
+/// Reads the declarations of the module's entry point.
 ///
 /// # Errors
-/// Unsupported declarations: two specialization constants with one number, arrays of descriptors, separate samplers and texel
-/// buffers, descriptor sets beyond 2, arrays that need padding between plain numbers, a used resource without a binding.
+/// Fails on unsupported declarations: two specialization constants with one number, arrays of descriptors, separate samplers
+/// and texel buffers, descriptor sets beyond 2, arrays that need padding between plain numbers, a used resource without a
+/// binding.
 pub fn interface(words: &[u32]) -> Result<Interface, String> {
     Module::parse(words)?.interface()
 }
 
-/// The module without its source text, its line information, and the names of functions and their contents. Function names
+/// Returns the module without source text, line information, and the names of functions and their contents. Function names
 /// contain the types of all parameters.
 pub fn stripped(words: &[u32]) -> Vec<u32> {
     // OpSourceContinued, OpSource, OpSourceExtension, OpString, OpLine, OpNoLine, OpModuleProcessed
@@ -166,17 +167,16 @@ enum Type {
 struct Module {
     names: HashMap<u32, String>,
     member_names: HashMap<(u32, u32), String>,
-    /// Operand of each decoration, and the index of its word.
+    /// Operand of each decoration, and the word index of the operand.
     decorations: HashMap<(u32, u32), (u32, usize)>,
     member_decorations: HashMap<(u32, u32, u32), u32>,
     types: HashMap<u32, Type>,
-    /// Type and value.
+    /// Type and value of each constant.
     constants: HashMap<u32, (u32, u32)>,
-    /// Identifier, pointer type, storage class.
+    /// Identifier, pointer type and storage class of each variable.
     variables: Vec<(u32, u32, u32)>,
-    /// The entry point's function.
     entry: u32,
-    /// The current function, and the variables and functions used by each function.
+    /// The current function. `named` holds the variables and functions that each function uses.
     function: u32,
     named: HashMap<u32, Vec<u32>>,
     local_size: Option<[u32; 3]>,
@@ -191,7 +191,7 @@ const BINDING: u32 = 33;
 const DESCRIPTOR_SET: u32 = 34;
 const OFFSET: u32 = 35;
 
-/// The last set, which belongs to an object.
+/// The last descriptor set, which belongs to an object.
 const MOST_SETS: u32 = 2;
 
 const UNIFORM_CONSTANT: u32 = 0;
@@ -270,7 +270,7 @@ impl Module {
         self.named.entry(self.function).or_default().extend(ids);
     }
 
-    /// The functions that may be called, and the variables that they use.
+    /// Returns the functions that may be called, and the variables that they use.
     fn reached(&self) -> HashSet<u32> {
         let (mut reached, mut next) = (HashSet::from([self.entry]), vec![self.entry]);
         while let Some(named) = next.pop().map(|function| self.named.get(&function)) {
@@ -397,7 +397,6 @@ impl Module {
         self.layout(id, None, structs)
     }
 
-    /// Adds the struct `id` and its nested structs.
     fn layout(&self, id: u32, mut pitch: Option<u32>, structs: &mut Vec<Struct>) -> Result<(), String> {
         let name = self.name(id).ok_or("a struct has no name")?;
         let Some(Type::Struct(types)) = self.types.get(&id) else { return Err(format!("{name} is not a struct")) };
@@ -436,7 +435,7 @@ impl Module {
         }
     }
 
-    /// Bytes of a type with explicit layout; `None` for a type without a fixed size.
+    /// Returns the bytes of a type with explicit layout; `None` for a type without a fixed size.
     fn bytes(&self, id: u32) -> Option<u32> {
         Some(match self.types.get(&id)? {
             Type::Number { bytes, .. } => *bytes,
@@ -452,7 +451,7 @@ impl Module {
     }
 }
 
-/// A zero-terminated string in words, lowest byte first.
+/// Decodes a zero-terminated string in words, lowest byte first.
 fn string(words: &[u32]) -> String {
     let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).take_while(|byte| *byte != 0).collect();
     String::from_utf8_lossy(&bytes).into_owned()

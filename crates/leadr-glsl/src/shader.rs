@@ -21,7 +21,7 @@ pub enum Stage {
 }
 
 impl Stage {
-    /// The stage for a file's extension.
+    /// Returns the stage for a file's extension.
     pub fn of(path: &Path) -> Option<Self> {
         Some(match path.extension()?.to_str()? {
             "vert" => Self::Vertex,
@@ -37,40 +37,40 @@ impl Stage {
 /// A compiled entry point.
 #[derive(Debug)]
 pub struct Shader {
-    /// Its path inside `shaders-glsl/`.
+    /// Path of the entry point inside `shaders-glsl/`.
     pub name: &'static str,
-    /// Its stage.
+    /// Stage of the entry point.
     pub stage: Stage,
-    /// SPIR-V.
+    /// SPIR-V of the entry point.
     pub code: &'static [u8],
     interface: OnceLock<Interface>,
 }
 
 impl Shader {
-    /// An entry point from the output of this crate's compiler, which has checked its declarations.
+    /// Creates an entry point from the output of this crate's compiler, which has checked its declarations.
     pub const fn new(name: &'static str, stage: Stage, code: &'static [u8]) -> Self {
         Self { name, stage, code, interface: OnceLock::new() }
     }
 
-    /// An entry point that is never freed: pipelines refer to it, and a session compiles few.
+    /// Creates an entry point that is never freed, since pipelines refer to it and a session compiles few of them.
     ///
     /// # Panics
-    /// If the name does not have the extension of a stage; such a file does not compile.
+    /// Panics if the name does not have the extension of a stage. Such a file does not compile.
     pub fn leaked(name: &str, code: &[u32]) -> &'static Self {
         let stage = Stage::of(name.as_ref()).expect("compiled by its stage");
         let code: Vec<u8> = code.iter().flat_map(|word| word.to_ne_bytes()).collect();
         Box::leak(Box::new(Self::new(name.to_owned().leak(), stage, code.leak())))
     }
 
-    /// Its SPIR-V in words.
+    /// Returns the SPIR-V in words.
     pub fn words(&self) -> Vec<u32> {
         self.code.as_chunks().0.iter().map(|bytes| u32::from_ne_bytes(*bytes)).collect()
     }
 
-    /// The declarations in its SPIR-V, read at the first call.
+    /// Returns the declarations in the SPIR-V, read at the first call.
     ///
     /// # Panics
-    /// If the SPIR-V does not come from the compiler, which rejects unreadable modules.
+    /// Panics if the SPIR-V does not come from the compiler, which rejects unreadable modules.
     pub fn interface(&self) -> &Interface {
         self.interface.get_or_init(|| interface(&self.words()).expect("the compiler has read it"))
     }

@@ -1,20 +1,20 @@
-//! The instructions of a SPIR-V module. Numbers are those of the SPIR-V 1.6 specification.
+//! The instructions of a SPIR-V module, numbered as in the SPIR-V 1.6 specification.
 
-/// Words before the first instruction.
+/// Number of words before the first instruction.
 pub const HEADER: usize = 5;
 
 /// An instruction of a module.
 #[derive(Clone, Copy)]
 pub struct Instruction<'a> {
-    /// Its opcode.
+    /// Opcode of the instruction.
     pub operation: u32,
     /// Index of its first word in the module.
     pub at: usize,
-    /// All of its words, including the first; fewer than the instruction's length if the module is truncated.
+    /// Words of the instruction, including the first. A truncated module has fewer words than the instruction's length.
     pub words: &'a [u32],
 }
 
-/// The instructions of a module, starting at a word.
+/// Returns the instructions of a module, starting at a word.
 pub fn instructions(module: &[u32], from: usize) -> impl Iterator<Item = Instruction<'_>> {
     let mut at = from;
     std::iter::from_fn(move || {
@@ -26,7 +26,7 @@ pub fn instructions(module: &[u32], from: usize) -> impl Iterator<Item = Instruc
     })
 }
 
-/// All instructions of a module.
+/// Returns all instructions of a module.
 pub fn all_instructions(module: &[u32]) -> impl Iterator<Item = Instruction<'_>> {
     instructions(module, HEADER)
 }

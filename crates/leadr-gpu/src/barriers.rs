@@ -24,8 +24,8 @@ impl Commands {
         self.set_use(image, to);
     }
 
-    /// Changes the use of some mips and layers. The image's recorded use stays the same, so the caller must restore all parts
-    /// to it.
+    /// Changes the use of some mips and layers. The image's recorded use stays the same, so the caller must restore it for all mips
+    /// and layers.
     pub fn mip_barrier(&mut self, image: &Image, mips: Range<u32>, layers: Range<u32>, from: Use, to: Use) {
         self.keep(&image.inner);
         let barrier = vk::ImageMemoryBarrier2::default()
@@ -42,7 +42,7 @@ impl Commands {
         self.barrier(&vk::DependencyInfo::default().image_memory_barriers(&[barrier]));
     }
 
-    /// Orders everything earlier before everything later, including the CPU's reads after the submission.
+    /// Orders all earlier accesses before all later accesses, including reads by the CPU after the submission.
     pub fn full_barrier(&mut self) {
         let all = vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE;
         let barrier = vk::MemoryBarrier2::default()
@@ -53,7 +53,7 @@ impl Commands {
         self.barrier(&vk::DependencyInfo::default().memory_barriers(&[barrier]));
     }
 
-    /// Orders all earlier accesses of one use before all later ones of another, for buffers of any kind.
+    /// Orders all earlier accesses of use `from` before all later accesses of use `to`, for buffers of any kind.
     pub fn memory_barrier(&mut self, from: Use, to: Use) {
         let barrier = vk::MemoryBarrier2::default()
             .src_stage_mask(from.stages())
@@ -69,7 +69,7 @@ impl Commands {
     }
 }
 
-/// Some mips and layers of an image.
+/// Returns the range of these mips and layers of an image.
 fn subresources(image: &Image, mips: Range<u32>, layers: Range<u32>) -> vk::ImageSubresourceRange {
     vk::ImageSubresourceRange::default()
         .aspect_mask(image.aspect())

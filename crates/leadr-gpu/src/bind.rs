@@ -1,4 +1,4 @@
-//! Binding: pipelines, their resources by name, and their push constants.
+//! Binds pipelines, their resources by name, and their push constants.
 
 use std::any::Any;
 use std::sync::Arc;
@@ -9,16 +9,16 @@ use super::pipeline_layout::PipelineCore;
 use super::shaders::{ResourceKind, descriptor_type};
 use super::{Buffer, Commands, GpuError, ImageView, Pipeline, Result, Sampler, SharedStruct, Use};
 
-/// The object bound to a shader's resource.
+/// The object to bind to a resource of a shader.
 #[derive(Clone, Copy)]
 pub enum Descriptor<'a> {
     /// A whole uniform buffer.
     Uniform(&'a Buffer),
     /// A whole storage buffer.
     Storage(&'a Buffer),
-    /// A texture, in [`Use::Sampled`].
+    /// A texture in [`Use::Sampled`], with its sampler.
     Sampled(&'a ImageView, &'a Sampler),
-    /// A storage image, in one of the compute uses.
+    /// A storage image in one of the compute uses.
     StorageImage(&'a ImageView),
 }
 
@@ -32,7 +32,7 @@ impl Descriptor<'_> {
         }
     }
 
-    /// The descriptor in Vulkan's form; passes the objects behind it to `keep`.
+    /// Returns the descriptor in Vulkan's form, and passes the objects that it refers to to `keep`.
     pub(crate) fn info(&self, keep: &mut dyn FnMut(Arc<dyn Any + Send + Sync>)) -> Info {
         match self {
             Self::Uniform(buffer) | Self::Storage(buffer) => {
@@ -64,8 +64,8 @@ pub(crate) fn write(number: u32, kind: ResourceKind, info: &Info) -> vk::WriteDe
 }
 
 impl Commands {
-    /// Binds a pipeline and all resources of its set 0, by their names in its shaders. The name of a block is its instance name or,
-    /// without one, its own. Names that the shaders declare but do not use have no effect. Bind longer-lived sets
+    /// Binds a pipeline and all resources of its set 0, by their names in its shaders. A block is named by its instance name or,
+    /// without one, by its block name. Names that the shaders declare but do not use have no effect. Bind longer-lived sets
     /// afterwards, with [`bind_set`](Self::bind_set).
     ///
     /// The submission fails if a name is missing, undeclared in all stages, or given twice.
@@ -100,7 +100,7 @@ impl Commands {
         Ok(())
     }
 
-    /// Sets the push constants of the bound pipeline; the type must be the one given to the pipeline.
+    /// Sets the push constants of the bound pipeline. Their type must match the struct passed at the pipeline's creation.
     pub fn push_constants<T: SharedStruct>(&mut self, value: &T) {
         let Some(core) = self.pipeline.clone() else {
             return self.fail(GpuError::usage("push constants", "no pipeline is bound"));
@@ -124,10 +124,12 @@ pub(crate) enum Info {
     Image(vk::DescriptorImageInfo),
 }
 
-/// The descriptors in the order of the slots. `ignored`: further permitted names; `stranger`: the error for any other name.
+/// Returns the descriptors in the order of the slots. `ignored` holds further permitted names. `stranger` makes the error for any
+/// other name.
 ///
 /// # Errors
-/// [`GpuError::Usage`] of `owner` for a slot that is missing, given twice or of another kind, and for an unknown name.
+/// Returns [`GpuError::Usage`] with the name `owner` for a resource that is missing, given twice or of another kind, and for an
+/// unknown name.
 pub(crate) fn in_order<'d>(
     owner: &str,
     slots: impl ExactSizeIterator<Item = (&'static str, ResourceKind)> + Clone,

@@ -1,4 +1,4 @@
-//! Buffers: device-local, or mapped for upload or readback.
+//! Buffers that are device-local, or mapped for upload or readback.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -13,14 +13,14 @@ use super::{DriverCall, Gpu, GpuError, Result};
 /// Largest number of bytes staged at once, so that large transfers fit a small heap.
 pub(crate) const STAGING_BYTES: u64 = 32 << 20;
 
-/// Where a buffer's memory lives.
+/// The kind of memory of a buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Memory {
-    /// Fast for the GPU and not mapped: reads and writes use staging and wait.
+    /// Memory that is fast for the GPU and not mapped. Reads and writes by the CPU use staging and wait.
     Device,
-    /// Mapped, written by the CPU every frame.
+    /// Mapped memory that the CPU writes, for example every frame.
     Upload,
-    /// Mapped, read by the CPU.
+    /// Mapped memory that the CPU reads.
     Readback,
 }
 
@@ -33,7 +33,7 @@ pub struct Buffer {
 pub(crate) struct BufferInner {
     gpu: Arc<Gpu>,
     pub(crate) raw: vk::Buffer,
-    // `None` only while dropping. The lock keeps two CPU writers from overlapping.
+    // `None` only while the buffer is dropped. The lock serialises access by the CPU.
     allocation: Mutex<Option<Allocation>>,
     name: String,
     size: u64,
@@ -52,7 +52,7 @@ impl Drop for BufferInner {
 }
 
 impl Buffer {
-    /// A buffer of `size` bytes (at least 4 are allocated) with undefined content.
+    /// Creates a buffer of `size` bytes with undefined content. At least 4 bytes are allocated.
     pub fn new(gpu: &Arc<Gpu>, name: &str, size: u64, memory: Memory) -> Result<Self> {
         let size = size.max(4);
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER
@@ -81,33 +81,33 @@ impl Buffer {
         Ok(Self { inner: Arc::new(inner) })
     }
 
-    /// A device-local buffer that holds a copy of `data`; waits for the upload.
+    /// Creates a device-local buffer with a copy of `data`, and waits for the upload.
     pub fn from_slice<T: NoUninit>(gpu: &Arc<Gpu>, name: &str, data: &[T]) -> Result<Self> {
         let buffer = Self::new(gpu, name, size_of_val(data) as u64, Memory::Device)?;
         buffer.write(0, data)?;
         Ok(buffer)
     }
 
-    /// Size in bytes.
+    /// Returns the size in bytes.
     pub fn size(&self) -> u64 {
         self.inner.size
     }
 
-    /// The debug name.
+    /// Returns the debug name.
     pub fn name(&self) -> &str {
         &self.inner.name
     }
 
-    /// The raw handle.
+    /// Returns the raw handle.
     pub fn raw(&self) -> vk::Buffer {
         self.inner.raw
     }
 
-    /// Writes `data` starting at byte `offset`. Mapped buffers are written at once, and the caller makes sure that the GPU
-    /// is not reading them; device-local ones are written through staging, and the call waits until that is done.
+    /// Writes `data` starting at byte `offset`. Mapped buffers are written at once; the caller must make sure that the GPU is not
+    /// reading them. Device-local buffers are written through staging, and the call waits for the copy.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] when the data exceeds the buffer, or a failed submission.
+    /// Returns [`GpuError::Usage`] if the data exceeds the buffer.
     pub fn write<T: NoUninit>(&self, offset: u64, data: &[T]) -> Result<()> {
         let bytes: &[u8] = bytemuck::cast_slice(data);
         self.check(offset, bytes.len() as u64)?;
@@ -129,11 +129,11 @@ impl Buffer {
         Ok(())
     }
 
-    /// Reads `count` values starting at byte `offset`. Device-local buffers are read through staging, and the call waits
-    /// until that is done.
+    /// Reads `count` values starting at byte `offset`. Device-local buffers are read through staging, and the call waits for the
+    /// copy.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] when the range exceeds the buffer, or a failed submission.
+    /// Returns [`GpuError::Usage`] if the range exceeds the buffer.
     pub fn read<T: AnyBitPattern + NoUninit>(&self, offset: u64, count: usize) -> Result<Vec<T>> {
         let length = (count as u64).saturating_mul(size_of::<T>() as u64);
         self.check(offset, length)?;
@@ -158,7 +158,7 @@ impl Buffer {
         Ok(values)
     }
 
-    /// Reads the whole buffer as values of `T` (a remainder smaller than one value is ignored).
+    /// Reads the whole buffer as values of `T`. A remainder smaller than one value is ignored.
     pub fn read_all<T: AnyBitPattern + NoUninit>(&self) -> Result<Vec<T>> {
         self.read(0, self.inner.size as usize / size_of::<T>().max(1))
     }
@@ -182,10 +182,10 @@ impl Buffer {
     }
 }
 
-/// Size from which the free memory is checked first, because drivers report a shortage late or never.
+/// Allocation size from which the free memory is checked first, because drivers report a shortage late or never.
 const LARGE: u64 = 64 << 20;
 
-/// Memory for a resource, or an error that names the resource.
+/// Allocates memory for a resource. The error names the resource.
 pub(crate) fn allocate(
     gpu: &Gpu,
     name: &str,

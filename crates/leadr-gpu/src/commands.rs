@@ -14,22 +14,22 @@ use ash::vk;
 /// The content of a colour attachment at the start of rendering.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Load {
-    /// This colour.
+    /// Clears the attachment to this colour.
     Clear([f32; 4]),
-    /// These integers, for integer formats.
+    /// Clears the attachment to these integers, for integer formats.
     ClearUint([u32; 4]),
-    /// Its previous content.
+    /// Keeps the previous content.
     Keep,
-    /// Undefined, if every pixel is drawn.
+    /// Leaves the content undefined, for passes that draw every pixel.
     Discard,
 }
 
-/// A colour attachment: a view of one mip of one layer, in [`Use::ColorTarget`].
+/// A colour attachment, with a view of one mip of one layer in [`Use::ColorTarget`].
 #[derive(Clone, Copy)]
 pub struct ColorTarget<'a> {
     /// The attachment.
     pub view: &'a ImageView,
-    /// The content at the start.
+    /// The content at the start of rendering.
     pub load: Load,
 }
 
@@ -38,7 +38,7 @@ pub struct ColorTarget<'a> {
 pub struct DepthTarget<'a> {
     /// The attachment.
     pub view: &'a ImageView,
-    /// The depth everywhere at the start (0 is farthest when reversed); `None` keeps the previous content.
+    /// Depth to clear to (0 is farthest for reversed depth); `None` keeps the previous content.
     pub clear: Option<f32>,
 }
 
@@ -48,7 +48,7 @@ pub struct Commands {
     gpu: Arc<Gpu>,
     raw: vk::CommandBuffer,
     pub(super) pipeline: Option<Arc<PipelineCore>>,
-    /// A bit for each set bound to the pipeline.
+    /// Bit mask of the sets bound to the pipeline.
     pub(super) bound: u32,
     pub(super) keep: Vec<Arc<dyn Any + Send + Sync>>,
     effects: Effects,
@@ -56,12 +56,12 @@ pub struct Commands {
     error: Option<GpuError>,
 }
 
-/// Changes of the objects' state that take effect only at submission.
+/// Changes to the state of objects that take effect only at submission.
 #[derive(Default)]
 pub(crate) struct Effects {
-    /// The use each image is in after the commands.
+    /// The use of each image after the commands.
     uses: Vec<(Arc<ImageInner>, Use)>,
-    /// The names of the marks.
+    /// The names of the recorded marks of each [`Timestamps`].
     marks: Vec<(Arc<TimestampsInner>, Vec<String>)>,
 }
 
@@ -97,12 +97,12 @@ impl Commands {
         }
     }
 
-    /// The recorded objects and changes, or the first misuse.
+    /// Returns the recorded objects and changes, or the first misuse as an error.
     pub(crate) fn finish(self) -> Result<Recorded> {
         self.error.map_or(Ok(Recorded { keep: self.keep, effects: self.effects }), Err)
     }
 
-    /// The use of the whole image after the commands recorded so far.
+    /// Returns the use of the whole image after the commands recorded so far.
     pub(crate) fn use_of(&self, image: &Image) -> Use {
         let recorded = self.effects.uses.iter().find(|(known, _)| Arc::ptr_eq(known, &image.inner));
         recorded.map_or_else(|| image.last_use(), |(_, last)| *last)
@@ -115,17 +115,17 @@ impl Commands {
         }
     }
 
-    /// The raw command buffer.
+    /// Returns the raw command buffer.
     pub fn raw(&self) -> vk::CommandBuffer {
         self.raw
     }
 
-    /// The device.
+    /// Returns the device.
     pub fn gpu(&self) -> &Arc<Gpu> {
         &self.gpu
     }
 
-    /// Makes the submission fail with this error, unless an earlier error exists.
+    /// Makes the submission fail with this error, unless an earlier error was recorded.
     pub fn fail(&mut self, error: GpuError) {
         self.error.get_or_insert(error);
     }
@@ -135,7 +135,7 @@ impl Commands {
         self.keep.push(object.clone());
     }
 
-    /// Records a region with a name in captures and validation messages.
+    /// Records a region that has this name in captures and validation messages.
     pub fn label<R>(&mut self, name: &str, record: impl FnOnce(&mut Self) -> R) -> R {
         let text = CString::new(name).unwrap_or_default();
         if let Some(debug) = &self.gpu.debug {
@@ -177,7 +177,7 @@ impl Commands {
         self.dispatch([0, 1, 2].map(|axis| invocations[axis].div_ceil(local[axis].max(1))));
     }
 
-    /// Begins drawing into attachments of one size; viewport and scissor cover all of it. Clip space y points down.
+    /// Begins drawing into attachments of equal size. The viewport and the scissor cover the whole size. Clip space y points down.
     pub fn begin_rendering(&mut self, colors: &[ColorTarget<'_>], depth: Option<DepthTarget<'_>>) {
         let views = colors.iter().map(|c| c.view).chain(depth.iter().map(|d| d.view));
         let extents: Vec<[u32; 2]> = views.map(ImageView::extent).collect();
@@ -221,7 +221,7 @@ impl Commands {
         if let Some(depth_info) = &depth_info {
             info = info.depth_attachment(depth_info);
         }
-        // SAFETY: the command buffer is being recorded and keeps the attachments alive, which have one size.
+        // SAFETY: the command buffer is being recorded and keeps the attachments alive, and all of them have one size.
         unsafe { self.gpu.raw().cmd_begin_rendering(self.raw, &info) };
         self.rendering = true;
         self.viewport([0.0, 0.0, width as f32, height as f32]);
@@ -236,14 +236,14 @@ impl Commands {
         }
     }
 
-    /// Sets the viewport: x, y, width, height in pixels, depth 0 to 1. A negative height flips y.
+    /// Sets the viewport (x, y, width and height in pixels) with depth from 0 to 1. A negative height flips y.
     pub fn viewport(&mut self, [x, y, width, height]: [f32; 4]) {
         let viewport = vk::Viewport { x, y, width, height, min_depth: 0.0, max_depth: 1.0 };
         // SAFETY: the command buffer is being recorded.
         unsafe { self.gpu.raw().cmd_set_viewport(self.raw, 0, &[viewport]) };
     }
 
-    /// Sets the scissor: x, y, width, height in pixels.
+    /// Sets the scissor rectangle (x, y, width and height in pixels).
     pub fn scissor(&mut self, [x, y, width, height]: [u32; 4]) {
         let offset = vk::Offset2D { x: x.cast_signed(), y: y.cast_signed() };
         let scissor = vk::Rect2D { offset, extent: vk::Extent2D { width, height } };
@@ -251,7 +251,7 @@ impl Commands {
         unsafe { self.gpu.raw().cmd_set_scissor(self.raw, 0, &[scissor]) };
     }
 
-    /// Draws instances of vertices (`gl_VertexIndex` runs over the range).
+    /// Draws ranges of vertices and instances. `gl_VertexIndex` runs over `vertices`.
     pub fn draw(&mut self, vertices: Range<u32>, instances: Range<u32>) {
         if self.needs_bound(vk::PipelineBindPoint::GRAPHICS) {
             let (count, instance_count) = (vertices.len() as u32, instances.len() as u32);
@@ -262,7 +262,7 @@ impl Commands {
         }
     }
 
-    /// Begins a new series of marks; call it before the first [`timestamp`](Self::timestamp), outside rendering.
+    /// Begins a new series of marks. Call it outside rendering, before the first [`timestamp`](Self::timestamp).
     pub fn reset_timestamps(&mut self, timestamps: &Timestamps) {
         self.keep(&timestamps.inner);
         self.effects.marks.retain(|(known, _)| !Arc::ptr_eq(known, &timestamps.inner));
@@ -270,8 +270,8 @@ impl Commands {
         timestamps.inner.reset(self.raw);
     }
 
-    /// Records the time at which all earlier commands are done. Use it outside rendering: inside, drivers do not separate
-    /// draws.
+    /// Records the time at which all earlier commands are done. Call it outside rendering, because drivers do not separate draws
+    /// inside it.
     pub fn timestamp(&mut self, timestamps: &Timestamps, name: &str) {
         let known = self.effects.marks.iter_mut().find(|(known, _)| Arc::ptr_eq(known, &timestamps.inner));
         let Some((inner, names)) = known else {

@@ -1,4 +1,4 @@
-//! Copies and fills.
+//! Copies buffers and images, and fills buffers.
 
 use std::ops::Range;
 
@@ -24,15 +24,15 @@ impl Commands {
         unsafe { self.gpu().raw().cmd_copy_buffer(self.raw(), source.raw(), target.raw(), &[region]) };
     }
 
-    /// Fills a whole buffer with a 32-bit pattern (a remainder of fewer than 4 bytes stays unchanged).
+    /// Fills a whole buffer with a 32-bit pattern. A remainder of fewer than 4 bytes stays unchanged.
     pub fn fill_buffer(&mut self, buffer: &Buffer, pattern: u32) {
         self.keep(&buffer.inner);
         let size = buffer.size() / 4 * 4;
-        // SAFETY: the command buffer is being recorded and keeps the buffer alive; the size is its own in whole words.
+        // SAFETY: the command buffer is being recorded and keeps the buffer alive; `size` is the buffer's size in whole words.
         unsafe { self.gpu().raw().cmd_fill_buffer(self.raw(), buffer.raw(), 0, size, pattern) };
     }
 
-    /// Copies tightly packed rows from a buffer to the rows `rows` of one mip of one layer; the image is in
+    /// Copies tightly packed rows from a buffer to the rows `rows` of one mip of one layer. The image must be in
     /// [`Use::CopyTarget`].
     pub fn copy_buffer_to_image(
         &mut self,
@@ -48,11 +48,11 @@ impl Commands {
             Err(error) => return self.fail(error),
         };
         let (device, layout) = (self.gpu().raw(), Use::CopyTarget.layout());
-        // SAFETY: the command buffer is being recorded; `region` keeps both alive and lies within them.
+        // SAFETY: the command buffer is being recorded; `region` keeps the buffer and the image alive and lies within both.
         unsafe { device.cmd_copy_buffer_to_image(self.raw(), source.raw(), target.raw(), layout, &[region]) };
     }
 
-    /// Copies the rows `rows` of one mip of one layer into a buffer, tightly packed; the image is in [`Use::CopySource`].
+    /// Copies the rows `rows` of one mip of one layer into a buffer, tightly packed. The image must be in [`Use::CopySource`].
     pub fn copy_image_to_buffer(
         &mut self,
         source: &Image,
@@ -67,7 +67,7 @@ impl Commands {
             Err(error) => return self.fail(error),
         };
         let (device, layout) = (self.gpu().raw(), Use::CopySource.layout());
-        // SAFETY: the command buffer is being recorded; `region` keeps both alive and lies within them.
+        // SAFETY: the command buffer is being recorded; `region` keeps the buffer and the image alive and lies within both.
         unsafe { device.cmd_copy_image_to_buffer(self.raw(), source.raw(), layout, target.raw(), &[region]) };
     }
 

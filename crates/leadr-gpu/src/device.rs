@@ -1,4 +1,4 @@
-//! The instance, the device, its single queue and its allocator, and their order of destruction.
+//! The instance, the device, its queue and its allocator, and their order of destruction.
 
 use std::ffi::{CStr, CString};
 use std::mem::ManuallyDrop;
@@ -19,21 +19,22 @@ use super::{DriverCall, GpuError, Result, select, validation};
 /// Options for opening the device.
 #[derive(Clone, Debug, Default)]
 pub struct GpuOptions {
-    /// An index into the list of devices, or part of a device's name in any case; `None` prefers a discrete GPU.
+    /// Index into the list of devices, or part of a device's name (case is ignored). `None` prefers a discrete GPU.
     pub device: Option<String>,
-    /// Enables the validation layer (core and synchronization checks); see [`Gpu::validation_messages`].
+    /// Whether to enable the validation layer with core and synchronization checks; see [`Gpu::validation_messages`].
     pub validation: bool,
-    /// Instance extensions for a window (`VK_KHR_surface` and its platform's); if any are given, `VK_KHR_swapchain` is enabled.
+    /// Instance extensions for a window (`VK_KHR_surface` and the extension of the platform). If there are any, `VK_KHR_swapchain`
+    /// is enabled.
     pub window_extensions: Vec<&'static CStr>,
-    /// Tables of the shaders for pipelines, each sorted by name.
+    /// Tables of the available shaders, each sorted by name.
     pub shaders: Vec<&'static [Shader]>,
-    /// Layouts of the longer-lived sets.
+    /// Layouts of the longer-lived descriptor sets.
     pub sets: Vec<&'static SetLayout>,
 }
 
 /// An open Vulkan device. Every resource holds a reference to it, so it is destroyed last.
 pub struct Gpu {
-    // Destroyed by `Drop` in the order: allocator, set layouts, pipeline cache, device, messenger, instance.
+    // `Drop` destroys the members in this order: allocator, set layouts, pipeline cache, device, messenger, instance.
     allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
     pipeline_cache: vk::PipelineCache,
     queue: Mutex<vk::Queue>,
@@ -41,7 +42,7 @@ pub struct Gpu {
     pub(super) push_descriptor: ash::khr::push_descriptor::Device,
     pub(super) debug: Option<ash::ext::debug_utils::Device>,
     labels: Mutex<()>,
-    /// Recipes of the existing pipelines.
+    /// Recipes for re-creating the existing pipelines.
     pub(super) recipes: Mutex<Vec<Weak<dyn Remake>>>,
     shaders: Shaders,
     set_layouts: SetLayouts,
@@ -96,11 +97,11 @@ impl Gpu {
     /// Opens a device.
     ///
     /// # Errors
-    /// [`GpuError::NoLoader`], [`GpuError::NoDriver`], [`GpuError::NoSuitableDevice`], [`GpuError::UnknownDevice`],
-    /// [`GpuError::MissingFeatures`], [`GpuError::NoValidationLayer`], [`GpuError::NoInstanceExtension`], or a failed
+    /// Returns [`GpuError::NoLoader`], [`GpuError::NoDriver`], [`GpuError::NoSuitableDevice`], [`GpuError::UnknownDevice`],
+    /// [`GpuError::MissingFeatures`], [`GpuError::NoValidationLayer`], [`GpuError::NoInstanceExtension`], or an error for a failed
     /// Vulkan call.
     pub fn new(options: &GpuOptions) -> Result<Arc<Self>> {
-        // SAFETY: loading the system's Vulkan loader runs its initialisers; that is what it is for.
+        // SAFETY: loading a library runs its initialisers, and those of the system's Vulkan loader are safe to run.
         let entry = unsafe { ash::Entry::load() }.map_err(|e| GpuError::NoLoader(e.to_string()))?;
         let messages: Box<validation::Messages> = Box::default();
         let mut unfinished = Unfinished { instance: None, messenger: None, device: None };
@@ -109,7 +110,7 @@ impl Gpu {
         unfinished.instance = Some(instance.clone());
         if options.validation {
             let functions = ash::ext::debug_utils::Instance::new(&entry, &instance);
-            // SAFETY: `messages` is boxed and moves into the Gpu, which destroys the messenger first.
+            // SAFETY: `messages` is boxed and moves into the Gpu, which destroys the messenger before the messages.
             let messenger =
                 unsafe { functions.create_debug_utils_messenger(&validation::messenger_info(&messages), None) }
                     .doing("creating the validation messenger")?;
@@ -132,7 +133,8 @@ impl Gpu {
             physical_device: chosen.physical,
             debug_settings: AllocatorDebugSettings::default(),
             buffer_device_address: false,
-            // Small blocks: lavapipe's heap is 2 GiB and several tests share it. Larger resources get dedicated memory.
+            // The memory blocks are small because lavapipe's heap of 2 GiB is shared by several tests. Larger resources get
+            // dedicated memory.
             allocation_sizes: AllocationSizes::new(32 << 20, 16 << 20),
         })
         .map_err(GpuError::Allocator)?;
@@ -171,17 +173,17 @@ impl Gpu {
     /// Waits until the device has finished all its work.
     pub fn wait_idle(&self) -> Result<()> {
         let _queue = self.queue();
-        // SAFETY: the queue is held, as device_wait_idle demands of all queues.
+        // SAFETY: the queue is locked, because device_wait_idle requires exclusive access to all queues.
         let done = unsafe { self.device.device_wait_idle() };
         done.and_then(|()| self.faults.check(DriverCall::Wait)).doing("waiting for the device")
     }
 
-    /// The device's name, such as "llvmpipe (LLVM 15.0.6, 256 bits)".
+    /// Returns the device's name, such as "llvmpipe (LLVM 15.0.6, 256 bits)".
     pub fn device_name(&self) -> &str {
         &self.facts.name
     }
 
-    /// The driver's name and version, such as "llvmpipe Mesa 22.3.6 (LLVM 15.0.6)".
+    /// Returns the driver's name and version, such as "llvmpipe Mesa 22.3.6 (LLVM 15.0.6)".
     pub fn driver_info(&self) -> &str {
         &self.facts.driver
     }
@@ -196,15 +198,15 @@ impl Gpu {
         self.facts.wires
     }
 
-    /// Largest number of tessellated vertices per draw, if the driver has such a limit: beyond 65,536 lavapipe silently draws
-    /// wrong geometry. A patch at level l has at most (ceil_even(l) + 1)² vertices.
+    /// Returns the largest number of tessellated vertices per draw, if the driver has such a limit. Beyond 65,536 vertices,
+    /// lavapipe silently draws wrong geometry. A patch at level l has at most (ceil_even(l) + 1)² vertices.
     #[doc(hidden)]
     pub fn tessellated_vertices_per_draw(&self) -> Option<u32> {
         self.is_lavapipe().then_some(65_535)
     }
 
-    /// Largest total number of loop iterations per shader invocation, if the driver has such a limit: beyond 65,535 lavapipe
-    /// silently ends loops early.
+    /// Returns the largest total number of loop iterations per shader invocation, if the driver has such a limit. Beyond 65,535
+    /// iterations, lavapipe silently ends loops early.
     #[doc(hidden)]
     pub fn loop_iterations_per_invocation(&self) -> Option<u32> {
         self.is_lavapipe().then_some(65_535)
@@ -215,19 +217,19 @@ impl Gpu {
         self.facts.kind == vk::PhysicalDeviceType::CPU
     }
 
-    /// The device's largest single allocation, bytes.
+    /// Returns the size of the device's largest single allocation in bytes.
     pub(super) fn largest_allocation(&self) -> u64 {
         self.facts.largest_allocation
     }
 
-    /// The device's Vulkan limits.
+    /// Returns the device's Vulkan limits.
     #[doc(hidden)]
     pub fn limits(&self) -> &vk::PhysicalDeviceLimits {
         &self.facts.limits
     }
 
-    /// The supported numbers of samples per texel, all powers of two, of images of this format and usage (optimal tiling),
-    /// summed. 0 if there are none.
+    /// Returns the sum of the supported numbers of samples per texel, which are all powers of two, for images of this format and
+    /// usage with optimal tiling. 0 if there are none.
     #[doc(hidden)]
     pub fn image_samples(&self, format: vk::Format, usage: vk::ImageUsageFlags) -> u32 {
         // SAFETY: the instance and physical device are alive.
@@ -244,46 +246,46 @@ impl Gpu {
         properties.map_or(0, |properties| properties.sample_counts.as_raw())
     }
 
-    /// The validation layer's warnings and errors so far; always empty without [`GpuOptions::validation`].
+    /// Returns the warnings and errors of the validation layer so far. The list is always empty without [`GpuOptions::validation`].
     pub fn validation_messages(&self) -> Vec<String> {
         self.messages.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Removes and returns the validation messages (for tests that provoke some).
+    /// Removes and returns the validation messages, for tests that provoke them.
     pub fn take_validation_messages(&self) -> Vec<String> {
         std::mem::take(&mut self.messages.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// The raw device, for calls that this module does not wrap.
+    /// Returns the raw device, for calls that this module does not wrap.
     #[doc(hidden)]
     pub fn raw(&self) -> &ash::Device {
         &self.device
     }
 
-    /// The raw loader, instance and physical device, for the window.
+    /// Returns the raw loader, instance and physical device, for the window.
     #[doc(hidden)]
     pub fn raw_instance(&self) -> (&ash::Entry, &ash::Instance, vk::PhysicalDevice) {
         (&self.entry, &self.instance, self.physical)
     }
 
-    /// The queue family of the single queue.
+    /// Returns the family index of the device's only queue.
     #[doc(hidden)]
     pub fn queue_family(&self) -> u32 {
         self.queue_family
     }
 
-    /// The single queue, locked: Vulkan requires its use to be serialised.
+    /// Locks the device's only queue, because Vulkan requires serialised access to it.
     #[doc(hidden)]
     pub fn queue(&self) -> MutexGuard<'_, vk::Queue> {
         self.queue.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The allocator, for code with its own buffers and images; it must be dropped before the device.
+    /// Returns the allocator, for code with its own buffers and images. It must be dropped before the device.
     pub fn shared_allocator(&self) -> Arc<Mutex<Allocator>> {
         Arc::clone(&self.allocator)
     }
 
-    /// The names of all entry points in the device's tables.
+    /// Returns the names of all entry points in the device's tables.
     pub fn shader_names(&self) -> impl Iterator<Item = &'static str> {
         self.shaders.names()
     }
@@ -304,13 +306,13 @@ impl Gpu {
         &self.faults
     }
 
-    /// Number of calls of this kind so far.
+    /// Returns the number of calls of this kind so far.
     #[doc(hidden)]
     pub fn calls(&self, call: DriverCall) -> u32 {
         self.faults.made(call)
     }
 
-    /// Makes the call fail that follows `calls` more of its kind.
+    /// Makes a call of this kind fail, after `calls` further calls.
     #[doc(hidden)]
     pub fn fail_after(&self, calls: u32, call: DriverCall) {
         self.faults.fail(call, self.faults.made(call) + calls + 1);
@@ -324,14 +326,14 @@ impl Gpu {
         self.pipeline_cache
     }
 
-    /// Largest number of pushed resources of a pipeline.
+    /// Returns the largest number of push descriptors of a pipeline.
     pub(crate) fn most_resources(&self) -> usize {
         self.facts.push_descriptors as usize
     }
 
-    /// Held while the labels of any command buffer change: at their start and end, and while a command buffer is created, reset
-    /// or destroyed. The validation layer of Debian 12 keeps the labels of all command buffers in one table and clears those of
-    /// a new or reset buffer without a lock. Threads that record different buffers would crash in it.
+    /// Returns a lock that must be held while the labels of any command buffer change. Labels change at their start and end, and if
+    /// a command buffer is created, reset or destroyed. The validation layer of Debian 12 keeps the labels of all command buffers
+    /// in one table, and modifies it without a lock. Threads that record different buffers would crash in the layer.
     pub(crate) fn lock_labels(&self) -> MutexGuard<'_, ()> {
         self.labels.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -340,7 +342,7 @@ impl Gpu {
     pub(crate) fn name<T: vk::Handle>(&self, object: T, name: &str) {
         if let (Some(debug), Ok(name)) = (&self.debug, CString::new(name)) {
             let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(object).object_name(&name);
-            // SAFETY: the object belongs to this device. Failing to set a name does no harm.
+            // SAFETY: the object belongs to this device. A failure to set the name does no harm.
             let _ = unsafe { debug.set_debug_utils_object_name(&info) };
         }
     }
@@ -348,8 +350,8 @@ impl Gpu {
 
 impl Drop for Gpu {
     fn drop(&mut self) {
-        // SAFETY: every resource holds an Arc of self, so none is left. The order is allocator (it frees device memory),
-        // set layouts, pipeline cache, device, messenger (it receives the device's last messages), instance.
+        // SAFETY: every resource holds an Arc of self, so none is left. The allocator comes first because it frees device memory.
+        // The messenger outlives the device to receive its last messages, and the instance comes last.
         unsafe {
             let _ = self.device.device_wait_idle();
             ManuallyDrop::drop(&mut self.allocator);
@@ -378,7 +380,7 @@ fn create_instance(
     options: &GpuOptions,
     messages: &validation::Messages,
 ) -> Result<(ash::Instance, bool)> {
-    // SAFETY: the loader is alive, here and in the rest of this function.
+    // SAFETY: the loader is alive during this function.
     let available = unsafe { entry.enumerate_instance_extension_properties(None) }
         .map_err(|e| GpuError::NoLoader(format!("listing its extensions failed: {e}")))?;
     let has = |name: &CStr| available.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
@@ -406,13 +408,13 @@ fn create_instance(
     let mut messenger = validation::messenger_info(messages);
     let mut info = vk::InstanceCreateInfo::default().application_info(&application);
     if options.validation {
-        // SAFETY: as above.
+        // SAFETY: the loader is alive.
         let known = unsafe { entry.enumerate_instance_layer_properties() }.unwrap_or_default();
         if !known.iter().any(|l| l.layer_name_as_c_str() == Ok(validation::LAYER)) {
             return Err(GpuError::NoValidationLayer);
         }
         info = info.enabled_layer_names(&layers).push_next(&mut messenger);
-        // SAFETY: as above.
+        // SAFETY: the loader is alive.
         let of_layer = unsafe { entry.enumerate_instance_extension_properties(Some(validation::LAYER)) };
         let takes_settings =
             |e: &vk::ExtensionProperties| e.extension_name_as_c_str() == Ok(ash::ext::layer_settings::NAME);
@@ -459,7 +461,7 @@ fn facts(instance: &ash::Instance, chosen: &select::Candidate) -> Facts {
     let mut push = vk::PhysicalDevicePushDescriptorPropertiesKHR::default();
     let mut all =
         vk::PhysicalDeviceProperties2::default().push_next(&mut driver).push_next(&mut v11).push_next(&mut push);
-    // SAFETY: the device is Vulkan 1.3 and supports the chain.
+    // SAFETY: the device supports Vulkan 1.3 and therefore the chain.
     unsafe { instance.get_physical_device_properties2(chosen.physical, &mut all) };
     let limits = all.properties.limits;
     let text = |s: std::result::Result<&CStr, _>| s.map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();

@@ -1,9 +1,9 @@
-//! Errors of the Vulkan layer, each one sentence with its remedy.
+//! Errors of the Vulkan layer. Each error message is one sentence with a remedy.
 
 use ash::vk;
 
-/// The result of functions that use the device. Each can fail with a memory shortage, a failed Vulkan call or pipeline, or a
-/// lost device; their documentation lists only other errors.
+/// The result of functions that use the device. All of them can fail with a memory shortage, a failed Vulkan call or pipeline, or a
+/// lost device. Their documentation lists only other errors.
 pub type Result<T> = std::result::Result<T, GpuError>;
 
 /// A failure in the Vulkan layer. Its text is one sentence with the fault and the remedy.
@@ -18,15 +18,15 @@ pub enum GpuError {
          and check that VK_DRIVER_FILES, if set, names an existing file"
     )]
     NoDriver,
-    /// There are devices, but none of them can run the renderer.
+    /// None of the available devices can run the renderer.
     #[error("no Vulkan device can run the renderer: {0}; update the driver or install mesa-vulkan-drivers")]
     NoSuitableDevice(String),
-    /// `--device` matched nothing.
+    /// The value of `--device` matches no device.
     #[error("no Vulkan device matches {wanted:?}: choose an index or part of a name from {available}")]
     UnknownDevice {
         /// The requested device.
         wanted: String,
-        /// The available devices, `0: name, 1: name`.
+        /// The available devices, as `0: name, 1: name`.
         available: String,
     },
     /// The chosen device does not meet a requirement.
@@ -34,7 +34,7 @@ pub enum GpuError {
     MissingFeatures {
         /// Name of the device.
         device: String,
-        /// What is missing, separated by commas.
+        /// The missing features, separated by commas.
         missing: String,
     },
     /// Validation was requested, but its layer is not installed.
@@ -56,9 +56,9 @@ pub enum GpuError {
     /// A SPIR-V module is unsupported or does not fit its pipeline.
     #[error("shader {name}: {fault}")]
     Shader {
-        /// Entry point or struct.
+        /// Name of the entry point or struct.
         name: String,
-        /// What is wrong with it.
+        /// Description of the fault.
         fault: String,
     },
     /// Memory for a resource could not be allocated.
@@ -69,7 +69,7 @@ pub enum GpuError {
     Allocation {
         /// The resource's debug name.
         name: String,
-        /// Bytes requested.
+        /// Number of bytes requested.
         bytes: u64,
         /// The allocator's reason.
         source: gpu_allocator::AllocationError,
@@ -82,13 +82,13 @@ pub enum GpuError {
     TooLarge {
         /// The content that needs the memory.
         what: String,
-        /// Bytes needed.
+        /// Number of bytes needed.
         needs: u64,
-        /// Bytes free.
+        /// Number of free bytes.
         left: u64,
-        /// Bytes of the device's memory.
+        /// Size of the device's memory in bytes.
         size: u64,
-        /// An alternative that needs less.
+        /// An alternative that needs less memory.
         remedy: String,
     },
     /// The content to draw needs a larger single allocation than the device allows.
@@ -99,23 +99,23 @@ pub enum GpuError {
     InOnePiece {
         /// The content that needs the memory.
         what: String,
-        /// Bytes needed.
+        /// Number of bytes needed.
         needs: u64,
-        /// Largest size of one buffer or image, bytes.
+        /// Largest size of one buffer or image in bytes.
         most: u64,
-        /// An alternative that needs less.
+        /// An alternative that needs less memory.
         remedy: String,
     },
-    /// The allocator itself could not be created.
+    /// The memory allocator could not be created.
     #[error("cannot create the GPU memory allocator: {0}")]
     Allocator(gpu_allocator::AllocationError),
-    /// A resource was used in a way that contradicts its description (a wrong size, a missing binding, a mip that does not
-    /// exist).
+    /// A resource was used in a way that contradicts its description, such as a wrong size, a missing binding, or a mip that does
+    /// not exist.
     #[error("{name}: {fault}")]
     Usage {
         /// The resource's debug name.
         name: String,
-        /// What is wrong.
+        /// Description of the misuse.
         fault: String,
     },
     /// A Vulkan call failed.
@@ -128,7 +128,7 @@ pub enum GpuError {
     },
 }
 
-/// The reason of a failed Vulkan call, and its remedy.
+/// Returns the reason for a failed Vulkan call, and a remedy.
 fn reason(result: vk::Result) -> String {
     use vk::Result as R;
     match result {
@@ -142,18 +142,18 @@ fn reason(result: vk::Result) -> String {
             "the device is out of memory: use smaller maps or a smaller image, or close other programs that use it".to_owned()
         }
         R::ERROR_SURFACE_LOST_KHR => "the window's surface was lost: restart the program".to_owned(),
-        // Vulkan's own name, since only the driver documents the cause.
+        // Vulkan's name of the result is printed, because only the driver documents the cause.
         other => format!("the driver returned {other:?}: update it, or choose another device"),
     }
 }
 
 impl GpuError {
-    /// Whether the device was lost, with all its work.
+    /// Whether the error is a lost device, which has lost all its work.
     pub(crate) fn is_lost_device(&self) -> bool {
         matches!(self, Self::Vulkan { result: vk::Result::ERROR_DEVICE_LOST, .. })
     }
 
-    /// A [`GpuError::Usage`] from its two parts.
+    /// Creates a [`GpuError::Usage`] from a resource's name and a fault.
     pub fn usage(name: impl Into<String>, fault: impl Into<String>) -> Self {
         Self::Usage { name: name.into(), fault: fault.into() }
     }
@@ -161,7 +161,7 @@ impl GpuError {
 
 /// Adds the failed operation to a Vulkan result.
 pub(crate) trait Doing<T> {
-    /// Names the operation in the error.
+    /// Adds the name of the operation to the error.
     fn doing(self, what: impl Into<String>) -> Result<T>;
 }
 
@@ -171,7 +171,7 @@ impl<T> Doing<T> for std::result::Result<T, vk::Result> {
     }
 }
 
-/// Bytes in readable units.
+/// Formats a number of bytes in readable units.
 pub fn binary(bytes: u64) -> String {
     let mebibytes = bytes as f64 / f64::from(1 << 20);
     if mebibytes < 1000.0 { format!("{mebibytes:.1} MiB") } else { format!("{:.2} GiB", mebibytes / 1024.0) }

@@ -1,29 +1,29 @@
-//! Failures on demand: the n-th call of a kind fails as with a failing driver.
+//! Simulates driver failures on demand. The n-th call of a kind fails as it would with a failing driver.
 //!
-//! Only tests can request one, through functions behind the feature `internals`.
+//! Only tests can request a failure, through functions behind the feature `internals`.
 
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use ash::vk;
 
-/// A kind of call that may fail in any driver.
+/// A kind of driver call that may fail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DriverCall {
-    /// Memory of a buffer or image; fails.
+    /// Allocation of memory for a buffer or image, which fails.
     Allocation,
-    /// Creation of a pipeline; fails.
+    /// Creation of a pipeline, which fails.
     Pipeline,
-    /// Submission of commands to the queue; the device is lost.
+    /// Submission of commands to the queue, which loses the device.
     Submission,
-    /// Waiting for commands; the device is lost.
+    /// Waiting for commands, which loses the device.
     Wait,
 }
 
 impl DriverCall {
-    /// Every kind.
+    /// All kinds of calls.
     pub const ALL: [Self; 4] = [Self::Allocation, Self::Pipeline, Self::Submission, Self::Wait];
 
-    /// The kind's name in `LEADR_FAIL`.
+    /// Returns the name of the kind in `LEADR_FAIL`.
     const fn name(self) -> &'static str {
         match self {
             Self::Allocation => "allocation",
@@ -38,17 +38,17 @@ impl DriverCall {
     }
 }
 
-/// The number of calls so far, and the call of each kind that fails.
+/// For each kind of call, the number of calls so far and the number of the call that fails.
 #[derive(Debug, Default)]
 pub(super) struct Faults {
     made: [AtomicU32; DriverCall::ALL.len()],
-    /// For each kind the number of the call that fails, counted from 1; 0 for none.
+    /// Number of the call of each kind that fails, counted from 1; 0 for none.
     failing: [AtomicU32; DriverCall::ALL.len()],
     lost: AtomicBool,
 }
 
 impl Faults {
-    /// The request of the environment, in builds with debug assertions: `LEADR_FAIL=submission:7`.
+    /// Returns the request in the environment, such as `LEADR_FAIL=submission:7`, in builds with debug assertions.
     pub(super) fn wanted() -> Self {
         let faults = Self::default();
         if cfg!(debug_assertions)
@@ -60,7 +60,7 @@ impl Faults {
         faults
     }
 
-    /// Counts a call, and fails it if requested. A lost device stays lost.
+    /// Counts a call, and returns an error if a failure was requested for it. A lost device stays lost.
     pub(super) fn check(&self, call: DriverCall) -> Result<(), vk::Result> {
         let number = self.made[call as usize].fetch_add(1, Ordering::Relaxed) + 1;
         let fails = self.failing[call as usize].load(Ordering::Relaxed) == number;
@@ -82,7 +82,7 @@ impl Faults {
     }
 }
 
-/// A kind of call and a number.
+/// Parses a kind of call and a number.
 fn parse(wanted: &str) -> Option<(DriverCall, u32)> {
     let (name, number) = wanted.split_once(':')?;
     let call = DriverCall::ALL.into_iter().find(|call| call.name() == name)?;

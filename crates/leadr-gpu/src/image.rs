@@ -1,4 +1,4 @@
-//! Images: 2D, with mips, arrays and cubes; their views; and each image's last use.
+//! 2D images, optionally with mips, array layers or cube faces, with their views and their current use.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -10,71 +10,71 @@ use super::buffer::allocate;
 use super::error::Doing;
 use super::{Gpu, GpuError, Result, Use};
 
-/// Description of an image. All images can be sampled, and copied from and to.
+/// Description of an image. All images can be sampled, and can be source and target of copies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ImageDesc {
     /// Texel format.
     pub format: vk::Format,
-    /// Texels across mip 0.
+    /// Width of mip 0 in texels.
     pub width: u32,
-    /// Texels down mip 0.
+    /// Height of mip 0 in texels.
     pub height: u32,
-    /// Mip levels, at least 1.
+    /// Number of mip levels, at least 1.
     pub mips: u32,
-    /// Array layers; 6 for a cube.
+    /// Number of array layers; 6 for a cube.
     pub layers: u32,
     /// Whether the six layers are the faces +x, -x, +y, -y, +z, -z of a cube.
     pub cube: bool,
-    /// Samples per texel, a power of two: 1, or a value in [`Gpu::image_samples`].
+    /// Number of samples per texel, either 1 or a value in [`Gpu::image_samples`].
     pub samples: u32,
-    /// Additional usage: storage, colour or depth attachment.
+    /// Additional usage, as storage image, colour attachment or depth attachment.
     pub usage: vk::ImageUsageFlags,
 }
 
 impl ImageDesc {
-    /// A single 2D layer with one mip.
+    /// Describes a single 2D layer with one mip.
     pub fn new(format: vk::Format, width: u32, height: u32) -> Self {
         let usage =
             vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_SRC | vk::ImageUsageFlags::TRANSFER_DST;
         Self { format, width, height, mips: 1, layers: 1, cube: false, samples: 1, usage }
     }
 
-    /// The same with this many mips.
+    /// Sets the number of mips.
     pub fn mips(self, mips: u32) -> Self {
         Self { mips, ..self }
     }
 
-    /// The same with all mips down to one texel.
+    /// Sets the number of mips to all, down to one texel.
     pub fn full_mips(self) -> Self {
         Self { mips: u32::BITS - self.width.max(self.height).leading_zeros(), ..self }
     }
 
-    /// The same with this many array layers (and an array view, even for one layer).
+    /// Sets the number of array layers. The view is an array, even for one layer.
     pub fn layers(self, layers: u32) -> Self {
         Self { layers, ..self }
     }
 
-    /// A cube with square faces.
+    /// Turns the description into a cube with square faces.
     pub fn cube(self) -> Self {
         Self { layers: 6, cube: true, ..self }
     }
 
-    /// The same with this many samples in each texel, for attachments and `sampler2DMS`.
+    /// Sets the number of samples per texel, for attachments and `sampler2DMS`.
     pub fn samples(self, samples: u32) -> Self {
         Self { samples, ..self }
     }
 
-    /// The same, also usable as a storage image.
+    /// Adds usage as a storage image.
     pub fn storage(self) -> Self {
         Self { usage: self.usage | vk::ImageUsageFlags::STORAGE, ..self }
     }
 
-    /// The same, also usable as a colour attachment.
+    /// Adds usage as a colour attachment.
     pub fn color_target(self) -> Self {
         Self { usage: self.usage | vk::ImageUsageFlags::COLOR_ATTACHMENT, ..self }
     }
 
-    /// The same, also usable as a depth attachment.
+    /// Adds usage as a depth attachment.
     pub fn depth_target(self) -> Self {
         Self { usage: self.usage | vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT, ..self }
     }
@@ -90,7 +90,7 @@ pub struct Image {
 pub(crate) struct ImageInner {
     pub(crate) gpu: Arc<Gpu>,
     pub(crate) raw: vk::Image,
-    /// `None` for images with another owner, such as a swapchain.
+    /// Memory of the image; `None` for images with another owner, such as a swapchain.
     allocation: Option<Allocation>,
     owned: bool,
     name: String,
@@ -117,7 +117,7 @@ impl Drop for ImageInner {
     }
 }
 
-/// A view of some mips and layers of an image, which it keeps alive. Clones share the same view.
+/// A view of some mips and layers of an image. It keeps the image alive, and clones share the same view.
 #[derive(Clone)]
 pub struct ImageView {
     pub(crate) inner: Arc<ViewInner>,
@@ -138,28 +138,27 @@ impl Drop for ViewInner {
 }
 
 impl ImageView {
-    /// The raw handle.
+    /// Returns the raw handle.
     pub fn raw(&self) -> vk::ImageView {
         self.inner.raw
     }
 
-    /// Width and height of the view's first mip, in texels.
+    /// Returns the width and height of the view's first mip, in texels.
     pub fn extent(&self) -> [u32; 2] {
         [self.inner.width, self.inner.height]
     }
 
-    /// The image's format.
+    /// Returns the format of the image.
     pub fn format(&self) -> vk::Format {
         self.inner.image.desc.format
     }
 }
 
 impl Image {
-    /// An image with undefined content, in [`Use::Undefined`].
+    /// Creates an image in [`Use::Undefined`], with undefined content.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] when the description is impossible on this device, [`GpuError::Allocation`] when memory is
-    /// short.
+    /// Returns [`GpuError::Usage`] if the description is impossible on this device, or [`GpuError::Allocation`] if memory is short.
     pub fn new(gpu: &Arc<Gpu>, name: &str, desc: ImageDesc) -> Result<Self> {
         check(gpu, name, &desc)?;
         let flags = if desc.cube { vk::ImageCreateFlags::CUBE_COMPATIBLE } else { vk::ImageCreateFlags::empty() };
@@ -195,11 +194,11 @@ impl Image {
         Self::with_view(inner)
     }
 
-    /// An image with another owner, such as a swapchain.
+    /// Wraps an image with another owner, such as a swapchain.
     ///
     /// # Safety
-    /// `raw` is an image of this device that matches `desc`, and it stays alive until this object, its views and the
-    /// commands that use them are gone.
+    /// `raw` must be an image of this device that matches `desc`. It must stay alive until this object, its views and the commands
+    /// that use them are gone.
     pub(crate) unsafe fn borrowed(gpu: &Arc<Gpu>, name: &str, raw: vk::Image, desc: ImageDesc) -> Result<Self> {
         gpu.name(raw, name);
         Self::with_view(ImageInner {
@@ -225,33 +224,33 @@ impl Image {
         Ok(Self { inner, whole })
     }
 
-    /// A view of all mips and layers, as 2D, 2D array or cube.
+    /// Returns a view of all mips and layers, as 2D image, 2D array or cube.
     pub fn whole(&self) -> &ImageView {
         &self.whole
     }
 
-    /// A view of one mip of one layer, as 2D: for attachments and `image2D`.
+    /// Creates a 2D view of one mip of one layer, for attachments and `image2D`.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] when the mip or layer does not exist.
+    /// Returns [`GpuError::Usage`] if the mip or layer does not exist.
     pub fn mip_layer(&self, mip: u32, layer: u32) -> Result<ImageView> {
         self.check_mip_layer(mip, layer)?;
         view(&self.inner, vk::ImageViewType::TYPE_2D, mip..mip + 1, layer..layer + 1)
     }
 
-    /// A view of one mip of all layers, as a 2D array: for `image2DArray`, also of a cube's faces.
+    /// Creates a 2D array view of one mip of all layers or cube faces, for `image2DArray`.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] when the mip does not exist.
+    /// Returns [`GpuError::Usage`] if the mip does not exist.
     pub fn mip_array(&self, mip: u32) -> Result<ImageView> {
         self.check_mip_layer(mip, 0)?;
         view(&self.inner, vk::ImageViewType::TYPE_2D_ARRAY, mip..mip + 1, 0..self.inner.desc.layers)
     }
 
-    /// A view of one mip of a cube, for `samplerCube`.
+    /// Creates a view of one mip of a cube, for `samplerCube`.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] when the mip does not exist, or the image is not a cube.
+    /// Returns [`GpuError::Usage`] if the mip does not exist, or if the image is not a cube.
     pub fn mip_cube(&self, mip: u32) -> Result<ImageView> {
         self.check_mip_layer(mip, 0)?;
         if !self.inner.desc.cube {
@@ -260,43 +259,43 @@ impl Image {
         view(&self.inner, vk::ImageViewType::CUBE, mip..mip + 1, 0..self.inner.desc.layers)
     }
 
-    /// A view of all mips and layers as a 2D array, whatever the image: for `sampler2DArray` of a single layer or a cube.
+    /// Creates a 2D array view of all mips and layers of any image, for `sampler2DArray` of a single layer or a cube.
     pub fn array(&self) -> Result<ImageView> {
         view(&self.inner, vk::ImageViewType::TYPE_2D_ARRAY, 0..self.inner.desc.mips, 0..self.inner.desc.layers)
     }
 
-    /// The description of the image.
+    /// Returns the description of the image.
     pub fn desc(&self) -> &ImageDesc {
         &self.inner.desc
     }
 
-    /// Width and height of a mip in texels.
+    /// Returns the width and height of a mip in texels.
     pub fn mip_extent(&self, mip: u32) -> [u32; 2] {
         let size = |texels: u32| texels.checked_shr(mip).unwrap_or(0).max(1);
         [size(self.inner.desc.width), size(self.inner.desc.height)]
     }
 
-    /// Size of a texel in bytes.
+    /// Returns the size of a texel in bytes.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] for formats this renderer does not transfer.
+    /// Returns [`GpuError::Usage`] for formats that the renderer does not transfer.
     pub fn texel_bytes(&self) -> Result<u64> {
         texel_bytes(self.inner.desc.format).ok_or_else(|| {
             GpuError::usage(self.name(), format!("copies of format {:?} are not supported", self.inner.desc.format))
         })
     }
 
-    /// The debug name.
+    /// Returns the debug name.
     pub fn name(&self) -> &str {
         &self.inner.name
     }
 
-    /// The raw handle.
+    /// Returns the raw handle.
     pub fn raw(&self) -> vk::Image {
         self.inner.raw
     }
 
-    /// The use of the whole image after the commands submitted so far. Barriers of single mips do not change it.
+    /// Returns the use of the whole image after the commands submitted so far. Barriers of single mips do not change it.
     pub(crate) fn last_use(&self) -> Use {
         *self.inner.last_use.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -373,7 +372,7 @@ fn view(
     Ok(ImageView { inner: Arc::new(ViewInner { image: image.clone(), raw, width, height }) })
 }
 
-/// Depth formats here have no stencil.
+/// Returns the aspect of a format. Depth formats here have no stencil.
 fn aspect(format: vk::Format) -> vk::ImageAspectFlags {
     match format {
         vk::Format::D32_SFLOAT | vk::Format::D16_UNORM | vk::Format::X8_D24_UNORM_PACK32 => vk::ImageAspectFlags::DEPTH,

@@ -1,4 +1,4 @@
-//! A layer over Vulkan: device, memory, images, pipelines, commands, timing. It is independent of any BRDF.
+//! A layer over Vulkan for devices, memory, images, pipelines, commands and timing. It is independent of any BRDF.
 //!
 //! # The API at a glance
 //!
@@ -27,14 +27,13 @@
 //!
 //! - **Shaders** are entry points `shaders-glsl/{passes,probes}/**/*.{vert,tesc,tese,frag,comp}`, compiled by the build
 //!   script and named by their path: `"passes/shade/shade.frag"`. `#include "leadr/x.glsl"` works everywhere.
-//! - **Resources are bound by name**, never by number. GLSL declares them without `binding`. The name of a block is its
-//!   instance name or, without one, its own. Specialization constants are also set by name, with their type. Undeclared and
-//!   missing names are errors. Names that a shader declares but does not use are allowed. Arrays of resources are not
-//!   supported.
+//! - **Resources are bound by name**, never by number. GLSL declares them without `binding`. A block is named by its instance name
+//!   or, without one, by its block name. Specialization constants are also set by name, with their type. Undeclared and missing
+//!   names are errors. Names that a shader declares but does not use are allowed. Arrays of resources are not supported.
 //! - **Sets by lifetime**: `bind` pushes set 0. Longer-lived resources are in a [`ResourceSet`] of a [`SetLayout`], declared
 //!   with `layout(set = 1)` or `2` in GLSL, written once and bound by `bind_set` after the pipeline.
-//! - **`shared_struct!`** declares the Rust twin of every struct in buffers and push constants. A pipeline takes the
-//!   twins' [`SharedStruct::LAYOUT`]s. Its creation fails if members' names, offsets or sizes differ, or a struct is
+//! - **`shared_struct!`** declares the Rust twin of every struct in buffers and push constants. A pipeline takes the twins'
+//!   [`SharedStruct::LAYOUT`]s. Pipeline creation fails if the names, offsets or sizes of members differ, or if a struct is
 //!   missing. Buffers of plain numbers and vectors need no twin.
 //! - **[`Buffer`]**: `new(gpu, name, bytes, Memory::{Device, Upload, Readback})`, `from_slice(gpu, name, &data)`,
 //!   `write(offset, &data)`, `read(offset, count)`, `read_all()`.
@@ -47,14 +46,14 @@
 //! - **[`Commands`]** inside [`Gpu::submit`] (waits) or [`CommandRecorder`] (frames in flight): `bind`, `push_constants`,
 //!   `dispatch`, `dispatch_invocations`, `begin_rendering`, `end_rendering`, `viewport`, `scissor`, `draw`, `copy_*`,
 //!   `fill_buffer`, `label`.
-//! - **Barriers**: `cmd.transition(&image, Use::Sampled)` changes the use of an image; `cmd.mip_barrier` for parts of an
-//!   image; `cmd.memory_barrier(Use::ComputeWrite, Use::GraphicsRead)` for buffers. Between calls of [`Gpu::submit`] no
-//!   barrier is needed.
+//! - **Barriers**: `cmd.transition(&image, Use::Sampled)` changes the use of an image; `cmd.mip_barrier` for parts of an image;
+//!   `cmd.memory_barrier(Use::ComputeWrite, Use::GraphicsRead)` for buffers. Barriers are not needed between calls of
+//!   [`Gpu::submit`].
 //! - **[`Timestamps`]**: `cmd.reset_timestamps(&t)`, `cmd.timestamp(&t, "shade")` after each pass, `t.intervals()`.
 //! - **`Swapchain`** (feature `window`): `new(gpu, window)`, `acquire(size)`, `present(recorder, frame)`, with a device
 //!   opened with `window_extensions(display)`.
 //!
-//! Misuse while recording does not panic: the submission returns the first misuse as an error, and the state of images and
+//! Misuse while recording does not panic. The submission returns the first misuse as an error, and the state of images and
 //! timestamps stays unchanged. All recorded objects live until the commands are done.
 
 #![allow(unsafe_code)]

@@ -1,37 +1,37 @@
-//! The memory occupied by the device's resources, and the free memory.
+//! Queries the memory in use by the device's resources, and the free memory.
 
 use ash::vk;
 
 use super::{Gpu, GpuError, Result};
 
-/// Device memory in use, bytes.
+/// Device memory in use, in bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MemoryUse {
-    /// Held by buffers and images.
+    /// Bytes held by buffers and images.
     pub allocated: u64,
-    /// Reserved from the driver, including the free space in its blocks.
+    /// Bytes allocated from the driver, including the free space in memory blocks.
     pub reserved: u64,
-    /// Number of buffers and images.
+    /// Number of buffers and images with memory.
     pub allocations: usize,
 }
 
-/// Device memory available to new resources, bytes.
+/// Device memory available to new resources, in bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MemoryRoom {
     /// Total memory of the device.
     pub size: u64,
-    /// Free memory.
+    /// Free memory of the device.
     pub left: u64,
     /// Largest size of one buffer or image.
     pub piece: u64,
 }
 
 impl MemoryRoom {
-    /// Checks that `needs` bytes, `piece` of them for one buffer or image, fit.
+    /// Checks that `needs` bytes fit, of which `piece` bytes are for one buffer or image.
     ///
     /// # Errors
-    /// [`GpuError::InOnePiece`] or [`GpuError::TooLarge`]. `what` names the content and `remedy` an alternative that needs
-    /// less.
+    /// Returns [`GpuError::InOnePiece`] or [`GpuError::TooLarge`]. `what` names the content, and `remedy` names an alternative that
+    /// needs less memory.
     pub fn check(&self, needs: u64, piece: u64, what: &str, remedy: &str) -> Result<()> {
         let Self { size, left, piece: most } = *self;
         let (what, remedy) = (what.to_owned(), remedy.to_owned());
@@ -45,23 +45,23 @@ impl MemoryRoom {
     }
 }
 
-/// Bytes of system memory available to programs; `None` if the system does not report it.
+/// Returns the bytes of system memory available to programs, or `None` if the system does not report it.
 pub fn machine_memory() -> Option<u64> {
     entry(&std::fs::read_to_string("/proc/meminfo").ok()?, AVAILABLE)
 }
 
-/// Linux's names of the available and the total memory.
+/// Linux's names for the available and the total memory.
 const AVAILABLE: &str = "MemAvailable:";
 const TOTAL: &str = "MemTotal:";
 
-/// An entry of Linux's memory information, bytes.
+/// Returns an entry of Linux's memory information, in bytes.
 fn entry(meminfo: &str, name: &str) -> Option<u64> {
     let line = meminfo.lines().find_map(|line| line.strip_prefix(name))?;
     line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
 }
 
 impl Gpu {
-    /// The memory currently held by buffers and images.
+    /// Returns the memory currently held by buffers and images.
     pub fn memory_use(&self) -> MemoryUse {
         let report = self.allocator().generate_report();
         MemoryUse {
@@ -71,10 +71,10 @@ impl Gpu {
         }
     }
 
-    /// The device's own memory available to buffers and images.
+    /// Returns the device-local memory available to buffers and images.
     pub fn memory_room(&self) -> MemoryRoom {
         let piece = self.largest_allocation();
-        // Software drivers report arbitrary sizes (lavapipe 2 GiB) and use system memory, which other programs share.
+        // Software drivers report arbitrary sizes (2 GiB in lavapipe). They use system memory, which other programs share.
         if self.is_software()
             && let Ok(meminfo) = std::fs::read_to_string("/proc/meminfo")
             && let (Some(size), Some(left)) = (entry(&meminfo, TOTAL), entry(&meminfo, AVAILABLE))
@@ -85,7 +85,7 @@ impl Gpu {
         MemoryRoom { size, left: size.saturating_sub(self.memory_use().allocated), piece }
     }
 
-    /// Bytes of the largest heap of the device's own memory.
+    /// Returns the bytes of the largest device-local memory heap.
     fn memory_size(&self) -> u64 {
         let (_, instance, physical) = self.raw_instance();
         // SAFETY: the instance and the physical device are alive.

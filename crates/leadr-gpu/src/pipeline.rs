@@ -11,26 +11,26 @@ use super::reload::{Put, Remake};
 use super::shaders::{Shader, Stage};
 use super::{DriverCall, Gpu, GpuError, Result, StructLayout};
 
-/// A compute or graphics pipeline, which can be bound.
+/// A compute or graphics pipeline.
 pub trait Pipeline {
-    /// The current part shared by both kinds.
+    /// Returns the current state that both kinds of pipelines share.
     #[doc(hidden)]
     fn core(&self) -> Arc<PipelineCore>;
 }
 
-/// Creates a pipeline from the current shaders.
+/// Function that creates a pipeline from the current shaders.
 type Make = dyn Fn(&Arc<Gpu>) -> Result<PipelineCore> + Send + Sync;
 
-/// The inputs of a pipeline, for its re-creation with other shaders.
+/// The inputs of a pipeline, for re-creating the pipeline with other shaders.
 struct Recipe {
-    /// Names of its entry points.
+    /// Names of the pipeline's entry points.
     shaders: Vec<String>,
     make: Box<Make>,
     made: RwLock<Arc<PipelineCore>>,
 }
 
 impl Recipe {
-    /// A pipeline and its recipe; the device can re-create it as long as it exists.
+    /// Creates a pipeline and its recipe. The device can re-create the pipeline as long as the recipe exists.
     fn new(
         gpu: &Arc<Gpu>,
         shaders: Vec<String>,
@@ -60,7 +60,7 @@ impl Remake for Recipe {
     }
 }
 
-/// Specialization constants that outlive the call.
+/// Copies specialization constants, so that they outlive the call.
 fn owned(spec: Spec<'_>) -> Vec<(String, SpecValue)> {
     spec.iter().map(|(name, value)| ((*name).to_owned(), *value)).collect()
 }
@@ -82,12 +82,12 @@ impl Pipeline for ComputePipeline {
 }
 
 impl ComputePipeline {
-    /// A pipeline for the compute entry point `name`, such as `"passes/sky.comp"`, with specialization constants and the
-    /// layouts of all structs in its buffers and push constants.
+    /// Creates a pipeline for the compute entry point `name`, such as `"passes/sky.comp"`. `structs` holds the layouts of all
+    /// structs in the shader's buffers and push constants.
     ///
     /// # Errors
-    /// [`GpuError::NoShader`]; [`GpuError::Shader`] for a constant or struct that the shader does not declare or declares
-    /// differently, and for structs of the shader that are missing from `structs`; or a failed Vulkan call.
+    /// Returns [`GpuError::NoShader`] for an unknown entry point. Returns [`GpuError::Shader`] for a constant or struct that the
+    /// shader does not declare or declares differently, and for structs of the shader that are missing from `structs`.
     pub fn new(gpu: &Arc<Gpu>, name: &str, spec: Spec<'_>, structs: &[StructLayout]) -> Result<Self> {
         let (entry, spec, structs) = (name.to_owned(), owned(spec), structs.to_vec());
         let make = move |gpu: &Arc<Gpu>| Self::make(gpu, &entry, &borrowed(&spec), &structs);
@@ -111,13 +111,13 @@ impl ComputePipeline {
         Ok(core)
     }
 
-    /// The work group size in the shader (specialization constants at their defaults).
+    /// Returns the work group size in the shader, with specialization constants at their defaults.
     pub fn local_size(&self) -> [u32; 3] {
         self.core().local_size
     }
 }
 
-/// Interpretation of the vertices.
+/// How vertices are assembled to primitives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Topology {
     /// Every three vertices form a triangle.
@@ -133,46 +133,47 @@ pub enum Topology {
 pub struct Depth {
     /// Format of the attachment, normally `D32_SFLOAT`.
     pub format: vk::Format,
-    /// Which fragments pass: `GREATER_OR_EQUAL` for reversed depth; `ALWAYS` switches the test off.
+    /// Comparison that passing fragments satisfy, `GREATER_OR_EQUAL` for reversed depth. `ALWAYS` disables the test.
     pub compare: vk::CompareOp,
     /// Whether passing fragments write their depth.
     pub write: bool,
-    /// Constant and slope factor of the depth bias.
+    /// Constant factor and slope factor of the depth bias, if any.
     pub bias: Option<[f32; 2]>,
 }
 
 impl Default for Depth {
-    /// Reversed depth in `D32_SFLOAT` (clear it to 0), tested and written.
+    /// Returns reversed depth in `D32_SFLOAT` (clear it to 0), tested and written.
     fn default() -> Self {
         Self { format: vk::Format::D32_SFLOAT, compare: vk::CompareOp::GREATER_OR_EQUAL, write: true, bias: None }
     }
 }
 
-/// Description of a graphics pipeline. Vertex shaders read their vertices from storage buffers. Triangles are drawn without
-/// blending, by default from both sides.
+/// Description of a graphics pipeline. Vertex shaders read vertices from storage buffers. Triangles are drawn without blending, and
+/// by default are visible from both sides.
 #[derive(Clone, Copy, Debug)]
 pub struct GraphicsDesc<'a> {
     /// Vertex entry point, such as `"passes/gbuffer.vert"`.
     pub vertex: &'a str,
-    /// Tessellation control and evaluation entry points.
+    /// Tessellation control and evaluation entry points, if any.
     pub tessellation: Option<[&'a str; 2]>,
-    /// Fragment entry point; `None` writes depth only.
+    /// Fragment entry point; with `None`, only depth is written.
     pub fragment: Option<&'a str>,
     /// Formats of the colour attachments in order.
     pub colors: &'a [vk::Format],
-    /// The number of attachments, counted from the last, that the fragment stage leaves unchanged.
+    /// Number of attachments at the end of `colors` that the fragment stage leaves unchanged.
     pub kept_colors: usize,
     /// Depth attachment, if any.
     pub depth: Option<Depth>,
-    /// Samples per texel of the attachments.
+    /// Number of samples per texel of the attachments.
     pub samples: u32,
-    /// Which triangles have `gl_FrontFacing`: clockwise ones on the screen (y down) if true, otherwise counter-clockwise ones.
+    /// Whether front faces (`gl_FrontFacing`) are the triangles that are clockwise on the screen (y down), instead of
+    /// counter-clockwise.
     pub clockwise_front: bool,
     /// Whether back faces are culled.
     pub front_only: bool,
-    /// Whether triangles are drawn as wireframes, a pixel wide; some devices cannot.
+    /// Whether triangles are drawn as wireframes with lines of one pixel. Some devices do not support it.
     pub wires: bool,
-    /// Interpretation of the vertices.
+    /// How vertices are assembled to primitives.
     pub topology: Topology,
     /// Specialization constants of all stages.
     pub spec: Spec<'a>,
@@ -181,7 +182,7 @@ pub struct GraphicsDesc<'a> {
 }
 
 impl Default for GraphicsDesc<'_> {
-    /// Triangles, counter-clockwise front, and no attachments.
+    /// Describes triangles with counter-clockwise front faces, and no attachments.
     fn default() -> Self {
         Self {
             vertex: "",
@@ -201,7 +202,7 @@ impl Default for GraphicsDesc<'_> {
     }
 }
 
-/// A graphics pipeline for dynamic rendering; viewport and scissor are set while recording. Clones share the same pipeline.
+/// A graphics pipeline for dynamic rendering. The viewport and the scissor are set while recording. Clones share the same pipeline.
 #[derive(Clone)]
 pub struct GraphicsPipeline {
     recipe: Arc<Recipe>,
@@ -213,7 +214,7 @@ impl Pipeline for GraphicsPipeline {
     }
 }
 
-/// A description that outlives the call.
+/// A copy of a [`GraphicsDesc`] that outlives the call.
 struct OwnedDesc {
     vertex: String,
     tessellation: Option<[String; 2]>,
@@ -221,7 +222,7 @@ struct OwnedDesc {
     colors: Vec<vk::Format>,
     spec: Vec<(String, SpecValue)>,
     structs: Vec<StructLayout>,
-    /// The fields without borrows.
+    /// The fields of the description that borrow nothing.
     rest: GraphicsDesc<'static>,
 }
 
@@ -268,12 +269,12 @@ impl OwnedDesc {
 }
 
 impl GraphicsPipeline {
-    /// A pipeline named `name` in captures and messages.
+    /// Creates a pipeline with the name `name` in captures and messages.
     ///
     /// # Errors
-    /// [`GpuError::NoShader`]; [`GpuError::Shader`] for a constant or struct that no stage declares or that a stage declares
-    /// differently, for structs without a description, and for inconsistent stages; [`GpuError::Usage`] for patches without
-    /// tessellation stages, or for wireframes on a device without them; or a failed Vulkan call.
+    /// Returns [`GpuError::NoShader`] for an unknown entry point. Returns [`GpuError::Shader`] for a constant or struct that no
+    /// stage declares or that a stage declares differently, for structs without a description, and for inconsistent stages. Returns
+    /// [`GpuError::Usage`] for patches without tessellation stages, or for unsupported wireframes.
     pub fn new(gpu: &Arc<Gpu>, name: &str, desc: &GraphicsDesc<'_>) -> Result<Self> {
         let (desc, named) = (OwnedDesc::of(desc), name.to_owned());
         let shaders = desc.shaders();
@@ -372,7 +373,7 @@ fn create_graphics(
     })
 }
 
-/// The pipeline created by `create`.
+/// Returns the pipeline created by `create`.
 fn made(
     gpu: &Gpu,
     name: &str,

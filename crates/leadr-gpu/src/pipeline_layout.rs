@@ -1,5 +1,5 @@
-//! The parts that compute and graphics pipelines share. The layout follows from the shaders: set 0 holds push descriptors,
-//! binding numbers follow from the resources' names, and the push constant range is the largest of the stages' ranges.
+//! The parts that compute and graphics pipelines share. The layout follows from the shaders. Set 0 holds push descriptors, binding
+//! numbers follow from the names of resources, and the push constant range is the largest range of any stage.
 
 use std::ffi::CStr;
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use super::spirv::{leave_loops_to_driver, specialized};
 use super::{Gpu, GpuError, Result, StructLayout, shared_struct};
 use leadr_glsl::reflect::{Interface, interface};
 
-/// The layout for set numbers that a pipeline does not use.
+/// Empty layout for set numbers that a pipeline does not use.
 static EMPTY: SetLayout = SetLayout { number: 1, name: "nothing", resources: &[] };
 
 /// The value of a specialization constant.
@@ -52,7 +52,7 @@ impl SpecValue {
 /// Specialization constants by their GLSL names. Unlisted constants keep the shader's defaults.
 pub type Spec<'a> = &'a [(&'a str, SpecValue)];
 
-/// The part that compute and graphics pipelines share.
+/// The state that compute and graphics pipelines share.
 #[doc(hidden)]
 pub struct PipelineCore {
     gpu: Arc<Gpu>,
@@ -61,14 +61,14 @@ pub struct PipelineCore {
     pub(crate) raw: vk::Pipeline,
     pub(crate) layout: vk::PipelineLayout,
     set_layout: vk::DescriptorSetLayout,
-    /// The resources of set 0 that must be bound; the index is the binding number.
+    /// The resources of set 0 that must be bound. The index of a slot is its binding number.
     pub(crate) slots: Vec<Slot>,
-    /// The layouts of the longer-lived sets, by number; `None` for unused ones.
+    /// The layouts of the longer-lived sets by number; `None` for unused numbers.
     pub(crate) sets: [Option<&'static SetLayout>; SETS],
-    /// Declared resources that are unused with these constants: binding them is allowed and has no effect.
+    /// Declared resources that are unused with these constants. They may be bound without effect.
     pub(crate) unused: Vec<&'static str>,
     pub(crate) push: Option<PushConstants>,
-    /// Work group size of a compute pipeline, specialization constants at their defaults.
+    /// Work group size of a compute pipeline, with specialization constants at their defaults.
     pub(crate) local_size: [u32; 3],
 }
 
@@ -82,9 +82,9 @@ pub(crate) struct Slot {
 
 /// The push constants of a pipeline.
 pub(crate) struct PushConstants {
-    /// [`StructLayout::rust`] of their type.
+    /// [`StructLayout::rust`] of the push constants' type.
     pub(crate) rust: &'static str,
-    /// The stages that use them; may be empty.
+    /// Stages that use the push constants; may be empty.
     pub(crate) stages: vk::ShaderStageFlags,
     pub(crate) bytes: usize,
 }
@@ -102,11 +102,11 @@ impl Drop for PipelineCore {
 }
 
 impl PipelineCore {
-    /// The layouts that serve all stages, in a core without a pipeline yet.
+    /// Creates a core with layouts for all stages, without a pipeline yet.
     ///
     /// # Errors
-    /// [`GpuError::Shader`] if the stages are inconsistent with each other or with the Rust twins of their structs,
-    /// [`GpuError::Usage`] for more push constants than the device supports, or a failed Vulkan call.
+    /// Returns [`GpuError::Shader`] if the stages are inconsistent with each other or with the Rust twins of their structs. Returns
+    /// [`GpuError::Usage`] for more push constants than the device supports.
     pub(crate) fn new(
         gpu: &Arc<Gpu>,
         name: &str,
@@ -135,7 +135,7 @@ impl PipelineCore {
         Ok(core)
     }
 
-    /// The device.
+    /// Returns the device.
     pub(super) fn gpu(&self) -> &Arc<Gpu> {
         &self.gpu
     }
@@ -153,7 +153,7 @@ impl PipelineCore {
 
     fn create_layout(&mut self) -> Result<()> {
         self.check_textures()?;
-        // Vulkan requires a layout for each number up to the last.
+        // Vulkan requires a layout for each set number up to the highest.
         let last = self.sets.iter().rposition(Option::is_some).unwrap_or(0);
         let mut sets = vec![self.set_layout];
         for layout in &self.sets[1..=last] {
@@ -170,7 +170,7 @@ impl PipelineCore {
             ranges.push(vk::PushConstantRange::default().stage_flags(push.stages).size(bytes));
             info = info.push_constant_ranges(&ranges);
         }
-        // SAFETY: the device and the set layout are alive, and all that `info` points to outlives the call.
+        // SAFETY: the device and the set layouts are alive, and everything `info` points to outlives the call.
         self.layout = unsafe { self.gpu.raw().create_pipeline_layout(&info, None) }
             .doing(format!("creating the pipeline layout of {}", self.name))?;
         self.gpu.name(self.layout, &self.name);
@@ -193,31 +193,31 @@ impl PipelineCore {
         Ok(())
     }
 
-    /// The binding number of a resource.
+    /// Returns the binding number of a resource.
     fn binding(&self, name: &str) -> Option<u32> {
         self.slots.iter().position(|slot| slot.name == name).map(|index| index as u32)
     }
 
-    /// The names that may be bound, for messages.
+    /// Returns the names that may be bound, for messages.
     pub(crate) fn resource_names(&self) -> String {
         let names: Vec<&str> = self.slots.iter().map(|slot| slot.name).chain(self.unused.iter().copied()).collect();
         if names.is_empty() { "none".to_owned() } else { names.join(", ") }
     }
 }
 
-/// A stage with specialised constants.
+/// A shader stage with specialised constants.
 pub(crate) struct SpecializedStage {
     shader: &'static Shader,
     words: Vec<u32>,
-    /// The remaining declarations of the shader.
+    /// The declarations that remain in the shader after specialisation.
     left: Interface,
 }
 
 impl SpecializedStage {
-    /// A stage with these constants.
+    /// Specialises a shader with these constants.
     ///
     /// # Errors
-    /// [`GpuError::Shader`] for unsupported SPIR-V.
+    /// Returns [`GpuError::Shader`] for unsupported SPIR-V.
     pub(crate) fn new(shader: &'static Shader, spec: Spec<'_>) -> Result<Self> {
         let words = specialized(&shader.words(), |id| {
             let constant = shader.interface().constants.iter().find(|constant| constant.id == id)?;
@@ -241,13 +241,13 @@ pub(crate) struct StageModule<'a> {
 
 impl Drop for StageModule<'_> {
     fn drop(&mut self) {
-        // SAFETY: pipelines do not need their modules once made.
+        // SAFETY: pipelines do not need their modules after creation.
         unsafe { self.gpu.raw().destroy_shader_module(self.module, None) };
     }
 }
 
 impl<'a> StageModule<'a> {
-    /// Creates the module, with its resources numbered as in `core`.
+    /// Creates the shader module, with resources numbered as in `core`.
     pub(crate) fn new(gpu: &'a Gpu, core: &PipelineCore, stage: SpecializedStage) -> Result<Self> {
         let SpecializedStage { shader, mut words, left } = stage;
         for resource in &left.resources {
@@ -260,8 +260,8 @@ impl<'a> StageModule<'a> {
             }
         }
         if shader.stage == Stage::Fragment && !gpu.is_software() {
-            // Unrolled, the shaders that filter and shade are so long that GPUs lose a fifth of a frame. Software drivers keep
-            // loop variables in memory (docs/measurements/gpu.md, performance.md).
+            // With unrolled loops, the shaders that filter and shade are so long that GPUs lose a fifth of a frame. Software
+            // drivers keep loop variables in memory (docs/measurements/gpu.md, performance.md).
             leave_loops_to_driver(&mut words);
         }
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
@@ -280,10 +280,10 @@ impl<'a> StageModule<'a> {
     }
 }
 
-/// The shader with this name.
+/// Returns the shader with this name.
 ///
 /// # Errors
-/// [`GpuError::NoShader`], or [`GpuError::Shader`] when it belongs to another stage.
+/// Returns [`GpuError::NoShader`], or [`GpuError::Shader`] if the shader belongs to another stage.
 pub(crate) fn shader(gpu: &Gpu, name: &str, stage: Stage) -> Result<&'static Shader> {
     let shader = gpu.shaders().find(name)?;
     if shader.stage == stage {
@@ -296,7 +296,7 @@ pub(crate) fn shader(gpu: &Gpu, name: &str, stage: Stage) -> Result<&'static Sha
 /// Checks that a shader declares every constant, with the same type.
 ///
 /// # Errors
-/// [`GpuError::Shader`] with the pipeline and the constant.
+/// Returns [`GpuError::Shader`] with the pipeline and the constant.
 pub(crate) fn check_constants(pipeline: &str, shaders: &[&Shader], spec: Spec<'_>) -> Result<()> {
     let fault = |fault: String| Err(GpuError::Shader { name: pipeline.to_owned(), fault });
     let all = || shaders.iter().flat_map(|shader| &shader.interface().constants);
@@ -319,7 +319,7 @@ pub(crate) fn check_constants(pipeline: &str, shaders: &[&Shader], spec: Spec<'_
     Ok(())
 }
 
-/// The union of the stages' resources: the used ones, and the names of the unused ones.
+/// Returns the resources that any stage uses, and the names of the unused resources.
 fn resources(pipeline: &str, stages: &[SpecializedStage]) -> Result<(Vec<Slot>, Vec<&'static str>)> {
     let mut all: Vec<Slot> = Vec::new();
     for stage @ SpecializedStage { shader, left, .. } in stages {
@@ -341,7 +341,7 @@ fn resources(pipeline: &str, stages: &[SpecializedStage]) -> Result<(Vec<Slot>, 
     Ok((slots, unused.into_iter().map(|slot| slot.name).collect()))
 }
 
-/// The layouts of the longer-lived sets that the stages use, among those of the device.
+/// Returns the device's layouts for the longer-lived sets that the stages use.
 fn used_sets(gpu: &Gpu, pipeline: &str, stages: &[SpecializedStage]) -> Result<[Option<&'static SetLayout>; SETS]> {
     let mut used = [None; SETS];
     for SpecializedStage { shader, left, .. } in stages {
@@ -362,7 +362,7 @@ fn used_sets(gpu: &Gpu, pipeline: &str, stages: &[SpecializedStage]) -> Result<[
     Ok(used)
 }
 
-/// The push constants of all stages, which share one block.
+/// Returns the push constants of all stages, which share one block.
 fn push_constants(
     pipeline: &str,
     stages: &[SpecializedStage],

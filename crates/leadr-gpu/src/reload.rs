@@ -1,19 +1,19 @@
-//! Re-creates pipelines with newer shaders. The old ones stay until all of the new ones work.
+//! Re-creates pipelines with newer shaders. The old pipelines stay until all new pipelines have been created.
 
 use std::sync::{Arc, PoisonError, Weak};
 
 use super::shaders::Shader;
 use super::{Gpu, Result};
 
-/// Replaces the old with the re-created object. No recording may be in progress.
+/// Function that replaces the old object with the re-created object. No recording may be in progress.
 pub(super) type Put = Box<dyn FnOnce()>;
 
 /// A pipeline with its recipe.
 pub(super) trait Remake: Send + Sync {
-    /// Whether it uses one of these entry points.
+    /// Whether the pipeline uses one of these entry points.
     fn uses(&self, names: &[&str]) -> bool;
 
-    /// Re-creates it next to the existing one.
+    /// Creates a new pipeline next to the existing one.
     fn make_again(self: Arc<Self>) -> Result<Put>;
 }
 
@@ -21,18 +21,20 @@ impl Gpu {
     /// Registers a pipeline for re-creation.
     pub(super) fn register(&self, recipe: Weak<dyn Remake>) {
         let mut recipes = self.recipes.lock().unwrap_or_else(PoisonError::into_inner);
-        // Removes dropped pipelines now and then, so that the list has at most twice as many entries as pipelines exist.
+        // Dropped pipelines are removed if the list is full, so the list has at most about twice as many entries as pipelines
+        // exist.
         if recipes.len() == recipes.capacity() {
             recipes.retain(|known| known.strong_count() > 0);
         }
         recipes.push(recipe);
     }
 
-    /// Replaces the shaders of the same name from now on. Every pipeline that uses one is re-created, and new pipelines use
-    /// them too. If one fails, all stay unchanged. Returns the number of re-created pipelines. No recording may be in progress.
+    /// Replaces the shaders of the same names for existing and new pipelines. Every pipeline that uses a replaced shader is
+    /// re-created. If one pipeline fails, all pipelines stay unchanged. Returns the number of re-created pipelines. No recording
+    /// may be in progress.
     ///
     /// # Errors
-    /// A shader that does not fit its pipeline; a failed Vulkan call.
+    /// Returns an error if a shader does not fit its pipeline, or for a failed Vulkan call.
     pub fn reload(self: &Arc<Self>, newer: Vec<&'static Shader>) -> Result<usize> {
         let names: Vec<&str> = newer.iter().map(|shader| shader.name).collect();
         let mut all = self.shaders().newer().clone();

@@ -8,32 +8,32 @@ use ash::vk;
 use super::error::Doing;
 use super::{Gpu, Result};
 
-/// The value of a texture outside [0, 1].
+/// How texture coordinates outside [0, 1] are mapped to texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum AddressMode {
-    /// The texture, repeated.
+    /// The texture repeats.
     Repeat,
-    /// The same, every second repeat mirrored.
+    /// The texture repeats, and every second repeat is mirrored.
     Mirror,
-    /// The nearest texel at the edge.
+    /// The nearest texel at the edge is used.
     ClampToEdge,
 }
 
 /// Interpolation between texels and mip levels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Filter {
-    /// The nearest texel of the nearest level.
+    /// Takes the nearest texel of the nearest level.
     Nearest,
-    /// Bilinear within the nearest level.
+    /// Interpolates bilinearly within the nearest level.
     Bilinear,
-    /// Bilinear, and linear between levels.
+    /// Interpolates bilinearly within levels, and linearly between levels.
     Trilinear,
 }
 
-/// Properties of a sampler: filter, and address modes across and down.
+/// Properties of a sampler, as the filter and the address modes across and down.
 type Kind = (Filter, [AddressMode; 2]);
 
-/// The samplers of a device that are in use. They are shared, because devices support as few as 4,000.
+/// The samplers of a device that are in use. Samplers are shared, because some devices support only 4,000.
 #[derive(Default)]
 pub(crate) struct Samplers(Mutex<HashMap<Kind, Weak<SamplerInner>>>);
 
@@ -56,12 +56,12 @@ impl Drop for SamplerInner {
 }
 
 impl Sampler {
-    /// A sampler with the same address mode on all axes. Cube maps are seamless whatever the mode.
+    /// Creates a sampler with the same address mode on all axes. Cube maps are seamless in every mode.
     pub fn new(gpu: &Arc<Gpu>, filter: Filter, mode: AddressMode) -> Result<Self> {
         Self::with_modes(gpu, filter, [mode; 2])
     }
 
-    /// A sampler for images, with address modes across and down.
+    /// Creates a sampler for images, with separate address modes across and down.
     pub fn with_modes(gpu: &Arc<Gpu>, filter: Filter, modes: [AddressMode; 2]) -> Result<Self> {
         let mut known = gpu.samplers().0.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(inner) = known.get(&(filter, modes)).and_then(Weak::upgrade) {
@@ -72,7 +72,7 @@ impl Sampler {
         Ok(Self { inner })
     }
 
-    /// The raw handle.
+    /// Returns the raw handle.
     pub fn raw(&self) -> vk::Sampler {
         self.inner.raw
     }

@@ -1,4 +1,4 @@
-//! Selection of the physical device, and its requirements.
+//! Selects the physical device and checks the requirements of the renderer.
 
 use std::ffi::CStr;
 
@@ -14,13 +14,13 @@ pub(crate) struct Candidate {
     pub(crate) kind: vk::PhysicalDeviceType,
     /// Requirements of the renderer that the device lacks; empty for a usable device.
     pub(crate) missing: Vec<String>,
-    /// A queue family that can draw, compute and copy.
+    /// Index of a queue family that can draw, compute and copy.
     pub(crate) queue_family: u32,
-    /// Whether it can draw triangles as wireframes.
+    /// Whether the device can draw triangles as wireframes.
     pub(crate) wires: bool,
 }
 
-/// The device for `wanted` (an index, or part of a name in any case), or the best usable one.
+/// Returns the device for `wanted` (an index, or part of a name, where case is ignored), or the best usable device.
 pub(crate) fn choose(instance: &ash::Instance, wanted: Option<&str>, extensions: &[&CStr]) -> Result<Candidate> {
     // SAFETY: the instance is alive.
     let physicals = unsafe { instance.enumerate_physical_devices() }.doing("listing the Vulkan devices")?;
@@ -74,7 +74,7 @@ fn inspect(instance: &ash::Instance, physical: vk::PhysicalDevice, extensions: &
     let properties = unsafe { instance.get_physical_device_properties(physical) };
     let name = properties.device_name_as_c_str().map(CStr::to_string_lossy).unwrap_or_default().into_owned();
     let mut missing = Vec::new();
-    // SAFETY: as above.
+    // SAFETY: `physical` comes from this live instance.
     let families = unsafe { instance.get_physical_device_queue_family_properties(physical) };
     let needed = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
     let queue_family = families.iter().position(|f| f.queue_flags.contains(needed));
@@ -87,7 +87,7 @@ fn inspect(instance: &ash::Instance, physical: vk::PhysicalDevice, extensions: &
     } else {
         missing.extend(missing_features(instance, physical));
     }
-    // SAFETY: as above.
+    // SAFETY: `physical` comes from this live instance.
     let available = unsafe { instance.enumerate_device_extension_properties(physical) }.unwrap_or_default();
     for extension in extensions {
         if !available.iter().any(|e| e.extension_name_as_c_str() == Ok(extension)) {
@@ -95,7 +95,7 @@ fn inspect(instance: &ash::Instance, physical: vk::PhysicalDevice, extensions: &
         }
     }
     let kind = properties.device_type;
-    // SAFETY: as above.
+    // SAFETY: `physical` comes from this live instance.
     let wires = unsafe { instance.get_physical_device_features(physical) }.fill_mode_non_solid == vk::TRUE;
     Candidate { physical, name, kind, missing, queue_family: queue_family.unwrap_or(0) as u32, wires }
 }
@@ -103,7 +103,7 @@ fn inspect(instance: &ash::Instance, physical: vk::PhysicalDevice, extensions: &
 fn missing_features(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Vec<String> {
     let mut v13 = vk::PhysicalDeviceVulkan13Features::default();
     let mut all = vk::PhysicalDeviceFeatures2::default().push_next(&mut v13);
-    // SAFETY: the device is Vulkan 1.3, so it supports the whole chain.
+    // SAFETY: the device supports Vulkan 1.3 and therefore the whole chain.
     unsafe { instance.get_physical_device_features2(physical, &mut all) };
     let v10 = all.features;
     [
@@ -123,7 +123,8 @@ fn missing_features(instance: &ash::Instance, physical: vk::PhysicalDevice) -> V
     .collect()
 }
 
-/// The Vulkan 1.0 features to enable, all required except `wires`. Those of 1.3 are added at device creation.
+/// Returns the Vulkan 1.0 features to enable, which are all required except `wires`. Features of Vulkan 1.3 are added at device
+/// creation.
 pub(crate) fn features(wires: bool) -> vk::PhysicalDeviceFeatures {
     vk::PhysicalDeviceFeatures::default()
         .fill_mode_non_solid(wires)

@@ -1,7 +1,7 @@
-//! Longer-lived descriptor sets: the resources of a scene or object are written once, and bound as a whole.
+//! Longer-lived descriptor sets. The resources of a scene or object are written once, and bound as a whole.
 //!
-//! [`Commands::bind`] pushes set 0 of every pipeline. Sets 1 and 2 are [`ResourceSet`]s, whose layouts are the same for all
-//! pipelines that use them.
+//! [`Commands::bind`] pushes set 0 of every pipeline. Sets 1 and 2 are [`ResourceSet`]s. All pipelines that use such a set have the
+//! same layout for it.
 
 use std::any::Any;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
@@ -13,32 +13,32 @@ use super::error::Doing;
 use super::shaders::{ResourceKind, descriptor_type};
 use super::{Commands, DriverCall, Gpu, GpuError, Result};
 
-/// Sets of a pipeline: the pushed one, and two longer-lived ones.
+/// Number of sets of a pipeline, one pushed and two longer-lived sets.
 pub(crate) const SETS: usize = 3;
 
-/// Sets in one descriptor pool.
+/// Number of sets in one descriptor pool.
 const POOL_SETS: u32 = 64;
 
-/// The layout of a set: the declarations with `layout(set = number)` in GLSL, by name. The binding number of a resource is its
-/// index in the list.
+/// The layout of a set, as the names and kinds of the GLSL declarations with `layout(set = number)`. The binding number of a
+/// resource is its index in the list.
 #[derive(Debug)]
 pub struct SetLayout {
-    /// 1 or 2.
+    /// Number of the set, 1 or 2.
     pub number: u32,
-    /// The owner of the set, for messages.
+    /// Name of the set's owner, for messages.
     pub name: &'static str,
-    /// Its resources.
+    /// Names and kinds of the set's resources.
     pub resources: &'static [(&'static str, ResourceKind)],
 }
 
 impl SetLayout {
-    /// The binding number of a resource.
+    /// Returns the binding number of a resource.
     pub(crate) fn binding(&self, name: &str) -> Option<u32> {
         self.resources.iter().position(|(known, _)| *known == name).map(|index| index as u32)
     }
 }
 
-/// The set layouts of a device, and the pools that sets come from.
+/// The set layouts of a device, and the descriptor pool of new sets.
 pub(crate) struct SetLayouts {
     all: Vec<&'static SetLayout>,
     made: Mutex<Vec<Known>>,
@@ -47,7 +47,7 @@ pub(crate) struct SetLayouts {
 struct Known {
     layout: &'static SetLayout,
     raw: vk::DescriptorSetLayout,
-    /// The pool of the next set, and the number left in it.
+    /// Pool of the next set; `left` counts the free sets in it.
     pool: Weak<SetPool>,
     left: u32,
 }
@@ -57,12 +57,12 @@ impl SetLayouts {
         Self { all, made: Mutex::default() }
     }
 
-    /// The layout of the sets of this number.
+    /// Returns the layout of the sets with this number.
     pub(crate) fn numbered(&self, number: u32) -> Option<&'static SetLayout> {
         self.all.iter().copied().find(|layout| layout.number == number)
     }
 
-    /// The device's object for a layout, which the device keeps.
+    /// Returns the Vulkan object for a layout. The device owns it.
     pub(crate) fn raw(&self, gpu: &Gpu, layout: &'static SetLayout) -> Result<vk::DescriptorSetLayout> {
         self.with(gpu, layout, |known| Ok(known.raw))
     }
@@ -85,7 +85,7 @@ impl SetLayouts {
     /// No pipeline and no set of this device may exist any more.
     pub(crate) unsafe fn destroy(&self, device: &ash::Device) {
         for known in self.made.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
-            // SAFETY: as above.
+            // SAFETY: the caller ensures that nothing uses the layout.
             unsafe { device.destroy_descriptor_set_layout(known.raw, None) };
         }
     }
@@ -96,7 +96,7 @@ fn create(gpu: &Gpu, layout: &SetLayout) -> Result<vk::DescriptorSetLayout> {
     descriptor_layout(gpu, layout.name, vk::DescriptorSetLayoutCreateFlags::empty(), resources)
 }
 
-/// The layout of a descriptor set with these resources and stages, numbered in order. The caller destroys it.
+/// Creates the layout of a descriptor set with these resources and stages, numbered in order. The caller must destroy it.
 pub(crate) fn descriptor_layout(
     gpu: &Gpu,
     name: &str,
@@ -119,7 +119,7 @@ pub(crate) fn descriptor_layout(
     Ok(raw)
 }
 
-/// Sets of one layout, freed together when the last of them is dropped.
+/// A pool of sets with one layout. They are freed together when the last set is dropped.
 struct SetPool {
     gpu: Arc<Gpu>,
     raw: vk::DescriptorPool,
@@ -127,7 +127,7 @@ struct SetPool {
 
 impl Drop for SetPool {
     fn drop(&mut self) {
-        // SAFETY: commands that use a set of the pool hold it until they are done.
+        // SAFETY: commands that use a set of the pool hold the set until they are done.
         unsafe { self.gpu.raw().destroy_descriptor_pool(self.raw, None) };
     }
 }
@@ -150,7 +150,7 @@ impl SetPool {
 }
 
 impl Known {
-    /// A new set, from the current pool or a new one.
+    /// Allocates a set from the current pool or from a new pool.
     fn take(&mut self, gpu: &Arc<Gpu>) -> Result<(Arc<SetPool>, vk::DescriptorSet)> {
         let pool = match self.pool.upgrade().filter(|_| self.left > 0) {
             Some(pool) => pool,
@@ -184,11 +184,10 @@ struct SetInner {
 }
 
 impl ResourceSet {
-    /// A fixed set of all resources of a layout. It keeps them alive.
+    /// Creates an immutable set of all resources of a layout. The set keeps the resources alive.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] for a resource that is missing, given twice, of another kind or not in the layout; a memory
-    /// shortage.
+    /// Returns [`GpuError::Usage`] for a resource that is missing, given twice, of another kind or not in the layout.
     pub fn new(gpu: &Arc<Gpu>, layout: &'static SetLayout, resources: &[(&str, Descriptor<'_>)]) -> Result<Self> {
         let stranger = |name: &str| format!("its set has no resource {name}");
         let descriptors = in_order(layout.name, layout.resources.iter().copied(), resources, |_| false, stranger)?;

@@ -1,4 +1,4 @@
-//! Watches the sources of the shaders and compiles changed ones in the background.
+//! Watches the sources of the shaders, and compiles changed shaders in the background.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -12,14 +12,14 @@ use leadr_glsl::compiler::{Compiler, collect, normal, slashes};
 use super::shaders::Shader;
 use super::{Gpu, GpuError, Result};
 
-/// Interval of the checks.
+/// Interval between checks for changed files.
 const INTERVAL: Duration = Duration::from_millis(250);
 
-/// The outcome of changed files.
+/// The outcome of compiling changed files.
 pub enum Change {
-    /// Entry points that were compiled, by name.
+    /// The entry points that were compiled.
     Compiled(CompiledShaders),
-    /// The compiler's message, with file and line.
+    /// Compilation failed; this is the compiler's message, with file and line.
     Failed(String),
 }
 
@@ -27,23 +27,23 @@ pub enum Change {
 pub struct CompiledShaders(Vec<&'static Shader>);
 
 impl CompiledShaders {
-    /// Compiles entry points, named by their paths below `root`.
+    /// Compiles entry points. `names` are their paths below `root`.
     ///
     /// # Errors
-    /// The compiler's message.
+    /// Returns the compiler's message.
     pub fn compile(root: &Path, names: &[String]) -> std::result::Result<Self, String> {
         let compiler = Compiler::new(root)?;
         let compile = |name: &String| compiler.compile(name).map(|code| Shader::leaked(name, &code));
         names.iter().map(compile).collect::<std::result::Result<_, String>>().map(Self)
     }
 
-    /// Their names.
+    /// Returns the names of the entry points.
     pub fn names(&self) -> impl Iterator<Item = &'static str> {
         self.0.iter().map(|shader| shader.name)
     }
 }
 
-/// A thread that watches a folder until this is dropped.
+/// A thread that watches a folder. Dropping the value stops the thread.
 pub struct ShaderWatch {
     changes: Receiver<Change>,
     stop: Arc<AtomicBool>,
@@ -59,7 +59,7 @@ impl ShaderWatch {
     /// Watches `root`, a folder like `shaders-glsl`, for changes of the entry points `built` (`Gpu::shader_names`).
     ///
     /// # Errors
-    /// A folder without entry points of this build.
+    /// Returns an error for a folder without entry points of this build.
     pub fn new(root: &Path, built: impl IntoIterator<Item = &'static str>) -> Result<Self> {
         let fault = |fault: String| GpuError::Shader { name: root.display().to_string(), fault };
         if !root.join("passes").is_dir() {
@@ -73,23 +73,23 @@ impl ShaderWatch {
         Ok(Self { changes, stop })
     }
 
-    /// The change since the last call, if any.
+    /// Returns the change since the last call, if there is one.
     pub fn change(&self) -> Option<Change> {
         self.changes.try_recv().ok()
     }
 }
 
 impl Gpu {
-    /// Uses these shaders from now on: see `Gpu::reload`. Returns the number of re-created pipelines.
+    /// Replaces shaders of the same names, as with `Gpu::reload`. Returns the number of re-created pipelines.
     ///
     /// # Errors
-    /// A shader that does not fit its pipeline; then all stay unchanged.
+    /// Returns an error if a shader does not fit its pipeline. All pipelines then stay unchanged.
     pub fn take_shaders(self: &Arc<Self>, shaders: CompiledShaders) -> Result<usize> {
         self.reload(shaders.0)
     }
 }
 
-/// The files below `root` and their modification times.
+/// Returns the files below `root` and their modification times.
 fn written(root: &Path) -> BTreeMap<PathBuf, SystemTime> {
     let mut found = BTreeMap::new();
     let mut folders = vec![root.to_owned()];
@@ -107,12 +107,12 @@ fn written(root: &Path) -> BTreeMap<PathBuf, SystemTime> {
     found
 }
 
-/// The files that a file includes, directly or indirectly, found without compiling it.
+/// Returns the files that `file` includes, directly or indirectly, without compiling it.
 fn includes(root: &Path, file: &Path, known: &mut BTreeMap<PathBuf, BTreeSet<PathBuf>>) -> BTreeSet<PathBuf> {
     if let Some(found) = known.get(file) {
         return found.clone();
     }
-    // Stops at circular includes.
+    // This entry stops the recursion at circular includes.
     known.insert(file.to_owned(), BTreeSet::new());
     let text = std::fs::read_to_string(root.join(file)).unwrap_or_default();
     let mut all = BTreeSet::new();
@@ -135,7 +135,7 @@ fn includes(root: &Path, file: &Path, known: &mut BTreeMap<PathBuf, BTreeSet<Pat
 
 fn watch(root: &Path, built: &BTreeSet<&str>, changes: &Sender<Change>, stop: &AtomicBool) {
     let mut before = written(root);
-    // Entry points changed since they last compiled.
+    // Entry points that changed since they were last compiled.
     let mut waiting = BTreeSet::new();
     while !stop.load(Ordering::Relaxed) {
         std::thread::sleep(INTERVAL);
@@ -174,7 +174,7 @@ fn watch(root: &Path, built: &BTreeSet<&str>, changes: &Sender<Change>, stop: &A
 mod tests {
     use super::*;
 
-    /// A copy of the sources that a test may change.
+    /// Returns a copy of the sources that a test may change.
     fn sources() -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();
         let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shaders-glsl");
@@ -208,7 +208,7 @@ mod tests {
         let folder = sources();
         let watch = ShaderWatch::new(folder.path(), leadr_shaders::SHADERS.iter().map(|shader| shader.name)).unwrap();
         std::thread::sleep(2 * INTERVAL);
-        // A changed include: the entry points that use it are compiled.
+        // If an include changes, the entry points that use it are compiled.
         change(folder.path(), "passes/tonemap.glsl", "2.51", "2.52");
         let Change::Compiled(shaders) = next(&watch) else { panic!("it compiles") };
         assert_eq!(shaders.names().collect::<Vec<_>>(), ["passes/present.frag"]);
@@ -220,7 +220,7 @@ mod tests {
         change(folder.path(), "passes/tonemap.glsl", "2.52", "two");
         let Change::Failed(printed) = next(&watch) else { panic!("it does not compile") };
         assert!(printed.contains("tonemap.glsl:") && printed.contains("two"), "{printed}");
-        // Another entry point changes meanwhile, and is compiled once all compile.
+        // Another entry point changes meanwhile. It is compiled as soon as all changed entry points compile.
         change(folder.path(), "passes/object_depth.frag", "void main", "/* changed */ void main");
         assert!(matches!(next(&watch), Change::Failed(printed) if printed.contains("two")));
         change(folder.path(), "passes/tonemap.glsl", "two", "2.51");

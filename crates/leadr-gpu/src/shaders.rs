@@ -1,4 +1,4 @@
-//! The shaders of a device: those of its tables, and newer ones that replace them.
+//! The shaders of a device, from its tables and from newer shaders that replace them.
 
 use std::collections::BTreeMap;
 use std::sync::{PoisonError, RwLock, RwLockReadGuard};
@@ -14,7 +14,7 @@ type Newer = BTreeMap<&'static str, &'static Shader>;
 /// The shaders of a device, by name.
 pub(crate) struct Shaders {
     tables: Vec<&'static [Shader]>,
-    /// Shaders compiled since the build, which replace those of the same name.
+    /// Shaders compiled since the build. They replace shaders of the same name in the tables.
     newer: RwLock<Newer>,
 }
 
@@ -23,10 +23,10 @@ impl Shaders {
         Self { tables, newer: RwLock::default() }
     }
 
-    /// The entry point with this name, such as `"passes/shade.frag"`.
+    /// Returns the entry point with this name, such as `"passes/shade.frag"`.
     ///
     /// # Errors
-    /// [`GpuError::NoShader`] when no table has it.
+    /// Returns [`GpuError::NoShader`] if no table has the entry point.
     pub(crate) fn find(&self, name: &str) -> Result<&'static Shader> {
         if let Some(newer) = self.newer().get(name) {
             return Ok(*newer);
@@ -37,23 +37,23 @@ impl Shaders {
         self.tables.iter().find_map(in_table).ok_or_else(|| GpuError::NoShader { name: name.to_owned() })
     }
 
-    /// The names of all entry points.
+    /// Returns the names of all entry points.
     pub(crate) fn names(&self) -> impl Iterator<Item = &'static str> {
         self.tables.iter().flat_map(|table| table.iter()).map(|shader| shader.name)
     }
 
-    /// Replaces shaders of the same name, and returns the previous replacements.
+    /// Sets the replacements of shaders, and returns the previous replacements.
     pub(crate) fn replace(&self, shaders: Newer) -> Newer {
         std::mem::replace(&mut *self.newer.write().unwrap_or_else(PoisonError::into_inner), shaders)
     }
 
-    /// The replacements of shaders in the tables.
+    /// Returns the replacements of shaders in the tables.
     pub(crate) fn newer(&self) -> RwLockReadGuard<'_, Newer> {
         self.newer.read().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// Vulkan's name of a stage.
+/// Returns the Vulkan constant for a stage.
 pub(crate) fn stage_flags(stage: Stage) -> vk::ShaderStageFlags {
     match stage {
         Stage::Vertex => vk::ShaderStageFlags::VERTEX,
@@ -64,7 +64,7 @@ pub(crate) fn stage_flags(stage: Stage) -> vk::ShaderStageFlags {
     }
 }
 
-/// Vulkan's name of a kind of resource.
+/// Returns the Vulkan constant for a kind of resource.
 pub(crate) fn descriptor_type(kind: ResourceKind) -> vk::DescriptorType {
     match kind {
         ResourceKind::Uniform => vk::DescriptorType::UNIFORM_BUFFER,

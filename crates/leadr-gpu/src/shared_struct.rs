@@ -1,4 +1,5 @@
-//! Structs that Rust writes and shaders read. Both sides declare them, and pipeline creation checks that they match.
+//! Structs that Rust writes and shaders read. Rust and GLSL declare each struct, and pipeline creation checks that the declarations
+//! match.
 
 use bytemuck::NoUninit;
 
@@ -8,7 +9,7 @@ use leadr_glsl::reflect::{Member, Struct};
 
 /// A struct in buffers and push constants, declared with `shared_struct!`.
 pub trait SharedStruct: NoUninit {
-    /// Its memory layout.
+    /// Memory layout of the struct.
     const LAYOUT: StructLayout;
 }
 
@@ -17,29 +18,29 @@ pub trait SharedStruct: NoUninit {
 pub struct StructLayout {
     /// Name of the struct or block in GLSL.
     pub glsl: &'static str,
-    /// Path in Rust.
+    /// Path of the struct in Rust.
     pub rust: &'static str,
-    /// Bytes, padding included.
+    /// Size in bytes, including padding.
     pub size: usize,
-    /// Members in order. Those whose names begin with `padding` do not exist in GLSL.
+    /// Members in order. Members with names that begin with `padding` do not exist in GLSL.
     pub members: &'static [MemberLayout],
 }
 
-/// A member of a shared struct in Rust, in bytes.
+/// A member of a shared struct in Rust.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MemberLayout {
-    /// Its name.
+    /// Name of the member.
     pub name: &'static str,
-    /// From the start of the struct.
+    /// Offset from the start of the struct in bytes.
     pub offset: usize,
-    /// Its size.
+    /// Size of the member in bytes.
     pub size: usize,
 }
 
 /// Declares a struct shared with shaders, and implements [`SharedStruct`](crate::SharedStruct) for it.
 ///
-/// The name after `for` is that of the struct or block in GLSL, whose members have the same names, offsets and sizes. GLSL pads
-/// by its own rules (`std140`, `std430`); in Rust each gap is a member whose name begins with `padding`.
+/// The name after `for` is the name of the struct or block in GLSL. Its members must have the same names, offsets and sizes. GLSL
+/// inserts padding by its own rules (`std140`, `std430`). In Rust, each gap is a member with a name that begins with `padding`.
 ///
 /// ```
 /// leadr_gpu::shared_struct! {
@@ -87,7 +88,7 @@ macro_rules! shared_struct {
 /// Checks that every struct of these shaders is among `twins` and has the memory layout of its twin.
 ///
 /// # Errors
-/// [`GpuError::Shader`] with the pipeline, the struct and the difference; also for a twin that no shader declares.
+/// Returns [`GpuError::Shader`] with the pipeline, the struct and the difference, also for a twin that no shader declares.
 pub(crate) fn check(pipeline: &str, shaders: &[&Shader], twins: &[StructLayout]) -> Result<()> {
     let fault = |fault: String| Err(GpuError::Shader { name: pipeline.to_owned(), fault });
     for shader in shaders {
@@ -114,7 +115,7 @@ pub(crate) fn check(pipeline: &str, shaders: &[&Shader], twins: &[StructLayout])
     }
 }
 
-/// The difference between a GLSL struct and its twin, if there is one.
+/// Describes the difference between a GLSL struct and its twin, if there is one.
 fn difference(glsl: &Struct, rust: &StructLayout) -> Option<String> {
     let ours: Vec<&MemberLayout> = rust.members.iter().filter(|member| !member.name.starts_with("padding")).collect();
     for (i, theirs) in glsl.members.iter().enumerate() {

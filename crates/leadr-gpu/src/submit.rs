@@ -1,4 +1,4 @@
-//! Command buffers: recording, submission with or without semaphores, waiting, and reuse.
+//! Records, submits and reuses command buffers, with or without semaphores, and waits for them.
 
 use std::any::Any;
 use std::sync::Arc;
@@ -10,11 +10,11 @@ use super::error::Doing;
 use super::{Commands, DriverCall, Gpu, GpuError, Result};
 
 impl Gpu {
-    /// Records commands, submits them and waits until they are done. `label` names them in captures and messages. The commands
-    /// see all writes of earlier submissions; later submissions see all of theirs.
+    /// Records commands, submits them and waits until they are done. `label` names them in captures and messages. The commands see
+    /// all writes of earlier submissions, and later submissions see all writes of the commands.
     ///
     /// # Errors
-    /// The first misuse during recording, or a failed Vulkan call; after a misuse nothing is submitted.
+    /// Returns the first misuse during recording, or a failed Vulkan call. After a misuse, nothing is submitted.
     pub fn submit<R>(self: &Arc<Self>, label: &str, record: impl FnOnce(&mut Commands) -> R) -> Result<R> {
         let mut recorder = CommandRecorder::new(self, label)?;
         let result = recorder.record(label, |cmd| {
@@ -29,10 +29,10 @@ impl Gpu {
     }
 }
 
-/// A reusable command buffer. A window keeps one per frame in flight.
+/// A reusable command buffer. A window needs one per frame in flight.
 ///
-/// `record` waits until the previous submission is done, so at most one is in progress. Each recording is submitted at most
-/// once. The recorded state of images and timestamps changes at submission, not during recording.
+/// `record` waits for the previous submission, so at most one submission is in progress. Each recording is submitted at most once.
+/// The tracked state of images and timestamps changes at submission, not during recording.
 pub struct CommandRecorder {
     gpu: Arc<Gpu>,
     pool: vk::CommandPool,
@@ -46,16 +46,16 @@ pub struct CommandRecorder {
 
 /// State of the command buffer.
 enum State {
-    /// Nothing to submit.
+    /// There is nothing to submit.
     Idle,
-    /// Commands ready to be submitted.
+    /// Commands are ready to be submitted.
     Recorded(Recorded),
-    /// Submitted commands.
+    /// Commands were submitted.
     Pending,
 }
 
 impl CommandRecorder {
-    /// A recorder named `name` in captures and messages.
+    /// Creates a recorder with the name `name` in captures and messages.
     pub fn new(gpu: &Arc<Gpu>, name: &str) -> Result<Self> {
         let mut recorder = Self {
             gpu: gpu.clone(),
@@ -71,7 +71,7 @@ impl CommandRecorder {
         // SAFETY: the device is alive; dropping the recorder destroys what was created.
         recorder.pool = unsafe { device.create_command_pool(&info, None) }.doing("creating a command pool")?;
         gpu.name(recorder.pool, name);
-        // SAFETY: as above.
+        // SAFETY: the device is alive; dropping the recorder destroys the fence.
         recorder.fence =
             unsafe { device.create_fence(&vk::FenceCreateInfo::default(), None) }.doing("creating a fence")?;
         gpu.name(recorder.fence, name);
@@ -88,14 +88,14 @@ impl CommandRecorder {
     /// Waits for the previous submission and starts a new recording.
     ///
     /// # Errors
-    /// The first misuse during recording, or a failed Vulkan call.
+    /// Returns the first misuse during recording, or a failed Vulkan call.
     pub fn record<R>(&mut self, label: &str, record: impl FnOnce(&mut Commands) -> R) -> Result<R> {
         self.wait()?;
         let device = self.gpu.raw();
         let info = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
         self.state = State::Idle;
         let labels = self.gpu.lock_labels();
-        // SAFETY: the previous submission is done, so the pool may be reset and its buffer be recorded.
+        // SAFETY: the previous submission is done, so the pool may be reset and its buffer may be recorded.
         unsafe {
             device
                 .reset_command_pool(self.pool, vk::CommandPoolResetFlags::empty())
@@ -112,12 +112,12 @@ impl CommandRecorder {
         Ok(result)
     }
 
-    /// Submits the recorded commands without waiting for them. They wait for each semaphore of `waits` at its stages, and
-    /// signal those of `signals` after the given stages.
+    /// Submits the recorded commands without waiting for them. The commands wait for each semaphore of `waits` at its stages, and
+    /// signal each semaphore of `signals` after its stages.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] when nothing was recorded since the last submission; a failed submission, such as a lost device,
-    /// after which nothing is left to submit.
+    /// Returns [`GpuError::Usage`] if nothing was recorded since the last submission. After a failed submission, such as a lost
+    /// device, nothing is left to submit.
     pub fn submit(
         &mut self,
         waits: &[(vk::Semaphore, vk::PipelineStageFlags2)],
@@ -145,8 +145,8 @@ impl CommandRecorder {
         self.gpu
             .faults()
             .check(DriverCall::Submission)
-            // SAFETY: by the state, the buffer was recorded and not submitted since, so the fence is unsignalled and in no
-            // other submission. The queue is locked.
+            // SAFETY: in this state, the buffer was recorded and not submitted since, so the fence is unsignalled and in no other
+            // submission. The queue is locked.
             .and_then(|()| unsafe { self.gpu.raw().queue_submit2(*queue, &[submission], self.fence) })
             .doing(format!("submitting {}", self.name))?;
         recorded.effects.commit();
@@ -155,12 +155,12 @@ impl CommandRecorder {
         Ok(())
     }
 
-    /// Whether a submission has not been waited for.
+    /// Whether a submission is pending, because nothing has waited for it.
     pub fn is_pending(&self) -> bool {
         matches!(self.state, State::Pending)
     }
 
-    /// Waits for the submission, if any, and releases its objects.
+    /// Waits for the pending submission, if there is one, and releases its objects.
     pub fn wait(&mut self) -> Result<()> {
         if self.is_pending() {
             // SAFETY: the fence belongs to a submission in progress; once that is done, nothing uses the fence.
@@ -185,7 +185,7 @@ impl Drop for CommandRecorder {
             && !error.is_lost_device()
             && self.gpu.wait_idle().is_err()
         {
-            // The device may still use them, so they are leaked, unless the device is lost.
+            // The device may still use these objects, so they are leaked, unless the device is lost.
             std::mem::forget(std::mem::take(&mut self.keep));
             return;
         }

@@ -7,7 +7,7 @@ use ash::vk;
 use super::error::Doing;
 use super::{Gpu, GpuError, Result};
 
-/// Queries for a number of marks. Clones share them.
+/// Timestamp queries for a number of marks. Clones share the queries.
 #[derive(Clone)]
 pub struct Timestamps {
     pub(crate) inner: Arc<TimestampsInner>,
@@ -17,7 +17,7 @@ pub(crate) struct TimestampsInner {
     gpu: Arc<Gpu>,
     raw: vk::QueryPool,
     capacity: u32,
-    /// The valid bits of a tick.
+    /// Mask of the valid bits of a tick.
     mask: u64,
     /// Names of the last submitted marks.
     names: Mutex<Vec<String>>,
@@ -44,7 +44,7 @@ impl TimestampsInner {
             return Err(GpuError::usage("timestamps", fault));
         }
         let stage = vk::PipelineStageFlags2::ALL_COMMANDS;
-        // SAFETY: the command buffer is being recorded and keeps the queries alive, of which this is one.
+        // SAFETY: the command buffer is being recorded and keeps the queries alive, and `index` is one of them.
         unsafe { self.gpu.raw().cmd_write_timestamp2(commands, stage, self.raw, index as u32) };
         Ok(())
     }
@@ -56,10 +56,10 @@ impl TimestampsInner {
 }
 
 impl Timestamps {
-    /// Space for `capacity` marks per recording.
+    /// Creates queries for `capacity` marks per recording.
     ///
     /// # Errors
-    /// A failed Vulkan call, or [`GpuError::Usage`] where the device has no timestamps.
+    /// Returns [`GpuError::Usage`] if the device has no timestamps.
     pub fn new(gpu: &Arc<Gpu>, capacity: u32) -> Result<Self> {
         if gpu.limits().timestamp_compute_and_graphics == vk::FALSE {
             return Err(GpuError::usage("timestamps", format!("{} has no timestamps", gpu.device_name())));
@@ -78,8 +78,8 @@ impl Timestamps {
         Ok(Self { inner: Arc::new(TimestampsInner { gpu: gpu.clone(), raw, capacity, mask, names }) })
     }
 
-    /// The marks of the last submission that had any, in order: name, and milliseconds since the first mark. Waits for their
-    /// commands.
+    /// Returns the marks of the last submission that had marks, in order, as names and milliseconds since the first mark. Waits for
+    /// the commands.
     pub fn marks(&self) -> Result<Vec<(String, f64)>> {
         let names = self.inner.names.lock().unwrap_or_else(PoisonError::into_inner).clone();
         if names.is_empty() {
@@ -87,7 +87,7 @@ impl Timestamps {
         }
         let mut ticks = vec![0u64; names.len()];
         let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WAIT;
-        // SAFETY: `ticks` has room for all marks, and the queries that they name are among the pool's.
+        // SAFETY: `ticks` has room for all marks, and the pool contains a query for every mark.
         unsafe { self.inner.gpu.raw().get_query_pool_results(self.inner.raw, 0, &mut ticks, flags) }
             .doing("reading timestamps")?;
         let period = f64::from(self.inner.gpu.limits().timestamp_period);
@@ -95,7 +95,7 @@ impl Timestamps {
         Ok(names.into_iter().zip(ticks.iter().map(|tick| since(*tick))).collect())
     }
 
-    /// The time from each mark to the next, in milliseconds, with the name of the later mark. To time a pass, place a mark
+    /// Returns the time from each mark to the next in milliseconds, with the name of the later mark. To time a pass, place a mark
     /// after it. The first mark only starts the clock.
     pub fn intervals(&self) -> Result<Vec<(String, f64)>> {
         let marks = self.marks()?;

@@ -6,12 +6,12 @@ use super::buffer::STAGING_BYTES;
 use super::{Buffer, GpuError, Image, Memory, Result, Use};
 
 impl Image {
-    /// Fills one mip of one layer with tightly packed texels, top row first, and waits. Afterwards the whole image is in
-    /// [`Use::Sampled`]; mips that have not been written stay undefined.
+    /// Fills one mip of one layer with tightly packed texels, top row first, and waits. Afterwards, the whole image is in
+    /// [`Use::Sampled`], and mips that have not been written stay undefined.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] if `data` does not have the mip's size or the mip does not exist, [`GpuError::Allocation`] if memory
-    /// for staging is short, or a failed submission.
+    /// Returns [`GpuError::Usage`] if `data` does not have the mip's size or the mip does not exist. Returns
+    /// [`GpuError::Allocation`] if memory for staging is short.
     pub fn write<T: NoUninit>(&self, mip: u32, layer: u32, data: &[T]) -> Result<()> {
         let bytes: &[u8] = bytemuck::cast_slice(data);
         let (row, rows_per_chunk) = self.chunks(mip, layer)?;
@@ -40,8 +40,8 @@ impl Image {
     /// [`Use::CopySource`] if it had none.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] if the mip does not exist or its size is not a multiple of `T`'s, [`GpuError::Allocation`] if memory
-    /// for staging is short, or a failed submission.
+    /// Returns [`GpuError::Usage`] if the mip does not exist or its size is not a multiple of the size of `T`. Returns
+    /// [`GpuError::Allocation`] if memory for staging is short.
     pub fn read<T: AnyBitPattern + NoUninit>(&self, mip: u32, layer: u32) -> Result<Vec<T>> {
         let (row, rows_per_chunk) = self.chunks(mip, layer)?;
         let height = self.mip_extent(mip)[1];
@@ -70,7 +70,7 @@ impl Image {
         Ok(values)
     }
 
-    /// Bytes per row of the mip, and the number of rows in a chunk.
+    /// Returns the bytes per row of the mip, and the number of rows in a chunk.
     fn chunks(&self, mip: u32, layer: u32) -> Result<(u64, u32)> {
         self.check_mip_layer(mip, layer)?;
         let row = self.texel_bytes()? * u64::from(self.mip_extent(mip)[0]);

@@ -1,4 +1,4 @@
-//! How resources are used: the few combinations of stage, access and layout that this renderer needs.
+//! The uses of resources, as the few combinations of stage, access and layout that the renderer needs.
 
 use ash::vk;
 
@@ -7,13 +7,13 @@ use ash::vk;
 /// For buffers and other memory the image layout has no meaning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Use {
-    /// Not used yet, or with content that may be discarded. Waits for all earlier work.
+    /// Not used yet, or content that may be discarded. A barrier from this use waits for all earlier work.
     Undefined,
     /// Source of a copy.
     CopySource,
     /// Target of a copy or fill.
     CopyTarget,
-    /// Sampled texture in any shader; the layout of every `Descriptor::Sampled`.
+    /// Sampled texture in any shader. Every `Descriptor::Sampled` has this layout.
     Sampled,
     /// Storage buffer or storage image read by a compute shader.
     ComputeRead,
@@ -27,14 +27,14 @@ pub enum Use {
     ColorTarget,
     /// Depth attachment, tested and written.
     DepthTarget,
-    /// Read by the CPU after the submission.
+    /// Buffer that the CPU reads after the submission.
     HostRead,
-    /// Displayed by a swapchain.
+    /// Image that a swapchain displays.
     Present,
 }
 
 impl Use {
-    /// The pipeline stages involved.
+    /// Returns the pipeline stages of this use.
     pub(crate) fn stages(self) -> vk::PipelineStageFlags2 {
         use vk::PipelineStageFlags2 as S;
         match self {
@@ -46,16 +46,16 @@ impl Use {
             Self::ColorTarget => S::COLOR_ATTACHMENT_OUTPUT,
             Self::DepthTarget => S::EARLY_FRAGMENT_TESTS | S::LATE_FRAGMENT_TESTS,
             Self::HostRead => S::HOST,
-            // Ordering comes from the semaphore that presentation waits for.
+            // Presentation is ordered by the semaphore that it waits for.
             Self::Present => S::COLOR_ATTACHMENT_OUTPUT,
         }
     }
 
-    /// Memory accesses of those stages.
+    /// Returns the memory accesses of these stages.
     pub(crate) fn access(self) -> vk::AccessFlags2 {
         use vk::AccessFlags2 as A;
         match self {
-            // Earlier writes must be finished.
+            // All earlier writes must be finished.
             Self::Undefined => A::MEMORY_WRITE,
             Self::Present => A::NONE,
             Self::CopySource => A::TRANSFER_READ,
@@ -71,7 +71,7 @@ impl Use {
         }
     }
 
-    /// The image layout in this use.
+    /// Returns the image layout in this use.
     pub(crate) fn layout(self) -> vk::ImageLayout {
         use vk::ImageLayout as L;
         match self {

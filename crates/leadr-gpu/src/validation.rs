@@ -5,15 +5,16 @@ use std::sync::Mutex;
 
 use ash::vk;
 
-/// The layer that checks correct use of Vulkan.
+/// Name of the layer that checks the use of Vulkan.
 pub(crate) const LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
-/// Core and synchronization checks, in the form of older layers. GPU-assisted checks are excluded because they report false
-/// errors with push descriptors.
+/// Settings for core and synchronization checks, in the form that older layers expect. GPU-assisted checks are excluded because
+/// they report false errors with push descriptors.
 pub(crate) const ENABLED: [vk::ValidationFeatureEnableEXT; 1] =
     [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
 
-/// The same for layers with `VK_EXT_layer_settings`, where synchronization checks of shader accesses are off by default.
+/// Returns the settings for layers with `VK_EXT_layer_settings`, where synchronization checks of shader accesses are off by
+/// default.
 pub(crate) fn settings() -> [vk::LayerSettingEXT<'static>; 2] {
     static ON: vk::Bool32 = vk::TRUE;
     [c"validate_sync", c"syncval_shader_accesses_heuristic"].map(|name| vk::LayerSettingEXT {
@@ -23,10 +24,10 @@ pub(crate) fn settings() -> [vk::LayerSettingEXT<'static>; 2] {
     })
 }
 
-/// Output of the messenger. The owner boxes it, because Vulkan keeps its address.
+/// Messages that the messenger collects. The owner boxes them, because Vulkan keeps their address.
 pub(crate) type Messages = Mutex<Vec<String>>;
 
-/// Sends warnings and errors of the validation layer to `messages`, which must outlive the messenger.
+/// Describes a messenger that sends the validation layer's warnings and errors to `messages`, which must outlive it.
 pub(crate) fn messenger_info(messages: &Messages) -> vk::DebugUtilsMessengerCreateInfoEXT<'static> {
     vk::DebugUtilsMessengerCreateInfoEXT::default()
         .message_severity(vk::DebugUtilsMessageSeverityFlagsEXT::WARNING | vk::DebugUtilsMessageSeverityFlagsEXT::ERROR)
@@ -36,7 +37,7 @@ pub(crate) fn messenger_info(messages: &Messages) -> vk::DebugUtilsMessengerCrea
 }
 
 /// # Safety
-/// To be called by Vulkan only, with valid data or null, and with the `Messages` of [`messenger_info`].
+/// Only Vulkan may call this function, with valid data or null, and with the `Messages` of [`messenger_info`].
 unsafe extern "system" fn collect(
     severity: vk::DebugUtilsMessageSeverityFlagsEXT,
     _kind: vk::DebugUtilsMessageTypeFlagsEXT,

@@ -1,6 +1,6 @@
-//! The swapchain of a window, independent of the window library: it takes raw handles.
+//! The swapchain of a window. It takes raw handles, so it is independent of the window library.
 //!
-//! There are [`FRAMES_IN_FLIGHT`] frames: the CPU prepares one while the device draws the other.
+//! There are [`FRAMES_IN_FLIGHT`] frames. The CPU prepares one frame while the device draws the other.
 
 use std::any::Any;
 use std::ffi::CStr;
@@ -12,10 +12,10 @@ use raw_window_handle::{HasDisplayHandle, HasWindowHandle};
 use super::error::Doing;
 use super::{CommandRecorder, Gpu, GpuError, Image, ImageDesc, Result};
 
-/// The instance extensions for windows on a display, for [`GpuOptions::window_extensions`](super::GpuOptions).
+/// Returns the instance extensions for windows on a display, for [`GpuOptions::window_extensions`](super::GpuOptions).
 ///
 /// # Errors
-/// [`GpuError::Usage`] for displays that Vulkan cannot present to.
+/// Returns [`GpuError::Usage`] for displays that Vulkan cannot present to.
 pub fn window_extensions(display: &impl HasDisplayHandle) -> Result<Vec<&'static CStr>> {
     let handle = display.display_handle().map_err(|e| GpuError::usage("display", e.to_string()))?;
     let pointers = ash_window::enumerate_required_extensions(handle.as_raw())
@@ -24,21 +24,21 @@ pub fn window_extensions(display: &impl HasDisplayHandle) -> Result<Vec<&'static
     Ok(pointers.iter().map(|&name| unsafe { CStr::from_ptr(name) }).collect())
 }
 
-/// Largest number of frames in flight.
+/// Maximum number of frames in flight.
 pub const FRAMES_IN_FLIGHT: usize = 2;
 
-/// The surface of a window; it keeps the window open.
+/// The surface of a window. It keeps the window open.
 struct Surface {
     functions: ash::khr::surface::Instance,
     raw: vk::SurfaceKHR,
-    // Dropped last: the surface refers to the window, and both refer to the instance.
+    // Dropped last, because the surface refers to the window.
     _window: Arc<dyn Any>,
     gpu: Arc<Gpu>,
 }
 
 impl Drop for Surface {
     fn drop(&mut self) {
-        // SAFETY: the swapchain, its only child, is gone.
+        // SAFETY: the swapchain, the only child of the surface, is destroyed.
         unsafe { self.functions.destroy_surface(self.raw, None) };
     }
 }
@@ -48,13 +48,13 @@ pub struct Swapchain {
     functions: ash::khr::swapchain::Device,
     raw: vk::SwapchainKHR,
     images: Vec<Image>,
-    /// One per image: the semaphore of an image is free when the image is acquired again.
+    /// One semaphore per image. The semaphore of an image is free when the image is acquired again.
     presentable: Vec<vk::Semaphore>,
-    /// One per frame in flight.
+    /// One semaphore per frame in flight.
     acquired: [vk::Semaphore; FRAMES_IN_FLIGHT],
-    /// Frames presented so far.
+    /// Number of frames presented so far.
     presented: usize,
-    /// An image was acquired and not presented, so the next frame's semaphore is signalled.
+    /// Whether an image was acquired but not presented, so that the next frame's semaphore is signalled.
     handed_out: bool,
     format: vk::SurfaceFormatKHR,
     wanted: [u32; 2],
@@ -64,16 +64,16 @@ pub struct Swapchain {
 
 /// An image to draw into and then pass to [`Swapchain::present`].
 pub struct SwapchainFrame {
-    /// The image, with undefined content. Leave it in [`Use::Present`](super::Use::Present).
+    /// The image, with undefined content. The commands must leave it in [`Use::Present`](super::Use::Present).
     pub image: Image,
     index: u32,
 }
 
 impl Swapchain {
-    /// A swapchain for a window. The device must have been opened with the display's [`window_extensions`].
+    /// Creates a swapchain for a window. The device must have been opened with the display's [`window_extensions`].
     ///
     /// # Errors
-    /// [`GpuError::Usage`] if the device cannot present to this window, or a failed Vulkan call.
+    /// Returns [`GpuError::Usage`] if the device cannot present to this window.
     pub fn new<W: HasDisplayHandle + HasWindowHandle + 'static>(gpu: &Arc<Gpu>, window: Arc<W>) -> Result<Self> {
         let (entry, instance, physical) = gpu.raw_instance();
         let unusable = |e: raw_window_handle::HandleError| GpuError::usage("window", e.to_string());
@@ -92,7 +92,7 @@ impl Swapchain {
             let fault = format!("{} cannot present to this display: choose another device", gpu.device_name());
             return Err(GpuError::usage("window", fault));
         }
-        // SAFETY: as above.
+        // SAFETY: the surface and the device are alive.
         let formats = unsafe { surface.functions.get_physical_device_surface_formats(physical, raw) }
             .doing("listing the surface's formats")?;
         let format =
@@ -116,32 +116,33 @@ impl Swapchain {
         Ok(swapchain)
     }
 
-    /// The format of the images: `B8G8R8A8` or `R8G8B8A8`, displayed as sRGB. `UNORM` stores the codes as they are drawn;
-    /// `SRGB` encodes the drawn values.
+    /// Returns the format of the images, `B8G8R8A8` or `R8G8B8A8`, displayed as sRGB. `UNORM` formats store the drawn codes
+    /// unchanged; `SRGB` formats encode the drawn values.
     pub fn format(&self) -> vk::Format {
         self.format.format
     }
 
-    /// Waits for the next image of a window of `size` pixels. Returns `None` if the window has no area or changed during the
-    /// call; try again at the next event.
+    /// Waits for the next image of a window of `size` pixels. Returns `None` if the window has no area or changed during the call.
+    /// Try again at the next event.
     ///
     /// The commands of all earlier frames except the last [`FRAMES_IN_FLIGHT`]` - 1` must be done.
     ///
     /// # Errors
-    /// A lost device or surface, or a memory shortage; [`GpuError::Usage`] after a frame that was not presented.
+    /// Returns [`GpuError::Usage`] after a frame that was not presented. A lost device or surface and a memory shortage are also
+    /// errors.
     pub fn acquire(&mut self, size: [u32; 2]) -> Result<Option<SwapchainFrame>> {
         if self.handed_out {
             return Err(GpuError::usage("window", "the last acquired image was not presented: open the window again"));
         }
-        // If a window is resized faster than swapchains can be created, wait for its next event.
+        // If a window is resized faster than swapchains can be created, the caller waits for its next event.
         for _ in 0..3 {
             if (self.stale || self.wanted != size) && !self.recreate(size)? {
                 return Ok(None);
             }
             let timeout = 1_000_000_000;
             let acquired = self.acquired();
-            // SAFETY: the semaphore is unsignalled: its last frame was presented, and the frame's commands, which waited for
-            // it, are done.
+            // SAFETY: the semaphore is unsignalled, because its last frame was presented and the commands that waited for it are
+            // done.
             let result = unsafe { self.functions.acquire_next_image(self.raw, timeout, acquired, vk::Fence::null()) };
             match result {
                 Ok((index, suboptimal)) => {
@@ -151,7 +152,7 @@ impl Swapchain {
                     return Ok(Some(SwapchainFrame { image: self.images[index as usize].clone(), index }));
                 }
                 Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => self.stale = true,
-                // A compositor that shows nothing provides no images.
+                // A compositor does not provide images for a hidden window.
                 Err(vk::Result::TIMEOUT | vk::Result::NOT_READY) => return Ok(None),
                 Err(result) => return Err(result).doing("acquiring an image of the window"),
             }
@@ -159,10 +160,10 @@ impl Swapchain {
         Ok(None)
     }
 
-    /// Submits the commands of `recorder` for this frame, and presents the image when they are done. Does not wait.
+    /// Submits the commands of `recorder` for this frame, and presents the image after they are done. The call does not wait.
     ///
     /// # Errors
-    /// A lost device or surface.
+    /// Returns an error for a lost device or surface.
     pub fn present(&mut self, recorder: &mut CommandRecorder, frame: SwapchainFrame) -> Result<()> {
         let presentable = self.presentable[frame.index as usize];
         recorder.submit(
@@ -184,7 +185,7 @@ impl Swapchain {
         Ok(())
     }
 
-    /// Recreates the images; returns false if the window has no area.
+    /// Recreates the images. Returns false if the window has no area.
     fn recreate(&mut self, size: [u32; 2]) -> Result<bool> {
         let gpu = self.surface.gpu.clone();
         let (_, _, physical) = gpu.raw_instance();
@@ -211,7 +212,7 @@ impl Swapchain {
             .present_mode(vk::PresentModeKHR::FIFO)
             .clipped(true)
             .old_swapchain(self.raw);
-        // SAFETY: the surface is alive and supports what is requested; the old swapchain is its own, or null.
+        // SAFETY: the surface is alive and supports the requested properties; the old swapchain belongs to it or is null.
         let new = unsafe { self.functions.create_swapchain(&info, None) }.doing("creating the swapchain")?;
         // The old swapchain is retired even if a later step fails. Only an idle queue guarantees that a present no longer
         // uses its semaphore.
@@ -227,7 +228,7 @@ impl Swapchain {
         let desc = ImageDesc { usage, ..ImageDesc::new(self.format.format, width, height) };
         for (i, raw) in raw_images.into_iter().enumerate() {
             // SAFETY: the image belongs to the new swapchain. `retire` releases the images, with the device idle, before it
-            // destroys the swapchain, and older frames refer to images that are no longer displayed.
+            // destroys the swapchain, and frames that were handed out refer to images that are no longer displayed.
             self.images.push(unsafe { Image::borrowed(&gpu, &format!("window image {i}"), raw, desc) }?);
             let semaphore = self.semaphore(&format!("presentable {i}"))?;
             self.presentable.push(semaphore);
@@ -237,7 +238,7 @@ impl Swapchain {
         Ok(true)
     }
 
-    /// The semaphore of the next frame.
+    /// Returns the semaphore of the next frame.
     fn acquired(&self) -> vk::Semaphore {
         self.acquired[self.presented % FRAMES_IN_FLIGHT]
     }
@@ -251,7 +252,7 @@ impl Swapchain {
         Ok(semaphore)
     }
 
-    /// Releases the images; the device must be idle.
+    /// Releases the images. The device must be idle.
     fn retire(&mut self) {
         self.images.clear();
         // SAFETY: the device is idle; null handles are ignored.
@@ -276,7 +277,7 @@ impl Drop for Swapchain {
     }
 }
 
-/// 8-bit sRGB, encoded by the shader if available: the window then shows exactly the codes of a PNG.
+/// Chooses an 8-bit sRGB format, preferably one that the shader encodes. The window then shows exactly the codes of a PNG.
 fn choose_format(formats: &[vk::SurfaceFormatKHR]) -> Option<vk::SurfaceFormatKHR> {
     use vk::Format as F;
     let wanted = [F::B8G8R8A8_UNORM, F::R8G8B8A8_UNORM, F::B8G8R8A8_SRGB, F::R8G8B8A8_SRGB];
@@ -286,7 +287,7 @@ fn choose_format(formats: &[vk::SurfaceFormatKHR]) -> Option<vk::SurfaceFormatKH
     })
 }
 
-/// The size of the images: the surface's own, or the window's if the surface adapts to the images.
+/// Returns the size of the images. It is the surface's size, or the window's size if the surface adapts to the images.
 fn extent(capabilities: &vk::SurfaceCapabilitiesKHR, size: [u32; 2]) -> Option<[u32; 2]> {
     let vk::Extent2D { width, height } = capabilities.current_extent;
     let (least, most) = (capabilities.min_image_extent, capabilities.max_image_extent);

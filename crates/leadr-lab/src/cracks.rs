@@ -1,10 +1,10 @@
 //! Detects cracks in displaced surfaces by comparison with the undisplaced surface.
 //!
-//! A pixel must stay covered where the smooth surface covers every point from which relief can reach it, and be no deeper than the deepest
-//! bump. A deeper pixel is a crack: it shows the background, an inside, or the front of something else.
+//! A pixel must stay covered where the smooth surface covers every point from which relief can reach it. It must not be deeper than the
+//! deepest bump. A deeper pixel is a crack: it shows the background, an inside, or the front of another surface.
 //!
-//! Bumps can also uncover hidden gaps between separate parts: at outlines in front of other surfaces, and where a surface is steeper than
-//! [`STEEPEST`]. Such pixels are counted separately.
+//! Bumps can also uncover hidden gaps between separate parts of a model: at outlines in front of other surfaces, and where a surface is
+//! steeper than [`STEEPEST`]. Such pixels are counted separately.
 
 use std::sync::Arc;
 
@@ -25,13 +25,13 @@ use leadr_scenes::stage::{Lights, Stage};
 /// Result of a crack search.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Cracks {
-    /// Pixels that show something behind the surface.
+    /// Number of pixels that show something behind the surface.
     pub cracks: usize,
-    /// Those of them at outlines and on steep surfaces, which may be gaps between separate parts.
+    /// Number of cracked pixels at outlines and on steep surfaces, which may be gaps between separate parts.
     pub at_outlines: usize,
-    /// Pixels where a crack would be detected.
+    /// Number of pixels where a crack would be detected.
     pub searched: usize,
-    /// Pixels covered by the displaced surface.
+    /// Number of pixels covered by the displaced surface.
     pub covered: usize,
 }
 
@@ -49,22 +49,22 @@ impl std::ops::AddAssign for Cracks {
 pub struct Search {
     /// Views around the model at each distance.
     pub views: u32,
-    /// Size of the pictures, pixels.
+    /// Width and height of the pictures, pixels.
     pub size: (u32, u32),
-    /// Time of the animation, seconds.
+    /// Animation time, seconds.
     pub time: f64,
 }
 
-/// Distances of a search: close-up, whole model, and small in the picture.
+/// Camera distances of a search, for a close-up, the whole model, and a model that is small in the picture.
 pub const DISTANCES: [f32; 3] = [0.35, 1.0, 3.0];
 
-/// Largest depth slope of a smooth surface that hides no gap: the tangent of its angle to the picture plane.
+/// Largest depth slope of a smooth surface that hides no gap, as the tangent of its angle to the picture plane.
 pub const STEEPEST: f32 = 1.5;
 
-/// Depth step beyond its neighbours, in pixel widths, that separates two surfaces.
+/// Smallest depth step that separates two surfaces, in pixel widths beyond the neighbouring steps.
 const JUMP: f32 = 0.5;
 
-/// Rough repeating heights from 0 to 1, with bumps of a few texels.
+/// Returns rough repeating heights from 0 to 1, with bumps of a few texels.
 pub fn rough_relief(scale: Option<f32>) -> Relief {
     let size = 64;
     let HeightMap { texels, .. } = procedural::gaussian(size, size, 5, 1.0, 3.0 / size as f32);
@@ -73,13 +73,13 @@ pub fn rough_relief(scale: Option<f32>) -> Relief {
     Relief { map: HeightMap { width: size, height: size, texels }, scale, in_widths: false, middle: 0.5 }
 }
 
-/// The model with rough relief on every material.
+/// Adds rough relief to every material of a model.
 pub fn roughened(mut model: Model, scale: Option<f32>) -> Model {
     model.materials.iter_mut().for_each(|material| material.relief = Some(rough_relief(scale)));
     model
 }
 
-/// Searches a model's stage. Its last object is the ground, which is left out.
+/// Searches a model's stage for cracks. The stage's last object is the ground, which is left out.
 ///
 /// # Errors
 /// If the device fails.
@@ -107,7 +107,7 @@ pub fn search(gpu: &Arc<Gpu>, mut stage: Stage, search: Search) -> Result<Cracks
     Ok(all)
 }
 
-/// Searches one view. `bump`: the largest distance between the displaced and the smooth surface at height scale 1, metres.
+/// Searches one view for cracks. `bump` is the largest distance in metres between the displaced and the smooth surface at height scale 1.
 ///
 /// # Errors
 /// If the device fails.
@@ -153,14 +153,14 @@ pub fn find(renderer: &mut Renderer, state: &FrameState, settings: &RenderSettin
 /// Depth steps along rows and columns of a picture.
 struct Steps<'a> {
     depths: &'a [Option<f32>],
-    /// Width of a pixel at this depth, metres.
+    /// Width of a pixel at the depth of the surface, metres.
     pixel: f32,
     count: usize,
 }
 
 impl Steps<'_> {
-    /// Whether a step from `start` along `stride` is steeper than [`STEEPEST`] or jumps. A jump differs from the steps on both sides, as at
-    /// an occluding edge; a crease differs from only one.
+    /// Whether a step from `start` along `stride` is steeper than [`STEEPEST`] or jumps. A jump, as at an occluding edge, differs
+    /// from the steps on both sides; a crease differs from only one.
     fn are_broken(&self, start: usize, stride: usize) -> bool {
         let depth = |i: usize| self.depths[start + i * stride].unwrap_or(0.0);
         let step = |i: usize| (depth(i + 1) - depth(i)) / self.pixel;
@@ -172,7 +172,7 @@ impl Steps<'_> {
     }
 }
 
-/// Cameras evenly around a sphere, which fills the picture at a distance of 1.
+/// Returns cameras spread evenly around a sphere, which fills the picture at a distance of 1.
 pub fn views(count: u32, centre: Vec3, radius: f32, distance: f32) -> impl Iterator<Item = Camera> {
     let degrees: f32 = 35.0;
     let away = distance * radius / (0.5 * degrees.to_radians()).sin();
@@ -194,12 +194,12 @@ mod tests {
             let depths: Vec<Option<f32>> = depths.iter().copied().map(Some).collect();
             Steps { depths: &depths, pixel: 0.1, count: depths.len() - 1 }.are_broken(0, 1)
         };
-        // Flat, a plane at 50 degrees, a cube edge, and an edge within a pixel.
+        // Unbroken depths: a flat surface, a plane at 50 degrees, a cube edge, and an edge within a pixel.
         assert!(!broken(&[5.0; 7]));
         assert!(!broken(&[5.0, 5.12, 5.24, 5.36, 5.48]));
         assert!(!broken(&[5.1, 5.0, 4.9, 4.8, 4.9, 5.0, 5.1]));
         assert!(!broken(&[5.0, 5.0, 5.0, 5.05, 5.15, 5.25]));
-        // A plate in front of another, and a plane that is too steep.
+        // Broken depths: a plate in front of another, and a plane that is too steep.
         assert!(broken(&[5.0, 5.02, 5.04, 5.13, 5.15, 5.17]));
         assert!(broken(&[5.0, 5.2, 5.4, 5.6]));
     }

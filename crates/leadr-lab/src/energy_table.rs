@@ -1,4 +1,4 @@
-//! Computes the nodes of an [`EnergyTable`](leadr_reflectance::materials::energy::EnergyTable) by quadrature: the data in
+//! Computes the nodes of an [`EnergyTable`](leadr_reflectance::materials::energy::EnergyTable) by quadrature. They are the data in
 //! `materials/energy.bin`.
 
 use glam::DVec3;
@@ -8,11 +8,11 @@ use leadr_reflectance::masking::variants::Masking;
 use leadr_reflectance::materials::energy::{ENERGY_ALPHAS, ENERGY_COSINES, SplitAlbedo, energy_weight};
 use rayon::prelude::*;
 
-/// Samples per cell at which the table is compared with the integral.
+/// Samples per cell and axis at which the table is compared with the integral.
 const STEPS: usize = 6;
 
-/// Nodes `(1 − ideal, grazing)` in units of 1/65535, by cosine and then by roughness. Nodes are raised until the table is never below the
-/// albedo.
+/// Computes the nodes `(1 − ideal, grazing)` in units of 1/65535, by cosine and then by roughness. Nodes are raised until the table is
+/// never below the albedo.
 pub fn energy_nodes<D: SlopeDistribution>(distribution: impl Fn(f64) -> D + Sync) -> Vec<[u16; 2]> {
     let (nx, ny) = ((ENERGY_COSINES - 1) * STEPS + 1, (ENERGY_ALPHAS - 1) * STEPS + 1);
     let rule = AlbedoRule { azimuths: 5, slopes: 5, order: 7 };
@@ -42,7 +42,7 @@ pub fn energy_nodes<D: SlopeDistribution>(distribution: impl Fn(f64) -> D + Sync
                 let short = (fine(x * STEPS + sx, y * STEPS + sy)[k] + MARGIN).min(1.0) - linear;
                 let free = |c: usize| if nodes[c][k] < 1.0 { 1.0 } else { 0.0 };
                 let squares: f64 = corners.iter().zip(weights).map(|(c, w)| free(*c) * w * w).sum();
-                // Next to a clamped node, others would grow without bound.
+                // Without this test, the neighbours of a clamped node would grow without bound.
                 if short <= 0.0 || squares < 0.05 {
                     continue;
                 }
@@ -71,7 +71,7 @@ const MARGIN: f64 = 5e-5;
 /// Smallest integrated cosine.
 const NEAR: f64 = 2e-4;
 
-/// The albedo, with its limits for smooth surfaces and grazing viewers.
+/// Computes the albedo, including its limits for smooth surfaces and grazing viewers.
 fn albedo_at<D: SlopeDistribution>(
     distribution: &(impl Fn(f64) -> D + Sync),
     alpha: f64,
@@ -89,7 +89,7 @@ fn albedo_at<D: SlopeDistribution>(
     if cosine >= NEAR {
         return at(cosine);
     }
-    // Linear in the cosine, with no loss at grazing incidence.
+    // The albedo is linear in the cosine, with no loss at grazing incidence.
     let (near, next, t) = (at(NEAR), at(2.0 * NEAR), cosine / NEAR);
     SplitAlbedo {
         ideal: 1.0 - t * (1.0 - near.ideal),
@@ -109,11 +109,11 @@ mod tests {
 
     const RULE: AlbedoRule = AlbedoRule { azimuths: 5, slopes: 5, order: 7 };
 
-    /// Roughness, cosine, the exact albedo and the table's.
+    /// Roughness, cosine, exact albedo and tabulated albedo of each point.
     type Compared = Vec<(f64, f64, SplitAlbedo, SplitAlbedo)>;
 
-    /// Points between nodes, α .03 to 1 and cosines 0 to 1, for GGX and Beckmann. The worst lie in narrow valleys of smooth surfaces at
-    /// grazing views, which a few hundred random points miss.
+    /// Points between nodes for GGX and Beckmann, with roughness α from .03 to 1 and cosines from 0 to 1. The largest errors lie in narrow
+    /// valleys for smooth surfaces at grazing views, which a few hundred random points miss.
     static COMPARED: LazyLock<[Compared; 2]> = LazyLock::new(|| [false, true].map(compared));
 
     fn compared(beckmann: bool) -> Compared {
@@ -147,8 +147,8 @@ mod tests {
         }
     }
 
-    /// Specular term, its further bounces and the diffuse base: in a white furnace no surface is brighter than the furnace, and white ones
-    /// are as bright.
+    /// Tests the specular term, its further bounces and the diffuse base in a white furnace. No surface may be brighter than the furnace,
+    /// and white surfaces must be as bright.
     #[test]
     fn white_furnace() {
         for beckmann in [false, true] {

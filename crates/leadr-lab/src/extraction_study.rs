@@ -1,4 +1,4 @@
-//! Accuracy and time of recovering known facets by power iteration (thesis Table 4.I and Figure 4.5).
+//! Measures the accuracy and time of recovering given facets by power iteration (thesis Table 4.I and Figure 4.5).
 
 use std::f64::consts::TAU;
 use std::time::Instant;
@@ -14,23 +14,23 @@ use leadr_reflectance::facets::slope_distribution::SlopeDistribution;
 
 /// Fraction of the backscattering peak below which values are ignored.
 const DARK: f64 = 1e-3;
-/// Angles at which fits are compared.
+/// Number of angles at which fits are compared.
 const ANGLES: u32 = 2000;
 
-/// One extraction.
+/// Settings and results of one extraction.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Extraction {
     /// Number of angles at which the material is evaluated.
     pub angles: usize,
-    /// Number of azimuths.
+    /// Number of azimuths at which the material is evaluated.
     pub azimuths: usize,
-    /// Time, seconds.
+    /// Duration of the extraction, seconds.
     pub seconds: f64,
-    /// Largest relative error of the backscattering where it is at least a thousandth of its peak.
+    /// Largest relative error of the backscattering, over angles where it is at least a thousandth of its peak.
     pub error: f64,
 }
 
-/// `f_r(o, o)` of ideal specular facets with Smith's masking (thesis eq. 4.3).
+/// Computes the backscattering `f_r(o, o)` of ideal specular facets with Smith's masking (thesis eq. 4.3).
 fn backscattering(slopes: &impl SlopeDistribution, o: DVec3) -> f64 {
     slopes.ndf(o) / (4.0 * o.z * slopes.visible_area(o))
 }
@@ -50,7 +50,7 @@ fn beckmann(x: f64, y: f64) -> Beckmann {
     Beckmann::new(DVec2::ZERO, 0.5 * DVec3::new(x * x, y * y, 0.0))
 }
 
-/// Recovers isotropic Beckmann slopes of roughness `alpha` from `angles` angles; `None` if that fails.
+/// Recovers isotropic Beckmann slopes of roughness `alpha` from `angles` angles. Returns `None` if the extraction fails.
 pub fn round(alpha: f64, angles: usize) -> Option<Extraction> {
     let slopes = beckmann(alpha, alpha);
     let at = |i: usize| backscattering(&slopes, direction(angle_at(i as f64 / angles as f64), 0.0));

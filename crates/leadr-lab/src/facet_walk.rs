@@ -1,14 +1,14 @@
-//! Multiple bounces between facets: a random walk on a Smith microsurface (Heitz, Hanika, d'Eon and Dachsbacher 2016). It is the reference
-//! for [`materials::energy`](leadr_reflectance::materials::energy) and
+//! Simulates multiple bounces between facets by a random walk on a Smith microsurface (Heitz, Hanika, d'Eon and Dachsbacher 2016). It is
+//! the reference for [`materials::energy`](leadr_reflectance::materials::energy) and
 //! [`materials::multiscattering`](leadr_reflectance::materials::multiscattering).
 //!
 //! A Smith surface is a volume of facets with independent heights and normals. A ray in direction `w` from height `h` meets no facet with
 //! the probability `C(h)^Λ(w)`. `C` is the distribution function of heights; `Λ(w)` is negative downwards. The result does not depend on
-//! the height distribution, so heights are measured by `C` itself. A ray hits a facet with a normal visible from its origin. Facets are
-//! specular, or diffuse under a specular coat. Every bounce adds its contribution to each of a list of directions, so one walk serves them
-//! all.
+//! the height distribution, so heights are measured by the value of `C`. A ray hits a facet with a normal visible from its origin. Facets
+//! are specular, or diffuse under a specular coat. Every bounce adds its contribution to each direction of a list, so one walk serves all
+//! directions.
 //!
-//! It is meant for central isotropic distributions with point symmetry; any that can sample visible normals works.
+//! The walk is meant for central isotropic distributions with point symmetry; any distribution that can sample visible normals works.
 
 use glam::{DVec2, DVec3};
 use leadr_reflectance::facets::fresnel::schlick_weight;
@@ -20,50 +20,50 @@ use leadr_reflectance::materials::multiscattering::FACET_DIFFUSE;
 use leadr_reflectance::random::Random;
 use std::f64::consts::FRAC_1_PI;
 
-/// Facet material.
+/// Material of the facets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Facets {
-    /// Specular facets with Schlick's Fresnel term and this reflectance at normal incidence; 1 is ideal.
+    /// Specular facets with Schlick's Fresnel term. The value is the reflectance at normal incidence; 1 is an ideal reflector.
     Specular(f64),
-    /// White and Lambertian.
+    /// White Lambertian facets.
     Lambert,
-    /// [`facet_diffuse`](leadr_reflectance::materials::multiscattering::facet_diffuse); light reflected by the coat is lost (Chan 2018,
-    /// 5.4).
+    /// Diffuse facets under a coat with this reflectance ([`facet_diffuse`](leadr_reflectance::materials::multiscattering::facet_diffuse)).
+    /// Light reflected by the coat is lost (Chan 2018, 5.4).
     Diffuse(f64),
-    /// The same facets with a reflecting coat, so that no light is lost. Purely specular paths are not counted; they belong to the specular
-    /// lobe.
+    /// Diffuse facets under a reflecting coat with this reflectance, so that no light is lost. Purely specular paths are not counted,
+    /// because they belong to the specular lobe.
     Coated(f64),
 }
 
-/// Bounces that are stored separately; later ones are added to the last.
+/// Number of bounces that are stored separately; later bounces are added to the last entry.
 pub const ORDERS: usize = 12;
 
-/// Mean of walks from one direction, by number of diffuse bounces (specular facets: all bounces). Entry `k` is for `k + 1` bounces. For
-/// facets that are not white, weight it by the facet albedo to the power `k + 1`.
+/// Mean of walks from one direction, by the number of diffuse bounces, or of all bounces for specular facets. Entry `k` is for `k + 1`
+/// bounces. For facets that are not white, weight entry `k` by the facet albedo to the power `k + 1`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Walks {
     /// `f_r cos θ_o` towards each requested direction.
     pub towards: Vec<[f64; ORDERS]>,
-    /// Directional albedo: light leaving in any direction.
+    /// Directional albedo: the fraction of light that leaves in any direction.
     pub albedo: [f64; ORDERS],
 }
 
-/// A ray among the facets: its direction, and its height as a value of the distribution function.
+/// A ray among the facets, with its direction and its height as a value of the distribution function.
 struct Ray {
     towards: DVec3,
     height: f64,
 }
 
-/// `Λ` for any direction: `A(w) / w.z − 1` upwards, and `−A(−w) / |w.z|` downwards.
+/// Computes `Λ` for any direction: `A(w) / w.z − 1` upwards, and `−A(−w) / |w.z|` downwards.
 fn lambda(distribution: &impl SlopeDistribution, w: DVec3) -> f64 {
     let z = w.z.abs().max(1e-9);
     if w.z >= 0.0 { distribution.visible_area(w) / z - 1.0 } else { -distribution.visible_area(-w) / z }
 }
 
-/// Next height on the ray; `None` if it leaves the surface.
+/// Samples the height of the next hit on a ray. Returns `None` if the ray leaves the surface.
 fn next_height(distribution: &impl SlopeDistribution, ray: &Ray, u: f64) -> Option<f64> {
     let lambda = lambda(distribution, ray.towards);
-    // Probability of reaching height c without a hit: (height / c)^Λ.
+    // The probability of reaching height c without a hit is (height / c)^Λ.
     if lambda.abs() < 1e-9 {
         return None;
     }
@@ -82,8 +82,9 @@ fn diffuse_direction(facets: Facets, normal: DVec3, random: &mut Random) -> DVec
     }
 }
 
-/// Mean of `count` walks of light from `wi` on facets of a `distribution`, with random stream `seed`. `outwards`: directions of the
-/// requested BRDF values. Specular facets ([`Facets::Specular`]) use the density of normals, with more noise for smoother surfaces.
+/// Returns the mean of `count` walks of light from `wi` on facets of a `distribution`, with random stream `seed`. `outwards` lists the
+/// directions of the requested BRDF values. Specular facets ([`Facets::Specular`]) use the density of normals, with more noise for smoother
+/// surfaces.
 pub fn facet_walks(
     distribution: &impl SlopeDistribution,
     facets: Facets,
@@ -132,7 +133,7 @@ fn walk(
             Facets::Specular(f0) => (false, f0),
             Facets::Lambert => (true, 0.0),
             Facets::Diffuse(f0) => (true, f0),
-            // Light transmitted by the coat continues; the rest is reflected.
+            // Light transmitted by the coat continues; the remaining light is reflected.
             Facets::Coated(f0) => (random.unit() >= f0 + (1.0 - f0) * grazing, f0),
         };
         if diffuse {
@@ -180,7 +181,7 @@ fn walk(
     }
 }
 
-/// Samples a normal visible from any direction, including below the surface.
+/// Samples a normal that is visible from any direction, including directions below the surface.
 fn visible_normal(distribution: &impl SlopeDistribution, back: DVec3, random: &mut Random) -> DVec3 {
     distribution.sample_visible(back, DVec2::new(random.unit(), random.unit()))
 }
@@ -202,7 +203,7 @@ mod tests {
 
     const COUNT: u64 = 20_000;
 
-    /// Five standard errors of a mean of values in 0..1.
+    /// Five standard errors of a mean of values between 0 and 1.
     const NOISE: f64 = 5.0 * 0.5 / 141.0;
 
     fn single_bounce(distribution: &impl SlopeDistribution, wi: DVec3, outwards: &[DVec3]) {
@@ -217,7 +218,7 @@ mod tests {
         }
     }
 
-    /// The first bounce is the microfacet BRDF with height-correlated masking; energy is conserved.
+    /// The first bounce must match the microfacet BRDF with height-correlated masking, and energy must be conserved.
     #[test]
     fn the_first_bounce_is_the_microfacet_brdf() {
         let outwards = [direction(0.9, 0.3), direction(0.5, 2.8), direction(0.1, 3.1)];
@@ -225,7 +226,7 @@ mod tests {
         single_bounce(&Beckmann::isotropic(DVec2::ZERO, 0.8), direction(0.7, 0.0), &outwards);
     }
 
-    /// Specular and diffuse reflection conserve energy; directions and totals agree; walks are reciprocal.
+    /// Specular and diffuse reflection must conserve energy, directional values must agree with totals, and walks must be reciprocal.
     #[test]
     fn coated_facets_return_all_light() {
         let d = Ggx::isotropic(DVec2::ZERO, 0.7);

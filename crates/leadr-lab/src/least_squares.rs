@@ -1,6 +1,6 @@
 //! Least squares by the Levenberg–Marquardt method with numerical derivatives.
 
-/// `x` with `A x = b` for a symmetric positive definite `A` (Cholesky); `None` if it is not.
+/// Solves `A x = b` for a symmetric positive definite `A` (Cholesky). Returns `None` if `A` is not positive definite.
 fn solve(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Option<Vec<f64>> {
     let n = b.len();
     for i in 0..n {
@@ -18,7 +18,7 @@ fn solve(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Option<Vec<f64>> {
     Some(b)
 }
 
-/// Parameters that minimise the squared `residuals`, from `start`, in at most `steps` steps.
+/// Returns the parameters that minimise the squared `residuals`, from `start`, in at most `steps` steps.
 pub fn least_squares(start: Vec<f64>, steps: u32, residuals: impl Fn(&[f64]) -> Vec<f64>) -> Vec<f64> {
     let mut p = start;
     let mut r = residuals(&p);

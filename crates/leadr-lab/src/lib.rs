@@ -1,4 +1,4 @@
-//! The laboratory: the papers' experiments as one report, studies of the rules, and reference ray casts.
+//! The laboratory of the project: a report that repeats the papers' experiments, studies of the quadrature rules, and reference ray casts.
 //!
 //! `cargo run --release -p leadr-lab -- report` measures everything again and writes one page.
 

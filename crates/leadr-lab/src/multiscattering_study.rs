@@ -10,32 +10,32 @@ use leadr_reflectance::quadrature::gauss_legendre;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// Azimuths between viewer and light of a [`Simulation`], at the centres of equal steps from 0 to π.
+/// Number of azimuths between viewer and light in a [`Simulation`], at the centres of equal steps from 0 to π.
 const AZIMUTHS: usize = 9;
 
-/// Cosines of a [`Simulation`]: Gauss nodes over 0..1.
+/// Number of cosines in a [`Simulation`], which are Gauss nodes over 0 to 1.
 const COSINES: usize = 10;
 
-/// `π f_r` of walks, by both cosines and the azimuth between them, made symmetric in the directions.
+/// Simulated `π f_r` of walks, by both cosines and the azimuth between the directions, made symmetric in them.
 pub struct Simulation {
     /// Roughness of the facets.
     pub alpha: f64,
-    /// Reflectance of their coat.
+    /// Reflectance of the facets' coat.
     pub f0: f64,
     nodes: Vec<(f64, f64)>,
     values: Vec<[f64; ORDERS]>,
-    /// Directional albedo at each node, by bounces.
+    /// Directional albedo at each node, by number of bounces.
     albedo: Vec<[f64; ORDERS]>,
 }
 
 /// One pair of directions of a [`Simulation`].
 #[derive(Clone, Copy, Debug)]
 pub struct DirectionPair {
-    /// Viewer.
+    /// Unit vector to the viewer.
     pub wo: DVec3,
-    /// Light.
+    /// Unit vector to the light.
     pub wi: DVec3,
-    /// Fraction of the integral over both cosine-weighted hemispheres; all pairs sum to 1.
+    /// Weight of the pair in the integral over both cosine-weighted hemispheres; the weights of all pairs sum to 1.
     pub weight: f64,
 }
 
@@ -48,13 +48,13 @@ fn azimuth(k: usize) -> f64 {
     PI * (k as f64 + 0.5) / AZIMUTHS as f64
 }
 
-/// Sums the bounce orders for one facet albedo.
+/// Sums the bounce orders for facets of one albedo.
 fn powers(values: &[f64; ORDERS], albedo: f64) -> f64 {
     values.iter().rev().fold(0.0, |sum, v| albedo * (v + sum))
 }
 
 impl Simulation {
-    /// `count` walks on GGX facets from each of ten cosines.
+    /// Simulates `count` walks on GGX facets from each of ten cosines.
     pub fn new(alpha: f64, f0: f64, facets: Facets, count: u64, seed: u64) -> Self {
         let nodes: Vec<(f64, f64)> =
             gauss_legendre(COSINES).into_iter().map(|(x, w)| (0.5 + 0.5 * x, 0.5 * w)).collect();
@@ -76,7 +76,7 @@ impl Simulation {
         Self { alpha, f0, nodes, values, albedo }
     }
 
-    /// All pairs with `π f_r` for facets of this albedo.
+    /// Returns all pairs with `π f_r` for facets of this albedo.
     pub fn direction_pairs(&self, albedo: f64) -> impl Iterator<Item = (DirectionPair, f64)> + '_ {
         direction_pairs().map(move |(i, j, k)| {
             let ((ci, wi), (co, wo)) = (self.nodes[i], self.nodes[j]);
@@ -86,12 +86,12 @@ impl Simulation {
         })
     }
 
-    /// RMS difference of `model` (`π f_r`) over both cosine-weighted hemispheres.
+    /// Computes the RMS difference of `model` (`π f_r`) over both cosine-weighted hemispheres.
     pub fn error(&self, albedo: f64, model: impl Fn(DVec3, DVec3) -> f64) -> f64 {
         self.direction_pairs(albedo).map(|(p, want)| p.weight * (model(p.wo, p.wi) - want).powi(2)).sum::<f64>().sqrt()
     }
 
-    /// `(cosine, directional albedo)` of the walks, for facets of this albedo.
+    /// Returns `(cosine, directional albedo)` of the walks, for facets of this albedo.
     pub fn albedo(&self, albedo: f64) -> Vec<(f64, f64)> {
         self.nodes.iter().zip(&self.albedo).map(|(n, a)| (n.0, powers(a, albedo))).collect()
     }
@@ -101,7 +101,7 @@ fn direction_pairs() -> impl Iterator<Item = (usize, usize, usize)> {
     (0..COSINES).flat_map(|i| (0..COSINES).flat_map(move |j| (0..AZIMUTHS).map(move |k| (i, j, k))))
 }
 
-/// `π f_r` of [`multiscattering_diffuse`] with these constants.
+/// Computes `π f_r` of [`multiscattering_diffuse`] with these constants.
 pub fn fitted(fit: &BounceFit, table: &EnergyTable, alpha: f64, f0: f64, albedo: f64, wo: DVec3, wi: DVec3) -> f64 {
     let (f0, average) = (DVec3::splat(f0), table.average(alpha));
     let [o, i] = [wo.z, wi.z].map(|c| entered(f0, table.albedo(alpha, c), average.ideal));
@@ -109,7 +109,7 @@ pub fn fitted(fit: &BounceFit, table: &EnergyTable, alpha: f64, f0: f64, albedo:
     PI * multiscattering_diffuse(wo, wi, fit.at(alpha), f0, DVec3::splat(albedo), o, i, mean).x
 }
 
-/// Least-squares constants over `simulations`, for facets of albedo .5 and 1. `lost` stays 0 if it starts at 0.
+/// Fits the constants to `simulations` by least squares, for facets of albedo .5 and 1. `lost` stays 0 if it starts at 0.
 pub fn fit_bounces(simulations: &[Simulation], table: &EnergyTable, start: &BounceFit, steps: u32) -> BounceFit {
     let lossy = start.lost[0] != 0.0;
     let from = |p: &[f64]| {
@@ -122,7 +122,7 @@ pub fn fit_bounces(simulations: &[Simulation], table: &EnergyTable, start: &Boun
         .flat_map(|(s, sim)| {
             [0.5, 1.0].into_iter().flat_map(move |rho| sim.direction_pairs(rho).map(move |(p, want)| (s, rho, p, want)))
         })
-        // Symmetric, so one half suffices.
+        // The values are symmetric in the directions, so one half suffices.
         .filter(|(_, _, p, _)| p.wo.z <= p.wi.z)
         .collect();
     let residuals = |p: &[f64]| -> Vec<f64> {
@@ -146,7 +146,7 @@ mod tests {
     use leadr_reflectance::materials::microfacet::half_vector;
     use leadr_reflectance::materials::multiscattering::{BOUNCES, BOUNCES_LOSSY, chan_diffuse};
 
-    /// For all glosses of the paper's figures and both kinds of simulation.
+    /// Checks the fit for all glosses of the paper's figures and both kinds of simulation.
     #[test]
     fn nearer_to_the_walk_than_the_published_fit() {
         let table = EnergyTable::ggx();

@@ -1,4 +1,4 @@
-//! Irradiance errors of nine spherical harmonics for a panorama, with its lights kept in the image or extracted.
+//! Measures irradiance errors of nine spherical harmonics for a panorama, with its lights kept in the image or extracted.
 
 use std::f64::consts::PI;
 
@@ -16,7 +16,7 @@ pub struct IrradianceErrors {
     pub lights: Vec<EnvironmentLight>,
     /// RMS error over all normals, relative to the RMS irradiance.
     pub rms: f64,
-    /// Largest signed error relative to the irradiance of its normal.
+    /// Largest signed error, relative to the irradiance of the same normal.
     pub worst: f64,
     /// Relative error on level ground.
     pub level: f64,
@@ -24,23 +24,23 @@ pub struct IrradianceErrors {
 
 /// Number of evenly spread normals for the errors.
 const NORMALS: usize = 2000;
-/// Largest number of texel blocks around the horizon; each is one direction of the exact sum.
+/// Largest number of texel blocks around the horizon. Each block is one direction of the exact sum.
 const BLOCKS: usize = 256;
 
-/// Light from one direction.
+/// Light from one direction, with its flux.
 struct Ray {
     direction: DVec3,
     flux: f64,
 }
 
-/// The errors for a panorama with this light extraction.
+/// Computes the errors for a panorama with this light extraction.
 pub fn irradiance_errors(image: &RgbImage, how: LightExtraction) -> IrradianceErrors {
     let parts = split(image, how);
     let mut rest = image.clone();
     for &(index, texel) in &parts.rest {
         rest.texels[index] = texel;
     }
-    // Both sum bright texels one by one.
+    // The exact sum and the harmonics both add bright texels one by one.
     let exact: Vec<Ray> = rays(image);
     let mut sh: Sh9 = [DVec3::ZERO; 9];
     for_texels(&rest, |direction, flux| {
@@ -70,7 +70,7 @@ pub fn irradiance_errors(image: &RgbImage, how: LightExtraction) -> IrradianceEr
     IrradianceErrors { lights: parts.lights, rms: (squares / whole).sqrt(), worst, level }
 }
 
-/// The panorama as a number of directions small enough for sums over many normals.
+/// Reduces a panorama to few enough directions for sums over many normals.
 fn rays(image: &RgbImage) -> Vec<Ray> {
     let blocks = (image.width as usize).min(BLOCKS);
     let mut sums = vec![DVec3::ZERO; blocks * blocks];
@@ -85,11 +85,11 @@ fn rays(image: &RgbImage) -> Vec<Ray> {
         index += 1;
     });
     let rays = sums.into_iter().zip(fluxes).filter(|(_, flux)| *flux > 0.0);
-    // Not normalised: the mean cosine of a block is that of its mean direction.
+    // The direction is not normalised, because the mean cosine of a block is the cosine of its mean direction.
     rays.map(|(sum, flux)| Ray { direction: sum / flux, flux }).collect()
 }
 
-/// Calls `each` with every texel's direction, and its luminance times its solid angle, by rows.
+/// Calls `each` for every texel in row order, with the texel's direction and its luminance times its solid angle.
 fn for_texels(image: &RgbImage, mut each: impl FnMut(DVec3, f64)) {
     let (width, height) = (f64::from(image.width), f64::from(image.height));
     for (row, texels) in image.texels.chunks_exact(image.width as usize).enumerate() {

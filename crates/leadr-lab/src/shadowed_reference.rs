@@ -1,4 +1,4 @@
-//! Converged integrals over visible slopes under any [`Shadowing`] model: the reference for rules and ray casts.
+//! Computes converged integrals over visible slopes under any [`Shadowing`] model, as the reference for quadrature rules and ray casts.
 
 use glam::{DVec2, DVec3};
 use leadr_reflectance::integrals::reference::{diffuse_directional, visible_mean};
@@ -19,25 +19,25 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// Area terms of the surface for one direction.
+    /// Computes the area terms of the surface for one direction.
     pub fn area(&self, w: DVec3) -> DirectionArea {
         direction_area(w, self.m, slope_cholesky(self.s))
     }
 
-    /// LEADR eq. 21 for one light of unit irradiance on a plane facing it, albedo 1: the mean clamped cosine over the visible facets times
-    /// the lit fraction. `panels` as in [`diffuse_directional`].
+    /// Evaluates LEADR eq. 21 with albedo 1 for one light of unit irradiance on a plane facing it. The result is the mean clamped cosine
+    /// over the visible facets times the lit fraction. `panels` has the meaning of [`diffuse_directional`].
     pub fn diffuse_light(&self, shadowing: Shadowing, wo: DVec3, wi: DVec3, panels: usize) -> f64 {
         diffuse_directional(wo, wi, self.m, self.s, false, panels)
             * lit_fraction(shadowing, &self.area(wo), &self.area(wi))
     }
 
-    /// LEADR eq. 21 under an environment without shadowing (Algorithm 2), albedo 1. `c`: coefficients in the tangent
+    /// Evaluates LEADR eq. 21 with albedo 1 under an environment without shadowing (Algorithm 2). `c` has the coefficients in the tangent
     /// frame.
     pub fn diffuse_environment_masked(&self, wo: DVec3, c: &Sh9, panels: usize) -> DVec3 {
         visible_mean(wo, self.m, self.s, panels, |x| sh_irradiance(c, normal_of_slope(x))) / PI
     }
 
-    /// LEADR eq. 19 for ideal specular facets: masking only, [`Shadowing::Smith`] and [`Shadowing::Correlated`] in one pass.
+    /// Evaluates LEADR eq. 19 for ideal specular facets in one pass, with masking only, [`Shadowing::Smith`] and [`Shadowing::Correlated`].
     pub fn specular_environment(&self, wo: DVec3, panels: usize, radiance: impl Fn(DVec3) -> f64) -> DVec3 {
         let (o, cholesky) = (self.area(wo), slope_cholesky(self.s));
         visible_mean(wo, self.m, self.s, panels, |x| {

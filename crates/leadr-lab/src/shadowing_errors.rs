@@ -1,4 +1,4 @@
-//! Errors of the shadowing models against ray casts: rows of relative errors over a sphere.
+//! Compares the shadowing models with ray casts, and returns rows of relative errors over a sphere.
 
 use std::f64::consts::PI;
 
@@ -17,12 +17,12 @@ use leadr_reflectance::visible::shadowed_environment::{bent_normal, visible_slop
 use leadr_reflectance::visible::shadowed_specular::visible_specular_environment;
 use leadr_reflectance::visible::specular::{VisibleProbe, probe_rule};
 
-/// Lighting of the sphere; the viewer is at `+z`, x to the right, y up.
+/// Lighting of the sphere. The viewer is at `+z`, with x to the right and y up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum ShadowingLight {
-    /// Diffuse facets, a light from the viewer.
+    /// Diffuse facets under a light from the viewer.
     Front,
-    /// Diffuse facets, a light from (0.6, 0.5, 0.62).
+    /// Diffuse facets under a light from (0.6, 0.5, 0.62).
     Side,
     /// Diffuse facets under [`ENVIRONMENT`].
     DiffuseEnvironment,
@@ -32,46 +32,46 @@ pub enum ShadowingLight {
     SpecularEnvironment,
 }
 
-/// Models compared with the rays. All but the last ones are converged.
+/// Models compared with the rays. The integrals of all models are converged, except for the bent normal and the probes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum ShadowingModel {
     /// Masking only (Algorithms 1 and 2 of LEADR).
     Masking,
     /// Smith's height-correlated shadowing (LEADR eq. 13).
     Smith,
-    /// Direction-correlated shadowing, simple form.
+    /// Direction-correlated shadowing in its simple form.
     CorrelatedSimple,
-    /// The same, full form.
+    /// Direction-correlated shadowing in its full form.
     Correlated,
-    /// Diffuse environments: occlusion and bent normal, one irradiance lookup.
+    /// Occlusion and bent normal with one irradiance lookup, for diffuse environments.
     BentNormal,
-    /// Specular environments: a rule with this many probes.
+    /// A rule with this many probes, for specular environments.
     Probes(u32),
 }
 
-/// One number of the table.
+/// One entry of the table of errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShadowingRow {
     /// Lighting of the sphere.
     pub light: ShadowingLight,
-    /// The model.
+    /// Shadowing model of the entry.
     pub model: ShadowingModel,
-    /// Its error.
+    /// Error of the model.
     pub error: SphereError,
 }
 
-/// Ray-cast settings of the truth.
+/// Settings of the ray casts that compute the truth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShadowingSettings {
-    /// Pixels along a side of the sphere.
+    /// Pixels along a side of the sphere's picture.
     pub size: u32,
-    /// Rays per pixel, squared.
+    /// Square root of the number of rays per pixel.
     pub rays: u32,
     /// Cells of the tile along a side, a power of two.
     pub tile: u32,
     /// Spectrum of the relief.
     pub spectrum: Spectrum,
-    /// Seed of relief and rays.
+    /// Seed of the relief and the rays.
     pub seed: u64,
 }
 
@@ -81,16 +81,17 @@ impl Default for ShadowingSettings {
     }
 }
 
-/// Radiance of order 2 by direction in the world: `1 + E·d + 0.2 y z + 0.15 (x² − y²)`, `E = (0.3, 0.5, 0.2)`.
+/// Radiance of order 2 by world direction: `1 + E·d + 0.2 y z + 0.15 (x² − y²)`, `E = (0.3, 0.5, 0.2)`.
 pub const ENVIRONMENT: fn(DVec3) -> f64 = |d| environment(d, 0.0);
 
-/// The environment blurred by a kernel of this variance per axis, in radians squared. It scales band `l` by `exp(−l (l + 1) variance / 2)`.
+/// Evaluates the environment blurred by a kernel with `variance` per axis in radians squared, which scales band `l` by `exp(−l (l + 1)
+/// variance / 2)`.
 fn environment(d: DVec3, variance: f64) -> f64 {
     let (one, two) = ((-variance).exp(), (-3.0 * variance).exp());
     1.0 + one * d.dot(DVec3::new(0.3, 0.5, 0.2)) + two * (0.2 * d.y * d.z + 0.15 * (d.x * d.x - d.y * d.y))
 }
 
-/// The environment plus two lights. A lobe of concentration `k` has variance `1/k`.
+/// Evaluates the environment plus two lights. A lobe of concentration `k` has variance `1/k`.
 fn lights(d: DVec3, variance: f64) -> f64 {
     let lobe = |k: f64, towards: DVec3| {
         let wider = 1.0 + k * variance;
@@ -101,9 +102,9 @@ fn lights(d: DVec3, variance: f64) -> f64 {
         + 1.5 * lobe(60.0, DVec3::new(-0.7, 0.1, 0.3))
 }
 
-/// Coefficients of a radiance of order 2.
+/// Returns the coefficients of [`ENVIRONMENT`], a radiance of order 2.
 fn harmonics() -> Sh9 {
-    // The polynomial's terms are basis functions up to a factor, found where all others are 0.
+    // The polynomial's terms are basis functions up to a factor, which is found where all other basis functions are 0.
     let mut c = [DVec3::ZERO; 9];
     let unit = |k: usize, d: DVec3| sh_basis(d)[k];
     c[0] = DVec3::splat(1.0 / unit(0, DVec3::Z));
@@ -117,12 +118,12 @@ fn harmonics() -> Sh9 {
 }
 
 const SIDE: DVec3 = DVec3::new(0.6, 0.5, 0.62);
-/// Probe counts in the table.
+/// Probe counts that the table lists.
 const PROBES: [u32; 3] = [5, 9, 16];
 const PANELS: usize = 8;
 
-/// Relative RMS errors of every model under every light, without the truth's noise. The sphere's relief has the slopes of `surface` in each
-/// pixel's frame ([`SpherePixel`]). Takes a few seconds with the default settings.
+/// Computes relative RMS errors of every model under every light, without the truth's noise. The sphere's relief has the slopes of
+/// `surface` in each pixel's frame ([`SpherePixel`]). The default settings take a few seconds.
 pub fn shadowing_errors(surface: Surface, settings: &ShadowingSettings) -> Vec<ShadowingRow> {
     let tile = Tile::new(settings.spectrum, settings.tile, 8.0, settings.seed);
     let patch = Patch::new(&tile, surface.m, surface.s);
@@ -132,7 +133,7 @@ pub fn shadowing_errors(surface: Surface, settings: &ShadowingSettings) -> Vec<S
             let value = facet.normal.dot(wi).max(0.0) / PI;
             if value > 0.0 && patch.is_lit(facet, wi) { value } else { 0.0 }
         };
-        // Four directions of the cosine lobe for the diffuse environment.
+        // Four directions sample the cosine lobe for the diffuse environment.
         let about = frame_about(facet.normal);
         let mut diffuse = 0.0;
         for _ in 0..4 {
@@ -179,16 +180,17 @@ pub fn shadowing_errors(surface: Surface, settings: &ShadowingSettings) -> Vec<S
         .collect()
 }
 
-/// Light of a white room on the facets visible from one angle: from ray casts and from [`bent_normal`], as `(casts, model)`.
+/// Light of a white room on the facets visible from one angle, as pairs `(casts, model)` from ray casts and from [`bent_normal`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LitFacets {
-    /// Fraction of the light that reaches them.
+    /// Fraction of the light that reaches the visible facets.
     pub open: (f64, f64),
-    /// Tilt of the light's mean direction relative to that of the mean visible slope; 1 is equal.
+    /// Tilt of the light's mean direction relative to the tilt of the mean visible slope; 1 means equal tilts.
     pub bend: (f64, f64),
 }
 
-/// Data for the constants of [`bent_normal`]: means over eight view azimuths at `degrees` from the normal, for a surface of mean slope 0.
+/// Computes data for the constants of [`bent_normal`]: means over eight view azimuths at `degrees` from the normal, for a surface of mean
+/// slope 0.
 pub fn lit_facets(s: DVec3, degrees: f64, settings: &ShadowingSettings) -> LitFacets {
     const AZIMUTHS: u32 = 8;
     const DIRECTIONS: u32 = 8;
@@ -224,7 +226,7 @@ pub fn lit_facets(s: DVec3, degrees: f64, settings: &ShadowingSettings) -> LitFa
     LitFacets { open: mean(open), bend: mean(bend) }
 }
 
-/// All models at one pixel, in column order.
+/// Evaluates all models at one pixel, in column order.
 fn models(surface: &Surface, pixel: &SpherePixel) -> Vec<f64> {
     let wo = pixel.wo;
     let (m, s) = (surface.m, surface.s);

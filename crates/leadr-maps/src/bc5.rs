@@ -1,15 +1,15 @@
-//! BC5_SNORM per channel (Khronos Data Format Specification 1.3, section 19.5; two BC4 channels). A block of 4 x 4 values in
-//! -1..1 stores two signed byte endpoints and one 3-bit index per value.
+//! BC5_SNORM codec for single channels (Khronos Data Format Specification 1.3, section 19.5; BC5 has two BC4 channels). A block
+//! of 4 x 4 values in -1..1 stores two signed byte endpoints and one 3-bit index per value.
 //!
-//! Encodes floats, unlike the encoders of existing crates: the residual of one layer is encoded by another.
+//! This encoder takes floats, unlike those of existing crates, because one layer encodes the residual of another.
 
-/// Texels along a block.
+/// Number of texels along each side of a block.
 pub const SIDE: usize = 4;
-/// Bytes of a block of one channel.
+/// Number of bytes of one channel of a block.
 pub const BYTES: usize = 8;
 
-/// Encodes 16 row-major values. Endpoints are the extremes, rounded outwards. The error is at most 1/14 of the block's range plus
-/// one step of the bytes.
+/// Encodes 16 row-major values. The endpoints are the extremes, rounded up or down to minimise the error. The error is at most
+/// 1/14 of the block's range plus one step of the bytes.
 pub fn encode(values: &[f32; 16]) -> [u8; BYTES] {
     let scaled = values.map(|v| (v.clamp(-1.0, 1.0)) * 127.0);
     let (low, high) = scaled.iter().fold((127.0f32, -127.0f32), |(low, high), &v| (low.min(v), high.max(v)));
@@ -29,7 +29,7 @@ pub fn encode(values: &[f32; 16]) -> [u8; BYTES] {
     let mut bits = 0u64;
     if ends[0] > ends[1] {
         for (i, &v) in scaled.iter().enumerate() {
-            // Indices 0 and 1 are the endpoints; interpolated values follow.
+            // Indices 0 and 1 are the endpoints. The interpolated values follow.
             let index = match step(v, ends) {
                 0 => 0,
                 7 => 1,
@@ -43,7 +43,7 @@ pub fn encode(values: &[f32; 16]) -> [u8; BYTES] {
     [a, b, c0, c1, c2, c3, c4, c5]
 }
 
-/// Position between the endpoints, in sevenths.
+/// Returns the position of a value between the endpoints, in sevenths.
 fn step(value: f32, [first, second]: [f32; 2]) -> u8 {
     (7.0 * (first - value) / (first - second)).round().clamp(0.0, 7.0) as u8
 }
@@ -93,14 +93,14 @@ mod tests {
                 assert!((a - b).abs() <= range / 14.0 + 1.01 / 127.0, "{values:?} {decoded:?}");
             }
         }
-        // A constant lies between two bytes.
+        // The constant 0.25 lies between two byte values.
         assert!(decode(&encode(&[0.25; 16])).iter().all(|v| (v - 0.25).abs() <= 0.5 / 7.0 / 127.0));
         assert_eq!(decode(&encode(&[7.0; 16])), [1.0; 16]);
     }
 
     #[test]
     fn foreign_block_compression_is_read() {
-        // Reversed endpoints: four interpolated values, and the extremes.
+        // Reversed endpoints select four interpolated values and the two extremes.
         let bits = 2u64 | 6 << 3 | 7 << 6 | 1 << 9;
         let mut block = [0u8; 8];
         block[0] = (-50i8).cast_unsigned();

@@ -1,8 +1,8 @@
 //! A cache folder for results computed from maps. Files are written atomically, read as untrusted input, and limited in total
 //! size.
 //!
-//! File layout, little endian: magic, key, checksum of everything after it, content. The key covers all inputs, including
-//! programs. A file with another key counts as missing.
+//! File layout, little endian: magic number, key, checksum of the content, content. The key covers all inputs, including
+//! programs. A file with a different key counts as missing.
 
 use std::convert::Infallible;
 use std::fmt::Display;
@@ -19,12 +19,11 @@ use super::new_file::NewFile;
 use super::{MapError, MapFault, limits};
 
 const MAGIC: u64 = u64::from_le_bytes(*b"LEADRBAK");
-/// Bytes of the header: magic, key, checksum.
+/// Size of the header in bytes: magic number, key and checksum.
 const HEADER: usize = 3 * 8;
-/// Total size limit in bytes of files named by key. The least recently used are removed.
+/// Maximum total size in bytes of the files that are named by key. The least recently used files are removed.
 const MOST_BYTES: u64 = 1 << 30;
 
-/// Warning for an unusable cache file.
 fn damaged(path: &Path, fault: impl Display) -> String {
     format!("cache file {} is damaged ({fault}); it will be replaced", path.display())
 }
@@ -39,20 +38,21 @@ fn variable(name: &str) -> Option<PathBuf> {
     std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from)
 }
 
-/// The folder `leadr` inside the folder named by the variable `xdg`, or else inside `usual` of the home folder. `None` if neither
-/// variable is set.
+/// Returns the folder `leadr` inside the folder named by the variable `xdg`, else inside `usual` in the home folder. `None` if
+/// neither variable is set.
 pub fn user_folder(xdg: &str, usual: &str) -> Option<PathBuf> {
     let folder = variable(xdg).or_else(|| variable("HOME").map(|home| home.join(usual)))?;
     Some(folder.join("leadr"))
 }
 
 impl MapCache {
-    /// A cache in `folder`, which the first write creates.
+    /// Creates a cache in `folder`. The first write creates the folder.
     pub fn in_folder(folder: impl Into<PathBuf>) -> Self {
         Self { folder: folder.into() }
     }
 
-    /// The user's cache: `$LEADR_CACHE`, else `$XDG_CACHE_HOME/leadr`, else `~/.cache/leadr`. `None` if no variable is set.
+    /// Returns the user's cache: `$LEADR_CACHE`, else `$XDG_CACHE_HOME/leadr`, else `~/.cache/leadr`. `None` if no variable is
+    /// set.
     pub fn of_user() -> Option<Self> {
         variable("LEADR_CACHE").or_else(|| user_folder("XDG_CACHE_HOME", ".cache")).map(Self::in_folder)
     }
@@ -61,11 +61,11 @@ impl MapCache {
         self.folder.join(name).with_extension("bin")
     }
 
-    /// The file stored as `name` under `key`, header included, with at most `most` bytes of content. `None` if it is missing or
-    /// has another key.
+    /// Reads the file stored as `name` under `key`, including its header, with at most `most` bytes of content. `None` if the
+    /// file is missing or has a different key.
     ///
     /// # Errors
-    /// A warning text, if the file exists but cannot be read or is damaged.
+    /// Returns a warning text if the file exists but cannot be read or is damaged.
     fn read(&self, name: &str, key: u64, most: u64) -> Result<Option<Vec<u8>>, String> {
         let path = &self.path(name);
         let (file, length) = match limits::open(path) {
@@ -89,15 +89,15 @@ impl MapCache {
         if checksum(content) != sum {
             return Err(damaged(path, "its checksum differs"));
         }
-        // The timestamp serves only the `MOST_BYTES` eviction.
+        // The timestamp is used only for the `MOST_BYTES` eviction.
         let _ = file.set_modified(SystemTime::now());
         Ok(Some(bytes))
     }
 
-    /// Stores `content` as `name` under `key`, atomically.
+    /// Stores `content` atomically as `name` under `key`.
     ///
     /// # Errors
-    /// If the folder cannot be created or written.
+    /// Fails if the folder cannot be created or written.
     fn write(&self, name: &str, key: u64, content: &[u8]) -> Result<(), MapError> {
         let path = self.path(name);
         let fault = |source| MapFault::io("cannot be written")(source).in_file(&path);
@@ -108,16 +108,17 @@ impl MapCache {
         new.finish()
     }
 
-    /// Whether a file of this `kind` and key exists. Only [`load_or_make`](Self::load_or_make) checks that it is intact.
+    /// Whether a file of this `kind` and key exists. Only [`load_or_make`](Self::load_or_make) checks that the file is intact.
     pub fn holds(&self, kind: &str, key: u64) -> bool {
         self.path(&named(kind, key)).is_file()
     }
 
-    /// Returns the stored value of this `kind` and key. Without one, calls `make` and stores its result. `read` decodes content
-    /// of at most `most` bytes, or returns its defect. A damaged or unusable cache only logs a warning.
+    /// Returns the stored value of this `kind` and key. If there is none, calls `make` and stores the result. `read` decodes
+    /// content of at most `most` bytes, or returns a description of its defect. A damaged or unusable cache only logs a
+    /// warning.
     ///
     /// # Errors
-    /// The errors of `make`.
+    /// Returns the errors of `make`.
     pub fn load_or_make<T, E>(
         &self,
         kind: &str,
@@ -143,8 +144,8 @@ impl MapCache {
         Ok(value)
     }
 
-    /// Removes the least recently used files of [`load_or_make`](Self::load_or_make) until at most `most` bytes remain; never removes
-    /// `kept`.
+    /// Removes the least recently used files of [`load_or_make`](Self::load_or_make) until at most `most` bytes remain. The
+    /// file `kept` is never removed.
     fn trim(&self, kept: &Path, most: u64) {
         let Ok(entries) = std::fs::read_dir(&self.folder) else { return };
         let mut files: Vec<(SystemTime, u64, PathBuf)> = entries
@@ -161,7 +162,7 @@ impl MapCache {
             if total <= most {
                 break;
             }
-            // Another process may have removed it already.
+            // Another process may already have removed the file.
             let _ = std::fs::remove_file(path);
             total -= length;
         }
@@ -172,30 +173,30 @@ fn named(kind: &str, key: u64) -> String {
     format!("{kind}-{key:016x}")
 }
 
-/// Appends values to the content of a file.
+/// Appends values to the content of a cache file.
 pub fn put<T: Pod>(content: &mut Vec<u8>, values: &[T]) {
     content.extend_from_slice(bytemuck::cast_slice(values));
 }
 
-/// Takes `count` values from the front of the content of a file.
+/// Takes `count` values from the front of the content of a cache file.
 ///
 /// # Errors
-/// If it holds fewer values.
+/// Fails if the content holds fewer values.
 pub fn take<T: Pod>(content: &mut &[u8], count: usize) -> Result<Vec<T>, &'static str> {
     let length = count.checked_mul(size_of::<T>()).ok_or("a count is too large")?;
     let (head, rest) = content.split_at_checked(length).ok_or("it is too short")?;
     *content = rest;
     let mut values = vec![T::zeroed(); count];
-    // In parallel: first-touch page faults cost more than the copy.
+    // The copy is parallel because first-touch page faults cost more than the copy.
     let pieces = bytemuck::cast_slice_mut::<T, u8>(&mut values).par_chunks_mut(PIECE).zip(head.par_chunks(PIECE));
     pieces.for_each(|(to, from)| to.copy_from_slice(from));
     Ok(values)
 }
 
-/// Bytes that a thread reads or copies in one piece.
+/// Number of bytes that a thread reads or copies at a time.
 const PIECE: usize = 4 << 20;
 
-/// The first `length` bytes of a file, read by all threads.
+/// Reads the first `length` bytes of a file on all threads.
 #[cfg(unix)]
 fn read_side_by_side(file: &File, length: usize) -> std::io::Result<Vec<u8>> {
     use std::os::unix::fs::FileExt;
@@ -205,7 +206,6 @@ fn read_side_by_side(file: &File, length: usize) -> std::io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The first `length` bytes of a file.
 #[cfg(not(unix))]
 fn read_side_by_side(mut file: &File, length: usize) -> std::io::Result<Vec<u8>> {
     let mut bytes = vec![0; length];
@@ -213,15 +213,16 @@ fn read_side_by_side(mut file: &File, length: usize) -> std::io::Result<Vec<u8>>
     Ok(bytes)
 }
 
-/// Checks that the content of a file is exhausted.
+/// Checks that the content of a cache file is exhausted.
 ///
 /// # Errors
-/// If bytes remain.
+/// Fails if bytes remain.
 pub fn expect_end(content: &[u8]) -> Result<(), &'static str> {
     if content.is_empty() { Ok(()) } else { Err("it is too long") }
 }
 
-/// `count` values from `make`, or from the user's cache. The cache key is the text of the programs that compute them.
+/// Returns `count` values from `make` or from the user's cache. The cache key covers the text of the programs that compute
+/// them.
 pub fn cached<T: Pod>(kind: &str, programs: &[&str], count: usize, make: impl FnOnce() -> Vec<T>) -> Vec<T> {
     let Some(cache) = MapCache::of_user() else { return make() };
     let sums: Vec<u64> = programs.iter().map(|text| checksum(text.as_bytes())).chain([count as u64]).collect();
@@ -314,7 +315,7 @@ mod tests {
         assert_eq!(load_or_make(2, false), 1, "it was stored");
         assert_eq!(load_or_make(2, true), 2, "invalid content is replaced");
         assert_eq!(load_or_make(3, false), 2);
-        // A file in place of the folder.
+        // A file takes the place of the folder.
         let file = cache.path("number-0000000000000003");
         let none = MapCache::in_folder(&file);
         assert_eq!(none.load_or_make("number", 3, 100, |_| Ok(1), || Ok::<_, &str>((4, vec![4]))), Ok(4));

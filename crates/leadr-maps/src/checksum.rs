@@ -1,6 +1,7 @@
-//! Checksum of cache files.
+//! Checksum for cache files.
 
-/// A 64-bit checksum of `bytes`: four independent multiply-rotate lanes, folded. Guards against damage, not malice.
+/// Returns a 64-bit checksum of `bytes`, folded from four independent multiply-rotate lanes. It guards against damage, not
+/// malice.
 pub fn checksum(bytes: &[u8]) -> u64 {
     const P: u64 = 0x9e37_79b9_7f4a_7c15;
     let mut lanes = [P, P ^ 1, P ^ 2, P ^ 3];

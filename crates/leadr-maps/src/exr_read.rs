@@ -1,4 +1,4 @@
-//! OpenEXR reader: the `exr` crate parses the header and decompresses blocks; this file decides which blocks are safe to
+//! OpenEXR reader. The `exr` crate parses the header and decompresses blocks. This module decides which blocks are safe to
 //! decompress.
 //!
 //! Offsets, block lengths and the image size are checked against the file length first. Blocks are decoded one at a time, and a
@@ -21,22 +21,22 @@ use super::fault::one_line;
 use super::guard::guarded;
 use super::{MapFault, limits};
 
-/// Selected channels of one part, each `width * height` values, row 0 on top.
+/// Selected channels of one part. Each has `width * height` values, with row 0 on top.
 pub(crate) struct Planes {
     pub width: u32,
     pub height: u32,
     pub planes: Vec<Vec<f32>>,
 }
 
-/// Selects channel indices from the channel names of a part; `None` skips the part.
+/// Function that selects channel indices from the channel names of a part. `None` skips the part.
 pub(crate) type Choose = fn(&[String]) -> Option<Vec<usize>>;
 
-/// Whether the bytes start like an OpenEXR file.
 pub(crate) fn is_exr(bytes: &[u8]) -> bool {
     bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01])
 }
 
-/// Decodes the channels that `choose` selects from the first matching part. `wanted` describes them in the error message.
+/// Decodes the channels that `choose` selects from the first matching part. `wanted` describes these channels in the error
+/// message.
 pub(crate) fn decode(bytes: &[u8], choose: Choose, wanted: &str) -> Result<Planes, MapFault> {
     // Damaged blocks cause arithmetic overflow in the crate (B44, for example).
     guarded("EXR", || {
@@ -46,7 +46,7 @@ pub(crate) fn decode(bytes: &[u8], choose: Choose, wanted: &str) -> Result<Plane
     })
 }
 
-/// The header of the first part, which must be flat.
+/// Returns the header of the first part, which must be flat.
 pub(crate) fn header(bytes: &[u8]) -> Result<Header, MapFault> {
     guarded("EXR", || {
         let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(fault)?;
@@ -54,7 +54,7 @@ pub(crate) fn header(bytes: &[u8]) -> Result<Header, MapFault> {
     })
 }
 
-/// Decodes these channels of the first part at all mip levels, halved and rounded down to 1 x 1.
+/// Decodes the selected channels of the first part at all mip levels. Level sizes are halved and rounded down to 1 x 1.
 pub(crate) fn decode_levels(bytes: &[u8], picked: &[usize]) -> Result<Vec<Planes>, MapFault> {
     guarded("EXR", || {
         let file = Opened::new(bytes)?;
@@ -78,11 +78,11 @@ fn is_subsampled(header: &Header) -> bool {
     header.channels.list.iter().any(|c| c.sampling != Vec2(1, 1))
 }
 
-/// A file with a parsed header and block tables inside the file.
+/// An EXR file with a parsed header, whose block offset tables lie inside the file.
 struct Opened<'a> {
     bytes: &'a [u8],
     meta: MetaData,
-    /// Byte offset of the tables.
+    /// Byte offset of the block offset tables.
     tables: usize,
 }
 
@@ -98,13 +98,12 @@ impl<'a> Opened<'a> {
         Ok(Self { bytes, meta, tables })
     }
 
-    /// Decodes channels of a part at one mip level.
     fn level(&self, part: usize, picked: &[usize], level: u32) -> Result<Planes, MapFault> {
         let header = &self.meta.headers[part];
         let (width, height) = (header.layer_size.width() as u64, header.layer_size.height() as u64);
         let texel_bytes = (header.channels.bytes_per_pixel as u64).max(4 * picked.len() as u64);
         limits::check_size(width, height, texel_bytes, self.bytes.len())?;
-        // Validate after the size check, so that zero and huge sizes get their own errors.
+        // The size check comes first, so that zero and huge sizes get their own errors.
         MetaData::validate(&self.meta.headers, false).map_err(fault)?;
 
         let before: usize = self.meta.headers[..part].iter().map(|h| h.chunk_count).sum();
@@ -120,7 +119,7 @@ impl<'a> Opened<'a> {
                 return Err(MapFault::damaged("two of its blocks overlap"));
             }
             covered += block.index.pixel_size.area();
-            // Allocate only after the first block has been decoded.
+            // Memory is allocated only after the first block has been decoded.
             while into.planes.len() < picked.len() {
                 into.planes.push(limits::zeroed::<f32>(texel_count)?);
             }
@@ -132,7 +131,7 @@ impl<'a> Opened<'a> {
         Ok(into)
     }
 
-    /// Decompresses the block at `offset`; `None` if it belongs to another mip level.
+    /// Decompresses the block at `offset`. `None` if the block belongs to another mip level.
     fn block(&self, offset: u64, part: usize, level: u32) -> Result<Option<UncompressedBlock>, MapFault> {
         if offset == 0 {
             return Err(MapFault::damaged("a block was never written (incomplete render?)"));
@@ -177,14 +176,13 @@ fn outside() -> MapFault {
     MapFault::damaged("a block lies outside the file (truncated?)")
 }
 
-/// Takes a little-endian `i32` from the front.
 fn read_i32(rest: &mut &[u8]) -> Result<i32, MapFault> {
     let (value, after) = rest.split_first_chunk().ok_or_else(outside)?;
     *rest = after;
     Ok(i32::from_le_bytes(*value))
 }
 
-/// The first flat part with channels that `choose` selects.
+/// Finds the first flat part with channels that `choose` selects.
 fn pick_part(meta: &MetaData, choose: Choose, wanted: &str) -> Result<(usize, Vec<usize>), MapFault> {
     let mut found = Vec::new();
     for (part, header) in meta.headers.iter().enumerate() {
@@ -221,10 +219,10 @@ fn check_dwa_claims(data: &[u8], header: &Header) -> Result<(), MapFault> {
     if !matches!(header.compression, Compression::DWAA(_) | Compression::DWAB(_)) {
         return Ok(());
     }
-    // Eleven numbers: version, then byte sizes and counts of 2-byte values, then the coder.
+    // The block starts with eleven numbers: version, then byte sizes and counts of 2-byte values, then the coder.
     let (counters, _) = data.as_chunks::<8>();
     let claims = counters.iter().take(10).skip(1).map(|bytes| u64::from_le_bytes(*bytes));
-    // 8 x 8 blocks overlap the edges; a 1-byte value can become a 2-byte coefficient.
+    // Blocks of 8 x 8 overlap the edges, and a 1-byte value can become a 2-byte coefficient.
     let (block, whole) = (header.max_block_pixel_size(), header.layer_size);
     let texels = (block.0.min(whole.0) as u64 + 8).saturating_mul(block.1.min(whole.1) as u64 + 8);
     let most = texels.saturating_mul(4 * header.channels.bytes_per_pixel as u64);
@@ -236,7 +234,6 @@ fn check_dwa_claims(data: &[u8], header: &Header) -> Result<(), MapFault> {
     }
 }
 
-/// Copies the selected channels of a block into their planes.
 fn copy_lines(block: &UncompressedBlock, header: &Header, picked: &[usize], into: &mut Planes) -> Result<(), MapFault> {
     for line in block.lines(&header.channels) {
         let Some(slot) = picked.iter().position(|&p| p == line.location.channel) else { continue };
@@ -264,7 +261,6 @@ fn fill<T>(
     Ok(())
 }
 
-/// Maps an error of the crate to a `MapFault`.
 fn fault(error: exr::error::Error) -> MapFault {
     match error {
         exr::error::Error::NotSupported(reason) => {

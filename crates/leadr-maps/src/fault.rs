@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-/// A fault and its file. Displays as one line: `FILE: what is wrong; remedy`.
+/// A fault and its file, displayed as one line: `FILE: what is wrong; remedy`.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {fault}", file.display())]
 pub struct MapError {
@@ -40,7 +40,7 @@ pub enum MapFault {
         /// The violation.
         what: String,
     },
-    /// A valid file with a feature that this reader does not support.
+    /// The file is valid but uses a feature that this reader does not support.
     #[error("cannot be used: {what}; {remedy}")]
     Unsupported {
         /// The unsupported feature.
@@ -48,13 +48,13 @@ pub enum MapFault {
         /// A supported alternative.
         remedy: String,
     },
-    /// Exceeds a limit of [`crate::limits`], or declares more data than the file can contain.
+    /// The file exceeds a limit of [`crate::limits`], or declares more data than it can contain.
     #[error("is too large: {what}; scale the image down or save it with less compression")]
     TooLarge {
         /// The declared size and the limit.
         what: String,
     },
-    /// Zero width or height.
+    /// The width or height is zero.
     #[error("is empty ({width} x {height} texels); at least 1 x 1 is needed")]
     Empty {
         /// Width in texels.
@@ -62,21 +62,21 @@ pub enum MapFault {
         /// Height in texels.
         height: u64,
     },
-    /// A texel with a value that invalidates later sums: NaN, infinite or out of range.
+    /// A texel has a value that would invalidate later sums: NaN, infinite or out of range.
     #[error("holds {value} in channel {channel} at x = {x}, y = {y} (from the top left); {remedy}")]
     BadTexel {
         /// Channel name: `height`, `R`, `G` or `B`.
         channel: &'static str,
-        /// Column from the left, from 0.
+        /// Column, counted from 0 at the left.
         x: u32,
-        /// Row from the top, from 0.
+        /// Row, counted from 0 at the top.
         y: u32,
         /// The invalid value.
         value: f32,
         /// The accepted range, as text.
         remedy: &'static str,
     },
-    /// Two images differ in size, or a buffer length is not width x height.
+    /// Two images differ in size, or the length of a buffer is not width x height.
     #[error("{what}; both must have the same size")]
     SizeMismatch {
         /// The two sizes, as text.
@@ -90,34 +90,34 @@ impl MapFault {
         MapError { file: file.as_ref().to_path_buf(), fault: self }
     }
 
-    /// A violation of the file format.
+    /// Creates the fault for a violation of the file format.
     pub fn damaged(what: impl Into<String>) -> Self {
         Self::Damaged { what: what.into() }
     }
 
-    /// An unsupported feature and the remedy.
+    /// Creates the fault for an unsupported feature, with a remedy.
     pub fn unsupported(what: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self::Unsupported { what: what.into(), remedy: remedy.into() }
     }
 
-    /// A declared size above a limit.
+    /// Creates the fault for a declared size above a limit.
     pub fn too_large(what: impl Into<String>) -> Self {
         Self::TooLarge { what: what.into() }
     }
 
-    /// An invalid value at a texel index of an image `width` wide.
+    /// Creates the fault for an invalid value at a texel index of an image `width` texels wide.
     pub(crate) fn bad_texel(index: usize, width: u32, channel: &'static str, value: f32, remedy: &'static str) -> Self {
         let [x, y] = [index % width as usize, index / width as usize].map(|coordinate| coordinate as u32);
         Self::BadTexel { channel, x, y, value, remedy }
     }
 
-    /// Converts an operating system error; `doing` as in [`Self::Io`].
+    /// Converts operating system errors. `doing` is described at [`Self::Io`].
     pub fn io(doing: &'static str) -> impl Fn(std::io::Error) -> Self + Copy {
         move |source| Self::Io { doing, source }
     }
 }
 
-/// An error message of another crate, without line breaks.
+/// Returns an error message of another crate without line breaks.
 pub(crate) fn one_line(message: &dyn std::fmt::Display) -> String {
     message.to_string().split_whitespace().collect::<Vec<_>>().join(" ")
 }

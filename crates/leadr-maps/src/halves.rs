@@ -1,16 +1,16 @@
-//! Slope moments as 16-bit floats; the CPU equivalent of `passes/surfaces/moments_store.glsl`.
+//! Slope moments as 16-bit floats, equivalent to `passes/surfaces/moments_store.glsl` on the GPU.
 //!
-//! The variance `E[x²] − E[x]²` is computed from stored values. Rounding both independently shifts it by up to `3 · 2⁻¹² x²`.
-//! Here `E[x²]` is corrected for the rounded mean, so only its own rounding remains, a third of that.
+//! The variance `E[x²] − E[x]²` is computed from stored values. Independent rounding of the two terms shifts the variance by up
+//! to `3 · 2⁻¹² x²`. Here `E[x²]` is corrected for the rounding of the mean, so only a third of that error remains.
 
 use half::f16;
 
-/// The nearest 16-bit float.
+/// Returns the nearest finite 16-bit float.
 pub(crate) fn half(v: f32) -> f16 {
     f16::from_f32(v.clamp(-65504.0, 65504.0))
 }
 
-/// Mean slopes and second moments, rounded to 16-bit floats.
+/// Rounds mean slopes and second moments to 16-bit floats.
 pub fn nearest(moments: [f32; 4], joint: f32) -> ([f16; 4], f16) {
     let [x, y, xx, yy] = moments;
     let [mean_x, mean_y] = [half(x), half(y)];
@@ -20,7 +20,7 @@ pub fn nearest(moments: [f32; 4], joint: f32) -> ([f16; 4], f16) {
     ([mean_x, mean_y, half(second[0]), half(second[1])], half(joint + x * moved_y + moved_x * to_y))
 }
 
-/// Power of two to multiply slopes by, so that their squares fill the range of 16-bit floats (maximum 65504).
+/// Returns a power-of-two factor on slopes that makes their squares fill the range of 16-bit floats (maximum 65504).
 pub fn factor(steepest: f32) -> f32 {
     if steepest > 0.0 && steepest.is_finite() {
         (128.0 / steepest).log2().floor().clamp(-60.0, 60.0).exp2()

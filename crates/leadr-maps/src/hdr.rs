@@ -1,30 +1,27 @@
 //! Strict reader for Radiance `.hdr` (RGBE and XYZE): flat, old and new run-length scanlines, all eight axis orders. Memory use
-//! is proportional to the bytes in the file, not to the header's size.
+//! is proportional to the bytes in the file, not to the size in the header.
 //!
-//! Conventions: texel = mantissa * 2^(e - 136), as in most readers (Radiance itself adds half a step). `EXPOSURE=` is divided
-//! out, as the format specifies. `PRIMARIES=`, `GAMMA=` and `COLORCORR=` are ignored (Photoshop writes meaningless values). XYZE
-//! is converted to Rec.709 with a D65 white and clamped to 0 outside the gamut.
+//! A texel is mantissa * 2^(e - 136), as in most readers (Radiance itself adds half a step). `EXPOSURE=` is divided out, as the
+//! format specifies. `PRIMARIES=`, `GAMMA=` and `COLORCORR=` are ignored (Photoshop writes meaningless values). XYZE is
+//! converted to Rec.709 with a D65 white and clamped to 0 outside the gamut.
 
 use super::{MapFault, RgbImage, limits};
 
-/// Longest header line in bytes; real ones are under 200 bytes.
+/// Maximum length of a header line in bytes. Real header lines are under 200 bytes.
 const MAX_LINE: usize = 4096;
-/// Maximum number of header lines.
 const MAX_LINES: usize = 1024;
 
-/// CIE XYZ to linear Rec.709 (D65), rows R, G, B.
+/// Matrix from CIE XYZ to linear Rec.709 (D65), with rows R, G, B.
 const RGB_FROM_XYZ: [[f32; 3]; 3] = [
     [3.240_454_2, -1.537_138_5, -0.498_531_4],
     [-0.969_266, 1.876_010_8, 0.041_556],
     [0.055_643_4, -0.204_025_9, 1.057_225_2],
 ];
 
-/// Whether the bytes start like a Radiance picture.
 pub(crate) fn is_hdr(bytes: &[u8]) -> bool {
     bytes.starts_with(b"#?RADIANCE") || bytes.starts_with(b"#?RGBE")
 }
 
-/// Decodes a whole Radiance picture.
 pub(crate) fn decode(bytes: &[u8]) -> Result<RgbImage, MapFault> {
     let (header, mut body) = read_header(bytes)?;
     let (major, minor) = (header.axes[0].len, header.axes[1].len);
@@ -48,16 +45,14 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<RgbImage, MapFault> {
     RgbImage::new(header.width() as u32, header.height() as u32, texels)
 }
 
-/// XYZ to Rec.709; negative results become 0.
 fn rgb_from_xyz(xyz: [f32; 3]) -> [f32; 3] {
     RGB_FROM_XYZ.map(|row| (row[0] * xyz[0] + row[1] * xyz[1] + row[2] * xyz[2]).max(0.0))
 }
 
-/// One axis of the resolution line.
 #[derive(Clone, Copy)]
 struct Axis {
     is_y: bool,
-    /// The sign in the file: `+X` runs right, `-Y` runs down.
+    /// Whether the file has the sign `+`: `+X` runs right, `-Y` runs down.
     increasing: bool,
     len: u64,
 }
@@ -65,7 +60,7 @@ struct Axis {
 struct Header {
     xyz: bool,
     exposure: f64,
-    /// Slow axis first.
+    /// Axes in file order, the slow axis first.
     axes: [Axis; 2],
 }
 
@@ -85,7 +80,7 @@ impl Header {
             return texels;
         }
         let (width, length) = (self.width() as usize, fast.len as usize);
-        // X increases to the right, Y decreases downwards.
+        // X increases to the right, and Y decreases downwards.
         let along = |axis: Axis, k: usize| {
             let k = if axis.increasing == axis.is_y { axis.len as usize - 1 - k } else { k };
             if axis.is_y { k * width } else { k }
@@ -98,7 +93,7 @@ impl Header {
     }
 }
 
-/// Takes one line from the front, without its line end (`\n` or `\r\n`).
+/// Takes one line from the front of `rest`, without its line end (`\n` or `\r\n`).
 fn take_line<'a>(rest: &mut &'a [u8]) -> Result<&'a [u8], MapFault> {
     let window = &rest[..rest.len().min(MAX_LINE)];
     let Some(end) = window.iter().position(|&b| b == b'\n') else {
@@ -136,7 +131,7 @@ fn read_header(bytes: &[u8]) -> Result<(Header, &[u8]), MapFault> {
                 }
             };
         } else if let Some(value) = line.strip_prefix("EXPOSURE=") {
-            // Several EXPOSURE lines multiply.
+            // The values of several EXPOSURE lines are multiplied.
             exposure *= value.trim().parse::<f64>().unwrap_or(f64::NAN);
             if !(1e-20..=1e20).contains(&exposure) {
                 let what = format!("EXPOSURE is `{}`, not a positive number", value.trim().escape_debug());
@@ -168,7 +163,7 @@ fn parse_resolution(line: &str) -> Option<[Axis; 2]> {
             "X" => false,
             _ => return None,
         };
-        // Digits only: no sign or exponent. Overflow of 64 bits is refused too.
+        // Only digits are valid, without a sign or exponent. Numbers beyond 64 bits are refused too.
         let len = len.bytes().all(|b| b.is_ascii_digit()).then(|| len.parse().ok())??;
         Some(Axis { is_y, increasing, len })
     };
@@ -177,7 +172,6 @@ fn parse_resolution(line: &str) -> Option<[Axis; 2]> {
     (axes[0].is_y != axes[1].is_y).then_some(axes)
 }
 
-/// Takes `n` bytes from the front.
 fn take<'a>(body: &mut &'a [u8], n: usize) -> Result<&'a [u8], &'static str> {
     let (head, tail) = body.split_at_checked(n).ok_or("the file ends")?;
     *body = tail;
@@ -199,7 +193,7 @@ fn read_scanline(body: &mut &[u8], len: usize, line: &mut Vec<[u8; 4]>) -> Resul
     }
 }
 
-/// One channel of a new run-length scanline.
+/// Reads one channel of a new run-length scanline.
 fn read_channel(body: &mut &[u8], line: &mut [[u8; 4]], channel: usize) -> Result<(), &'static str> {
     let mut x = 0;
     while x < line.len() {
@@ -222,7 +216,8 @@ fn read_channel(body: &mut &[u8], line: &mut [[u8; 4]], channel: usize) -> Resul
     Ok(())
 }
 
-/// A flat or old run-length scanline: (1, 1, 1, n) repeats the previous texel n times; consecutive repeats count in base 256.
+/// Reads a flat or old run-length scanline. (1, 1, 1, n) repeats the previous texel n times, and consecutive repeats count in
+/// base 256.
 fn read_old_scanline(body: &mut &[u8], len: usize, line: &mut Vec<[u8; 4]>) -> Result<(), &'static str> {
     let mut shift = 0u32;
     while line.len() < len {

@@ -1,9 +1,9 @@
-//! Horizons of a height map: for each texel the horizon in every direction, fitted by the smooth form of
+//! Horizons of a height map. The horizon of each texel in all directions is fitted by the smooth form of
 //! [`leadr_reflectance::visible::horizon`].
 //!
-//! Rays leave every texel in 8 or 16 directions. Each ray keeps the largest excess over the plane of the texel's mean slope `m`,
-//! `(h(p + o) − h(p) − m·o) / |o|`, or 0. Samples lie 1.5, 2, 3, 4, 6, 8, 12 … texels away. Nearer heights belong to the texel's
-//! own slope statistics; far heights are smoothed over a quarter of their distance.
+//! Rays leave every texel in 8 or 16 directions. Each ray keeps the largest excess over the plane of the texel's mean slope
+//! `m`, `(h(p + o) − h(p) − m·o) / |o|`, or 0. Samples lie 1.5, 2, 3, 4, 6, 8, 12 … texels away. Nearer heights belong to the
+//! texel's own slope statistics. The heights at a sample are smoothed over a quarter of its distance.
 
 use std::f32::consts::PI;
 
@@ -12,10 +12,10 @@ use rayon::prelude::*;
 use super::Wrap;
 use super::halves::half;
 
-/// Source text of this module. It is part of cache keys, so a change invalidates cached results.
+/// Source text of this module, part of cache keys: a change invalidates cached results.
 pub const SOURCE: &str = include_str!("horizon.rs");
 
-/// Longest ray, texels.
+/// Maximum ray length in texels.
 const LONGEST: usize = 512;
 
 /// Row-major heights and their wrap mode.
@@ -24,12 +24,12 @@ pub struct Heights<'a> {
     pub(crate) height: usize,
     pub(crate) texels: &'a [f32],
     pub(crate) wrap: Wrap,
-    /// Row distance when the rows of a map are concatenated into a single row.
+    /// Row stride when the rows of a map are concatenated into a single row.
     stride: Option<usize>,
 }
 
 impl<'a> Heights<'a> {
-    /// Heights of `width` times `height` texels.
+    /// Creates a view of `width` times `height` row-major heights.
     pub fn new(width: usize, height: usize, texels: &'a [f32], wrap: Wrap) -> Self {
         Self { width, height, texels, wrap, stride: None }
     }
@@ -42,25 +42,25 @@ pub struct Window {
     pub x: usize,
     /// First row.
     pub y: usize,
-    /// Columns.
+    /// Number of columns.
     pub width: usize,
-    /// Rows.
+    /// Number of rows.
     pub height: usize,
 }
 
-/// Horizon of a texel, in heights per texel; see [`leadr_reflectance::visible::horizon::Horizon`].
+/// Horizon of a texel, in units of height per texel; see [`leadr_reflectance::visible::horizon::Horizon`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HorizonTexel {
-    /// Odd part: linear term of the excess.
+    /// Odd part of the horizon: the linear term of the excess.
     pub(crate) lean: [f32; 2],
-    /// Standard deviations of the even part.
+    /// Standard deviations of the even part of the horizon.
     pub(crate) deviations: [f32; 2],
-    /// Correlation of the even part, -1 to 1.
+    /// Correlation of the even part of the horizon, -1 to 1.
     pub(crate) correlation: f32,
 }
 
 impl HorizonTexel {
-    /// As 4 + 1 half floats for a map of `size` texels, with lengths in map widths.
+    /// Converts the horizon to 4 + 1 half floats for a map of `size` texels, with lengths in map widths.
     pub fn halves(&self, size: [u32; 2]) -> ([u16; 4], u16) {
         let half = |v: f32| half(v).to_bits();
         let [w, h] = size.map(|n| n as f32);
@@ -69,12 +69,11 @@ impl HorizonTexel {
     }
 }
 
-/// Distance of a sample in texels.
 fn distance_of(step: usize) -> f32 {
     if step == 0 { 1.5 } else { (1usize << step.div_ceil(2)) as f32 * if step.is_multiple_of(2) { 1.5 } else { 1.0 } }
 }
 
-/// Smoothing passes on the heights that a sample reads.
+/// Returns the number of smoothing passes on the heights that a sample reads.
 fn smoothness_of(step: usize) -> usize {
     step.saturating_sub(3) / 2
 }
@@ -82,13 +81,14 @@ fn smoothness_of(step: usize) -> usize {
 /// Rays for the horizon search.
 #[derive(Clone, Copy, Debug)]
 pub struct Rays {
-    /// Pairs of opposite directions, at least 3.
+    /// Number of pairs of opposite directions, at least 3.
     pub axes: usize,
-    /// Length in texels.
+    /// Ray length in texels.
     pub reach: usize,
 }
 
-/// Horizons of the texels in a window, row-major. `slopes`: mean slopes of these texels, heights per texel.
+/// Computes the row-major horizons of the texels in a window. `slopes` are the mean slopes of these texels in units of height
+/// per texel.
 pub fn horizons(heights: &Heights<'_>, window: Window, slopes: &[[f32; 2]], rays: Rays) -> Vec<HorizonTexel> {
     let Rays { axes, reach } = rays;
     if let Some(texels) = horizons_inside(heights, window, slopes, rays) {
@@ -135,8 +135,8 @@ pub fn horizons(heights: &Heights<'_>, window: Window, slopes: &[[f32; 2]], rays
     texels
 }
 
-/// Fast path for small windows whose rays stay inside the map. It treats the rows as one long row, so that a row offset becomes a
-/// column offset.
+/// Fast path for small windows whose rays stay inside the map. The rows are treated as one long row, so that a row offset
+/// becomes a column offset.
 fn horizons_inside(
     heights: &Heights<'_>,
     window: Window,
@@ -159,10 +159,9 @@ fn horizons_inside(
     Some((0..height).flat_map(|row| found[row * stride..][..width].iter().copied()).collect())
 }
 
-/// Working state of a row of texels.
 struct Row {
     slopes: [Vec<f32>; 2],
-    /// Largest excess so far, ahead and behind.
+    /// Largest excess found so far, ahead and behind.
     excess: [Vec<f32>; 2],
     sums: Vec<[f32; 5]>,
     there: Sampled,
@@ -179,7 +178,7 @@ impl Row {
         }
     }
 
-    /// Raises the excess ahead (0) or behind (1) to that of the heights at `offset`.
+    /// Raises the excess ahead (0) or behind (1) to the excess of the heights at `offset`.
     fn raise(&mut self, here: &[f32], side: usize, offset: [f32; 2]) {
         let per = 1.0 / offset[0].hypot(offset[1]);
         let [ux, uy] = offset.map(|v| v * per);
@@ -191,7 +190,8 @@ impl Row {
         }
     }
 
-    /// Adds the fit sums of two opposite directions. `v`: direction ahead; `harmonics`: cosine and sine of twice its azimuth.
+    /// Adds the terms of two opposite directions to the fit sums. `v` is the direction ahead, and `harmonics` are the cosine
+    /// and sine of twice its azimuth.
     fn add(&mut self, v: [f32; 2], harmonics: [f32; 2]) {
         for (sums, (ahead, behind)) in self.sums.iter_mut().zip(self.excess[0].iter().zip(&self.excess[1])) {
             let (more, mean) = (ahead - behind, 0.5 * (ahead + behind));
@@ -204,10 +204,10 @@ impl Row {
     }
 }
 
-/// Smooth form from means over pairs of opposite directions `v`: of `(ahead − behind) v`, and of the square of `(ahead + behind)
-/// / 2` with its second harmonics.
+/// Fits the smooth form to means over pairs of opposite directions `v`. The means are of `(ahead − behind) v`, of the square of
+/// `(ahead + behind) / 2`, and of the second harmonics of that square.
 fn fitted([lx, ly, square, c, s]: [f32; 5]) -> HorizonTexel {
-    // Second harmonics count twice, limited so that no direction becomes negative.
+    // Second harmonics count twice, but are limited so that no direction becomes negative.
     let part = 2.0f32.min(square / c.hypot(s).max(1e-30));
     let [c, s] = [c * part, s * part];
     let deviations = [square + c, square - c].map(|v| v.max(0.0).sqrt());
@@ -226,7 +226,8 @@ impl Sampled {
         Self { values: vec![0.0; width], rows: [vec![0.0; width + 1], vec![0.0; width + 1]] }
     }
 
-    /// Fills `values` with bilinear heights of `texels` at `offset` from consecutive texels that begin at `start`.
+    /// Fills `values` with the heights at `offset` from consecutive texels that begin at `start`. Heights of `texels` are
+    /// bilinearly interpolated.
     pub(super) fn fetch(&mut self, heights: &Heights<'_>, texels: &[f32], start: [usize; 2], offset: [f32; 2]) {
         let whole = offset.map(f32::floor);
         let [fx, fy] = [offset[0] - whole[0], offset[1] - whole[1]];
@@ -251,7 +252,7 @@ impl Sampled {
     }
 }
 
-/// Copies texels of row `y` from column `x`; both may lie outside the map.
+/// Copies texels of row `y` from column `x`. Row and column may lie outside the map.
 fn copy_row(heights: &Heights<'_>, texels: &[f32], [x, y]: [i64; 2], into: &mut [f32]) {
     let (w, n) = (heights.width as i64, into.len());
     let row = &texels[heights.wrap.texel(y, heights.height as u32) * heights.width..][..heights.width];
@@ -270,8 +271,8 @@ fn copy_row(heights: &Heights<'_>, texels: &[f32], [x, y]: [i64; 2], into: &mut 
     }
 }
 
-/// Heights after 1, 2, … smoothing passes. Each pass uses weights 1/4, 1/2, 1/4 along both axes, at twice the spacing of the pass
-/// before.
+/// Returns the heights after 1, 2, … smoothing passes. Each pass uses weights 1/4, 1/2, 1/4 along both axes, at twice the
+/// spacing of the previous pass.
 fn smoothed(heights: &Heights<'_>, times: usize) -> Vec<Vec<f32>> {
     let (width, rows) =
         heights.stride.map_or((heights.width, heights.height), |stride| (stride, heights.width / stride));
@@ -284,7 +285,7 @@ fn smoothed(heights: &Heights<'_>, times: usize) -> Vec<Vec<f32>> {
         level.par_chunks_mut(heights.width.max(1)).enumerate().with_min_len(16).for_each(|(y, out)| {
             let mut row = vec![0.0f32; heights.width];
             let mut side = vec![0.0f32; heights.width];
-            // Columns first, then rows.
+            // The pass filters along columns, then along rows.
             for (apart, weight) in [(-apart, 0.25f32), (0, 0.5), (apart, 0.25)] {
                 copy_row(heights, source, [0, y as i64 + apart], &mut side);
                 row.iter_mut().zip(&side).for_each(|(sum, &v)| *sum += weight * v);
@@ -304,7 +305,7 @@ fn smoothed(heights: &Heights<'_>, times: usize) -> Vec<Vec<f32>> {
 mod tests {
     use super::*;
 
-    /// Excess at a texel for an azimuth in radians.
+    /// Returns the excess of a texel's horizon at an azimuth in radians.
     fn excess(texel: &HorizonTexel, azimuth: f32) -> f32 {
         let v = [azimuth.cos(), azimuth.sin()];
         let [x, y] = [v[0] * texel.deviations[0], v[1] * texel.deviations[1]];
@@ -326,7 +327,7 @@ mod tests {
 
     #[test]
     fn wall_horizon_matches_its_height() {
-        // Ground at 0; a wall of height 6 begins at column 40.
+        // The ground is at height 0, and a wall of height 6 begins at column 40.
         let texels = of(64, Wrap::Clamp, |x, _| if x < 40 { 0.0 } else { 6.0 }, 24);
         let texel = &texels[32 * 64 + 32];
         let seen = excess(texel, 0.0);

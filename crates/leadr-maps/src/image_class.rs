@@ -1,30 +1,28 @@
-//! Image classification, so that normal and colour maps are not read as heights.
+//! Image classification, which prevents normal and colour maps from being read as heights.
 
-/// Class of a three-channel image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ImageClass {
-    /// Equal channels, up to codec noise.
+    /// The channels are equal, up to codec noise.
     Grey,
-    /// Unit vectors, most of them pointing outwards.
+    /// Most texels are unit vectors that point outwards.
     Normals,
-    /// Anything else.
+    /// Any other image.
     Colors,
 }
 
-/// Number of sampled texels.
 const SAMPLES: usize = 1 << 16;
 /// Largest channel difference of a grey texel, in 0..1.
 const GREY: f32 = 12.0 / 255.0;
-/// Share of coloured texels above which an image is coloured.
+/// Fraction of coloured texels above which an image is coloured.
 const COLORED: f32 = 0.01;
-/// Largest error of a normal's length: covers 8-bit mip levels and JPEG.
+/// Maximum deviation of a normal's length from 1, which covers 8-bit mip levels and JPEG.
 const LENGTH: f32 = 0.15;
-/// Share of unit vectors above which an image is a normal map.
+/// Fraction of unit vectors above which an image is a normal map.
 const UNIT: f32 = 0.95;
 
-/// Classifies an image of `texels` texels with three channels, 0 to 1 in pictures.
+/// Classifies an image of `texels` texels with three channels. Channels of pictures are 0 to 1.
 pub(super) fn classify(texels: usize, texel: impl Fn(usize) -> [f32; 3]) -> ImageClass {
-    // Odd, so that samples do not align with columns: texture widths are powers of two.
+    // The step is odd, so that samples do not align with columns, whose number is usually a power of two.
     let step = (texels / SAMPLES) | 1;
     let (mut seen, mut colored, mut unit) = (0.0f32, 0.0, 0.0);
     for color in (0..texels).step_by(step).map(texel) {
@@ -59,7 +57,7 @@ mod tests {
         assert_eq!(of(|a| [a, a, a]), ImageClass::Grey);
         assert_eq!(of(|a| [a, a + 0.02, a - 0.02]), ImageClass::Grey);
         assert_eq!(of(|_| [0.789; 3]), ImageClass::Grey);
-        // Bricks and sky.
+        // Colours of bricks and sky.
         assert_eq!(of(|a| [0.3 + 0.5 * a, 0.2 + 0.3 * a, 0.15]), ImageClass::Colors);
         assert_eq!(of(|a| [0.1 * a, 0.2 * a, 0.5 * a]), ImageClass::Colors);
     }

@@ -6,31 +6,31 @@ use std::path::Path;
 
 use super::{MapFault, reads};
 
-/// Maximum texels in one image: 16384 x 16384.
+/// Maximum number of texels in one image: 16384 x 16384.
 pub const MAX_TEXELS: u64 = 1 << 28;
-/// Largest width or height.
+/// Maximum width or height in texels.
 pub const MAX_SIDE: u64 = 1 << 16;
-/// Maximum bytes of one decoded image, all stored channels together.
+/// Maximum size of one decoded image in bytes, all stored channels together.
 pub const MAX_DECODED_BYTES: u64 = 2 << 30;
-/// Largest file that is read, in bytes.
+/// Maximum size of a file that is read, in bytes.
 pub const MAX_FILE_BYTES: u64 = 1 << 30;
-/// Decoded bytes that any file may declare, whatever its length.
+/// Number of decoded bytes that any file may declare, regardless of its length.
 const FREE_DECODED_BYTES: u64 = 64 << 20;
-/// Additional decoded bytes allowed per byte of the file. Deflate, the strongest common coder, reaches 1032.
+/// Number of additional decoded bytes allowed per byte of the file. Deflate, the strongest common coder, reaches 1032.
 const MAX_EXPANSION: u64 = 1100;
-/// Largest accepted height: its slope over 16384 texels can still be squared in 32 bits.
+/// Largest accepted height. Its slope over 16384 texels can still be squared in 32 bits.
 pub const MAX_HEIGHT: f32 = 1e12;
-/// Largest accepted radiance: sums and products of three colours stay finite in 32 bits.
+/// Largest accepted radiance. Sums and products of three colours stay finite in 32 bits.
 pub const MAX_RADIANCE: f32 = 1e18;
-/// Lower bound of negative radiance that counts as rounding of a lossy codec or resampling filter, and is read as 0.
+/// Lower bound of negative radiance that counts as rounding of a lossy codec or resampling filter and is read as 0.
 pub const NEGATIVE_NOISE: f32 = -0.01;
 
-/// More negative radiance is also read as 0, if its sum is at most this share of the positive radiance.
+/// Maximum ratio of negative to positive radiance. Up to this ratio, values below [`NEGATIVE_NOISE`] are also read as 0.
 pub const NEGATIVE_SHARE: f64 = 0.01;
 
 /// Checks a declared image size before allocation.
 ///
-/// `bytes_per_texel` counts every channel that the decoder decompresses; `file_bytes` is the file length.
+/// `bytes_per_texel` counts every channel that the decoder decompresses. `file_bytes` is the length of the file.
 pub(crate) fn check_size(width: u64, height: u64, bytes_per_texel: u64, file_bytes: usize) -> Result<(), MapFault> {
     if width == 0 || height == 0 {
         return Err(MapFault::Empty { width, height });
@@ -53,7 +53,7 @@ pub(crate) fn check_size(width: u64, height: u64, bytes_per_texel: u64, file_byt
     Ok(())
 }
 
-/// A byte count with a unit, such as "1.5 GiB".
+/// Formats a byte count with a unit, such as "1.5 GiB".
 pub fn format_bytes(bytes: u64) -> String {
     const UNITS: [(u64, &str); 3] = [(1 << 30, "GiB"), (1 << 20, "MiB"), (1 << 10, "KiB")];
     match UNITS.iter().find(|(unit, _)| bytes >= *unit) {
@@ -63,7 +63,7 @@ pub fn format_bytes(bytes: u64) -> String {
     }
 }
 
-/// A zeroed buffer. Returns an error, instead of aborting, if memory is short.
+/// Returns a zeroed buffer, or an error instead of aborting if memory runs out.
 pub fn zeroed<T: bytemuck::Zeroable + Copy>(len: usize) -> Result<Vec<T>, MapFault> {
     let mut buffer = Vec::new();
     buffer.try_reserve_exact(len).map_err(|_| {
@@ -92,7 +92,7 @@ pub fn read_start(path: &Path, most: u64) -> Result<Vec<u8>, MapFault> {
 
 /// Opens a regular file and returns its length in bytes.
 pub(crate) fn open(path: &Path) -> Result<(File, u64), MapFault> {
-    // Checked before opening: opening a pipe would wait for its writer.
+    // The type is checked before opening, since opening a pipe would wait for its writer.
     let metadata = std::fs::metadata(path).map_err(MapFault::io("cannot be found"))?;
     if !metadata.is_file() {
         return Err(MapFault::NotAFile);

@@ -1,4 +1,4 @@
-//! Loaders. The first bytes determine the format, not the file name.
+//! Loaders for images. The first bytes determine the format, not the file name.
 
 use std::path::Path;
 
@@ -11,9 +11,10 @@ use super::{HeightMap, MapError, MapFault, Rgb8Image, RgbImage, exr_read, hdr, l
 
 /// Loads a height map from PNG or JPEG (8 or 16-bit, normalised to 0..1) or EXR (as stored, may be negative).
 ///
-/// PNG and JPEG: the first channel (grey or red) is the height; alpha is ignored. EXR: the only channel, or else the first of
-/// `height`, `displacement`, `disp`, `Y`, `Z`, `R`, in any case, with or without a layer prefix. Fails on unreadable files, files
-/// over [`limits`], values that are not finite, and images that look like normal maps. Coloured images only log a warning.
+/// In PNG and JPEG, the first channel (grey or red) is the height and alpha is ignored. In EXR, the height is the only channel,
+/// or else the first of `height`, `displacement`, `disp`, `Y`, `Z`, `R`, in upper or lower case, with or without a layer
+/// prefix. Fails on unreadable files, files over [`limits`], values that are not finite, and images that look like normal maps.
+/// Coloured images only log a warning.
 pub fn load_height_map(path: impl AsRef<Path>) -> Result<HeightMap, MapError> {
     let (map, class) = load(path.as_ref(), decode_heights)?;
     if class == ImageClass::Colors {
@@ -29,8 +30,8 @@ pub fn load_height_map(path: impl AsRef<Path>) -> Result<HeightMap, MapError> {
 ///
 /// EXR channels are `R`, `G`, `B`, or those of the first layer with all three, or a single `Y` as grey. Fails on unreadable
 /// files, files over [`limits`], and values that are not finite or negative; the error gives channel and position. Negative
-/// values within [`limits::NEGATIVE_NOISE`] come from lossy compression and become 0. Larger ones, from resampling or gamut
-/// conversion, also become 0 with a log warning if their sum is at most [`limits::NEGATIVE_SHARE`] of the light.
+/// values within [`limits::NEGATIVE_NOISE`] come from lossy compression and become 0. Larger negative values, from resampling
+/// or gamut conversion, also become 0 with a log warning if their sum is at most [`limits::NEGATIVE_SHARE`] of the light.
 pub fn load_environment(path: impl AsRef<Path>) -> Result<RgbImage, MapError> {
     let (image, clamped) = load(path.as_ref(), decode_light)?;
     if let Some(clamped) = clamped {
@@ -39,13 +40,13 @@ pub fn load_environment(path: impl AsRef<Path>) -> Result<RgbImage, MapError> {
     Ok(image)
 }
 
-/// Loads a colour PNG as linear 0..1. Codes are decoded as sRGB regardless of a gamma chunk; grey fills all three channels; alpha
-/// is ignored. 16-bit files keep their precision.
+/// Loads a colour PNG as linear 0..1. Codes are decoded as sRGB regardless of a gamma chunk. Grey fills all three channels, and
+/// alpha is ignored. 16-bit files keep their precision.
 pub fn load_color(path: impl AsRef<Path>) -> Result<RgbImage, MapError> {
     load(path.as_ref(), decode_color)
 }
 
-/// Loads a colour PNG as 8-bit sRGB codes, like [`load_color`]; 16-bit files are rounded to 8 bits.
+/// Loads a colour PNG as 8-bit sRGB codes, like [`load_color`]. 16-bit files are rounded to 8 bits.
 pub fn load_color_srgb8(path: impl AsRef<Path>) -> Result<Rgb8Image, MapError> {
     load(path.as_ref(), decode_color_srgb8)
 }
@@ -53,23 +54,23 @@ pub fn load_color_srgb8(path: impl AsRef<Path>) -> Result<Rgb8Image, MapError> {
 /// A picture for comparison or display, from any supported format.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
-    /// Linear Rec.709.
+    /// Image in linear Rec.709.
     pub image: RgbImage,
-    /// True for PNG: the file contained display codes, which [`crate::tonemap::Tonemap::Clamp`] at exposure 1 reproduces. False
-    /// for EXR and HDR: the file contained radiance, which needs tonemapping.
+    /// Whether the file contained display codes (PNG), which [`crate::tonemap::Tonemap::Clamp`] at exposure 1 reproduces.
+    /// Otherwise (EXR and HDR) the file contained radiance, which needs tonemapping.
     pub display_referred: bool,
 }
 
-/// Loads a picture from PNG (as [`load_color`]), EXR or HDR (channels as [`load_environment`]). Any value is accepted, since a
-/// render may contain NaN.
+/// Loads a picture from PNG (like [`load_color`]), EXR or HDR (channels as in [`load_environment`]). Any value is accepted,
+/// since a render may contain NaN.
 pub fn load_picture(path: impl AsRef<Path>) -> Result<Picture, MapError> {
     load(path.as_ref(), decode_picture)
 }
 
-/// Loads raw texels of a PNG, JPEG or EXR (R, G, B or a single Y, as floats), without interpretation.
+/// Loads the raw texels of a PNG, JPEG or EXR (R, G, B or a single Y, as floats), without interpretation.
 ///
 /// # Errors
-/// If the file is unreadable, over [`limits`], or has values that are not finite.
+/// Fails if the file is unreadable, over [`limits`], or has values that are not finite.
 pub fn load_raster(path: impl AsRef<Path>) -> Result<Raster, MapError> {
     load(path.as_ref(), |bytes| {
         if !exr_read::is_exr(bytes) {
@@ -82,7 +83,6 @@ pub fn load_raster(path: impl AsRef<Path>) -> Result<Raster, MapError> {
     })
 }
 
-/// Logs a warning about an accepted file.
 fn remark(file: &Path, text: &str) {
     tracing::warn!("{}: {text}", file.display());
 }
@@ -91,12 +91,12 @@ fn load<T>(path: &Path, decode: fn(&[u8]) -> Result<T, MapFault>) -> Result<T, M
     limits::read_file(path).and_then(|bytes| decode(&bytes)).map_err(|fault| fault.in_file(path))
 }
 
-/// [`load_height_map`] from bytes in memory.
+/// Like [`load_height_map`], but from bytes in memory.
 pub fn decode_height_map(bytes: &[u8]) -> Result<HeightMap, MapFault> {
     decode_heights(bytes).map(|(map, _)| map)
 }
 
-/// Heights, and the classification of a three-channel image.
+/// Decodes heights, and classifies a three-channel image.
 fn decode_heights(bytes: &[u8]) -> Result<(HeightMap, ImageClass), MapFault> {
     if exr_read::is_exr(bytes) {
         let image = exr_read::decode(bytes, choose_height, "named height, displacement, disp, Y, Z or R")?;
@@ -131,12 +131,12 @@ fn refuse_normals(class: ImageClass) -> Result<ImageClass, MapFault> {
     Err(MapFault::unsupported("it looks like a normal map, and a height map is expected", remedy))
 }
 
-/// [`load_environment`] from bytes in memory.
+/// Like [`load_environment`], but from bytes in memory.
 pub fn decode_environment(bytes: &[u8]) -> Result<RgbImage, MapFault> {
     decode_light(bytes).map(|(image, _)| image)
 }
 
-/// An environment, and a warning about negative values that exceed the noise limit.
+/// Decodes an environment, and returns a warning about negative values that exceed the noise limit.
 fn decode_light(bytes: &[u8]) -> Result<(RgbImage, Option<String>), MapFault> {
     let mut image = decode_radiance(bytes, "a Radiance HDR (.hdr) or EXR environment")?;
     let (mut light, mut missing, mut count, mut least) = (0.0f64, 0.0f64, 0u64, 0.0f32);
@@ -161,7 +161,7 @@ fn decode_light(bytes: &[u8]) -> Result<(RgbImage, Option<String>), MapFault> {
     Ok((image, clamped))
 }
 
-/// [`load_picture`] from bytes in memory.
+/// Like [`load_picture`], but from bytes in memory.
 pub fn decode_picture(bytes: &[u8]) -> Result<Picture, MapFault> {
     let display_referred = is_png(bytes);
     let image =
@@ -183,7 +183,7 @@ fn decode_radiance(bytes: &[u8], expected: &'static str) -> Result<RgbImage, Map
     }
 }
 
-/// [`load_color`] from bytes in memory.
+/// Like [`load_color`], but from bytes in memory.
 pub fn decode_color(bytes: &[u8]) -> Result<RgbImage, MapFault> {
     let png = decode_color_png(bytes)?;
     let Samples::U16(codes) = png.samples() else { return Ok(srgb8_of(&png)?.to_linear()) };
@@ -191,7 +191,7 @@ pub fn decode_color(bytes: &[u8]) -> Result<RgbImage, MapFault> {
     RgbImage::new(png.width(), png.height(), colors(codes, png.channels()).map(|t| t.map(linear)).collect())
 }
 
-/// [`load_color_srgb8`] from bytes in memory.
+/// Like [`load_color_srgb8`], but from bytes in memory.
 pub fn decode_color_srgb8(bytes: &[u8]) -> Result<Rgb8Image, MapFault> {
     srgb8_of(&decode_color_png(bytes)?)
 }
@@ -218,7 +218,7 @@ fn colors<T: Copy>(samples: &[T], channels: usize) -> impl Iterator<Item = [T; 3
     samples.chunks_exact(channels).map(move |t| if channels < 3 { [t[0]; 3] } else { [t[0], t[1], t[2]] })
 }
 
-/// The channel name in lower case, without its layer.
+/// Returns the channel name in lower case, without its layer.
 fn last_part(name: &str) -> String {
     name.rsplit('.').next().unwrap_or(name).to_ascii_lowercase()
 }
@@ -229,7 +229,7 @@ fn choose_height(names: &[String]) -> Option<Vec<usize>> {
     }
     let wanted = ["height", "displacement", "disp", "y", "z", "r"];
     let height = wanted.iter().find_map(|w| names.iter().position(|n| last_part(n) == *w))?;
-    // Select all three colours, since they may be normals.
+    // All three colours are selected, since they may form a normal map.
     let colors = choose_rgb(names).filter(|rgb| rgb.first() == Some(&height));
     Some(colors.unwrap_or(vec![height]))
 }

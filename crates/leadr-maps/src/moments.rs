@@ -2,22 +2,23 @@
 //! CPU equivalent of the moments pass.
 //!
 //! Slopes are per unit texture coordinate: `x = dh/ds`, `y = dh/dt`, with `s` and `t` from 0 to 1 over the map. A height scale
-//! multiplies first moments; its square multiplies second moments.
+//! multiplies first moments, and its square multiplies second moments.
 //!
-//! **Surface.** The moments describe the surface that is drawn: triangles with a vertex at every texel centre, two in each cell
-//! between four texels. A texel stores their exact moments over its own square, averaged over the two ways to divide a cell
+//! **Surface.** The moments describe the drawn surface: triangles with a vertex at every texel centre, two in each cell between
+//! four texels. A texel stores their exact moments over its own square, averaged over the two ways to divide a cell
 //! ([`moments_of_corner`](leadr_reflectance::slopes::moments::moments_of_corner)). Let `a`, `a'` be the differences to the left
-//! and right neighbours and `b` those in the rows above and below, times the number of texels. Then
-//! `E[x] = 3/8 (a + a') + 1/16 Σb`, and `E[x^2]` is the same sum of their squares. Over a repeating map `E[x^2]` is the mean
+//! and right neighbours and `b` the same differences in the rows above and below, times the number of texels. Then `E[x] = 3/8
+//! (a + a') + 1/16 Σb`, and `E[x^2]` is the same sum of the squared differences. Over a repeating map `E[x^2]` is the mean
 //! square of the differences between neighbours, so no slope of the triangles is lost. (Central differences, the usual choice,
-//! see only the slopes of every second texel: 11 to 60 % less variance on scanned materials, and none for a checker of single
+//! use only every second texel: they find 11 to 60 % less variance on scanned materials, and none for a checker of single
 //! texels.)
 //!
-//! **Compared with a smooth surface**, triangles are flatter at few texels per period. For a sine of `p` texels per period
-//! `E[x^2]` is `sinc(pi / p)^2` of the sine's own (p = 8 texels: 0.95, p = 32: 0.997; tested).
+//! **Compared with a smooth surface**, triangles are flatter at few texels per period. For a sine of `p` texels per period,
+//! `E[x^2]` is `sinc(pi / p)^2` of the exact value (p = 8 texels: 0.95, p = 32: 0.997; tested).
 //!
-//! **Magnification.** A texel's variance is that of the triangles inside it. The sampler interpolates moments between texel
-//! centres, so the mean slope varies smoothly and the remainder is variance. Their sum is the same at every magnification.
+//! **Magnification.** A texel's variance describes the triangles inside it. The sampler interpolates moments between texel
+//! centres, so the mean slope varies smoothly and the remainder is variance. The sum of both is the same at every
+//! magnification.
 
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
@@ -38,7 +39,7 @@ pub enum Wrap {
 }
 
 impl Wrap {
-    /// The texel index for `index`, which may be outside `0..len`.
+    /// Returns the texel for `index`, which may be outside `0..len`.
     pub(super) fn texel(self, index: i64, len: u32) -> usize {
         match self {
             Self::Repeat => index.rem_euclid(i64::from(len)) as usize,
@@ -51,19 +52,19 @@ impl Wrap {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Moments {
-    /// `E[x], E[y]`: mean slope per unit `s`, `t`.
+    /// Mean slopes `E[x], E[y]` per unit of `s` and `t`.
     pub mean_slope: [f32; 2],
-    /// `E[x^2], E[y^2]`.
+    /// Second moments `E[x^2], E[y^2]`.
     pub second: [f32; 2],
-    /// `E[x y]`.
+    /// Mixed second moment `E[x y]`.
     pub cross: f32,
     /// Mean height, in the unit of the map.
     pub height: f32,
 }
 
 impl Moments {
-    /// `[sx^2, sy^2, cxy]`: variances and covariance, made positive semidefinite, since rounding can make the subtraction
-    /// negative.
+    /// Returns `[sx^2, sy^2, cxy]`: variances and covariance, made positive semidefinite, since rounding can make the
+    /// subtraction negative.
     pub fn slope_covariance(&self) -> [f64; 3] {
         let [mx, my] = self.mean_slope.map(f64::from);
         let xx = at_least(f64::from(self.second[0]) - mx * mx, 0.0);
@@ -72,7 +73,7 @@ impl Moments {
         [xx, yy, within(f64::from(self.cross) - mx * my, limit)]
     }
 
-    /// The moments after multiplying the heights by `scale`.
+    /// Returns the moments after multiplying the heights by `scale`.
     pub fn scaled(&self, scale: f32) -> Self {
         let square = scale * scale;
         Self {
@@ -90,15 +91,16 @@ pub type MomentLevel = Image<Moments>;
 /// Moments of a height map with all mip levels down to 1 x 1. Each side is halved and rounded down, as in Vulkan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LeadrMap {
-    /// Level 0 first.
+    /// Mip levels, level 0 first.
     pub levels: Vec<MomentLevel>,
 }
 
 impl LeadrMap {
-    /// Computes differences, products and box filter in 32 bits, in the order of the moments pass, so results are bit-exact.
+    /// Creates the map. Differences, products and box filter are computed in 32 bits, in the order of the moments pass, so
+    /// results are bit-exact.
     ///
-    /// Each level averages the finer one by area. Odd sides therefore weight every texel once, and the mean of every moment is
-    /// the same on all levels.
+    /// Each level averages the finer level by area. At odd sizes every texel thus has the same weight, and the mean of every
+    /// moment is the same on all levels.
     pub fn new(map: &HeightMap, wrap: Wrap) -> Self {
         let size = [map.width, map.height];
         let empty = |[width, height]: [u32; 2]| MomentLevel {
@@ -116,13 +118,13 @@ impl LeadrMap {
         Self { levels }
     }
 
-    /// Moments of the whole map: the last level.
+    /// Returns the moments of the whole map, from the smallest level.
     pub fn mean(&self) -> Moments {
         self.levels[self.levels.len() - 1].texels[0]
     }
 }
 
-/// A row of level 0, with heights multiplied by `scale`.
+/// Returns a row of level 0, with heights multiplied by `scale`.
 pub(super) fn row_moments(map: &HeightMap, wrap: Wrap, scale: f32, y: u32) -> Vec<[f32; 6]> {
     let (w, h) = (map.width as usize, map.height as usize);
     let at = |x: usize, y: usize| scale * map.texels[y * w + x];
@@ -146,8 +148,8 @@ pub(super) fn row_moments(map: &HeightMap, wrap: Wrap, scale: f32, y: u32) -> Ve
     (0..w).map(texel).collect()
 }
 
-/// [`moments_of_corner`](leadr_reflectance::slopes::moments::moments_of_corner) per texel, in 32 bits like the pass. `signs`:
-/// directions of the neighbours.
+/// Computes [`moments_of_corner`](leadr_reflectance::slopes::moments::moments_of_corner) in 32 bits like the pass. `signs` are
+/// the directions of the neighbours.
 fn corner([here, across, along, both]: [f32; 4], signs: [f32; 2]) -> [f32; 5] {
     let beside = [(across - here) * signs[0], (along - here) * signs[1]];
     let opposite = [(both - along) * signs[0], (both - across) * signs[1]];
@@ -157,7 +159,7 @@ fn corner([here, across, along, both]: [f32; 4], signs: [f32; 2]) -> [f32; 5] {
     [mean(0), mean(1), square(0), square(1), mixed]
 }
 
-/// For each of `to` texels, the covered texels of `from` with weights that sum to 1.
+/// Returns, for each of `to` texels, the covered texels of `from` with weights that sum to 1.
 pub fn coverage(from: u32, to: u32) -> Vec<Vec<(usize, f64)>> {
     let (from, to) = (u64::from(from), u64::from(to));
     // In units of 1/(from * to) of the side, all bounds are integers.
@@ -187,7 +189,7 @@ mod tests {
         HeightMap::new(width, height, texels).unwrap()
     }
 
-    /// Largest relative difference of the six means between `level` and level 0.
+    /// Returns the largest relative difference of the six means between `level` and level 0.
     fn mean_error(leadr: &LeadrMap, level: usize) -> f64 {
         let mean = |l: &MomentLevel| {
             let mut sum = [0.0f64; 6];
@@ -212,7 +214,7 @@ mod tests {
                 assert!(m.slope_covariance().iter().all(|v| v.abs() < 1e-5), "{m:?}");
             }
         }
-        // In level 1, away from the clamped edge, it is still a plane.
+        // Away from the clamped edge, level 1 is still a plane.
         let m = leadr.levels[1].texels[4 * 16 + 8];
         assert!((m.cross + 6.0).abs() < 1e-4 && m.slope_covariance().iter().all(|v| v.abs() < 1e-5), "{m:?}");
         // An edge texel is half flat.
@@ -250,14 +252,14 @@ mod tests {
         let k = TAU * 4.0;
         let m = LeadrMap::new(&map(128, 128, |s, t| 0.1 * (k * (s - t)).sin()), Wrap::Repeat).mean();
         let [xx, yy, xy] = m.slope_covariance();
-        // Full, except for cells divided across the crests.
+        // The variance is complete, except for cells divided across the crests.
         let straight = (0.5 * k / 128.0).cos().powi(2);
         assert!((xx / yy - 1.0).abs() < 1e-5 && (xy / xx + straight).abs() < 1e-5, "{m:?}");
     }
 
     #[test]
     fn steep_and_flat_slopes_keep_their_variance() {
-        // A slope of 100 with a ripple of slope variance 0.5: 16 bits would lose the ripple, 32 bits must not.
+        // A slope of 100 has a ripple of slope variance 0.5. 16 bits would lose the ripple, but 32 bits must not.
         let (n, k) = (512, TAU * 16.0);
         let leadr = LeadrMap::new(&map(n, 8, |s, _| 100.0 * s + (k * s).sin() / k), Wrap::Clamp);
         let level = &leadr.levels[5];
@@ -265,7 +267,7 @@ mod tests {
         let [xx, ..] = level.texels[8].slope_covariance();
         let seen = (0.5 * k / f64::from(n)).sin() / (0.5 * k / f64::from(n));
         assert!((xx - seen * seen / 2.0).abs() < 5e-3, "variance {xx}");
-        // A nearly flat ripple.
+        // The test surface is a nearly flat ripple.
         let leadr = LeadrMap::new(&map(n, 8, |s, _| 1e-6 * (k * s).sin() / k), Wrap::Repeat);
         let [xx, ..] = leadr.mean().slope_covariance();
         assert!((xx / (1e-12 * seen * seen / 2.0) - 1.0).abs() < 1e-3, "variance {xx}");
@@ -283,7 +285,7 @@ mod tests {
                 assert!(mean_error(&leadr, level) < 1e-6, "{w}x{h} level {level}: {}", mean_error(&leadr, level));
             }
         }
-        // The check can fail.
+        // The check must detect a broken map.
         let mut broken = LeadrMap::new(&map(37, 23, |s, t| s * t), Wrap::Repeat);
         broken.levels[2].texels[3].second[0] += 0.01;
         assert!(mean_error(&broken, 2) > 1e-6);

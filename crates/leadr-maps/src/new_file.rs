@@ -10,19 +10,19 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::{MapError, MapFault};
 
-/// Suffix of temporary files.
 const PART: &str = ".part";
 
 /// Writes `bytes` to `path` atomically: into a temporary file in the same folder, synced, then renamed over `path`.
 ///
 /// # Errors
-/// If the folder or the disk cannot be written. The temporary file is then removed and an existing `path` stays unchanged.
+/// Fails if the folder or the disk cannot be written. The temporary file is then removed and an existing `path` stays
+/// unchanged.
 pub fn write_atomic(path: impl AsRef<Path>, bytes: &[u8]) -> Result<(), MapError> {
     NewFile::create(path)?.write(bytes)
 }
 
-/// A temporary file beside its target, renamed over it by [`NewFile::finish`]. Dropping it earlier removes it and keeps the old
-/// target. It is locked while it is open, which distinguishes it from files of killed processes.
+/// A temporary file beside its target, renamed over the target by [`NewFile::finish`]. Dropping this value earlier removes the
+/// file and keeps the old target. A file lock distinguishes the file from files of killed processes.
 #[derive(Debug)]
 pub struct NewFile {
     /// The temporary file, open for writing.
@@ -36,7 +36,7 @@ impl NewFile {
     /// Creates the temporary file, so that an unwritable folder is detected before any work.
     ///
     /// # Errors
-    /// If the folder of `target` is not writable, or `target` is a folder itself.
+    /// Fails if the folder of `target` is not writable, or `target` is a folder.
     pub fn create(target: impl AsRef<Path>) -> Result<Self, MapError> {
         let target = target.as_ref().to_path_buf();
         let refused = |doing, source| MapFault::io(doing)(source).in_file(&target);
@@ -47,9 +47,9 @@ impl NewFile {
             let beside = beside(&target);
             let file = File::options().read(true).write(true).create_new(true).open(&beside);
             let file = file.map_err(|e| refused("cannot be written: its folder refuses a new file", e))?;
-            // Without file locks, `remove_abandoned` removes nothing either.
+            // If file locks are unsupported, `remove_abandoned` removes no files.
             let locked = file.lock().is_ok();
-            // Another process may have removed it as abandoned before the lock.
+            // Another process may have removed the file as abandoned before the lock.
             if !locked || beside.exists() {
                 return Ok(Self { file, beside, target, finished: false });
             }
@@ -64,7 +64,7 @@ impl NewFile {
     /// Writes the whole content and finishes the file.
     ///
     /// # Errors
-    /// If the file or the folder cannot be written.
+    /// Fails if the file or the folder cannot be written.
     pub fn write(mut self, bytes: &[u8]) -> Result<(), MapError> {
         let written = self.file.write_all(bytes).map_err(MapFault::io("cannot be written"));
         written.map_err(|fault| fault.in_file(&self.target))?;
@@ -74,7 +74,7 @@ impl NewFile {
     /// Syncs the file and renames it.
     ///
     /// # Errors
-    /// If the file or the folder cannot be written.
+    /// Fails if the file or the folder cannot be written.
     pub fn finish(mut self) -> Result<(), MapError> {
         let fault = |doing, source| MapFault::io(doing)(source).in_file(&self.target);
         self.file.sync_all().map_err(|e| fault("cannot be written to disk", e))?;
@@ -93,7 +93,7 @@ impl Drop for NewFile {
     }
 }
 
-/// A name in the same folder that no other process or thread uses.
+/// Returns a name in the same folder that no other process or thread uses.
 fn beside(path: &Path) -> PathBuf {
     static COUNT: AtomicU64 = AtomicU64::new(0);
     let name = path.file_name().unwrap_or_default().to_string_lossy();
@@ -101,7 +101,7 @@ fn beside(path: &Path) -> PathBuf {
     path.with_file_name(format!(".{name}.{}-{unique}{PART}", std::process::id()))
 }
 
-/// The target name of a temporary file with this name.
+/// Returns the target name of a temporary file with this name.
 fn target_of(part: &str) -> Option<&str> {
     let (target, unique) = part.strip_prefix('.')?.strip_suffix(PART)?.rsplit_once('.')?;
     let (process, count) = unique.split_once('-')?;
@@ -109,7 +109,7 @@ fn target_of(part: &str) -> Option<&str> {
     (number(process) && number(count)).then_some(target)
 }
 
-/// Removes temporary files of `targets` that killed processes left. Files that a running process has locked stay, as do files
+/// Removes temporary files of `targets` that killed processes left behind. Keeps files that a running process has locked or
 /// that cannot be removed.
 pub fn remove_abandoned<'a>(targets: impl IntoIterator<Item = &'a Path>) {
     let targets: BTreeSet<&Path> = targets.into_iter().collect();

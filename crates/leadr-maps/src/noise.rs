@@ -1,10 +1,10 @@
 //! Periodic lattice noise: a pure function of seed and position. Coordinates are in lattice cells, with a period of `period`
 //! cells.
 
-/// Source text of this module. It is part of cache keys, so a change invalidates cached results.
+/// Source text of this module, part of cache keys: a change invalidates cached results.
 pub const SOURCE: &str = include_str!("noise.rs");
 
-/// 32-bit hash of a seed and a cell (Murmur's finaliser between the words).
+/// Returns a 32-bit hash of a seed and a cell (Murmur's finaliser between the words).
 pub fn hash(seed: u32, x: i32, y: i32) -> u32 {
     let mix = |mut h: u32| {
         h = (h ^ (h >> 16)).wrapping_mul(0x85eb_ca6b);
@@ -16,7 +16,7 @@ pub fn hash(seed: u32, x: i32, y: i32) -> u32 {
     mix(h ^ (y as u32).wrapping_mul(0x27d4_eb2f))
 }
 
-/// Uniform in 0..1.
+/// Converts a hash to a uniform number in 0..1.
 pub fn unit(h: u32) -> f32 {
     (h >> 8) as f32 / (1 << 24) as f32
 }
@@ -33,13 +33,12 @@ pub fn transpose(texels: &[f32], width: usize) -> Vec<f32> {
     (0..texels.len()).map(|i| texels[i % height * width + i / height]).collect()
 }
 
-/// Unit gradient at a lattice corner, `[cos, sin]`.
 fn corner_gradient(seed: u32, x: i32, y: i32) -> [f32; 2] {
     let (sin, cos) = (unit(hash(seed, x, y)) * std::f32::consts::TAU).sin_cos();
     [cos, sin]
 }
 
-/// Quintic blending of the gradients at the corners `(i, j)` of a cell, `i, j` 0 or 1, scaled into -1..1.
+/// Blends the gradients at the corners `(i, j)` of a cell, `i, j` 0 or 1, by a quintic. The result is scaled into -1..1.
 fn blended(fx: f32, fy: f32, gradient: impl Fn(usize, usize) -> [f32; 2]) -> f32 {
     let corner = |i: usize, j: usize| {
         let [cos, sin] = gradient(i, j);
@@ -52,7 +51,8 @@ fn blended(fx: f32, fy: f32, gradient: impl Fn(usize, usize) -> [f32; 2]) -> f32
     value * std::f32::consts::SQRT_2
 }
 
-/// Gradient noise with unit gradients and quintic blending, scaled into -1..1, mean 0. `Gradients` is faster for many positions.
+/// Gradient noise with unit gradients and quintic blending, scaled into -1..1, with mean 0. `Gradients` is faster for many
+/// positions.
 pub fn gradient(seed: u32, x: f32, y: f32, period: i32) -> f32 {
     let (cx, cy) = (x.floor(), y.floor());
     blended(x - cx, y - cy, |i, j| {
@@ -66,7 +66,7 @@ pub fn fractal(seed: u32, x: f32, y: f32, period: i32, octaves: u32, gain: f32) 
     sum_of_octaves(octaves, gain, octave)
 }
 
-/// Sum of octaves; `at` receives the octave's number and frequency.
+/// Sums octaves. `at` receives the octave's number and frequency.
 fn sum_of_octaves(octaves: u32, gain: f32, at: impl Fn(u32, f32) -> f32) -> f32 {
     let (mut sum, mut amplitude) = (0.0, 1.0);
     for octave in 0..octaves {
@@ -76,13 +76,12 @@ fn sum_of_octaves(octaves: u32, gain: f32, at: impl Fn(u32, f32) -> f32) -> f32 
     sum
 }
 
-/// Indices of a cell and the next cell along one axis of a periodic lattice.
 fn cell_and_next(cell: f32, period: usize) -> [usize; 2] {
     let here = (cell as i32).rem_euclid(period as i32) as usize;
     [here, if here + 1 == period { 0 } else { here + 1 }]
 }
 
-/// [`gradient`] with precomputed gradients.
+/// Like [`gradient`], but with precomputed gradients.
 pub(crate) struct Gradients {
     period: usize,
     corners: Vec<[f32; 2]>,
@@ -101,7 +100,7 @@ impl Gradients {
     }
 }
 
-/// [`fractal`] with precomputed gradients.
+/// Like [`fractal`], but with precomputed gradients.
 pub(crate) struct Fractal {
     octaves: Vec<Gradients>,
     gain: f32,
@@ -119,18 +118,18 @@ impl Fractal {
     }
 }
 
-/// [`gradient`] on a rotated lattice over the unit square, which is one period.
+/// Like [`gradient`], but on a rotated lattice over the unit square, which is one period.
 struct RotatedLattice {
     /// Lattice steps `(a, b)` along one period in s.
     along: [i32; 2],
-    /// First corner of the table, and corners per row.
+    /// First corner of the table, and number of corners per row.
     first: i32,
     width: usize,
     corners: Vec<[f32; 2]>,
 }
 
 impl RotatedLattice {
-    /// About `cells` cells per period, rotated by the nearest periodic angle to `degrees`.
+    /// Creates a lattice with about `cells` cells per period, rotated by the periodic angle nearest to `degrees`.
     fn new(seed: u32, cells: i32, degrees: f32) -> Self {
         let (sin, cos) = degrees.to_radians().sin_cos();
         let [a, b] = [cos, sin].map(|part| (cells as f32 * part).round() as i32);
@@ -155,13 +154,13 @@ impl RotatedLattice {
     }
 }
 
-/// Isotropic gradient noise over the unit square, which is one period. A lattice with few cells per period shows its rows, so
-/// this sums three rotated lattices, with the amplitude of one.
+/// Isotropic gradient noise over the unit square, which is one period. The noise sums three rotated lattices, scaled to the
+/// amplitude of one, because a single lattice with few cells shows its rows.
 pub(crate) struct RotatedGradients([RotatedLattice; 3]);
 
 impl RotatedGradients {
     pub(crate) fn new(seed: u32, cells: i32) -> Self {
-        // Each octave has another rotation.
+        // Each octave has a different rotation.
         let rotation = 10.0 + 17.0 * (seed % 3) as f32;
         Self([0, 1, 2].map(|k| RotatedLattice::new(seed.wrapping_add(0x1000 * k), cells, rotation + 30.0 * k as f32)))
     }
@@ -187,8 +186,8 @@ impl RotatedFractal {
     }
 }
 
-/// Calls `visit` for the `(2 reach + 1)^2` cells around a position. Each cell has one random point. Arguments: offset from the
-/// point to the position, in cells, and the cell's random number.
+/// Calls `visit` for the `(2 reach + 1)^2` cells around a position. Each cell has one random point. The arguments are the
+/// offset from the point to the position, in cells, and the cell's random number.
 pub fn features(seed: u32, x: f32, y: f32, period: i32, reach: i32, mut visit: impl FnMut([f32; 2], u32)) {
     let (cx, cy) = (x.floor() as i32, y.floor() as i32);
     for j in -reach..=reach {
@@ -201,15 +200,15 @@ pub fn features(seed: u32, x: f32, y: f32, period: i32, reach: i32, mut visit: i
     }
 }
 
-/// [`features`] with a precomputed value per cell.
+/// Like [`features`], but with a precomputed value per cell.
 pub(crate) struct Scattered<T> {
     period: usize,
-    /// Position of the point in its cell, and the value.
+    /// Position of the point in its cell, and value of the cell.
     cells: Vec<([f32; 2], T)>,
 }
 
 impl<T> Scattered<T> {
-    /// Builds the table; `value` maps a cell's random number to its value.
+    /// Builds the table. `value` maps a cell's random number to the cell's value.
     pub(crate) fn new(seed: u32, period: i32, value: impl Fn(u32) -> T) -> Self {
         let cell = |x, y| {
             let id = hash(seed, x, y);
@@ -236,7 +235,7 @@ impl<T> Scattered<T> {
         }
     }
 
-    /// Distances to the nearest and second nearest points, in cells; their difference is 0 on cell borders.
+    /// Returns the distances to the nearest and second nearest points, in cells. The distances are equal on cell borders.
     pub(crate) fn nearest_two(&self, x: f32, y: f32) -> [f32; 2] {
         let mut best = [f32::MAX; 2];
         self.visit(x, y, 2, |[dx, dy], _| {

@@ -1,4 +1,4 @@
-//! Procedural height maps. All tile in both directions and are deterministic.
+//! Procedural height maps. All of them tile in both directions and are deterministic.
 //!
 //! Slopes are per unit texture coordinate, as in [`super::moments`]. All functions panic on a zero size.
 
@@ -12,7 +12,7 @@ use super::noise::{
 };
 use leadr_reflectance::random::Random;
 
-/// Source text of this module. It is part of cache keys, so a change invalidates cached results.
+/// Source text of this module, part of cache keys: a change invalidates cached results.
 pub const SOURCE: &str = include_str!("procedural.rs");
 
 /// Evaluates `f(s, t)` at texel centres.
@@ -27,7 +27,7 @@ fn fill(width: u32, height: u32, f: impl Fn(f32, f32) -> f32 + Sync) -> HeightMa
     HeightMap::new(width, height, texels).expect("a positive size and finite formulas")
 }
 
-/// Stretches the heights to exactly 0..1; a flat map becomes 0.
+/// Stretches the heights to exactly 0..1. A flat map becomes 0.
 fn normalised(mut map: HeightMap) -> HeightMap {
     let (low, high) = map.texels.iter().fold((f32::MAX, f32::MIN), |(a, b), &h| (a.min(h), b.max(h)));
     let range = if high > low { high - low } else { 1.0 };
@@ -35,12 +35,12 @@ fn normalised(mut map: HeightMap) -> HeightMap {
     map
 }
 
-/// A Gaussian random surface: white noise blurred by a Gaussian of standard deviation `feature`, a fraction of the map's side (at
-/// least 2 texels to be resolved, at most 1/8).
+/// Generates a Gaussian random surface: white noise blurred by a Gaussian of standard deviation `feature`, a fraction of the
+/// map's side (at least 2 texels to be resolved, at most 1/8).
 ///
-/// Expected values: mean 0; Gaussian, uncorrelated slopes with `E[x^2] = E[y^2] = slope_sigma^2`; height variance
-/// `2 (slope_sigma feature)^2`; height correlation `exp(-r^2 / (4 feature^2))`. The variances of one map have a relative standard
-/// deviation of about `2.5 feature`. Its triangles have `1 - 1 / (8 w^2)` of the slope variance when `feature` is `w` texels.
+/// Expected values: mean 0; Gaussian, uncorrelated slopes with `E[x^2] = E[y^2] = slope_sigma^2`; height variance `2
+/// (slope_sigma feature)^2`; height correlation `exp(-r^2 / (4 feature^2))`. The variances of one map have a relative standard
+/// deviation of about `2.5 feature`. The triangles have `1 - 1 / (8 w^2)` of the slope variance when `feature` is `w` texels.
 pub fn gaussian(width: u32, height: u32, seed: u32, slope_sigma: f32, feature: f32) -> HeightMap {
     let feature = feature.min(0.125);
     let white: Vec<f32> =
@@ -54,13 +54,13 @@ pub fn gaussian(width: u32, height: u32, seed: u32, slope_sigma: f32, feature: f
     HeightMap::new(width, height, texels).expect("a positive size and finite heights")
 }
 
-/// A normally distributed number (Box and Muller) from one random word.
+/// Returns a normally distributed number (Box and Muller) from one random word.
 fn normal(h: u32) -> f32 {
     let radius = (-2.0 * (1.0 - unit(h)).ln()).sqrt();
     radius * (TAU * unit(hash(h, 3, 5))).cos()
 }
 
-/// Periodic row blur by a Gaussian of `sigma` texels with unit energy, so that white noise keeps variance 1.
+/// Blurs rows periodically by a Gaussian of `sigma` texels. The filter has unit energy, so white noise keeps variance 1.
 fn blur_rows(texels: &[f32], width: usize, sigma: f32) -> Vec<f32> {
     let reach = (4.0 * sigma).ceil() as i64;
     let mut kernel: Vec<f32> = (-reach..=reach).map(|i| (-0.5 * (i as f32 / sigma.max(1e-6)).powi(2)).exp()).collect();
@@ -68,7 +68,7 @@ fn blur_rows(texels: &[f32], width: usize, sigma: f32) -> Vec<f32> {
     kernel.iter_mut().for_each(|k| *k /= energy);
     let mut blurred = vec![0.0; texels.len()];
     blurred.par_chunks_mut(width).zip(texels.par_chunks(width)).for_each(|(out, row)| {
-        // Pads the row by its period at both ends, so that the inner loop needs no wrapping.
+        // The row is padded by its period at both ends, so that the inner loop needs no wrapping.
         let wrapped: Vec<f32> =
             (-reach..width as i64 + reach).map(|i| row[i.rem_euclid(width as i64) as usize]).collect();
         for (x, value) in out.iter_mut().enumerate() {
@@ -78,11 +78,11 @@ fn blur_rows(texels: &[f32], width: usize, sigma: f32) -> Vec<f32> {
     blurred
 }
 
-/// Fractal gradient noise: `octaves` octaves, starting at `cells` lattice cells across the map, each with twice the frequency and
-/// `gain` times the amplitude.
+/// Generates fractal gradient noise with `octaves` octaves. The first has `cells` lattice cells across the map, and each
+/// further one has twice the frequency and `gain` times the amplitude.
 ///
-/// Mean close to 0; `|h| <= 1 + gain + gain^2 + ...`. The height variance of an octave is about 0.1 times its squared amplitude
-/// (measured for lattices of 8 cells and more).
+/// The mean is close to 0, and `|h| <= 1 + gain + gain^2 + ...`. The height variance of an octave is about 0.1 times its
+/// squared amplitude (measured for lattices of 8 cells and more).
 pub fn fbm(width: u32, height: u32, seed: u32, cells: u32, octaves: u32, gain: f32) -> HeightMap {
     let noise = Fractal::new(seed, cells.max(1) as i32, octaves, gain);
     let cells = cells.max(1) as f32;
@@ -91,7 +91,7 @@ pub fn fbm(width: u32, height: u32, seed: u32, cells: u32, octaves: u32, gain: f
 
 /// Weathered rock: ridged fractal noise with a few sharp clefts. Heights span exactly 0 to 1.
 ///
-/// Measured at 512 x 512 over seeds: mean 0.55 to 0.75, slope deviation 9 to 12 per axis.
+/// At 512 x 512, over seeds, the measured mean is 0.55 to 0.75 and the slope deviation 9 to 12 per axis.
 pub fn rock(width: u32, height: u32, seed: u32) -> HeightMap {
     let warps = [0x51, 0x52].map(|k: u32| Fractal::new(seed ^ k, 6, 3, 0.5));
     let octaves: Vec<Gradients> = (0..6).map(|k| Gradients::new(seed.wrapping_add(100 + k), 6 << k)).collect();
@@ -109,7 +109,8 @@ pub fn rock(width: u32, height: u32, seed: u32) -> HeightMap {
     }))
 }
 
-/// A plate with scratches in random directions, heights exactly 0 to 1: shallow and deep straight grooves with raised rims.
+/// A scratched plate with heights that span exactly 0 to 1: straight grooves in random directions, shallow and deep, with
+/// raised rims.
 pub fn scratches(width: u32, height: u32, seed: u32, count: u32) -> HeightMap {
     let mut random = Random::stream(seed.into(), 0x5c7a);
     let grooves: Vec<[f32; 6]> = (0..count)
@@ -122,7 +123,7 @@ pub fn scratches(width: u32, height: u32, seed: u32, count: u32) -> HeightMap {
         .collect();
     normalised(fill(width, height, |s, t| {
         let depth = |&[x, y, cosine, sine, half_length, depth]: &[f32; 6]| {
-            // Nearest periodic copy.
+            // The offset is to the nearest periodic copy.
             let [u, v] = [s - x, t - y].map(|d| d - d.round());
             let (along, across) = (u * cosine + v * sine, v * cosine - u * sine);
             let end = 1.0 - smoothstep(0.6, 1.0, along.abs() / half_length);
@@ -134,10 +135,10 @@ pub fn scratches(width: u32, height: u32, seed: u32, count: u32) -> HeightMap {
     }))
 }
 
-/// Dry soil, heights exactly 0 to 1: soft undulation, half-buried pebbles of three sizes, cracks in patches, and grain. For a
-/// tile of about 2 m a height scale near 0.06 m looks natural.
+/// Dry soil with heights that span exactly 0 to 1: soft undulation, half-buried pebbles of three sizes, cracks in patches, and
+/// grain. For a tile of about 2 m a height scale near 0.06 m looks natural.
 ///
-/// Measured at 1024 x 1024 over seeds: mean 0.4 to 0.6, slope deviation 9 to 16 per axis.
+/// At 1024 x 1024, over seeds, the measured mean is 0.4 to 0.6 and the slope deviation 9 to 16 per axis.
 pub fn soil(width: u32, height: u32, seed: u32) -> HeightMap {
     let undulation = RotatedFractal::new(seed, 3, 5, 0.5);
     let fine = RotatedFractal::new(seed ^ 0x6a1, 96, 2, 0.6);
@@ -164,23 +165,22 @@ pub fn soil(width: u32, height: u32, seed: u32) -> HeightMap {
     }))
 }
 
-/// Pebbles of one size.
 struct Pebbles {
     cells: i32,
     shapes: Scattered<Option<Pebble>>,
-    /// Position offsets for irregular outlines: noise finer than a pebble.
+    /// Position offsets for irregular outlines, from noise finer than a pebble.
     shifts: [Fractal; 2],
 }
 
 struct Pebble {
     radius: f32,
-    /// Cosine and sine of its long axis.
+    /// Cosine and sine of the long axis of a pebble.
     rotation: [f32; 2],
     aspect: f32,
 }
 
 impl Pebbles {
-    /// `share`: fraction of cells with a pebble.
+    /// `share` is the fraction of cells with a pebble.
     fn new(seed: u32, cells: i32, share: f32) -> Self {
         let shape = |id: u32| {
             let random = |k: i32| unit(hash(id, k, 0));
@@ -192,7 +192,7 @@ impl Pebbles {
         Self { cells, shapes: Scattered::new(seed, cells, shape), shifts }
     }
 
-    /// Height of the highest pebble at a position, 0 to 1.
+    /// Returns the height of the highest pebble at a position, 0 to 1.
     fn height(&self, s: f32, t: f32) -> f32 {
         let (x, y) = (s * self.cells as f32, t * self.cells as f32);
         let [dx, dy] = self.shifts.each_ref().map(|shift| 0.05 * shift.at(x * 4.0, y * 4.0));
@@ -217,7 +217,7 @@ mod tests {
     use super::super::{LeadrMap, Wrap};
     use super::*;
 
-    /// Largest height step between neighbours, inside the map and across its seam.
+    /// Returns the largest height step between neighbours, inside the map and across its seam.
     fn steps(map: &HeightMap) -> (f32, f32) {
         let (w, h) = (map.width, map.height);
         let (mut inside, mut seam) = (0.0f32, 0.0f32);
@@ -257,7 +257,7 @@ mod tests {
             assert_eq!(map, make(7), "{name} differs between two calls");
             assert_ne!(map, make(8), "{name} ignores its seed");
         }
-        // A ramp does not tile; the check can fail.
+        // A ramp does not tile, so the check must fail.
         let ramp = fill(n, n, |s, _| s);
         let (inside, seam) = steps(&ramp);
         assert!(seam > inside * 1.05);
@@ -273,7 +273,7 @@ mod tests {
                 |n: i32| map.texels.iter().map(|&h| f64::from(h).powi(n)).sum::<f64>() / map.texels.len() as f64;
             let (_, sigma) = mean_and_sigma(&map);
             let ratios = sigma.map(|s| (s / f64::from(slope)).powi(2));
-            // Five standard deviations for one map.
+            // The tolerance is five standard deviations of one map.
             assert!(ratios.iter().all(|r| (r - 1.0).abs() < 5.0 * 2.5 * f64::from(feature)), "seed {seed}: {ratios:?}");
             slope_ratio += (ratios[0] + ratios[1]) / 2.0 / f64::from(seeds);
             height_ratio += moment(2) / (2.0 * f64::from(slope * feature).powi(2)) / f64::from(seeds);

@@ -1,4 +1,4 @@
-//! Streaming mip generation: each level keeps only the few rows that the next level still needs.
+//! Streaming mip generation. Each level keeps only the few rows that the next level still needs.
 
 use std::collections::VecDeque;
 
@@ -9,10 +9,10 @@ use crate::MapFault;
 /// A row of texels, channels interleaved.
 pub(super) type Row = Vec<f32>;
 
-/// Callback for finished rows: level, first row, rows.
+/// Callback for finished rows, with arguments level, first row, and rows.
 pub(super) type Emit<'a> = dyn FnMut(usize, u32, &[Row]) -> Result<(), MapFault> + 'a;
 
-/// Sizes of all levels: sides are halved and rounded down until both are 1.
+/// Returns the sizes of all levels: sides are halved and rounded down until both are 1.
 pub(super) fn level_sizes(size: [u32; 2]) -> Vec<[u32; 2]> {
     let mut sizes = vec![size];
     while let Some(&[w, h]) = sizes.last().filter(|s| s[0] > 1 || s[1] > 1) {
@@ -21,7 +21,7 @@ pub(super) fn level_sizes(size: [u32; 2]) -> Vec<[u32; 2]> {
     sizes
 }
 
-/// Filter taps along one axis for a texel of the next level: first source texel, and weights that sum to 1.
+/// Filter taps along one axis for a texel of the next level: the first source texel, and weights that sum to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Taps {
     pub first: usize,
@@ -30,7 +30,7 @@ pub(super) struct Taps {
 }
 
 impl Taps {
-    /// The taps for every texel of the level below one of `from` texels.
+    /// Returns the taps for every texel of the level below a level of `from` texels.
     pub fn of_level(from: u32) -> Vec<Self> {
         let half = from / 2;
         let odd = |i: u32| [half - i, half, i + 1].map(|weight| weight as f32 * (1.0 / from as f32));
@@ -45,12 +45,12 @@ impl Taps {
         (0..half.max(1)).map(tap).collect()
     }
 
-    /// Index after the last texel.
+    /// Returns the index after the last source texel.
     pub const fn end(self) -> usize {
         self.first + self.count
     }
 
-    /// Source texels and their weights.
+    /// Returns the source texels and their weights.
     pub fn weighted(self) -> impl Iterator<Item = (usize, f32)> {
         (0..self.count).map(move |i| (self.first + i, self.weights[i]))
     }
@@ -62,17 +62,17 @@ struct Step {
     columns: Vec<Taps>,
     rows: Vec<Taps>,
     pending: VecDeque<Row>,
-    /// Index in this level of the first row in `pending`.
+    /// Row index in this level of the first row in `pending`.
     first: usize,
     /// Index of the next row to emit.
     next: usize,
 }
 
-/// Area averages in the order of the moments pass, so results are bit-exact.
+/// Mip pyramid by area averages in the order of the moments pass, so results are bit-exact.
 pub(super) struct Pyramid {
     channels: usize,
     steps: Vec<Step>,
-    /// Finished rows per level.
+    /// Number of finished rows per level.
     done: Vec<u32>,
 }
 

@@ -1,5 +1,5 @@
 //! PNG and JPEG to a [`Raster`] through the `image` crate. The size is checked before decompression. Palettes and greys of 1, 2
-//! or 4 bits expand to 8 bits; interlacing and 16 bits are supported; only the first frame of an animation is read.
+//! or 4 bits expand to 8 bits. Interlacing and 16 bits are supported. Only the first frame of an animation is read.
 
 use std::io::Cursor;
 
@@ -16,13 +16,12 @@ use super::{MapFault, limits};
 const PNG_REMEDY: &str = "save it as 8 or 16-bit grey or RGB PNG";
 const JPEG_REMEDY: &str = "save it as an 8-bit grey or RGB JPEG";
 
-/// Whether the bytes start like a PNG or a JPEG.
 pub(super) fn is_raster(bytes: &[u8]) -> bool {
     is_jpeg(bytes) || is_png(bytes)
 }
 
-/// Whether the bytes start like a PNG. Checks only the letters `PNG`, so that a signature damaged in transfer is reported as
-/// damage, not as an unknown format.
+/// Whether the bytes start like a PNG. Only the letters `PNG` are checked, so that a signature damaged in transfer is reported
+/// as damage, not as an unknown format.
 pub(super) fn is_png(bytes: &[u8]) -> bool {
     bytes.len() >= 4 && &bytes[1..4] == b"PNG"
 }
@@ -31,11 +30,11 @@ fn is_jpeg(bytes: &[u8]) -> bool {
     bytes.starts_with(&[0xff, 0xd8])
 }
 
-/// Decodes a PNG (8 or 16 bits, grey or colour, with or without alpha) or a JPEG (grey or colour; CMYK becomes RGB). The format is
-/// recognised by the first bytes.
+/// Decodes a PNG (8 or 16 bits, grey or colour, with or without alpha) or a JPEG (grey or colour; CMYK becomes RGB). The first
+/// bytes determine the format.
 ///
 /// # Errors
-/// If the format is unsupported, the file is damaged, or it exceeds [`limits`].
+/// Fails if the format is unsupported, the file is damaged, or it exceeds [`limits`].
 pub fn decode_raster(bytes: &[u8]) -> Result<Raster, MapFault> {
     if is_jpeg(bytes) {
         return guarded("JPEG", || decode_jpeg(bytes));
@@ -46,7 +45,6 @@ pub fn decode_raster(bytes: &[u8]) -> Result<Raster, MapFault> {
     Err(unrecognised(bytes, "a PNG, JPEG or EXR image", "FILE.png"))
 }
 
-/// Decodes a whole PNG.
 pub(super) fn decode_png(bytes: &[u8]) -> Result<Raster, MapFault> {
     let mut cap = Limits::no_limits();
     cap.max_image_width = Some(limits::MAX_SIDE as u32);
@@ -65,7 +63,6 @@ fn decode_jpeg(bytes: &[u8]) -> Result<Raster, MapFault> {
     unpack(decoder, bytes.len(), JPEG_REMEDY)
 }
 
-/// Decodes the image of a file of `file_bytes` bytes.
 fn unpack(decoder: impl ImageDecoder, file_bytes: usize, remedy: &str) -> Result<Raster, MapFault> {
     let ((width, height), color) = (decoder.dimensions(), decoder.color_type());
     let channels = usize::from(color.channel_count());
@@ -87,7 +84,7 @@ fn unpack(decoder: impl ImageDecoder, file_bytes: usize, remedy: &str) -> Result
     Raster::new(width, height, channels, samples)
 }
 
-/// Maps a decoder error to a `MapFault`. `remedy` is for unsupported features.
+/// Maps a decoder error to a `MapFault`. `remedy` is used for unsupported features.
 fn fault(error: ImageError, remedy: &str) -> MapFault {
     match error {
         ImageError::Unsupported(reason) => MapFault::unsupported(one_line(&reason), remedy),
@@ -102,7 +99,7 @@ fn has_end(bytes: &[u8]) -> bool {
     let mut at = 2;
     while let Some(&[0xff, marker]) = bytes.get(at..at + 2) {
         match marker {
-            // Start of scan: its data contain no markers except restarts.
+            // After a start of scan, the data contain no markers except restarts.
             0xda => return bytes[at..].windows(2).any(|pair| pair == [0xff, 0xd9]),
             0xff => at += 1,
             0x01 | 0xd0..=0xd8 => at += 2,

@@ -1,7 +1,7 @@
-//! A record of the files that were read and of their checksums.
+//! Records of the files that were read, with their checksums.
 //!
-//! Every reader of untrusted files uses [`limits`](super::limits), which records each read here. Records cover all threads, since
-//! images of a model are read in parallel.
+//! Every reader of untrusted files uses [`limits`](super::limits), which records each file here. Records cover all threads,
+//! since images of a model are read in parallel.
 
 use std::fs::File;
 use std::io::Read;
@@ -12,7 +12,7 @@ use super::checksum::checksum;
 
 type Record = Arc<Mutex<Vec<FileRead>>>;
 
-/// Open records of the process, shared by all threads.
+/// Records in progress, shared by all threads of the process.
 static OPEN: Mutex<Vec<Record>> = Mutex::new(Vec::new());
 
 /// A file that was read.
@@ -24,9 +24,9 @@ pub struct FileRead {
     pub checksum: u64,
 }
 
-/// Runs `work` and returns its result with the files that any thread read meanwhile, sorted.
+/// Runs `work`. Returns its result and a sorted list of the files that any thread read meanwhile.
 pub fn recorded<T>(work: impl FnOnce() -> T) -> (T, Vec<FileRead>) {
-    /// Closes the record even if `work` panics.
+    /// Guard that closes the record even if `work` panics.
     struct Close(Record);
     impl Drop for Close {
         fn drop(&mut self) {
@@ -44,7 +44,7 @@ pub fn recorded<T>(work: impl FnOnce() -> T) -> (T, Vec<FileRead>) {
     (result, read)
 }
 
-/// Adds a read of `bytes` from `path` to all open records.
+/// Adds a read of `bytes` from `path` to all records in progress.
 pub(super) fn note(path: &Path, bytes: &[u8]) {
     if !locked(&OPEN).is_empty() {
         add(path, checksum(bytes));

@@ -28,8 +28,8 @@ pub fn save_png(path: impl AsRef<Path>, image: &RgbImage, exposure: f32, tonemap
     save_png_srgb8(path, &display_image(image, exposure, tonemap))
 }
 
-/// Saves heights as a 16-bit grey PNG: `low` becomes 0, `high` becomes 65535, values outside are clamped. With `low == high` all
-/// texels are 0.
+/// Saves heights as a 16-bit grey PNG. `low` becomes 0, `high` becomes 65535, and values outside are clamped. If `low == high`,
+/// all texels are 0.
 pub fn save_png_grey16(path: impl AsRef<Path>, map: &HeightMap, low: f32, high: f32) -> Result<(), MapError> {
     let bytes = encode_png_grey16(map, low, high).map_err(|f| f.in_file(&path))?;
     write_atomic(path, &bytes)
@@ -51,12 +51,12 @@ pub fn save_exr_rgb(path: impl AsRef<Path>, image: &RgbImage) -> Result<(), MapE
     save_exr(path, image.width, image.height, &[("R", &r), ("G", &g), ("B", &b)])
 }
 
-/// The bytes of [`save_png_srgb8`].
+/// Encodes the file of [`save_png_srgb8`] in memory.
 pub fn encode_png_srgb8(image: &Rgb8Image) -> Result<Vec<u8>, MapFault> {
     encode_png(image.texels.as_flattened(), [image.width, image.height], ExtendedColorType::Rgb8)
 }
 
-/// The bytes of [`save_png_grey16`].
+/// Encodes the file of [`save_png_grey16`] in memory.
 pub fn encode_png_grey16(map: &HeightMap, low: f32, high: f32) -> Result<Vec<u8>, MapFault> {
     let scale = if high > low { 65535.0 / (f64::from(high) - f64::from(low)) } else { 0.0 };
     // The float-to-integer cast saturates.
@@ -73,15 +73,15 @@ pub(super) fn encode_png(samples: &[u8], size: [u32; 2], color: ExtendedColorTyp
     Ok(bytes)
 }
 
-/// The bytes of [`save_exr`].
+/// Encodes the file of [`save_exr`] in memory.
 pub fn encode_exr(width: u32, height: u32, channels: &[Channel<'_>]) -> Result<Vec<u8>, MapFault> {
     encode_exr_with(width, height, channels, LayerAttributes::default())
 }
 
-/// The bytes of an EXR like [`save_exr`], with provenance metadata.
+/// Encodes an EXR like [`save_exr`], with provenance metadata.
 ///
 /// # Errors
-/// The errors of [`save_exr`].
+/// Returns the errors of [`save_exr`].
 pub fn encode_exr_of(origin: &Origin, width: u32, height: u32, channels: &[Channel<'_>]) -> Result<Vec<u8>, MapFault> {
     encode_exr_with(width, height, channels, origin.exr_attributes())
 }

@@ -2,7 +2,7 @@
 
 use std::sync::LazyLock;
 
-/// Display code, 0 to 1, of a linear value; clamps to 0..1.
+/// Returns the display code, 0 to 1, of a linear value, clamped to 0..1.
 pub fn srgb_from_linear(x: f32) -> f32 {
     let x = x.clamp(0.0, 1.0);
     if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 }
@@ -14,23 +14,21 @@ pub fn linear_from_srgb(code: f32) -> f32 {
     if code <= 0.040_45 { code / 12.92 } else { ((code + 0.055) / 1.055).powf(2.4) }
 }
 
-/// Nearest 8-bit display code of a linear value; clamps to 0..1.
+/// Returns the nearest 8-bit display code of a linear value, clamped to 0..1.
 pub fn srgb8_from_linear(x: f32) -> u8 {
     let (codes, x) = (&*CODES, x.clamp(0.0, 1.0));
     let code = codes.first[((x * STEPS as f32) as usize).min(STEPS - 1)];
     code + u8::from(code < u8::MAX && x >= codes.least[usize::from(code) + 1])
 }
 
-/// A table, because `powf` for every channel of every texel dominates saving.
+/// Conversion table. Without it, `powf` for every channel of every texel would dominate saving.
 static CODES: LazyLock<Codes> = LazyLock::new(Codes::new);
 
-/// Number of linear intervals in the table; no interval spans more than two codes.
+/// Number of linear intervals in the table. No interval spans more than two codes.
 const STEPS: usize = 4096;
 
 struct Codes {
-    /// Smallest linear value of each code.
     least: [f32; 256],
-    /// Code at the start of each interval.
     first: [u8; STEPS],
 }
 
@@ -53,7 +51,7 @@ impl Codes {
     }
 }
 
-/// Linear values of the 256 display codes.
+/// Returns the linear values of the 256 display codes.
 pub fn linear_of_srgb8() -> [f32; 256] {
     std::array::from_fn(|code| linear_from_srgb(code as f32 / 255.0))
 }
@@ -69,7 +67,7 @@ mod tests {
             let x = i as f32 / 2e6 * 1.02 - 0.01;
             assert_eq!(srgb8_from_linear(x), of_curve(x), "{x}");
         }
-        // On both sides of every code boundary.
+        // Test both sides of every code boundary.
         for least in CODES.least.into_iter().skip(1) {
             for x in [least.next_down(), least, least.next_up()] {
                 assert_eq!(srgb8_from_linear(x), of_curve(x), "{x}");
@@ -87,7 +85,7 @@ mod tests {
             let linear = linear_from_srgb(f32::from(code) / 255.0);
             assert_eq!((srgb_from_linear(linear) * 255.0).round() as u8, code);
         }
-        // Middle grey and white from the standard.
+        // The expected values are middle grey and white from the standard.
         assert!((srgb_from_linear(0.214_041_14) - 0.5).abs() < 1e-5);
         assert!((srgb_from_linear(1.0) - 1.0).abs() < 1e-6);
     }

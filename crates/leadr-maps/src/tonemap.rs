@@ -3,10 +3,10 @@
 use super::srgb::srgb_from_linear;
 use super::{Rgb8Image, RgbImage};
 
-/// Filmic curve, linear 0 to infinity onto 0 to 1: Narkowicz's rational fit (2015) of the ACES reference rendering,
-/// per channel. Slope at 0 is 0.03/0.14; 0.18 maps to 0.267, 1 to 0.80; monotone. Negative values map to 0.
+/// Filmic curve from linear 0..∞ to 0..1 per channel: Narkowicz's rational fit (2015) of the ACES reference rendering. The
+/// curve is monotone, with slope 0.03/0.14 at 0. It maps 0.18 to 0.267, 1 to 0.80, and negative values to 0.
 pub fn filmic(x: f32) -> f32 {
-    // Beyond 1e4 the fraction equals its limit to 32 bits, and x² could overflow.
+    // Beyond 1e4 the fraction equals its limit in 32 bits, and x² could overflow.
     let x = x.clamp(0.0, 1e4);
     (x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)).min(1.0)
 }
@@ -15,25 +15,25 @@ pub fn filmic(x: f32) -> f32 {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 #[repr(i32)]
 pub enum Tonemap {
-    /// Clamp to 0..1.
+    /// Clamping to 0..1.
     Clamp = 0,
     /// The [`filmic`] curve per channel. Image comparisons use it.
     #[default]
     Filmic = 1,
-    /// [`aces`].
+    /// The [`aces`] operator.
     Aces = 2,
-    /// [`agx`].
+    /// The [`agx`] operator.
     Agx = 3,
 }
 
 impl Tonemap {
-    /// The default for display.
+    /// Default operator for display.
     pub const SHOWN: Self = Self::Agx;
 
     /// All operators.
     pub const ALL: [Self; 4] = [Self::Agx, Self::Aces, Self::Filmic, Self::Clamp];
 
-    /// The name on the command line.
+    /// Returns the name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Clamp => "clamp",
@@ -43,7 +43,7 @@ impl Tonemap {
         }
     }
 
-    /// One line of help text.
+    /// Returns one line of help text.
     pub fn help(self) -> &'static str {
         match self {
             Self::Clamp => "Linear, clipped at white",
@@ -53,7 +53,7 @@ impl Tonemap {
         }
     }
 
-    /// Linear display values, 0 to 1 per channel, of linear radiance after exposure.
+    /// Converts linear radiance after exposure to linear display values, 0 to 1 per channel.
     pub fn display(self, color: [f32; 3]) -> [f32; 3] {
         match self {
             Self::Clamp => color.map(|v| v.clamp(0.0, 1.0)),
@@ -64,14 +64,13 @@ impl Tonemap {
     }
 }
 
-/// `rows · color`.
 fn times(rows: [[f32; 3]; 3], color: [f32; 3]) -> [f32; 3] {
     rows.map(|row| row[0] * color[0] + row[1] * color[1] + row[2] * color[2])
 }
 
 /// Stephen Hill's fit of the ACES reference rendering and its sRGB output transform. The curve applies in wide primaries, so
-/// bright saturated colours desaturate instead of clipping per channel. The exposure matches [`filmic`]: 0.18 maps to about the
-/// same grey.
+/// bright saturated colours desaturate instead of clipping per channel. The exposure matches [`filmic`], so 0.18 maps to about
+/// the same grey.
 pub fn aces(color: [f32; 3]) -> [f32; 3] {
     const INTO: [[f32; 3]; 3] = [[0.59719, 0.35458, 0.04823], [0.07600, 0.90834, 0.01566], [0.02840, 0.13383, 0.83777]];
     const OUT: [[f32; 3]; 3] =
@@ -116,8 +115,8 @@ const AGX_SATURATION: f32 = 1.4;
 /// Exposure that makes [`agx`] as bright as [`filmic`] at 0.18.
 const AGX_EXPOSURE: f32 = 2.24;
 
-/// sRGB codes of one linear colour times `exposure` (a factor, not stops). A texel with a NaN channel becomes magenta, so that it
-/// is visible; infinity becomes white.
+/// Returns the sRGB codes of a linear colour times `exposure` (a factor, not stops). A texel with a NaN channel becomes
+/// magenta, so that it is visible. Infinity becomes white.
 pub fn display_srgb8(color: [f32; 3], exposure: f32, tonemap: Tonemap) -> [u8; 3] {
     if color.iter().any(|v| v.is_nan()) {
         return [255, 0, 255];
@@ -125,7 +124,7 @@ pub fn display_srgb8(color: [f32; 3], exposure: f32, tonemap: Tonemap) -> [u8; 3
     tonemap.display(color.map(|v| v * exposure)).map(|v| (srgb_from_linear(v) * 255.0).round() as u8)
 }
 
-/// [`display_srgb8`] for every texel of an image.
+/// Applies [`display_srgb8`] to every texel of an image.
 pub fn display_image(image: &RgbImage, exposure: f32, tonemap: Tonemap) -> Rgb8Image {
     let texels = image.texels.iter().map(|&t| display_srgb8(t, exposure, tonemap)).collect();
     Rgb8Image { width: image.width, height: image.height, texels }

@@ -4,25 +4,25 @@ use super::limits::{MAX_HEIGHT, MAX_RADIANCE};
 use super::srgb::linear_of_srgb8;
 use super::{MapFault, Wrap};
 
-/// Row-major texels, row 0 on top.
+/// A row-major image with row 0 on top.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image<T> {
-    /// Texels across.
+    /// Width in texels.
     pub width: u32,
-    /// Texels down.
+    /// Height in texels.
     pub height: u32,
     /// `width * height` texels, row-major.
     pub texels: Vec<T>,
 }
 
-/// Heights over texture space. PNG heights are 0 to 1; EXR heights are as stored and may be negative. Always finite and at least
-/// 1 x 1.
+/// Heights over texture space. PNG heights are 0 to 1, and EXR heights are as stored and may be negative. All heights are
+/// finite, and there is at least one texel.
 pub type HeightMap = Image<f32>;
 
-/// Linear Rec.709 colour or radiance.
+/// Image of linear Rec.709 colours or radiance.
 pub type RgbImage = Image<[f32; 3]>;
 
-/// Colour as 8-bit sRGB codes.
+/// Image of 8-bit sRGB codes.
 pub type Rgb8Image = Image<[u8; 3]>;
 
 impl<T> Image<T> {
@@ -40,26 +40,25 @@ impl<T> Image<T> {
 }
 
 impl<T: Copy> Image<T> {
-    /// The texel at column `x`, row `y`; panics outside the image.
+    /// Returns the texel at column `x`, row `y`. Panics outside the image.
     pub fn at(&self, x: u32, y: u32) -> T {
         assert!(x < self.width, "column {x} of an image {} wide", self.width);
         self.texels[(y * self.width + x) as usize]
     }
 
-    /// The texel at a column and row that may lie outside the map.
     pub(crate) fn beyond(&self, x: i64, y: i64, wrap: Wrap) -> T {
         self.texels[wrap.texel(y, self.height) * self.width as usize + wrap.texel(x, self.width)]
     }
 }
 
 impl HeightMap {
-    /// The mean height.
+    /// Returns the mean height.
     pub fn mean(&self) -> f32 {
         (self.texels.iter().map(|&h| f64::from(h)).sum::<f64>() / self.texels.len() as f64) as f32
     }
 
-    /// A height map of `width` x `height`. Fails if a side is 0, the length is not their product, or a height is not finite or
-    /// exceeds [`MAX_HEIGHT`]; the error gives its position.
+    /// Creates a height map. Fails if a side is 0, the length is not `width * height`, or a height is not finite or exceeds
+    /// [`MAX_HEIGHT`]; the error gives its position.
     pub fn new(width: u32, height: u32, texels: Vec<f32>) -> Result<Self, MapFault> {
         let map = Self::filled(width, height, texels)?;
         match map.texels.iter().position(|h| !(-MAX_HEIGHT..=MAX_HEIGHT).contains(h)) {
@@ -71,7 +70,7 @@ impl HeightMap {
         }
     }
 
-    /// Central differences at a texel, heights per texel.
+    /// Returns the central differences at a texel in units of height per texel.
     pub(crate) fn central_differences(&self, x: u32, y: u32, wrap: Wrap) -> [f64; 2] {
         let at = |dx, dy| f64::from(self.beyond(i64::from(x) + dx, i64::from(y) + dy, wrap));
         [0.5 * (at(1, 0) - at(-1, 0)), 0.5 * (at(0, 1) - at(0, -1))]
@@ -79,8 +78,8 @@ impl HeightMap {
 }
 
 impl RgbImage {
-    /// An image of linear colours. Fails if a side is 0 or the length is not `width * height`. Values are not checked, since a
-    /// render may contain NaN; see [`RgbImage::check_radiance`].
+    /// Creates an image of linear colours. Fails if a side is 0 or the length is not `width * height`. Values are not checked,
+    /// since a render may contain NaN; see [`RgbImage::check_radiance`].
     pub fn new(width: u32, height: u32, texels: Vec<[f32; 3]>) -> Result<Self, MapFault> {
         Self::filled(width, height, texels)
     }
@@ -104,7 +103,7 @@ impl RgbImage {
         }
     }
 
-    /// Mean colour, summed in 64 bits.
+    /// Returns the mean colour, summed in 64 bits.
     pub fn mean(&self) -> [f64; 3] {
         let mut sum = [0.0; 3];
         for texel in &self.texels {
@@ -117,12 +116,12 @@ impl RgbImage {
 }
 
 impl Rgb8Image {
-    /// An image of sRGB codes. Fails if a side is 0 or the length is not `width * height`.
+    /// Creates an image of sRGB codes. Fails if a side is 0 or the length is not `width * height`.
     pub fn new(width: u32, height: u32, texels: Vec<[u8; 3]>) -> Result<Self, MapFault> {
         Self::filled(width, height, texels)
     }
 
-    /// The same colours, linear, 0 to 1.
+    /// Converts the colours to linear values, 0 to 1.
     pub fn to_linear(&self) -> RgbImage {
         let table = linear_of_srgb8();
         let texels = self.texels.iter().map(|t| t.map(|code| table[code as usize])).collect();

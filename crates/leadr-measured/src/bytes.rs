@@ -1,8 +1,8 @@
-//! Reader for little-endian numbers.
+//! A reader for little-endian numbers.
 
 use leadr_maps::MapFault;
 
-/// Reads from the front of the remaining bytes.
+/// A reader that takes numbers from the front of the remaining bytes.
 pub struct Bytes<'a> {
     left: &'a [u8],
 }
@@ -40,7 +40,7 @@ impl<'a> Bytes<'a> {
     }
 }
 
-/// Consecutive doubles.
+/// Returns the consecutive doubles in `bytes`.
 pub fn doubles(bytes: &[u8]) -> impl Iterator<Item = f64> + '_ {
     bytes.as_chunks().0.iter().map(|chunk| f64::from_le_bytes(*chunk))
 }

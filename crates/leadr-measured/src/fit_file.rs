@@ -28,31 +28,30 @@ use leadr_reflectance::materials::microfacet::Microfacet;
 
 const FORMAT: &str = "leadr fit";
 const VERSION: u64 = 1;
-/// Maximum number of angles and azimuths of a table.
+/// The maximum number of angles or azimuths in a table.
 const MOST_NODES: usize = 1024;
-/// Largest file, in bytes.
 const MOST_BYTES: u64 = 64 << 20;
-/// Number of reflectances in a file.
+/// The number of reflectances in a file.
 const FRESNEL_ANGLES: usize = 46;
 const MASKINGS: [(&str, Masking); 3] =
     [("smith", Masking::SmithCorrelated), ("vgroove", Masking::VGroove), ("normal-map", Masking::NormalMap)];
 
-/// A fitted material in a file.
+/// A fitted material that is stored in a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FitFile {
-    /// Facets and diffuse base.
+    /// The facets and the diffuse base.
     pub brdf: FittedBrdf,
-    /// Gaussian lobes of the facets' slopes, at least one.
+    /// The Gaussian lobes of the facets' slopes, at least one.
     pub lobes: Vec<Lobe>,
 }
 
-/// The name of a masking model in files.
+/// Returns the name that files use for a masking model.
 pub fn masking_name(masking: Masking) -> &'static str {
     MASKINGS.iter().find(|(_, form)| *form == masking).map_or("smith", |(name, _)| name)
 }
 
 impl FitFile {
-    /// The stored fields as JSON; informative fields may be added.
+    /// Returns the stored fields as JSON; callers may add informative fields.
     pub fn to_json(&self) -> Value {
         let facets = &self.brdf.facets;
         let step = std::f64::consts::FRAC_PI_2 / (FRESNEL_ANGLES - 1) as f64;
@@ -75,10 +74,10 @@ impl FitFile {
         })
     }
 
-    /// Reads a file.
+    /// Reads a fitted material from a file.
     ///
     /// # Errors
-    /// If the file is missing, has another format or version, or has missing or invalid fields.
+    /// Returns an error if the file is missing, has another format or version, or has missing or invalid fields.
     pub fn load(file: &Path) -> Result<Self, MapError> {
         Self::load_bytes(file).map_err(|fault| fault.in_file(file))
     }
@@ -90,10 +89,10 @@ impl FitFile {
         Self::from_json(&value)
     }
 
-    /// Converts the JSON of a file.
+    /// Converts the JSON of a file to a fitted material.
     ///
     /// # Errors
-    /// The errors of [`Self::load`].
+    /// Returns the same errors as [`Self::load`].
     pub fn from_json(value: &Value) -> Result<Self, MapFault> {
         const REMEDY: &str = "give a file that leadr fit wrote";
         if value["format"].as_str() != Some(FORMAT) {

@@ -33,24 +33,24 @@ use self::utia::Utia;
 /// A measured material.
 #[derive(Clone, Debug)]
 pub enum Measured {
-    /// MERL database.
+    /// A material of the MERL database.
     Merl(Merl),
-    /// RGL database.
+    /// A material of the RGL database.
     Rgl(Rgl),
-    /// UTIA database.
+    /// A material of the UTIA database.
     Utia(Utia),
-    /// Text table.
+    /// A material in a text table.
     Table(Table),
 }
 
-/// Supported formats, for error messages.
+/// The supported formats, for error messages.
 const EXPECTED: &str = "a MERL .binary, an RGL .bsdf, a UTIA .bin or a .csv of angles and values";
 
 impl Measured {
-    /// Reads a file; the content determines the format.
+    /// Reads a measured material from a file. Its content determines the format.
     ///
     /// # Errors
-    /// [`MapError`] if the file is missing, damaged, in an unsupported format, or has invalid reflectances.
+    /// Returns [`MapError`] if the file is missing, damaged, in an unsupported format, or has invalid reflectances.
     pub fn load(file: &Path) -> Result<Self, MapError> {
         Self::load_bytes(file).map_err(|fault| fault.in_file(file))
     }
@@ -84,7 +84,7 @@ impl Measured {
         matches!(self, Self::Table(table) if table.is_backscattering())
     }
 
-    /// The database and the file's description.
+    /// Returns the name of the database and the description in the file.
     pub fn description(&self) -> String {
         match self {
             Self::Merl(_) => "MERL".to_owned(),
@@ -99,7 +99,7 @@ fn has_extension(file: &Path, wanted: &str) -> bool {
     file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(wanted))
 }
 
-/// The most specific fault for the file's name and length.
+/// Returns the most specific fault for the file's name and length.
 fn unrecognised(file: &Path, bytes: &[u8]) -> MapFault {
     let what = if has_extension(file, "binary") {
         merl::fault_of_start(bytes)

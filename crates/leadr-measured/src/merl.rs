@@ -1,8 +1,8 @@
 //! The MERL database (Matusik, Pfister, Brand and McMillan 2003).
 //!
-//! Three planes of doubles (R, G, B) over `θ_h`, `θ_d` and `φ_d`. Entry `(i, j, k)` is at `θ_h = (i/90)² 90°`, `θ_d = j°` and
-//! `φ_d = k°`, in units of 1/1500, 1.15/1500 and 1.66/1500. Entries for directions below the horizon are negative; interpolation
-//! uses only measured entries. Swapping the directions shifts `φ_d` by 180°, so only half a turn is stored.
+//! A file holds three planes of doubles (R, G, B) over `θ_h`, `θ_d` and `φ_d`. Entry `(i, j, k)` is at `θ_h = (i/90)² 90°`, `θ_d = j°` and
+//! `φ_d = k°`. The units of R, G and B are 1/1500, 1.15/1500 and 1.66/1500. Entries for directions below the horizon are negative;
+//! interpolation uses only measured entries. Swapping the directions shifts `φ_d` by 180°, so only half a turn is stored.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -13,7 +13,7 @@ use super::values::{around, planes, polar, reflectance};
 use leadr_maps::MapFault;
 use leadr_reflectance::materials::half_difference::directions_to_half_difference;
 
-/// Entries along `θ_h`, `θ_d` and `φ_d`.
+/// The number of entries along each of `θ_h`, `θ_d` and `φ_d`.
 const SIZE: [usize; 3] = [90, 90, 180];
 const ENTRIES: usize = SIZE[0] * SIZE[1] * SIZE[2];
 const BYTES: usize = 12 + 3 * 8 * ENTRIES;
@@ -22,11 +22,11 @@ const SCALE: [f64; 3] = [1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0];
 /// A material of the MERL database.
 #[derive(Clone, Debug)]
 pub struct Merl {
-    /// Linear RGB; negative if unmeasured.
+    /// The linear RGB values, negative if unmeasured.
     values: Vec<[f32; 3]>,
 }
 
-/// Whether the size and header are those of a MERL file.
+/// Whether the size and header match a MERL file.
 pub fn is_merl(bytes: &[u8]) -> bool {
     bytes.len() == BYTES && sizes(bytes).is_ok_and(|sizes| sizes == SIZE.map(|n| n as u32))
 }
@@ -36,7 +36,7 @@ fn sizes(bytes: &[u8]) -> Result<[u32; 3], MapFault> {
     Ok([bytes.u32()?, bytes.u32()?, bytes.u32()?])
 }
 
-/// Reason why a file with a MERL name is not one.
+/// Returns the reason why a file with a MERL name is not a MERL file.
 pub(super) fn fault_of_start(bytes: &[u8]) -> String {
     match sizes(bytes) {
         Ok(sizes) if sizes == SIZE.map(|n| n as u32) => {
@@ -48,10 +48,10 @@ pub(super) fn fault_of_start(bytes: &[u8]) -> String {
 }
 
 impl Merl {
-    /// Reads the content of a file.
+    /// Reads a material from the content of a file.
     ///
     /// # Errors
-    /// If the size is wrong, or a value is not a valid reflectance.
+    /// Returns an error if the size is wrong or a value is not a valid reflectance.
     pub fn read(bytes: &[u8]) -> Result<Self, MapFault> {
         if !is_merl(bytes) {
             return Err(MapFault::damaged(fault_of_start(bytes)));
@@ -68,7 +68,7 @@ impl Merl {
         Ok(Self { values })
     }
 
-    /// `f_r` for two directions above the horizon.
+    /// Returns `f_r` for two directions above the horizon.
     pub(super) fn value(&self, wo: DVec3, wi: DVec3) -> DVec3 {
         let p = directions_to_half_difference(wo, wi);
         let phi_d = p.wd.y.atan2(p.wd.x).rem_euclid(PI);
@@ -97,7 +97,7 @@ mod tests {
     use super::*;
     use leadr_reflectance::materials::half_difference::{HalfDifference, half_difference_to_directions};
 
-    /// Linear along each axis, so that interpolation is exact.
+    /// Returns a value that is linear along each axis, so that interpolation is exact.
     fn entry(h: f64, d: f64, p: f64) -> f64 {
         1.0 + 0.01 * h + 0.02 * d + 0.001 * p
     }
@@ -132,7 +132,7 @@ mod tests {
             if let Some(expected) = expected {
                 assert!((found - DVec3::splat(expected)).length() < 1e-4, "{h} {d} {p}: {found} {expected}");
             }
-            // Half a turn of φ_d swaps the directions.
+            // A shift of φ_d by half a turn swaps the directions.
             assert!((merl.value(wi, wo) - found).length() < 1e-6, "{h} {d} {p}");
         }
         // Unmeasured entries use their neighbours.

@@ -1,13 +1,13 @@
 //! The RGL database (Dupuy and Jakob 2018, "An adaptive parameterization for efficient material acquisition and rendering").
 //!
-//! A *tensor file* holds named arrays. The material is stored for a few light directions, in the coordinates of the unit square
-//! on which its visible normals are uniform:
+//! A *tensor file* holds named arrays. The material is stored for a few light directions, in coordinates of the unit square in which its
+//! visible normals are uniform:
 //!
 //! ```text
 //! f_r(wi, wo) cos θ_o = value(u) D(wm) / (4 σ(wi)),   u: the cumulative share of visible normals up to wm, along θ and φ
 //! ```
 //!
-//! `D`, `σ` and the visible normals are arrays too, all over `√(θ · 2/π)` and `(φ + π) / 2π`.
+//! The file also has arrays for `D`, `σ` and the visible normals, all over `√(θ · 2/π)` and `(φ + π) / 2π`.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -18,7 +18,7 @@ use super::values::{bracket, polar};
 use leadr_maps::MapFault;
 
 const MAGIC: &[u8] = b"tensor_file\0";
-/// Above the number of arrays and axes in any file of the database.
+/// The maximum number of arrays in a file, larger than in any file of the database.
 const MOST_FIELDS: u32 = 64;
 const MOST_AXES: u16 = 8;
 
@@ -28,23 +28,23 @@ pub struct Rgl {
     description: String,
     phi_i: Vec<f64>,
     theta_i: Vec<f64>,
-    /// Symmetry factor of the light's azimuth: 1 for a full turn, 2 and 4 for the parts that symmetry leaves.
+    /// The symmetry factor of the light's azimuth: 1 if the file covers a full turn, 2 for half a turn and 4 for a quarter.
     reduction: u32,
     jacobian: bool,
     ndf: Grid,
     sigma: Grid,
-    /// Visible normals per light direction.
+    /// The visible normals for each light direction.
     visible: Vec<Warp>,
-    /// R, G and B in sequence, per light direction.
+    /// The R, G and B grids in sequence, for each light direction.
     values: Vec<Grid>,
 }
 
-/// Whether the bytes start like a tensor file.
+/// Whether the bytes start with the tensor file signature.
 pub fn is_rgl(bytes: &[u8]) -> bool {
     bytes.starts_with(MAGIC)
 }
 
-/// Bilinear values over the unit square, at least 2 × 2.
+/// Bilinear values over the unit square, with at least 2 × 2 entries.
 #[derive(Clone, Debug)]
 struct Grid {
     width: usize,
@@ -60,7 +60,7 @@ impl Grid {
         f64::from(self.values[y * self.width + x])
     }
 
-    /// The lower entries and the fractions beyond them.
+    /// Returns the indices of the lower entries and the fractions beyond them.
     fn cell(&self, at: DVec2) -> (usize, usize, f64, f64) {
         let along = |t: f64, n: usize| {
             let cell = if t > 0.0 { t.min(1.0) } else { 0.0 } * (n - 1) as f64;
@@ -109,8 +109,8 @@ impl Warp {
         Self { density, before, rows_before }
     }
 
-    /// Cumulative shares at a position: of the square before its row; of its row, before the position and in total. They are
-    /// linear in the density, so those of several densities can be blended.
+    /// Returns cumulative sums at a position: the square before its row, its row before the position, and its whole row. They are linear in
+    /// the density, so sums of several densities can be blended.
     fn shares(&self, at: DVec2) -> DVec3 {
         let (x, y, fx, fy) = self.density.cell(at);
         let w = self.density.width;
@@ -130,16 +130,16 @@ impl Rgl {
         self.phi_i.len() <= 2
     }
 
-    /// The description in the file.
+    /// Returns the description in the file.
     pub fn description(&self) -> &str {
         &self.description
     }
 
-    /// Reads the content of a file.
+    /// Reads a material from the content of a file.
     ///
     /// # Errors
-    /// If the version is unsupported, arrays are missing, of the wrong type or size, or outside the file, or the file holds
-    /// spectra instead of RGB.
+    /// Returns an error if the version is unsupported, if arrays are missing, of the wrong type or size, or outside the file, or if the
+    /// file holds spectra instead of RGB.
     pub fn read(bytes: &[u8]) -> Result<Self, MapFault> {
         let fields = Fields::read(bytes)?;
         if fields.find("rgb").is_none() && fields.find("spectra").is_some() {
@@ -173,9 +173,8 @@ impl Rgl {
         })
     }
 
-    /// `f_r` for two directions above the horizon.
+    /// Returns `f_r` for two directions above the horizon.
     pub(super) fn value(&self, wo: DVec3, wi: DVec3) -> DVec3 {
-        // Map into the measured range of azimuths.
         let flipped =
             |v: DVec3, x: bool, y: bool| DVec3::new(if x { -v.x } else { v.x }, if y { -v.y } else { v.y }, v.z);
         let (flip_x, flip_y) = match self.reduction {
@@ -189,7 +188,6 @@ impl Rgl {
         let ((theta_i, phi_i), (theta_m, phi_m)) = (angles(wi), angles(wm));
         let cell = |theta: f64, phi: f64| DVec2::new((theta / FRAC_PI_2).sqrt(), ((phi + PI) / TAU).rem_euclid(1.0));
         let to_m = cell(theta_m, if self.is_isotropic() { phi_m - phi_i } else { phi_m });
-        // The neighbouring light directions.
         let (p0, p1, p) = bracket(&self.phi_i, phi_i);
         let (t0, t1, t) = bracket(&self.theta_i, theta_i);
         let index = |p: usize, t: usize| p * self.theta_i.len() + t;
@@ -222,11 +220,11 @@ struct Field<'a> {
     bytes: &'a [u8],
 }
 
-/// Type codes: signed and unsigned bytes, and single precision.
+/// The type codes of signed and unsigned bytes.
 const BYTE_KINDS: [u8; 2] = [1, 2];
 const FLOAT: u8 = 10;
 
-/// Size in bytes per type code, from 1.
+/// The size in bytes of each type code, starting with code 1.
 const KIND_BYTES: [usize; 11] = [1, 1, 2, 2, 4, 4, 8, 8, 2, 4, 8];
 
 impl<'a> Fields<'a> {
@@ -266,7 +264,7 @@ impl<'a> Fields<'a> {
         }
     }
 
-    /// Ascending angles.
+    /// Returns an array of ascending angles.
     fn axis(&self, name: &str) -> Result<Vec<f64>, MapFault> {
         let (shape, floats) = self.floats(name)?;
         if shape.len() != 1 || floats.is_empty() || floats.windows(2).any(|pair| pair[0] >= pair[1]) {
@@ -275,7 +273,7 @@ impl<'a> Fields<'a> {
         Ok(floats.into_iter().map(f64::from).collect())
     }
 
-    /// One grid per combination of the leading axes.
+    /// Returns one grid per combination of the leading axes.
     fn grids(&self, name: &str, leading: &[usize]) -> Result<Vec<Grid>, MapFault> {
         let (shape, floats) = self.floats(name)?;
         let wrong =
@@ -324,7 +322,7 @@ impl<'a> Field<'a> {
 mod tests {
     use super::*;
 
-    /// A tensor file of floats and bytes.
+    /// Returns a tensor file of floats and bytes.
     fn file(fields: &[(&str, &[u64], Vec<f32>)]) -> Vec<u8> {
         let mut head = MAGIC.to_vec();
         head.extend([1, 0]);
@@ -346,7 +344,7 @@ mod tests {
         head
     }
 
-    /// A constant material: normals of density 1 and projected area 1, so that `f_r cos θ_o` is a quarter of the value.
+    /// Returns a constant material with normals of density 1 and projected area 1, so that `f_r cos θ_o` is a quarter of the value.
     fn plain() -> Vec<(&'static str, &'static [u64], Vec<f32>)> {
         vec![
             ("phi_i", &[1], vec![0.0]),
@@ -375,7 +373,7 @@ mod tests {
 
     #[test]
     fn warp_is_the_cumulative_share() {
-        // Density 2x over the unit square.
+        // The density is 2x over the unit square.
         let n = 5usize;
         let values = (0..n * n).map(|i| (i % n) as f32 / 4.0).collect();
         let warp = Warp::new(Grid { width: n, values });

@@ -1,10 +1,10 @@
 //! Measurements as `.csv` text, one per line, after a header line with the column names.
 //!
-//! * `theta,r,g,b` or `theta,value`: backscattering `f_r(o, o)` at angles to the normal. Other directions are unknown.
-//! * `theta_h,theta_d,r,g,b`, or with `phi_d`, or `value`: half and difference angles, a full grid in any order. Without `phi_d`, values do
-//!   not depend on it.
+//! * `theta,r,g,b` or `theta,value`: backscattering `f_r(o, o)` at angles to the normal. Other directions are not measured.
+//! * `theta_h,theta_d`, optionally `phi_d`, and then `r,g,b` or `value`: half and difference angles, as a full grid in any order. Without
+//!   `phi_d`, values do not depend on it.
 //!
-//! Angles are in degrees. Lines that start with `#` are comments. Values are interpolated linearly and constant beyond the ends.
+//! Angles are in degrees. Lines that start with `#` are comments. Values are interpolated linearly and stay constant beyond the ends.
 
 use glam::DVec3;
 
@@ -12,24 +12,23 @@ use super::values::{around, bracket, polar, reflectance};
 use leadr_maps::MapFault;
 use leadr_reflectance::materials::half_difference::directions_to_half_difference;
 
-/// Maximum measurements in a table.
 const MOST_ROWS: usize = 4_000_000;
 const MOST_COLUMNS: usize = 6;
 
-/// A material from a table.
+/// A material that is measured in a table.
 #[derive(Clone, Debug)]
 pub struct Table {
-    /// Degrees along θ_h, θ_d and φ_d.
+    /// The angles along θ_h, θ_d and φ_d, in degrees.
     axes: [Vec<f64>; 3],
-    /// θ_h slowest.
+    /// The values, with θ_h varying slowest.
     values: Vec<DVec3>,
 }
 
 impl Table {
-    /// Reads the content of a file.
+    /// Reads a material from the text of a file.
     ///
     /// # Errors
-    /// If a column is unknown, a field is not a number, or the grid is incomplete.
+    /// Returns an error if a column is unknown, a field is not a number, or the grid is incomplete.
     pub fn read(text: &str) -> Result<Self, MapFault> {
         let mut lines = text.lines().enumerate().filter(|(_, line)| {
             let line = line.trim();
@@ -100,17 +99,17 @@ impl Table {
         Ok(Self { axes, values: rows.into_iter().map(|(_, value)| value).collect() })
     }
 
-    /// Whether it contains only backscattering.
+    /// Whether the table contains only backscattering.
     pub fn is_backscattering(&self) -> bool {
         self.axes[1].len() == 1
     }
 
-    /// `f_r` for two directions above the horizon.
+    /// Returns `f_r` for two directions above the horizon.
     pub(super) fn value(&self, wo: DVec3, wi: DVec3) -> DVec3 {
         let p = directions_to_half_difference(wo, wi);
         let mut phi = p.wd.y.atan2(p.wd.x).to_degrees().rem_euclid(360.0);
         let most = self.axes[2].last().copied().unwrap_or(0.0);
-        // Swapping the directions shifts φ_d by half a turn, so tables may contain only half of it.
+        // Swapping the directions shifts φ_d by half a turn, so tables may omit the other half.
         if most <= 180.0 {
             phi = phi.rem_euclid(180.0);
         }
@@ -123,7 +122,7 @@ impl Table {
     }
 }
 
-/// The angle in each leading column, and the number of channels.
+/// Returns the angle in each leading column, and the number of channels.
 fn columns(names: &[&str]) -> Result<(Vec<usize>, usize), MapFault> {
     let (angles, rest): (&[usize], &[&str]) = match names {
         ["theta", rest @ ..] => (&[0], rest),
@@ -143,7 +142,6 @@ fn columns(names: &[&str]) -> Result<(Vec<usize>, usize), MapFault> {
     Ok((angles.to_vec(), channels))
 }
 
-/// Shortens text for a message.
 fn shorten(text: &str) -> String {
     text.trim().chars().filter(|c| !c.is_control()).take(40).collect()
 }
@@ -166,7 +164,6 @@ mod tests {
             assert!((found - expected * DVec3::new(1.0, 2.0, 3.0)).length() < 1e-9, "{degrees}: {found}");
         }
         let grid = Table::read("theta_h,theta_d,value\n0,0,1\n0,80,3\n90,80,7\n90,0,5\n45,0,3\n45,80,5\n").unwrap();
-        // Half-way on both axes.
         let found = grid.value(direction(40.0), direction(-40.0));
         assert!((found.x - 2.0).abs() < 1e-9, "{found}");
     }

@@ -1,8 +1,8 @@
 //! The UTIA database of anisotropic materials (Filip and Vávra 2014).
 //!
-//! Three planes of doubles (R, G, B) over `θ` and `φ` of the light and of the viewer. `θ` has steps of 15° up to 75°, `φ` of
-//! 7.5°; the viewer's `φ` is fastest. A value is 140 times the sRGB code of `f_r / 100`, decoded after interpolation as in the
-//! database's own programs. Beyond 75° values are extrapolated from 60° and 75°. The few negative values become 0.
+//! A file holds three planes of doubles (R, G, B) over `θ` and `φ` of the light and of the viewer. `θ` has steps of 15° up to 75°, and `φ`
+//! has steps of 7.5°; the viewer's `φ` varies fastest. A value is 140 times the sRGB code of `f_r / 100`, decoded after interpolation as in
+//! the database's own programs. Beyond 75°, values are extrapolated from 60° and 75°. The few negative values become 0.
 
 use glam::DVec3;
 
@@ -12,24 +12,24 @@ use leadr_maps::MapFault;
 const THETAS: usize = 6;
 const PHIS: usize = 48;
 const ENTRIES: usize = THETAS * PHIS * THETAS * PHIS;
-/// File length in bytes.
+/// The file length in bytes.
 pub const BYTES: usize = 3 * 8 * ENTRIES;
 const UNIT: f64 = 1.0 / 140.0;
-/// `f_r` of the largest code.
+/// The value of `f_r` for the largest code.
 const SCALE: f64 = 100.0;
 
 /// A material of the UTIA database.
 #[derive(Clone, Debug)]
 pub struct Utia {
-    /// sRGB codes.
+    /// The sRGB codes of the entries.
     values: Vec<[f32; 3]>,
 }
 
 impl Utia {
-    /// Reads the content of a file.
+    /// Reads a material from the content of a file.
     ///
     /// # Errors
-    /// If the length is wrong, or a value is not a number.
+    /// Returns an error if the length is wrong or a value is not a number.
     pub fn read(bytes: &[u8]) -> Result<Self, MapFault> {
         if bytes.len() != BYTES {
             return Err(MapFault::damaged(format!("it has {} bytes instead of {BYTES}", bytes.len())));
@@ -40,7 +40,7 @@ impl Utia {
         Ok(Self { values })
     }
 
-    /// `f_r` for two directions above the horizon.
+    /// Returns `f_r` for two directions above the horizon.
     pub(super) fn value(&self, wo: DVec3, wi: DVec3) -> DVec3 {
         let mut code = DVec3::ZERO;
         for (index, share) in around([theta(wi), phi(wi), theta(wo), phi(wo)]) {
@@ -62,7 +62,7 @@ fn phi(w: DVec3) -> Axis {
     (PHIS, [low, (low + 1) % PHIS], at - low as f64)
 }
 
-/// sRGB transfer function, continued above 1.
+/// Converts sRGB to linear; the curve continues above 1.
 fn decode(code: f64) -> f64 {
     if code <= 0.0 {
         0.0
@@ -98,7 +98,7 @@ mod tests {
         let utia = Utia::read(&bytes).unwrap();
         for (ti, pi, tv, pv) in [(0.0, 30.0, 15.0, 60.0), (20.0, 100.0, 40.0, 3.0), (74.0, 200.0, 80.0, 351.0)] {
             let found = utia.value(direction(tv, pv), direction(ti, pi));
-            // The azimuth of the normal direction is 0.
+            // The normal direction has the azimuth 0.
             let expected = code(ti, if ti == 0.0 { 0.0 } else { pi }, tv, pv);
             assert!((found.x - SCALE * decode(expected)).abs() < 1e-3 * found.x, "{found} {expected}");
             assert!((found.z - SCALE * decode(expected / 3.0)).abs() < 1e-3 * found.z);

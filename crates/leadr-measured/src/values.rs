@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::bytes::doubles;
 use leadr_maps::{MapFault, limits};
 
-/// The two indices around `at` in ascending `values`, and the fraction between them; clamped at the ends.
+/// Returns the two indices around `at` in ascending `values`, and the fraction between them, clamped at the ends.
 pub fn bracket(values: &[f64], at: f64) -> (usize, usize, f64) {
     let last = values.len() - 1;
     let high = values.partition_point(|&v| v <= at).min(last);
@@ -14,9 +14,9 @@ pub fn bracket(values: &[f64], at: f64) -> (usize, usize, f64) {
     (low, high, if width > 0.0 { ((at - values[low]) / width).clamp(0.0, 1.0) } else { 0.0 })
 }
 
-/// Validates a reflectance: finite, below any specular peak; negative noise becomes 0.
+/// Validates a reflectance, which must be finite and below any specular peak. Negative noise becomes 0.
 pub fn reflectance(value: f64, location: impl FnOnce() -> String) -> Result<f64, MapFault> {
-    /// Above the specular peak of α = .001.
+    /// The bound is above the specular peak of α = 0.001.
     const MOST: f64 = 1e9;
     if value.is_finite() && value <= MOST {
         Ok(value.max(0.0))
@@ -25,7 +25,7 @@ pub fn reflectance(value: f64, location: impl FnOnce() -> String) -> Result<f64,
     }
 }
 
-/// Three planes (R, G, B) of `entries` doubles each; `read` receives channel, entry and value.
+/// Reads three planes (R, G, B) of `entries` doubles each. `read` receives the channel, entry and value.
 pub fn planes(
     bytes: &[u8],
     entries: usize,
@@ -39,10 +39,10 @@ pub fn planes(
     Ok(values)
 }
 
-/// Position along a grid axis: number of entries, the two neighbouring entries, and the fraction between them.
+/// A position along a grid axis: the number of entries, the two neighbouring entries, and the fraction between them.
 pub type Axis = (usize, [usize; 2], f64);
 
-/// Grid entries around a position, last axis fastest, with their weights.
+/// Returns the grid entries around a position, last axis fastest, with their weights.
 pub fn around<const N: usize>(axes: [Axis; N]) -> impl Iterator<Item = (usize, f64)> {
     (0..1usize << N).map(move |corner| {
         axes.iter().enumerate().fold((0, 1.0), |(index, share), (axis, &(entries, ends, t))| {
@@ -52,7 +52,7 @@ pub fn around<const N: usize>(axes: [Axis; N]) -> impl Iterator<Item = (usize, f
     })
 }
 
-/// Angle to the normal, radians.
+/// Returns the angle to the normal, in radians.
 pub fn polar(w: DVec3) -> f64 {
     w.truncate().length().atan2(w.z)
 }

@@ -1,4 +1,4 @@
-//! Animations: curves over time, and the node properties that follow them.
+//! Animations: curves over time, and the node properties that the curves drive.
 
 use glam::Quat;
 
@@ -7,11 +7,11 @@ use glam::Quat;
 pub struct Animation {
     /// Name, empty if missing.
     pub name: String,
-    /// Animated properties; each property of a node occurs at most once.
+    /// Animated properties. Each property of a node occurs at most once.
     pub channels: Vec<Channel>,
-    /// Curves of the channels.
+    /// Curves that the channels refer to.
     pub curves: Vec<Curve>,
-    /// Time of the last key, seconds.
+    /// Time of the last key in seconds.
     pub duration: f32,
 }
 
@@ -29,13 +29,13 @@ pub struct Channel {
 /// An animated node property.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Property {
-    /// 3 numbers: metres.
+    /// Translation: 3 numbers in metres.
     Translation,
-    /// 4 numbers: a quaternion of unit length, x y z w.
+    /// Rotation: 4 numbers, a unit quaternion x y z w.
     Rotation,
-    /// 3 numbers: factors.
+    /// Scale: 3 factors.
     Scale,
-    /// One number per morph target of the node's mesh.
+    /// Morph weights: one number per target of the node's mesh.
     Weights,
 }
 
@@ -44,10 +44,10 @@ pub enum Property {
 pub enum Interpolation {
     /// Constant from each key to the next.
     Step,
-    /// Linear; rotations take the shorter arc at constant speed.
+    /// Linear interpolation. Rotations take the shorter arc at constant speed.
     #[default]
     Linear,
-    /// Cubic Hermite spline; rotations are normalised.
+    /// Cubic Hermite spline. Rotations are normalised.
     Cubic,
 }
 
@@ -56,19 +56,20 @@ pub enum Interpolation {
 pub struct Curve {
     /// Interpolation between keys.
     pub interpolation: Interpolation,
-    /// Key times in seconds, at least 0, increasing, at least one.
+    /// Times of the keys in seconds: one or more, at least 0, increasing.
     pub times: Vec<f32>,
-    /// Numbers per value.
+    /// Count of numbers per value.
     pub width: usize,
-    /// One value per key. Cubic curves have three per key: in-tangent per second, value, out-tangent per second.
+    /// One value per key. Cubic curves have three: in-tangent per second, value, out-tangent per second.
     pub values: Vec<f32>,
 }
 
 impl Curve {
-    /// The value at a time, `width` numbers. Before the first and after the last key it is constant. Rotations are normalised.
+    /// Returns the value at a time, `width` numbers. Before the first and after the last key the value is constant. Rotations
+    /// are normalised.
     ///
     /// # Panics
-    /// If `rotation` is set for a curve without four numbers per value.
+    /// Panics if `rotation` is set for a curve without four numbers per value.
     pub fn sample(&self, seconds: f32, rotation: bool) -> Vec<f32> {
         assert!(!rotation || self.width == 4, "a rotation of {} numbers", self.width);
         let last = self.times.len() - 1;
@@ -78,7 +79,7 @@ impl Curve {
             return self.unit(self.value(if after == 0 { 0 } else { last }).to_vec(), rotation);
         }
         let (start, end) = (self.times[after - 1], self.times[after]);
-        // 0 at the previous key, 1 at the next.
+        // The fraction is 0 at the previous key and 1 at the next.
         let part = (seconds - start) / (end - start);
         let [before, next] = [after - 1, after].map(|key| self.value(key));
         let value = match self.interpolation {
@@ -93,7 +94,6 @@ impl Curve {
         self.unit(value, rotation)
     }
 
-    /// The value of a key.
     fn value(&self, key: usize) -> &[f32] {
         match self.interpolation {
             Interpolation::Cubic => self.third(3 * key + 1),
@@ -105,7 +105,7 @@ impl Curve {
         &self.values[number * self.width..][..self.width]
     }
 
-    /// Interpolates between a key and the next, `seconds` later.
+    /// Interpolates between a key and the next key, `seconds` later.
     fn spline(&self, key: usize, t: f32, seconds: f32) -> Vec<f32> {
         let (t2, t3) = (t * t, t * t * t);
         let (from, leave) = (2.0 * t3 - 3.0 * t2 + 1.0, (t3 - 2.0 * t2 + t) * seconds);

@@ -9,24 +9,24 @@ use super::pose::Pose;
 /// Vertices of a posed primitive in model space.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PosedVertices {
-    /// Metres.
+    /// Positions in metres.
     pub positions: Vec<[f32; 3]>,
-    /// Unit vectors.
+    /// Unit normals.
     pub normals: Vec<[f32; 3]>,
-    /// As in the primitive; empty if missing.
+    /// Tangents in the format of the primitive; empty if missing.
     pub tangents: Vec<[f32; 4]>,
-    /// Whether the matrix mirrors, so that triangles are clockwise seen from their front. For skinned vertices, the first joint
-    /// decides.
+    /// Whether the matrix mirrors, so that triangles are clockwise when seen from the front. For skinned vertices, the first
+    /// joint decides.
     pub mirrored: bool,
 }
 
 impl Model {
-    /// Vertices of a primitive of a node's mesh.
+    /// Computes the vertices of a primitive of a node's mesh.
     ///
-    /// Normals are transformed by the inverse transpose; those of flat primitives are recomputed.
+    /// Normals are transformed by the inverse transpose. Normals of flat primitives are recomputed.
     ///
     /// # Panics
-    /// If the node has no mesh, the mesh has no such primitive, or the pose belongs to another model.
+    /// Panics if the node has no mesh, the mesh has no such primitive, or the pose belongs to another model.
     pub fn posed_vertices(&self, pose: &Pose, node: usize, primitive: usize) -> PosedVertices {
         let shown = &self.nodes[node];
         let mesh = shown.mesh.expect("a node with a mesh");
@@ -72,7 +72,7 @@ impl Model {
     }
 }
 
-/// Vertices plus weighted differences of the primitive's targets.
+/// Returns the vertices plus the weighted differences of the primitive's targets.
 fn morphed<'a>(
     base: &[[f32; 3]],
     primitive: &'a Primitive,
@@ -88,10 +88,10 @@ fn morphed<'a>(
     sums
 }
 
-/// Transforms a normal by a matrix. It uses cofactors, the inverse transpose times the determinant, which exist for singular
-/// matrices too. Their sign is corrected for mirroring.
+/// Transforms a normal by the cofactors of a matrix. Cofactors equal the inverse transpose times the determinant, but exist for
+/// singular matrices too. The sign is corrected for mirroring.
 fn carried_normal(matrix: Mat3, normal: Vec3) -> Vec3 {
-    // Scaled first, since products of very small or large columns exceed 32 bits.
+    // The matrix is scaled first, since products of very small or large columns exceed 32 bits.
     let size = matrix.to_cols_array().into_iter().fold(0.0, |most: f32, v| most.max(v.abs()));
     let [x, y, z] = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|column| column / size.max(f32::MIN_POSITIVE));
     let cofactors = Mat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
@@ -99,7 +99,7 @@ fn carried_normal(matrix: Mat3, normal: Vec3) -> Vec3 {
     carried.normalize_or(normal.normalize_or(Vec3::Z))
 }
 
-/// Plane normals of triangles with unshared vertices; +z for degenerate triangles.
+/// Returns the plane normals of triangles with unshared vertices, or +z for degenerate triangles.
 pub(super) fn flat_normals(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<[f32; 3]> {
     let mut normals = vec![[0.0, 0.0, 1.0]; positions.len()];
     for triangle in triangles {
@@ -109,7 +109,7 @@ pub(super) fn flat_normals(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Ve
     normals
 }
 
-/// The normal of a triangle times twice its area.
+/// Returns the normal of a triangle times twice its area.
 pub(super) fn plane_normal(corners: [[f32; 3]; 3]) -> DVec3 {
     let [a, b, c] = corners.map(|corner| Vec3::from(corner).as_dvec3());
     (b - a).cross(c - a)

@@ -1,10 +1,10 @@
-//! Faults of models: one-line messages with the place in the file and the remedy.
+//! Faults of models: one-line messages with the location in the file and the remedy.
 
 use std::path::PathBuf;
 
 use leadr_maps::MapFault;
 
-/// A fault and its file. Displays as one line: `FILE: what is wrong; remedy`.
+/// A fault and its file, displayed as one line: `FILE: what is wrong; remedy`.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {fault}", file.display())]
 pub struct ModelError {
@@ -42,12 +42,12 @@ pub enum ModelFault {
     /// A part of the model violates a rule of glTF beyond repair.
     #[error("{location}: {what}; correct it with the help of a glTF validator, or export the model again")]
     Invalid {
-        /// The part, such as `mesh 2, primitive 0`.
+        /// The invalid part, such as `mesh 2, primitive 0`.
         location: String,
         /// The rule and its violation.
         what: String,
     },
-    /// A valid model that needs an unsupported feature.
+    /// The model is valid but needs an unsupported feature.
     #[error("cannot be used: {what}; {remedy}")]
     Unsupported {
         /// The unsupported feature.
@@ -55,7 +55,7 @@ pub enum ModelFault {
         /// A supported alternative.
         remedy: String,
     },
-    /// Exceeds a limit of [`crate::limits`], or declares more data than the file can contain.
+    /// The model exceeds a limit of [`crate::limits`], or declares more data than the file can contain.
     #[error("is too large: {what}; split or simplify the model")]
     TooLarge {
         /// The declared size and the limit.
@@ -64,17 +64,17 @@ pub enum ModelFault {
     /// A file of the model is missing or may not be read.
     #[error("{location}: the file {uri:?} {what}; put it into the model's folder, or pack the model into one .glb")]
     Missing {
-        /// The part with the reference.
+        /// The part that refers to the file.
         location: String,
-        /// Its name as written in the model.
+        /// Name of the file as written in the model.
         uri: String,
-        /// Why it cannot be read.
+        /// The reason why the file cannot be read.
         what: String,
     },
     /// An image of the model cannot be decoded.
     #[error("{location}: {fault}")]
     Image {
-        /// The image, with its name if it has one.
+        /// The location of the image, with its name if it has one.
         location: String,
         /// The fault of the image.
         #[source]
@@ -83,28 +83,24 @@ pub enum ModelFault {
 }
 
 impl ModelFault {
-    /// A violation of the file format.
     pub(super) fn damaged(what: impl Into<String>) -> Self {
         Self::Damaged { what: what.into() }
     }
 
-    /// An unsupported feature and the remedy.
     pub(super) fn unsupported(what: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self::Unsupported { what: what.into(), remedy: remedy.into() }
     }
 
-    /// A declared size above a limit.
     pub(super) fn too_large(what: impl Into<String>) -> Self {
         Self::TooLarge { what: what.into() }
     }
 
-    /// A violated rule.
     pub(super) fn invalid(location: impl std::fmt::Display, what: impl Into<String>) -> Self {
         Self::Invalid { location: location.to_string(), what: what.into() }
     }
 }
 
-/// A string from the file for a one-line message: shortened, without control characters.
+/// Shortens a string from the file for a one-line message and removes control characters.
 pub(super) fn shown(text: &str) -> String {
     const LONGEST: usize = 60;
     let mut shown: String = text.chars().take(LONGEST).map(|c| if c.is_control() { ' ' } else { c }).collect();

@@ -7,43 +7,39 @@ use super::fault::ModelFault;
 
 /// Maximum bytes of all buffers together, including files and data URIs.
 pub const MAX_BUFFER_BYTES: u64 = 1 << 30;
-/// Maximum JSON objects in a model. A node, accessor or animation channel takes one to three.
+/// Maximum number of JSON objects in a model. A node, accessor or animation channel takes one to three objects.
 pub const MAX_OBJECTS: usize = 1 << 20;
-/// Maximum values in all JSON arrays and objects.
+/// Maximum number of values in all JSON arrays and objects.
 pub const MAX_VALUES: usize = 1 << 23;
-/// Maximum joints of a skin: the range of 16-bit vertex indices.
+/// Maximum number of joints of a skin: the range of 16-bit vertex indices.
 pub const MAX_JOINTS: usize = 1 << 16;
-/// Maximum morph targets of a mesh.
+/// Maximum number of morph targets of a mesh.
 pub const MAX_TARGETS: usize = 1 << 12;
-/// Maximum unpacked bytes of vertices, triangles and animation.
+/// Maximum size of unpacked vertices, triangles and animation in bytes.
 pub const MAX_UNPACKED_BYTES: u64 = 4 << 30;
-/// Unpacked bytes that any file may claim: accessors without data are zeros, and parts may share data.
+/// Unpacked bytes that any file may claim. Accessors without data are zeros, and parts may share data.
 const FREE_UNPACKED_BYTES: u64 = 128 << 20;
 /// Additional unpacked bytes allowed per byte of the buffers.
 const MAX_EXPANSION: u64 = 64;
 /// Maximum bytes of all images together, encoded and decoded.
 pub const MAX_IMAGE_BYTES: u64 = 4 << 30;
-/// Largest accepted coordinate, offset or scale: squares and products of three stay finite in 32 bits.
+/// Largest accepted coordinate, offset or scale. Squares and products of three stay finite in 32 bits.
 pub const MAX_COORDINATE: f32 = 1e12;
-/// Accepted coordinates, offsets and scales.
 pub(super) const COORDINATES: RangeInclusive<f32> = -MAX_COORDINATE..=MAX_COORDINATE;
 
 /// Remaining bytes that a model may unpack, shared by all threads.
 pub(super) struct Budget {
     left: AtomicU64,
-    /// Message for a model that unpacks more.
     fault: String,
 }
 
 impl Budget {
-    /// The budget of a model with `bytes` bytes of buffers.
     pub(super) fn for_buffers(bytes: u64) -> Self {
         let whole = bytes.saturating_mul(MAX_EXPANSION).saturating_add(FREE_UNPACKED_BYTES).min(MAX_UNPACKED_BYTES);
         let fault = format!("its parts unpack to more than {whole} bytes, the limit for its length");
         Self { left: AtomicU64::new(whole), fault }
     }
 
-    /// The budget for encoded and decoded images.
     pub(super) fn for_images() -> Self {
         let fault = format!("its images have more than {MAX_IMAGE_BYTES} bytes");
         Self { left: AtomicU64::new(MAX_IMAGE_BYTES), fault }

@@ -1,4 +1,4 @@
-//! Loading: from a path or from bytes to a [`Model`].
+//! Loading of a [`Model`] from a path or from bytes.
 
 use std::path::Path;
 
@@ -11,17 +11,17 @@ use leadr_maps::limits::{MAX_FILE_BYTES, format_bytes, read_file};
 /// Options for loading a model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LoadOptions {
-    /// Replace missing or damaged images instead of refusing the model, with a message in [`Model::remarks`]. Colours become a
-    /// magenta check, numbers their factor; directions and heights are omitted.
+    /// Whether missing or damaged images are replaced, with a message in [`Model::remarks`], instead of refusing the model.
+    /// Colours become a magenta check and numbers become their factor. Directions and heights are omitted.
     pub lenient: bool,
 }
 
 impl Model {
-    /// Loads a glTF 2.0 model, `.glb` or `.gltf`, recognised by the first bytes. Buffers and images may be embedded, or files in
-    /// the model's folder and below, but nowhere else.
+    /// Loads a glTF 2.0 model, `.glb` or `.gltf`, recognised by the first bytes. Buffers and images may be embedded, or be
+    /// files in the model's folder or its subfolders.
     ///
     /// # Errors
-    /// If the model or one of its files cannot be read, violates glTF beyond repair, requires an extension outside
+    /// Fails if the model or one of its files cannot be read, violates glTF beyond repair, requires an extension outside
     /// [`super::EXTENSIONS_READ`], or exceeds [`super::limits`]. [`Model::remarks`] lists repairs.
     pub fn load(path: impl AsRef<Path>, options: LoadOptions) -> Result<Self, ModelError> {
         let path = path.as_ref();
@@ -33,16 +33,15 @@ impl Model {
             .map_err(|fault| ModelError { file: path.to_path_buf(), fault })
     }
 
-    /// Like [`Model::load`], from the bytes of a file called `name`. Other files are read from `folder`, if given.
+    /// Like [`Model::load`], but from the bytes of a file called `name`. Other files are read from `folder`, if given.
     ///
     /// # Errors
-    /// The errors of [`Model::load`].
+    /// Returns the errors of [`Model::load`].
     pub fn decode(bytes: &[u8], name: &str, folder: Option<&Path>, options: LoadOptions) -> Result<Self, ModelFault> {
         gltf::decode(bytes, name, folder, options.lenient)
     }
 }
 
-/// Converts an image fault to a model fault.
 fn of_file(fault: MapFault) -> ModelFault {
     match fault {
         MapFault::Io { doing, source } => ModelFault::Io { doing, source },

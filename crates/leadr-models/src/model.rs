@@ -6,10 +6,10 @@ use super::animation::Animation;
 use super::mesh::Mesh;
 use leadr_maps::material::Material;
 
-/// The validated content of a model file: every index is in range, every number is finite, and the nodes form a forest.
+/// Validated content of a model file. Every index is in range, every number is finite, and the nodes form a forest.
 ///
-/// Metres and radians, right-handed, y up; the front of a model faces +z. Triangles are counter-clockwise seen from their front,
-/// except under mirroring matrices. Texture coordinates start at the top left.
+/// Units are metres and radians, right-handed, y up. The front of a model faces +z. Triangles are counter-clockwise when seen
+/// from the front, except under mirroring matrices. Texture coordinates start at the top left.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Model {
     /// File name without extension.
@@ -20,7 +20,7 @@ pub struct Model {
     pub default_scene: Option<usize>,
     /// All nodes, in file order.
     pub nodes: Vec<Node>,
-    /// Node indices, parents before children.
+    /// Node indices in an order with parents before children.
     pub order: Vec<usize>,
     /// Meshes; several nodes may share one.
     pub meshes: Vec<Mesh>,
@@ -34,7 +34,7 @@ pub struct Model {
     pub lights: Vec<Light>,
     /// Animations.
     pub animations: Vec<Animation>,
-    /// Repairs and ignored content: one message each, for display to the user.
+    /// Messages for the user, one for each repair or ignored content.
     pub remarks: Vec<String>,
 }
 
@@ -43,7 +43,7 @@ pub struct Model {
 pub struct SceneRoots {
     /// Name, empty if missing.
     pub name: String,
-    /// Root nodes; their descendants belong to the scene too.
+    /// Root nodes. Their descendants belong to the scene too.
     pub roots: Vec<usize>,
 }
 
@@ -56,7 +56,7 @@ pub struct Node {
     pub parent: Option<usize>,
     /// Child nodes.
     pub children: Vec<usize>,
-    /// Rest transform relative to the parent.
+    /// Default transform relative to the parent.
     pub transform: Transform,
     /// Mesh of the node.
     pub mesh: Option<usize>,
@@ -66,20 +66,20 @@ pub struct Node {
     pub camera: Option<usize>,
     /// Light at this node, shining along -z if it is directional.
     pub light: Option<usize>,
-    /// Rest weights of the morph targets, one per target.
+    /// Default weights of the morph targets, one per target.
     pub weights: Vec<f32>,
 }
 
 /// Transform of a node relative to its parent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Transform {
-    /// Scale, then rotation, then translation. Only these nodes can be animated.
+    /// Scale, then rotation, then translation. Only nodes in this form can be animated.
     Parts {
-        /// Metres.
+        /// Translation in metres.
         translation: Vec3,
-        /// Of unit length.
+        /// Unit quaternion.
         rotation: Quat,
-        /// Factors; negative values mirror.
+        /// Scale factors. Negative factors mirror.
         scale: Vec3,
     },
     /// An affine matrix, `parent_from_node`.
@@ -90,7 +90,7 @@ impl Transform {
     /// The identity transform.
     pub const IDENTITY: Self = Self::Parts { translation: Vec3::ZERO, rotation: Quat::IDENTITY, scale: Vec3::ONE };
 
-    /// The matrix `parent_from_node`.
+    /// Returns the matrix `parent_from_node`.
     pub fn matrix(&self) -> Mat4 {
         match *self {
             Self::Parts { translation, rotation, scale } => {
@@ -106,9 +106,9 @@ impl Transform {
 pub struct Skin {
     /// Name, empty if missing.
     pub name: String,
-    /// Joint nodes; vertices refer to them by their index in this list.
+    /// Joint nodes. Vertices refer to joints by the index in this list.
     pub joints: Vec<usize>,
-    /// Per joint, the affine matrix from mesh vertex space to joint space.
+    /// Affine matrix from mesh vertex space to joint space, for each joint.
     pub inverse_bind: Vec<Mat4>,
 }
 
@@ -119,9 +119,9 @@ pub struct Camera {
     pub name: String,
     /// Projection.
     pub projection: Projection,
-    /// Near distance, metres; above 0 for perspective.
+    /// Near distance in metres, above 0 for perspective cameras.
     pub near: f32,
-    /// Far distance, metres; `None` is infinite.
+    /// Far distance in metres. `None` is infinite.
     pub far: Option<f32>,
 }
 
@@ -130,16 +130,16 @@ pub struct Camera {
 pub enum Projection {
     /// Perspective projection.
     Perspective {
-        /// Vertical field of view, radians, in the open interval 0 to π.
+        /// Vertical field of view in radians, above 0 and below π.
         vertical_angle: f32,
-        /// Width over height; `None` uses that of the picture.
+        /// Aspect ratio, width over height. `None` uses that of the picture.
         aspect: Option<f32>,
     },
     /// Orthographic projection.
     Orthographic {
-        /// Half of the visible width, metres; not 0.
+        /// Half of the visible width in metres, not 0.
         half_width: f32,
-        /// Half of the visible height, metres; not 0.
+        /// Half of the visible height in metres, not 0.
         half_height: f32,
     },
 }
@@ -149,34 +149,34 @@ pub enum Projection {
 pub struct Light {
     /// Name, empty if missing.
     pub name: String,
-    /// Linear Rec.709, 0 or more.
+    /// Linear Rec.709 colour, 0 or more.
     pub color: [f32; 3],
     /// Luminous intensity in candela, or illuminance in lux for directional lights; at least 0.
     pub intensity: f32,
     /// Type of light.
     pub kind: LightKind,
-    /// Range in metres beyond which the light may be omitted; `None` is unlimited.
+    /// Distance in metres beyond which the light may be omitted. `None` is unlimited.
     pub range: Option<f32>,
 }
 
 /// Type of light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightKind {
-    /// Directional, along -z.
+    /// Directional light along -z.
     Directional,
-    /// Point light, in all directions.
+    /// Point light in all directions.
     Point,
-    /// Spot light, into a cone about -z.
+    /// Spot light, a cone about -z.
     Spot {
-        /// Angle from the axis where the intensity starts to decrease, radians, below `outer_angle`.
+        /// Angle from the axis in radians where the intensity starts to decrease, below `outer_angle`.
         inner_angle: f32,
-        /// Angle from the axis where the light ends, radians, at most π/2.
+        /// Angle from the axis in radians where the light ends, at most π/2.
         outer_angle: f32,
     },
 }
 
 impl Model {
-    /// The visible nodes: those of the default scene, else of the first scene, else all. Parents precede children.
+    /// Returns the visible nodes: those of the default scene, else of the first scene, else all. Parents precede children.
     pub fn shown_nodes(&self) -> Vec<usize> {
         let Some(scene) = self.scenes.get(self.default_scene.unwrap_or(0)) else { return self.order.clone() };
         let mut shown = vec![false; self.nodes.len()];
@@ -189,7 +189,7 @@ impl Model {
         self.order.iter().copied().filter(in_scene).collect()
     }
 
-    /// Index of the animation with this name.
+    /// Returns the index of the animation with this name.
     pub fn animation_named(&self, name: &str) -> Option<usize> {
         self.animations.iter().position(|animation| animation.name == name)
     }

@@ -8,20 +8,20 @@ use super::model::{Model, Transform};
 /// Pose of a model at one time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pose {
-    /// For each node, the matrix from its space to the model's.
+    /// Matrix from node space to model space, for each node.
     pub world_from_node: Vec<Mat4>,
-    /// For each node, the weights of its mesh's morph targets.
+    /// Weights of the morph targets of each node's mesh.
     pub weights: Vec<Vec<f32>>,
-    /// For each skin and each of its joints, the matrix from the space of the mesh's vertices to the model's.
+    /// Matrix from mesh vertex space to model space, for each skin and each joint.
     pub world_from_bind: Vec<Vec<Mat4>>,
 }
 
 impl Model {
-    /// The pose at a time of an animation, or at rest. Outside its keys a curve keeps its first or last value; to loop, pass
-    /// `seconds` modulo the duration.
+    /// Returns the pose at a time of an animation, or at rest. Outside its keys a curve keeps its first or last value. To loop,
+    /// pass `seconds` modulo the duration.
     ///
     /// # Panics
-    /// If the animation does not exist.
+    /// Panics if the animation does not exist.
     pub fn pose(&self, animation: Option<usize>, seconds: f32) -> Pose {
         let mut transforms: Vec<Transform> = self.nodes.iter().map(|node| node.transform).collect();
         let mut weights: Vec<Vec<f32>> = self.nodes.iter().map(|node| node.weights.clone()).collect();
@@ -49,7 +49,7 @@ impl Model {
     }
 }
 
-/// Sets one part of a transform; matrices have no parts.
+/// Sets one property of a transform. Matrices cannot be animated.
 fn set(transform: &mut Transform, property: Property, value: &[f32]) {
     let Transform::Parts { translation, rotation, scale } = transform else { return };
     match property {

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-/// Relative luminance of a linear colour: 1 for white.
+/// Returns the relative luminance of a linear colour, which is 1 for white.
 pub fn luminance(color: DVec3) -> f64 {
     color.dot(DVec3::new(0.2126, 0.7152, 0.0722))
 }

@@ -5,17 +5,17 @@ use glam::{DVec2, DVec3};
 /// An orthonormal, right-handed frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
-    /// First tangent.
+    /// The first tangent.
     pub x: DVec3,
-    /// Second tangent.
+    /// The second tangent.
     pub y: DVec3,
-    /// Third axis, around which the frame is built.
+    /// The third axis, around which the frame is built.
     pub z: DVec3,
 }
 
-/// Orthonormal frame around the unit vector `z` (Frisvad 2012; Duff et al. 2017).
+/// Returns an orthonormal frame around the unit vector `z` (Frisvad 2012; Duff et al. 2017).
 ///
-/// Below the equator `1 / (1 + z.z)` is computed as `(1 − z.z) / (z.x² + z.y²)`, which keeps full precision down to the only
+/// Below the equator, the code computes `1 / (1 + z.z)` as `(1 − z.z) / (z.x² + z.y²)`, which keeps full precision down to the only
 /// discontinuity, `(0, 0, −1)`. (The copysign form of Duff et al. jumps along the whole equator.)
 pub fn frame_about(z: DVec3) -> Frame {
     let r2 = z.x * z.x + z.y * z.y;
@@ -27,17 +27,17 @@ pub fn frame_about(z: DVec3) -> Frame {
     Frame { x: DVec3::new(1.0 - z.x * z.x * a, xy, -z.x), y: DVec3::new(xy, 1.0 - z.y * z.y * a, -z.y), z }
 }
 
-/// Coordinates of a world direction in the frame.
+/// Returns the frame coordinates of a world direction.
 pub fn to_frame(f: &Frame, world: DVec3) -> DVec3 {
     DVec3::new(world.dot(f.x), world.dot(f.y), world.dot(f.z))
 }
 
-/// World direction of frame coordinates.
+/// Returns the world direction of frame coordinates.
 pub fn from_frame(f: &Frame, local: DVec3) -> DVec3 {
     f.x * local.x + f.y * local.y + f.z * local.z
 }
 
-/// Octahedral map of a unit vector to `[−1, 1]²` (Meyer et al. 2010).
+/// Maps a unit vector to its octahedral point in `[−1, 1]²` (Meyer et al. 2010).
 pub fn octahedral_encode(n: DVec3) -> DVec2 {
     let p = DVec2::new(n.x, n.y) / (n.x.abs() + n.y.abs() + n.z.abs()).max(1e-30);
     if n.z >= 0.0 {
@@ -47,7 +47,7 @@ pub fn octahedral_encode(n: DVec3) -> DVec2 {
     DVec2::new((1.0 - p.y.abs()) * sign(p.x), (1.0 - p.x.abs()) * sign(p.y))
 }
 
-/// Unit vector of an octahedral point in `[−1, 1]²`.
+/// Returns the unit vector of an octahedral point in `[−1, 1]²`.
 pub fn octahedral_decode(e: DVec2) -> DVec3 {
     let z = 1.0 - e.x.abs() - e.y.abs();
     let t = (-z).max(0.0);

@@ -1,4 +1,4 @@
-//! Common types and functions for most programs, vectors included: `use leadr_reflectance::prelude::*`.
+//! Types and functions that most programs need, including vectors: `use leadr_reflectance::prelude::*`.
 
 pub use super::facets::beckmann::Beckmann;
 pub use super::facets::fresnel::Fresnel;

@@ -1,12 +1,12 @@
 //! Gauss–Legendre nodes, for reference integrals.
 
-/// `(node, weight)` of the `n`-point Gauss–Legendre rule on `[−1, 1]`, in ascending order.
+/// Returns the `(node, weight)` pairs of the `n`-point Gauss–Legendre rule on `[−1, 1]`, in ascending order.
 pub fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
     let count = n as f64;
     (0..n)
         .rev()
         .map(|i| {
-            // Newton's method from Tricomi's estimate.
+            // Newton's method starts from Tricomi's estimate of the root.
             let mut x = (std::f64::consts::PI * (i as f64 + 0.75) / (count + 0.5)).cos();
             let mut derivative = 1.0;
             for _ in 0..100 {
@@ -27,7 +27,7 @@ pub fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Composite rule on `[a, b]`: `panels` equal panels of an `order`-point rule. Empty when `b ≤ a`.
+/// Returns a composite rule on `[a, b]` with `panels` equal panels of an `order`-point rule. The rule is empty when `b ≤ a`.
 pub fn composite_gauss(a: f64, b: f64, panels: usize, order: usize) -> Vec<(f64, f64)> {
     if b <= a {
         return Vec::new();

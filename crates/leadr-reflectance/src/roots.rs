@@ -1,6 +1,6 @@
 //! Roots of increasing functions of one variable.
 
-/// Upper end of the interval in which `below` holds, between `low` and `high`.
+/// Returns the point between `low` and `high` where `below` stops holding, after `steps` bisections.
 pub(crate) fn bisect(mut low: f64, mut high: f64, steps: u32, below: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..steps {
         let middle = 0.5 * (low + high);
@@ -9,15 +9,15 @@ pub(crate) fn bisect(mut low: f64, mut high: f64, steps: u32, below: impl Fn(f64
     0.5 * (low + high)
 }
 
-/// Root `x` in `[low, high]` of an increasing `f`, to rounding error; the nearer end if there is none.
+/// Returns the root `x` in `[low, high]` of an increasing `f`, to rounding error, or the nearer end if it has none.
 ///
-/// Regula falsi with the Illinois modification (Dowell and Jarratt 1971). The bracket always holds the root, and nearly linear functions
-/// take a few steps. Bisection takes over if it stalls.
+/// The method is regula falsi with the Illinois modification (Dowell and Jarratt 1971). The bracket always holds the root, and nearly
+/// linear functions take a few steps. Bisection takes over if regula falsi stalls.
 pub(crate) fn increasing_root(low: f64, high: f64, f: impl Fn(f64) -> f64) -> f64 {
     let (mut a, mut b) = (low, high);
     let (mut fa, mut fb) = (f(a), f(b));
     let mut above = None;
-    // NaN compares false here and returns the upper end.
+    // NaN compares false here, so the function returns the upper end.
     if fa >= 0.0 {
         return low;
     }
@@ -31,7 +31,7 @@ pub(crate) fn increasing_root(low: f64, high: f64, f: impl Fn(f64) -> f64) -> f6
         if y == 0.0 || x <= a || x >= b || (b - a) <= 2.0 * f64::EPSILON * x.abs() {
             return x;
         }
-        // If an end stays twice, halve its value to move the next chord away from it.
+        // If one end stays for two steps, halve its function value to move the next chord away from it.
         let again = above == Some(y > 0.0);
         above = Some(y > 0.0);
         if y > 0.0 {

@@ -1,9 +1,9 @@
 //! Recommended shading: one function for a light and one for an environment, each with diffuse and specular reflection.
 //!
-//! Both use the masking and shadowing of [`Shadowing::Correlated`] and the two-term diffuse closed form of [`visible::diffuse`]. The
-//! specular environment uses 16 probes ([`visible::shadowed_specular`]), and the diffuse environment uses a bent normal
-//! ([`visible::shadowed_environment`]). The renderer does the same by default. For other choices, call those functions directly.
-//! `leadr/shading.glsl` has the light for shaders. An environment needs texture lookups between the calls, as
+//! Both functions use the masking and shadowing of [`Shadowing::Correlated`] and the two-term diffuse closed form of [`visible::diffuse`].
+//! The specular environment uses 16 probes ([`visible::shadowed_specular`]), and the diffuse environment uses a bent normal
+//! ([`visible::shadowed_environment`]). The renderer does the same by default. For other methods, call those modules directly.
+//! `leadr/shading.glsl` has the function for a light. In shaders, an environment needs texture lookups between the calls, as
 //! `leadr/visible/shadowed_specular.glsl` explains.
 //!
 //! ```
@@ -43,40 +43,40 @@ use super::visible::shadowed_specular::visible_specular_environment;
 use super::visible::specular::probe_rule;
 use glam::{DVec2, DVec3};
 
-/// Terms of the diffuse closed form; two give errors of 1.2e-3.
+/// The number of terms in the diffuse closed form. Two terms give errors of 1.2e-3.
 const DIFFUSE_TERMS: u32 = 2;
 
-/// Probe count of a specular environment.
+/// The number of probes for a specular environment.
 const PROBES: u32 = 16;
 
 /// A displaced surface under one pixel, in the tangent frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
-    /// Mean slope.
+    /// The mean slope.
     pub mean_slope: DVec2,
-    /// Covariance `(s_xx, s_yy, s_xy)` of the relief's slopes, without the base material's roughness; clamped by [`clamp_covariance`].
+    /// The covariance `(s_xx, s_yy, s_xy)` of the relief's slopes, without the base material's roughness; clamped by [`clamp_covariance`].
     pub slope_covariance: DVec3,
-    /// Beckmann roughness `α` of the base material's specular term, ≥ 0.
+    /// The Beckmann roughness `α` of the base material's specular term, ≥ 0.
     pub roughness: f64,
-    /// Diffuse albedo: re-emitted share of the light that enters the surface, linear RGB, 0..1.
+    /// The diffuse albedo: the re-emitted fraction of the light that enters the surface, in linear RGB, 0..1.
     pub albedo: DVec3,
-    /// Reflectance at normal incidence, linear RGB, 0..1.
+    /// The reflectance at normal incidence, in linear RGB, 0..1.
     pub f0: DVec3,
 }
 
 impl Surface {
-    /// Slope covariances of the diffuse facets and of the visible specular microfacets.
+    /// Returns the slope covariances of the diffuse facets and of the visible specular microfacets.
     fn covariances(&self, wo: DVec3) -> [DVec3; 2] {
         let relief = clamp_covariance(self.slope_covariance);
         [relief, add_facet_roughness(relief, self.roughness, wo, self.mean_slope)]
     }
 }
 
-/// Radiance towards `wo` under one light from `wi`, linear RGB per unit of the light's irradiance on a plane that faces it. `wo`, `wi`:
-/// unit, tangent frame, pointing away from the surface.
+/// Returns the radiance towards `wo` under one light from `wi`, in linear RGB per unit of the light's irradiance on a plane that faces it.
+/// `wo` and `wi` are unit vectors in the tangent frame, pointing away from the surface.
 ///
 /// The diffuse term is `albedo (1 − F)`, where `F` is the mean Fresnel reflectance of the visible facets, because reflected light does not
-/// enter the surface. With an environment as well, this mean can come from the probes of [`environment`], as in the renderer.
+/// enter the surface. With an environment, the mean can also come from the probes of [`environment`], as in the renderer.
 pub fn light(surface: &Surface, wo: DVec3, wi: DVec3) -> DVec3 {
     let (m, [relief, specular_s]) = (surface.mean_slope, surface.covariances(wo));
     let cholesky = slope_cholesky(relief);
@@ -88,19 +88,19 @@ pub fn light(surface: &Surface, wo: DVec3, wi: DVec3) -> DVec3 {
     surface.albedo * (DVec3::ONE - visible_fresnel(wo, m, specular_s, surface.f0)) * diffuse + specular
 }
 
-/// Radiance towards `wo` under an environment, linear RGB. `wo`: unit, tangent frame; `frame`: the tangent frame in
-/// the world.
+/// Returns the radiance towards `wo` under an environment, in linear RGB. `wo` is a unit vector in the tangent frame, and `frame` is the
+/// tangent frame in the world.
 ///
-/// `radiance`: filtered radiance for a world direction and a kernel variance per axis, in radians². This is a lookup in a prefiltered
-/// cube map, see [`kernel_lod`](super::visible::kernel::kernel_lod). `harmonics`: coefficients of the environment's radiance in the
-/// world ([`sh_projection`](super::integrals::sh_projection) computes them).
+/// `radiance` looks up a prefiltered cube map for a world direction and a kernel variance per axis, in radians²; see
+/// [`kernel_lod`](super::visible::kernel::kernel_lod). `harmonics` are the environment's radiance coefficients in the world, from
+/// [`sh_projection`](super::integrals::sh_projection).
 ///
 /// ```
 /// use leadr_reflectance::frame::frame_about;
 /// use leadr_reflectance::integrals::sh_projection::project_function;
 /// use leadr_reflectance::prelude::*;
 ///
-/// // In a white room, a smooth white surface is white, and a rough one darker: its facets shadow each other.
+/// // In a white room, a smooth white surface is white. A rough one is darker, because its facets shadow each other.
 /// let room = |_: DVec3| DVec3::ONE;
 /// let harmonics = project_function(16, room);
 /// let shade = |variance: f64| {
@@ -161,8 +161,8 @@ mod tests {
         assert!((light(&flat, wo, wi) / expected - DVec3::ONE).length() < 1e-3);
     }
 
-    /// With the viewer along the light, nothing is shadowed. Both terms then equal those of masking alone, the diffuse term within the
-    /// error of its two exponentials.
+    /// No facet is shadowed if the viewer looks along the light. Both terms then equal the terms with masking alone; the diffuse term
+    /// differs by the error of its two exponentials.
     #[test]
     fn along_the_light_nothing_is_shadowed() {
         let wo = at(0.7, 0.4);

@@ -3,23 +3,23 @@
 use super::surfaces::tessellation::Lens;
 use glam::{Mat4, Quat, Vec2, Vec3};
 
-/// A pinhole camera. World is z-up, lengths in metres.
+/// A pinhole camera in a z-up world with lengths in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     /// Position of the camera.
     pub position: Vec3,
     /// The point at the centre of the image.
     pub target: Vec3,
-    /// Up; need not be perpendicular to the line of sight.
+    /// Up direction, which need not be perpendicular to the line of sight.
     pub up: Vec3,
-    /// Vertical field of view, radians, in `(0, π)`.
+    /// Vertical field of view in radians, in `(0, π)`.
     pub fov_y: f32,
-    /// Distance of the near plane, > 0.
+    /// Distance of the near plane, above 0.
     pub near: f32,
 }
 
 impl Camera {
-    /// A camera at `position` looking at `target`, z up, with a vertical field of view in degrees.
+    /// Returns a camera at `position` that looks at `target`, with z up and a vertical field of view in degrees.
     pub fn looking_at(position: Vec3, target: Vec3, fov_degrees: f32) -> Self {
         let near = (position.distance(target) * 0.02).clamp(1e-3, 0.1);
         Self { position, target, up: Vec3::Z, fov_y: fov_degrees.to_radians(), near }
@@ -32,14 +32,14 @@ impl Camera {
         Self { position: self.target + direction * distance, near, ..*self }
     }
 
-    /// Orbits the camera about the vertical through its target, in degrees counter-clockwise seen from above.
+    /// Orbits the camera about the vertical axis through its target, by an angle in degrees, counter-clockwise seen from above.
     pub fn rotated(&self, degrees: f32) -> Self {
         let rotation = Quat::from_rotation_z(degrees.to_radians());
         Self { position: self.target + rotation * (self.position - self.target), up: rotation * self.up, ..*self }
     }
 
-    /// World to Vulkan clip space (y down, depth 1 at the near plane and 0 at infinity) for an image of `size` pixels. `jitter`
-    /// shifts the sample, in pixels, `[-½, ½]²`; right and down are positive.
+    /// Returns the matrix from world to Vulkan clip space (y down, depth 1 at the near plane and 0 at infinity) for an image of
+    /// `size` pixels. `jitter` is the offset of the sample in pixels, in `[-½, ½]²`, positive to the right and down.
     pub fn clip_from_world(&self, size: (u32, u32), jitter: Vec2) -> Mat4 {
         let aspect = size.0 as f32 / size.1 as f32;
         let (forward, up) = self.axes();
@@ -49,9 +49,9 @@ impl Camera {
         Mat4::from_translation(shift.extend(0.0)) * projection * view
     }
 
-    /// The rays through the image: `[x, y, z]`. A point at `ndc` has the world direction `z + ndc.x · x + ndc.y · y`, scaled to
-    /// length one along the line of sight. A point of depth `d` lies `near / d` of these lengths from the camera. For the
-    /// arguments, see [`clip_from_world`](Self::clip_from_world).
+    /// Returns the rays through the image, `[x, y, z]`. A point at `ndc` has the world direction `z + ndc.x · x + ndc.y · y`, whose
+    /// component along the line of sight is 1. A point of depth `d` lies at `near / d` times this direction from the camera. For
+    /// the arguments, see [`clip_from_world`](Self::clip_from_world).
     pub fn rays(&self, size: (u32, u32), jitter: Vec2) -> [Vec3; 3] {
         let (forward, up) = self.axes();
         let right = forward.cross(up).normalize();
@@ -63,14 +63,14 @@ impl Camera {
         [x, y, forward + x * (2.0 * jitter.x / size.0 as f32) + y * (2.0 * jitter.y / size.1 as f32)]
     }
 
-    /// The line of sight, and an up direction not parallel to it.
+    /// Returns the line of sight, and an up direction that is not parallel to it.
     fn axes(&self) -> (Vec3, Vec3) {
         let forward = (self.target - self.position).normalize_or(Vec3::X);
         let level = forward.cross(self.up).length_squared() < 1e-8;
         (forward, if level { forward.any_orthogonal_vector() } else { self.up })
     }
 
-    /// The scale from lengths to pixels in an image `height` pixels high.
+    /// Returns the scale from lengths to pixels in an image that is `height` pixels high.
     pub fn lens(&self, height: u32) -> Lens {
         let focal_pixels = height as f32 / (2.0 * (self.fov_y * 0.5).tan());
         Lens { eye: self.position, focal_pixels, near: self.near }

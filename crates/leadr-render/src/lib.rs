@@ -20,10 +20,10 @@ use std::sync::Arc;
 use leadr_gpu::{Gpu, GpuError, GpuOptions};
 pub use leadr_shaders::constants;
 
-/// Opens a device with the renderer's shaders and descriptor sets added to those in `options`.
+/// Opens a device. The renderer's shaders and descriptor sets are added to the ones in `options`.
 ///
 /// # Errors
-/// No matching device, a device without a required feature, or a failed Vulkan call.
+/// Fails without a matching device, if the device lacks a required feature, or if a Vulkan call fails.
 pub fn open_gpu(options: &GpuOptions) -> Result<Arc<Gpu>, GpuError> {
     let mut options = options.clone();
     options.shaders.push(leadr_shaders::SHADERS);

@@ -1,4 +1,4 @@
-//! The part of an image that contains a set of objects.
+//! The rectangle of an image that contains a set of objects.
 
 use glam::Vec2;
 
@@ -8,23 +8,23 @@ use super::surfaces::sphere::Sphere;
 /// A rectangle of an image, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PixelArea {
-    /// First column.
+    /// The first column.
     pub left: u32,
-    /// First row.
+    /// The first row.
     pub top: u32,
-    /// One past the last column.
+    /// The column after the last one.
     pub right: u32,
-    /// One past the last row.
+    /// The row after the last one.
     pub bottom: u32,
 }
 
 impl PixelArea {
-    /// All pixels of an image.
+    /// Returns all pixels of an image.
     pub fn whole(size: (u32, u32)) -> Self {
         Self { left: 0, top: 0, right: size.0, bottom: size.1 }
     }
 
-    /// The pixels that can show any part of the spheres. All pixels if a sphere reaches the camera.
+    /// Returns the pixels that can show any part of the spheres, or all pixels if a sphere reaches the camera.
     pub fn of_spheres(spheres: &[Sphere], camera: &Camera, size: (u32, u32)) -> Self {
         let [x, y, forward] = camera.rays(size, Vec2::ZERO);
         let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
@@ -38,7 +38,7 @@ impl PixelArea {
                 return Self::whole(size);
             }
             for (axis, ray) in [x, y].into_iter().enumerate() {
-                // In units of half the image, at depth 1.
+                // Lengths are in units of half the image, at depth 1.
                 let (middle, radius_here) = (to.dot(ray) / ray.length_squared(), radius / ray.length());
                 // The nearest point of the sphere projects farthest out.
                 let seen =
@@ -55,12 +55,12 @@ impl PixelArea {
         Self { left: first.x, top: first.y, right: last.x, bottom: last.y }
     }
 
-    /// Number of columns and rows.
+    /// Counts the columns and rows.
     pub fn size(&self) -> [u32; 2] {
         [self.right - self.left, self.bottom - self.top]
     }
 
-    /// The scissor rectangle (x, y, width, height) of these pixels in an image with `grid` × `grid` samples per pixel.
+    /// Returns the scissor rectangle (x, y, width, height) of these pixels in an image with `grid` × `grid` samples per pixel.
     pub fn scissor(&self, grid: u32) -> [u32; 4] {
         let [width, height] = self.size();
         [self.left, self.top, width, height].map(|v| v * grid)
@@ -90,7 +90,7 @@ mod tests {
                 let pixel = ((ndc * 0.5 + 0.5) * Vec2::new(200.0, 120.0)).clamp(Vec2::ZERO, Vec2::new(200.0, 120.0));
                 (low, high) = (low.min(pixel), high.max(pixel));
             }
-            // Samples lie up to half a pixel away, bounds are whole pixels, and perspective enlarges a near sphere.
+            // The tolerance covers sample offsets of half a pixel, rounding to whole pixels, and the perspective of a near sphere.
             assert!(left <= low.x && top <= low.y && right >= high.x && bottom >= high.y, "{low} {high}");
             let room = Vec2::new(low.x - left, low.y - top).max(Vec2::new(right - high.x, bottom - high.y));
             assert!(

@@ -9,13 +9,13 @@ use std::collections::BTreeSet;
 use glam::Vec2;
 use leadr_reflectance::random::{Random, unit_of_bits};
 
-/// Offset of sample `index` of `samples` from the pixel centre, `(-½, ½)²`. A single sample lies at the centre. Each seed gives a
-/// different set.
+/// Returns the offset of sample `index` of `samples` from the pixel centre, in `(-½, ½)²`. A single sample lies at the centre. Each
+/// seed gives a different set.
 pub fn jitter(index: u32, samples: u32, seed: u64) -> Vec2 {
     let count = samples.max(1);
     let (index, opposite) = (index % count, count - 1 - index % count);
     let lattice = Lattice::known(count, seed);
-    // Jitter within the column and row, mirrored for the opposite sample. Seed 0 is the unjittered lattice.
+    // The sample is jittered within its column and row, and the opposite sample is mirrored. Seed 0 is the unjittered lattice.
     let within = |axis: u64| {
         let noise = |i: u32| unit_of_bits(mix(seed ^ mix(u64::from(i) << 1 | axis)));
         if seed == 0 { 0.0 } else { 0.5 * (noise(index) - noise(opposite)) / f64::from(count) }
@@ -25,38 +25,39 @@ pub fn jitter(index: u32, samples: u32, seed: u64) -> Vec2 {
     Vec2::new((flip(0) * (x + within(0))) as f32, (flip(1) * (y + within(1))) as f32)
 }
 
-/// A seed with other light samples than `seed` and other sample positions. Small counts have few lattices: 8 samples have only four
-/// sets of cells. Two random seeds would often share one, and their images would have correlated errors.
+/// Returns a seed with different light samples and sample positions from `seed`. Small counts have few lattices: 8 samples have
+/// only four sets of cells. Two random seeds would often have the same set, and their images would have correlated errors.
 pub fn independent_seed(samples: u32, seed: u64) -> u64 {
     let cells = |seed: u64| -> Vec<[i32; 2]> {
         (0..samples)
             .map(|i| ((jitter(i, samples, seed) + 0.5) * samples as f32).floor().as_ivec2().to_array())
             .collect()
     };
-    // The order of the samples does not count.
+    // A set ignores the order of the samples.
     let taken: BTreeSet<[i32; 2]> = cells(seed).into_iter().collect();
     let shared = |other: u64| cells(other).iter().filter(|cell| taken.contains(*cell)).count();
     let others = (1..=TRIED).map(|k| seed ^ k << 32);
-    // Ties go to the first seed.
+    // Of equally good seeds, the first is chosen.
     others.min_by_key(|&other| shared(other)).unwrap_or(seed)
 }
 
-/// Offset of edge sample `index` of `count` in one cell of a pixel's grid, in cells, `[-½, ½]²`. The samples are shifted by the
-/// `offset` of the pixel's own sample and wrap around in the cell. Over all samples of a pixel they also sum to zero.
+/// Returns the offset of edge sample `index` of `count` in one cell of a pixel's grid, in cells, `[-½, ½]²`. The edge samples are
+/// shifted by the `offset` of the pixel's own sample and wrap around in the cell. Their offsets also sum to zero over all samples
+/// of a pixel.
 pub fn edge_jitter(offset: Vec2, index: u32, count: u32) -> Vec2 {
     let count = count.max(1);
     let [x, y] = Lattice::known(count, 0).point(index % count);
     let moved = |position: f64, offset: f32| {
         let position = position + f64::from(offset);
         let wrapped = position - position.round();
-        // Both sides share the border. It goes to the side of the offset, and the mirrored offset takes the other side.
+        // A point on the border belongs to the side of the offset, so the mirrored offset puts it on the opposite side.
         (if wrapped.abs() == 0.5 { 0.5f64.copysign(f64::from(offset)) } else { wrapped }) as f32
     };
     Vec2::new(moved(x, offset.x), moved(y, offset.y))
 }
 
-/// The points `i (a, b) / (count + 1)` of a rank-1 lattice without `i = 0`. Each of `count` columns and rows holds one point. The
-/// set contains `-i` for every `i`, so it is symmetric about its centre.
+/// The points `i (a, b) / (count + 1)` of a rank-1 lattice, without the point of `i = 0`. Each of `count` columns and rows holds
+/// one point. The set contains `-i` for every `i`, so it is symmetric about its centre.
 #[derive(Clone, Copy)]
 struct Lattice {
     count: u32,
@@ -64,16 +65,16 @@ struct Lattice {
 }
 
 thread_local! {
-    /// The last lattice, because callers sample one set at a time.
+    /// The last lattice is cached, because callers sample one set at a time.
     static LAST: Cell<Option<(u64, Lattice)>> = const { Cell::new(None) };
 }
 
-/// The reciprocals of the plastic number and its square: the steps of the R2 sequence. It spreads any number of points well, and
-/// stays independent of similar sequences such as the reference's lights.
+/// The steps of the R2 sequence: the reciprocals of the plastic number and its square. R2 spreads any number of points well, and is
+/// independent of similar sequences, such as the sequence of the reference's lights.
 const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
-/// Candidate seeds per search.
+/// Number of candidate seeds per search.
 const TRIED: u64 = 16;
-/// Largest count with an exhaustive search for the best lattice.
+/// Largest number of samples with an exhaustive search for the best lattice.
 const SEARCHED: u32 = 256;
 
 impl Lattice {
@@ -99,7 +100,7 @@ impl Lattice {
         };
         let [across, down] = STEPS.map(near);
         let pairs = || across.iter().flat_map(|&a| down.iter().map(move |&b| [a, b]));
-        // Large sets compare only the first points; R2 keeps the others equally far apart.
+        // For large sets only the first points are compared. R2 keeps further points equally far apart.
         let score = |steps: [u64; 2]| shortest(steps, modulus, count.min(SEARCHED) / 2);
         let scored: Vec<([u64; 2], f64)> = pairs().map(|steps| (steps, score(steps))).collect();
         let best = scored.iter().map(|&(_, score)| score).fold(0.0, f64::max);
@@ -113,7 +114,7 @@ impl Lattice {
         Self { count, steps }
     }
 
-    /// The point, in `(-½, ½)²`.
+    /// Returns a point of the lattice, in `(-½, ½)²`.
     fn point(&self, index: u32) -> [f64; 2] {
         let modulus = u64::from(self.count) + 1;
         self.steps.map(|step| {
@@ -123,7 +124,7 @@ impl Lattice {
     }
 }
 
-/// Smallest squared distance between points of a periodic lattice whose indices differ by at most `reach`.
+/// Returns the smallest squared distance between two points of a periodic lattice with indices that differ by at most `reach`.
 fn shortest(steps: [u64; 2], modulus: u64, reach: u32) -> f64 {
     let along = |i: u64, step: u64| {
         let position = i * step % modulus;
@@ -133,7 +134,7 @@ fn shortest(steps: [u64; 2], modulus: u64, reach: u32) -> f64 {
     (1..=u64::from(reach.max(1))).map(square).fold(f64::INFINITY, f64::min)
 }
 
-/// Pseudorandom bits from a number.
+/// Returns pseudorandom bits computed from a number.
 fn mix(number: u64) -> u64 {
     Random(number).bits()
 }
@@ -153,7 +154,7 @@ mod tests {
             for count in (1..=130).chain([256, 999, 4096]) {
                 let points: Vec<Vec2> = (0..count).map(|i| jitter(i, count, seed)).collect();
                 assert!(points.iter().all(|p| p.abs().max_element() < 0.5));
-                // Each sample has an exact opposite, so the sum is zero at any precision.
+                // Each sample has an exact opposite, so the offsets sum to zero at any precision.
                 for i in 0..count as usize {
                     assert_eq!(points[i], -points[count as usize - 1 - i], "{count} {seed}");
                 }
@@ -169,7 +170,7 @@ mod tests {
         }
     }
 
-    /// Root mean square error of the coverage of a half plane, over many edges through the pixel.
+    /// Returns the root mean square error of the coverage of a half plane, over many edges through the pixel.
     fn edge_error(points: &[Vec2]) -> f32 {
         let (mut sum, mut n) = (0.0, 0.0);
         for i in 0..96 {
@@ -209,7 +210,7 @@ mod tests {
                 (0..6).map(|seed| (0..count).map(|i| jitter(i, count, seed)).collect()).collect();
             for a in 0..6 {
                 for b in 0..a {
-                    // Points that nearly coincide with a point of the other set.
+                    // Counts points that nearly coincide with a point of the second set.
                     let near = |p: &&Vec2| sets[b].iter().any(|q| p.distance(*q) < 0.02 / (count as f32).sqrt());
                     assert!(sets[a].iter().filter(near).count() <= count as usize / 4, "{count}: {a} and {b}");
                 }
@@ -237,7 +238,7 @@ mod tests {
                 "{count} samples: {apart} of them in the cells of the seed apart, up to {next} in those of the next seed"
             );
             assert!(apart <= count as usize / 4, "{count}: {apart}");
-            // The next seed would share all its cells.
+            // The next seed would have exactly the same cells.
             assert!(count != 8 || next == 8, "{next}");
         }
         assert_ne!(independent_seed(1, 3), 3);
@@ -260,7 +261,7 @@ mod tests {
                     );
                 }
             }
-            // There is no shift over all samples of a pixel either.
+            // The edge samples of all samples of a pixel also sum to zero.
             for samples in [1, 2, 4, 7] {
                 let offsets = (0..samples).map(|i| jitter(i, samples, 0));
                 let mean: Vec2 = offsets.flat_map(|o| (0..count).map(move |i| edge_jitter(o, i, count))).sum();

@@ -22,19 +22,19 @@ use leadr_reflectance::materials::fitted_table::FittedTable;
 pub struct PropertyMap<T> {
     /// Texels per row.
     pub width: u32,
-    /// Rows.
+    /// Number of rows.
     pub height: u32,
     /// The texels, row by row.
     pub texels: Vec<T>,
-    /// Wrap modes across and down. Ignored in an atlas.
+    /// Wrap modes across and down, which an atlas ignores.
     pub wrap: [TextureWrap; 2],
 }
 
-/// Texture coordinates of a triangle's corners for each kind of image: see the `CHART_` constants.
+/// Texture coordinates of a triangle's corners, for each type of image in the `CHART_` constants.
 pub type TriangleCharts = [[Vec2; 3]; CHARTS as usize];
 
 impl Cutout {
-    /// The map of opacity, for either kind.
+    /// Returns the opacity map of either variant.
     pub const fn map(&self) -> &PropertyMap<f32> {
         match self {
             Self::Mask(map) | Self::Share(map) => map,
@@ -47,43 +47,44 @@ impl Cutout {
 pub struct MaterialMap {
     /// Texels per row.
     pub width: u32,
-    /// Rows.
+    /// Number of rows.
     pub height: u32,
     /// sRGB-encoded albedo in rgb. a: [code](leadr_maps::material::alpha_code) of the Beckmann roughness `α`.
     pub colors: Vec<[u8; 4]>,
     /// sRGB-encoded reflectance at normal incidence, at the resolution of `colors`. Replaces the object's own value.
     pub f0: Option<Vec<[u8; 4]>>,
-    /// Roughness `α` from which texels count as rough. They are filtered as a separate class with its own specular lobe
+    /// Roughness `α` from which texels count as rough. Rough texels are filtered as a separate class with its own specular lobe
     /// ([`mixed_roughness`](leadr_reflectance::facets::mixed_roughness)), at extra cost.
     pub two_lobes: Option<f32>,
-    /// The facets of a measured material. Their slopes are scaled where the roughness differs from [its own](FittedTable::alpha).
+    /// The facets of a measured material. The facets' slopes are scaled where the roughness differs from [its
+    /// own](FittedTable::alpha).
     pub fit: Option<Arc<FittedTable>>,
-    /// Wrap modes of colours and reflectance.
+    /// Wrap modes of the colours and the reflectance.
     pub wrap: [TextureWrap; 2],
-    /// Emitted radiance, linear; each frame multiplies it by [`FrameState::emission_scale`].
+    /// Linear emitted radiance, which each frame multiplies by [`FrameState::emission_scale`].
     pub emission: Option<PropertyMap<[f32; 3]>>,
-    /// Large-scale ambient accessibility, 0 (hidden) to 1 (open). Multiplies the accessibility of the vertices.
+    /// Large-scale ambient accessibility, from 0 (hidden) to 1 (open), which multiplies the accessibility of the vertices.
     pub occlusion: Option<PropertyMap<f32>>,
-    /// Cones of ambient visibility, instead of `occlusion` alone. xyz: mean open direction in the frame of `s`, `-t` and the
+    /// Cones of ambient visibility, used instead of `occlusion` alone. xyz: mean open direction in the frame of `s`, `-t` and the
     /// normal, longer for narrower cones; w: accessibility
-    /// ([`Cone::of_vector`](leadr_reflectance::masking::occlusion::Cone::of_vector)). Not for tile atlases. The surface then gets
-    /// no horizon from its heights.
+    /// ([`Cone::of_vector`](leadr_reflectance::masking::occlusion::Cone::of_vector)). Tile atlases do not support cones. A surface
+    /// with cones gets no horizon from its heights.
     pub cones: Option<PropertyMap<[f32; 4]>>,
     /// Alpha mask or partial coverage.
     pub opacity: Option<Cutout>,
 }
 
-/// How a surface is cut out.
+/// The cutout of a surface.
 #[derive(Clone, Debug)]
 pub enum Cutout {
-    /// Alpha mask: values below one half are cut out. Interpolated between texels.
+    /// Alpha mask, interpolated between texels. Values below one half are cut out.
     Mask(PropertyMap<f32>),
     /// Partial coverage: the fraction of the samples that hit the surface, 0 to 1.
     Share(PropertyMap<f32>),
 }
 
 impl MaterialMap {
-    /// Albedo and roughness, with one lobe per pixel.
+    /// Creates a material of albedo and roughness, with one lobe per pixel.
     pub fn new(width: u32, height: u32, colors: Vec<[u8; 4]>) -> Self {
         Self { width, height, colors, ..Self::default() }
     }
@@ -92,19 +93,19 @@ impl MaterialMap {
 /// The coordinates of a [`Detail`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DetailMapping {
-    /// The mesh's texture coordinates. Not for tile atlases, whose coordinates end at each patch.
+    /// The texture coordinates of the mesh. Tile atlases cannot use them, because their coordinates end at each patch.
     Texcoords,
-    /// Triplanar: rest positions projected along the three axes and blended by the normal. The value is the metres per unit of the
-    /// coordinates.
+    /// Triplanar mapping: rest positions are projected along the three axes, and blended by the normal. The value is the number of
+    /// metres per unit of the coordinates.
     Triplanar(f32),
 }
 
 /// How the colours and roughness of a [`Detail`] combine with the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DetailColors {
-    /// The detail's colours, divided by their mean, multiply the surface's. Its roughness replaces the surface's.
+    /// The detail's colours, divided by their mean, multiply the surface's colours. The detail's roughness replaces the surface's.
     Vary,
-    /// The detail's colours, roughness and this reflectance at normal incidence replace the surface's.
+    /// The detail's colours and roughness, and this reflectance at normal incidence, replace the surface's.
     Cover(f32),
 }
 
@@ -113,70 +114,73 @@ pub enum DetailColors {
 pub struct DetailMask {
     /// Texels per row.
     pub width: u32,
-    /// Rows.
+    /// Number of rows.
     pub height: u32,
     /// Factors on the detail's slopes and coverage, 0 to 1.
     pub texels: Vec<f32>,
-    /// From the surface's coordinates to those of the mask.
+    /// Transform from the surface's coordinates to the mask's coordinates.
     pub transform: Affine2,
 }
 
-/// A tiling relief finer than the surface's own. Its slopes are added. It affects shading only and does not displace.
+/// A tiling relief that is finer than the surface's own. Its slopes are added for shading, without displacement.
 #[derive(Clone, Debug)]
 pub struct Detail {
-    /// Heights in metres; they repeat.
+    /// Repeating heights in metres.
     pub heights: HeightField,
-    /// Slopes in metres per unit of the detail's coordinates, one per texel of `heights`. They replace the slopes of the heights.
+    /// Slopes in metres per unit of the detail's coordinates, one per texel of `heights`. They replace the slopes computed from
+    /// `heights`.
     pub slopes: Option<Vec<[f32; 2]>>,
     /// The detail's material, over its own coordinates. `None` keeps the surface's colours.
     pub material: Option<(MaterialMap, DetailColors)>,
     /// The coordinates that the detail follows.
     pub mapping: DetailMapping,
-    /// From those coordinates to the detail's own, which repeat with period 1.
+    /// Transform from the coordinates of `mapping` to the detail's own, which repeat with period 1.
     pub transform: Affine2,
-    /// The amount over the surface; `None` applies it everywhere.
+    /// The amount of detail over the surface. `None` applies the full detail everywhere.
     pub mask: Option<DetailMask>,
 }
 
-/// How maps that repeat cover a surface.
+/// How repeating maps cover a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Tiling {
     /// Plain repetition.
     #[default]
     Repeats,
-    /// Tiling by example: blends pieces of the maps so that mean and covariance stay ([`leadr_reflectance::slopes::tiling`]).
-    /// Adjacent pieces are never neighbours in the map. Needs a quad mesh without seams, texture coordinates that agree where
-    /// patches meet, and repeating maps on these coordinates. Other meshes use [`Repeats`](Self::Repeats).
+    /// Tiling by example, which blends pieces of the maps and preserves their mean and covariance
+    /// ([`leadr_reflectance::slopes::tiling`]). Adjacent pieces are never neighbours in the map. This requires a quad mesh without
+    /// seams, texture coordinates that agree where patches meet, and repeating maps on these coordinates. Other meshes use
+    /// [`Repeats`](Self::Repeats).
     ByExample,
-    /// Plain repetition by the shaders of [`ByExample`](Self::ByExample), for the same meshes. A scene with both then needs fewer
-    /// pipelines.
+    /// Plain repetition by the shaders of [`ByExample`](Self::ByExample), for the same meshes. A scene with this mode and
+    /// `ByExample` needs fewer pipelines.
     OneVariant,
-    /// As [`ByExample`](Self::ByExample), but fixed in the world when the mesh moves along itself: exactly on planes, by whole
-    /// repeats on other meshes.
+    /// Like [`ByExample`](Self::ByExample), but fixed in the world when the mesh moves within its own surface: exactly on planes,
+    /// and in steps of whole repeats on other meshes.
     ByExampleInWorld,
-    /// As `ByExampleInWorld`, with the drifts and paths of open ground. Planes only.
+    /// Like `ByExampleInWorld`, with the drifts and paths of open ground, and only for planes.
     Ground,
 }
 
-/// One surface, displaced or smooth.
+/// A displaced or smooth surface.
 #[derive(Clone, Debug)]
 pub struct Object {
-    /// Name for messages and debugging.
+    /// The object's name in messages and debugging tools.
     pub name: String,
-    /// Its patches.
+    /// The patches of the surface.
     pub mesh: PatchMesh,
-    /// The same surface in fewer patches, with the same joints and texture coordinates. A smooth surface uses it where the patches
-    /// of `mesh` are smaller than pixels; a displaced one wherever it can be divided finely enough. Not for atlases, triplanar
-    /// details, or materials with their own charts, because these belong to the patches of one mesh.
+    /// The same surface in fewer patches, with the same joints and texture coordinates. A smooth surface uses the coarse mesh where
+    /// the patches of `mesh` are smaller than pixels. A displaced surface uses it wherever it can be divided finely enough.
+    /// Atlases, triplanar details, and materials with their own charts belong to the patches of one mesh, and cannot have a coarse
+    /// mesh.
     pub coarse_mesh: Option<PatchMesh>,
-    /// Heights along the patch normals; `None` for a smooth surface.
+    /// Heights along the patch normals, or `None` for a smooth surface.
     pub heights: Option<HeightField>,
     /// Slopes over texture coordinates in the heights' unit, one per texel of `heights`, for example from a normal map finer than
     /// the heights. The heights still displace. On triangles the slopes are rise over run, because their texture coordinates have
     /// any scale.
     pub slopes: Option<Vec<[f32; 2]>>,
-    /// Precomputed slope moments of all levels, as in a baked file, instead of those computed from `heights` or `slopes`. They
-    /// contain the same heights as `heights`, which wrap like a single map.
+    /// Precomputed slope moments of all levels, as in a baked file, which replace the moments computed from `heights` or `slopes`.
+    /// The moments contain the same heights as `heights`, which wrap like a single map.
     pub moments: Option<LeadrMap>,
     /// Additional slope variance `(ss, tt, st)` in squared slope units, one per texel of `slopes`, for an anisotropic base.
     pub slope_spread: Option<Vec<[f32; 3]>>,
@@ -184,27 +188,27 @@ pub struct Object {
     pub tiling: Tiling,
     /// A finer relief that repeats over the surface.
     pub detail: Option<Detail>,
-    /// Metres of displacement per unit of `heights` (`η`); each frame multiplies it by its own factor.
+    /// Displacement in metres per unit of `heights` (`η`), which each frame multiplies by its own factor.
     pub height_scale: f32,
-    /// The material; `None` uses the vertex colours.
+    /// The material. `None` uses the vertex colours.
     pub material: Option<MaterialMap>,
-    /// Texture coordinates of each triangle in the material's images, if they differ from the mesh's. The mesh's then apply to the
-    /// slopes only. Triangle meshes only.
+    /// Texture coordinates of each triangle in the material's images, if they differ from the mesh's. The mesh's coordinates then
+    /// apply to the slopes only. Only triangle meshes support this.
     pub charts: Option<Vec<TriangleCharts>>,
-    /// Reflectance at normal incidence; with an `f0` map, that of the diffuse base only. Below 0.02 the reflection fades at all
-    /// angles, and 0 disables it.
+    /// Reflectance at normal incidence. With an `f0` map, it applies to the diffuse base only. Below 0.02 the reflection fades at
+    /// all angles, and 0 disables it.
     pub specular_f0: f32,
     /// Edge tint of a conductor: how far the reflectance falls below Schlick's form between normal and grazing incidence
-    /// ([`fresnel_edge_tint`](leadr_reflectance::facets::fresnel::fresnel_edge_tint)). 0 to 4, in steps of 4/31. Only for surfaces
-    /// of a single metal, since a dielectric's reflectance would become negative.
+    /// ([`fresnel_edge_tint`](leadr_reflectance::facets::fresnel::fresnel_edge_tint)). The tint ranges from 0 to 4, in steps of
+    /// 4/31. Use it only for surfaces of a single metal, since a dielectric's reflectance would become negative.
     pub edge_tint: [f32; 3],
-    /// Wrap modes of the slopes, across and down; `None` follows the border of the heights.
+    /// Wrap modes of the slopes, across and down. `None` follows the border of the heights.
     pub slope_wrap: Option<[TextureWrap; 2]>,
-    /// Multiplies the emission by the vertex colours.
+    /// Whether the vertex colours multiply the emission.
     pub tints_emission: bool,
-    /// Draws the front side only, where triangles run counter-clockwise. Both sides cast shadows.
+    /// Whether only the front side is drawn, where triangles run counter-clockwise. Both sides cast shadows.
     pub front_only: bool,
-    /// Keeps weighted means of the material, so that colours that follow the relief can be filtered with it: see
+    /// Whether to store weighted means of the material, so colours that follow the relief can be filtered with it. See
     /// [`ShadingOptions::relief_color`](crate::settings::ShadingOptions::relief_color).
     pub follows_relief: bool,
     /// Whether the object casts a shadow.
@@ -214,7 +218,7 @@ pub struct Object {
 }
 
 impl Object {
-    /// A smooth surface with vertex colours and the reflectance of common dielectrics. It casts a shadow.
+    /// Creates a smooth surface with vertex colours and the reflectance of common dielectrics. It casts a shadow.
     pub fn new(name: impl Into<String>, mesh: PatchMesh) -> Self {
         Self {
             name: name.into(),
@@ -252,7 +256,7 @@ impl Object {
         Self { follows_relief: true, ..self }
     }
 
-    /// Adds a coarser mesh, drawn where it suffices ([`coarse_mesh`](Self::coarse_mesh)).
+    /// Adds a [coarser mesh](Self::coarse_mesh), which is drawn where it suffices.
     #[must_use]
     pub fn with_coarse_mesh(self, mesh: PatchMesh) -> Self {
         Self { coarse_mesh: Some(mesh), ..self }
@@ -264,7 +268,7 @@ impl Object {
         Self { heights: Some(heights), height_scale: scale, ..self }
     }
 
-    /// Shades with these slopes instead of those of the heights. Call it after [`with_heights`](Self::with_heights).
+    /// Shades with these slopes instead of the slopes of the heights. Call it after [`with_heights`](Self::with_heights).
     #[must_use]
     pub fn with_slopes(self, slopes: Vec<[f32; 2]>) -> Self {
         Self { slopes: Some(slopes), ..self }
@@ -276,7 +280,7 @@ impl Object {
         Self { moments: Some(moments), ..self }
     }
 
-    /// Adds variance to those slopes. Call it after [`with_slopes`](Self::with_slopes).
+    /// Adds variance to the slopes of the surface. Call it after [`with_slopes`](Self::with_slopes).
     #[must_use]
     pub fn with_slope_spread(self, spread: Vec<[f32; 3]>) -> Self {
         Self { slope_spread: Some(spread), ..self }
@@ -294,7 +298,7 @@ impl Object {
         Self { detail: Some(detail), ..self }
     }
 
-    /// Adds a material. Its albedo and roughness multiply those of the vertices.
+    /// Adds a material, which multiplies the albedo and roughness of the vertices.
     #[must_use]
     pub fn with_material(self, map: MaterialMap) -> Self {
         Self { material: Some(map), ..self }
@@ -328,25 +332,25 @@ impl Object {
 /// The contents of a scene. Only poses and waves change between frames.
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
-    /// Meshes.
+    /// The meshes of the scene.
     pub objects: Vec<Object>,
     /// The sea, if there is one.
     pub ocean: Option<Ocean>,
-    /// Cache for map data that is slow to compute; `None` disables it.
+    /// Cache for map data that is slow to compute. `None` disables caching.
     pub cache: Option<MapCache>,
     /// Storage format of the mesh slopes.
     pub map_precision: MomentFormat,
 }
 
 impl From<Vec<Object>> for Scene {
-    /// Objects without a sea.
+    /// Creates a scene of objects without a sea.
     fn from(objects: Vec<Object>) -> Self {
         Self { objects, ..Self::default() }
     }
 }
 
 impl From<Ocean> for Scene {
-    /// The open sea without objects.
+    /// Creates a scene of the open sea without objects.
     fn from(ocean: Ocean) -> Self {
         Self { ocean: Some(ocean), ..Self::default() }
     }
@@ -355,11 +359,11 @@ impl From<Ocean> for Scene {
 /// The pose of an object in one frame.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Pose {
-    /// Rigid: rest to world.
+    /// A rigid transform from rest to world space.
     Rigid(Affine3A),
-    /// Linear blend skinning: rest to world, one matrix per joint.
+    /// Linear blend skinning, with one matrix per joint from rest to world space.
     Skinned(Vec<Mat4>),
-    /// World positions and unit normals of all vertices.
+    /// The world positions and unit normals of all vertices.
     Vertices(PosedVertices),
 }
 
@@ -368,12 +372,12 @@ pub enum Pose {
 pub struct Sun {
     /// Unit direction toward the sun.
     pub direction: Vec3,
-    /// Irradiance on a plane facing it, linear rgb.
+    /// Irradiance on a plane that faces the sun, linear rgb.
     pub irradiance: Vec3,
 }
 
 impl Sun {
-    /// The sun of a sky, attenuated by the atmosphere.
+    /// Returns the sun of a sky, attenuated by the atmosphere.
     pub fn of(sky: &Sky) -> Self {
         let direction = sky.sun_direction.normalize_or(Vec3::Z);
         Self { direction, irradiance: Vec3::from_array(sky.sun_irradiance()) }
@@ -385,29 +389,29 @@ impl Sun {
 pub struct PointLight {
     /// World position.
     pub position: Vec3,
-    /// Radiant intensity, linear rgb: the irradiance at distance 1.
+    /// Radiant intensity in linear rgb, which equals the irradiance at a distance of 1 m.
     pub intensity: Vec3,
-    /// The cone of a spot light; `None` for all directions.
+    /// The cone of a spot light, or `None` for a light in all directions.
     pub cone: Option<Cone>,
-    /// Distance in metres at which the light fades to zero, as in `KHR_lights_punctual`; `None` for no limit.
+    /// Distance in metres at which the light fades to zero, as in `KHR_lights_punctual`. `None` means no limit.
     pub range: Option<f32>,
-    /// Radius in metres, which sets the width of the penumbrae; 0 for a point. Shading treats the light as a point.
+    /// Radius in metres, which sets the width of the penumbrae. Shading treats the light as a point.
     pub radius: f32,
 }
 
 /// The cone of a spot light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cone {
-    /// Unit axis.
+    /// Unit axis of the cone.
     pub axis: Vec3,
-    /// Angle from the axis up to which the light has full intensity, radians; less than `outer_angle`.
+    /// Angle from the axis in radians up to which the light has full intensity. It is less than `outer_angle`.
     pub inner_angle: f32,
-    /// Angle from the axis at which the light ends, radians, at most π/2.
+    /// Angle from the axis in radians at which the light ends, at most π/2.
     pub outer_angle: f32,
 }
 
 impl PointLight {
-    /// A point light in all directions, without a range.
+    /// Creates a point light in all directions, without a range.
     pub const fn new(position: Vec3, intensity: Vec3) -> Self {
         Self { position, intensity, cone: None, range: None, radius: 0.0 }
     }
@@ -418,7 +422,8 @@ impl PointLight {
         Self { radius, ..self }
     }
 
-    /// Coefficients of the cone's falloff. For a unit direction `d` away from the light the factor is `clamp(d · xyz + w, 0, 1)²`.
+    /// Returns the coefficients of the cone's falloff. For a unit direction `d` away from the light, the factor is `clamp(d · xyz +
+    /// w, 0, 1)²`.
     pub(super) fn falloff(&self) -> [f32; 4] {
         let Some(Cone { axis, inner_angle, outer_angle }) = self.cone else { return [0.0, 0.0, 0.0, 1.0] };
         let (inner, outer) = (inner_angle.cos(), outer_angle.cos());
@@ -426,7 +431,7 @@ impl PointLight {
         (axis * scale).extend(-outer * scale).to_array()
     }
 
-    /// One over the squared range; 0 without a range.
+    /// Returns the reciprocal of the squared range, or 0 without a range.
     pub(super) fn inverse_square_range(&self) -> f32 {
         self.range.map_or(0.0, |range| (range * range).max(1e-20).recip())
     }
@@ -438,7 +443,7 @@ pub const MAX_POINT_LIGHTS: usize = super::constants::MAX_POINT_LIGHTS as usize;
 /// The state of one frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameState {
-    /// Time of the waves, seconds.
+    /// Time of the waves in seconds.
     pub time: f64,
     /// The camera.
     pub camera: Camera,
@@ -446,22 +451,22 @@ pub struct FrameState {
     pub poses: Vec<Pose>,
     /// A world position that moves with the subject of the view.
     pub anchor: Vec3,
-    /// The sky, when it is the environment; cube map, sun and exposure follow it.
+    /// The sky, if the environment is a sky. It determines the cube map, the sun and the exposure.
     pub sky: Option<Sky>,
-    /// A directional light instead of the sky's sun.
+    /// A directional light that replaces the sky's sun.
     pub sun: Option<Sun>,
     /// Point lights, at most [`MAX_POINT_LIGHTS`].
     pub point_lights: Vec<PointLight>,
-    /// Multiplies the height scale of every object.
+    /// Factor on the height scale of every object.
     pub height_scale: f32,
-    /// Radiance of an emission of 1.
+    /// Radiance of an emission value of 1.
     pub emission_scale: f32,
-    /// Metered exposure factor, used when there is no sky.
+    /// Metered exposure factor for a frame without a sky.
     pub metered: f32,
 }
 
 impl FrameState {
-    /// The view of `camera` at time 0, with unscaled heights, lit by the renderer's environment alone.
+    /// Creates the view of `camera` at time 0, with unscaled heights, lit by the renderer's environment alone.
     pub fn new(camera: Camera, poses: Vec<Pose>) -> Self {
         Self {
             time: 0.0,
@@ -483,12 +488,12 @@ impl FrameState {
         Self { sky: Some(*sky), sun: None, ..self }
     }
 
-    /// The directional light: one of its own, or else the sun of the sky.
+    /// Returns the frame's own directional light, or else the sun of the sky.
     pub fn sun(&self) -> Option<Sun> {
         self.sun.or_else(|| self.sky.as_ref().map(Sun::of))
     }
 
-    /// Exposure factor for viewing the image. It follows the sky's sun, or the metered value without a sky.
+    /// Returns the exposure factor for viewing the image, from the sky's sun, or the metered value without a sky.
     pub fn exposure(&self) -> f32 {
         self.sky.as_ref().map_or(self.metered, exposure::exposure)
     }
@@ -498,7 +503,7 @@ impl Pose {
     /// The rest pose.
     pub const REST: Self = Self::Rigid(Affine3A::IDENTITY);
 
-    /// Poses a mesh. Joints that the pose does not have are ignored.
+    /// Poses a mesh. Joints that the pose lacks are ignored.
     pub fn apply(&self, mesh: &PatchMesh) -> PosedVertices {
         match self {
             Self::Rigid(world) => {

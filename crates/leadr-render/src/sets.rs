@@ -1,5 +1,5 @@
-//! The renderer's descriptor sets, grouped by lifetime. Set 0 holds the inputs and outputs of a pass and is pushed. A frame has one
-//! set for its light; each object has one for its maps.
+//! The renderer's descriptor sets, grouped by lifetime. Set 0 is pushed, and holds the inputs and outputs of a pass. A frame has
+//! one set for its light, and each object has one set for its maps.
 
 use leadr_gpu::SetLayout;
 use leadr_gpu::shaders::ResourceKind::{Sampled, Storage, Uniform};

@@ -8,9 +8,9 @@ use super::surfaces::tessellation::Lens;
 /// How the samples of an image map to pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Samples {
-    /// One sample per pixel. It selects the surface that the pixel shades.
+    /// One sample per pixel, which selects the surface that the pixel shades.
     Pixels,
-    /// Multisampled geometry: each surface that covers a sample of the pixel is shaded once.
+    /// Multisampled geometry, where each surface that covers a sample of the pixel is shaded once.
     Multisampled {
         /// Geometry samples per pixel, a power of two.
         count: u32,
@@ -29,14 +29,14 @@ pub struct View {
     pub camera: Camera,
     /// Width and height in pixels.
     pub picture: (u32, u32),
-    /// How the samples map to these pixels.
+    /// How the samples map to the pixels of the image.
     pub samples: Samples,
     /// Offset of each sample from the centre of its grid cell, in cells, `[-½, ½)²`.
     pub offset: Vec2,
 }
 
 impl View {
-    /// Number of samples along a side of a pixel.
+    /// Counts the samples along a side of a pixel.
     pub fn grid(&self) -> u32 {
         match self.samples {
             Samples::Pixels | Samples::Multisampled { .. } => 1,
@@ -44,23 +44,23 @@ impl View {
         }
     }
 
-    /// Number of samples across and down the image.
+    /// Counts the samples across and down the image.
     pub fn size(&self) -> (u32, u32) {
         let (width, height) = self.picture;
         (self.grid() * width, self.grid() * height)
     }
 
-    /// See [`Camera::clip_from_world`].
+    /// Returns the matrix of [`Camera::clip_from_world`] for this image.
     pub fn clip_from_world(&self) -> Mat4 {
         self.camera.clip_from_world(self.size(), self.offset)
     }
 
-    /// Rays through the image, see [`Camera::rays`].
+    /// Returns the rays through the image, as in [`Camera::rays`].
     pub fn rays(&self) -> [Vec3; 3] {
         self.camera.rays(self.size(), self.offset)
     }
 
-    /// The scale from lengths to pixels, which does not depend on the number of samples per pixel.
+    /// Returns the scale from lengths to pixels, which does not depend on the number of samples per pixel.
     pub fn lens(&self) -> Lens {
         self.camera.lens(self.picture.1)
     }

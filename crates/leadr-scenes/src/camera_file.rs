@@ -1,6 +1,6 @@
-//! A camera in JSON: `{"position": [x, y, z], "target": [x, y, z], "up": [0, 0, 1], "fov_degrees": 40}`.
+//! Reads a camera from JSON: `{"position": [x, y, z], "target": [x, y, z], "up": [0, 0, 1], "fov_degrees": 40}`.
 //!
-//! Metres, z up; `up` and `fov_degrees` are optional. The file is untrusted.
+//! Metres with z up; `up` and `fov_degrees` are optional. The file is untrusted.
 
 use std::path::Path;
 
@@ -10,15 +10,15 @@ use crate::view::CameraPose;
 use leadr_maps::MapFault;
 use leadr_maps::limits::read_start;
 
-/// Largest camera file, bytes.
+/// Size limit for a camera file, bytes.
 const MAX_BYTES: u64 = 64 * 1024;
-/// Example shown in error messages.
+/// Example of a camera file for error messages.
 const EXAMPLE: &str = r#"{"position": [6, -8, 5], "target": [0, 0, 2]}"#;
 
 /// Reads and checks a camera file.
 ///
 /// # Errors
-/// If the file cannot be read, is too long, is not the JSON described above, or holds no valid camera.
+/// If the file cannot be read, is too long, is not JSON of the form above, or holds no valid camera.
 pub fn read(path: &Path) -> Result<CameraPose, String> {
     let bytes = read_start(path, MAX_BYTES + 1).map_err(|fault| match fault {
         MapFault::Io { doing, source } => format!("it {doing} ({source})"),
@@ -42,7 +42,7 @@ pub fn parse(bytes: &[u8]) -> Result<CameraPose, String> {
     if bytes.len() as u64 > MAX_BYTES {
         return Err(too_long());
     }
-    // Some editors write a byte order mark first.
+    // Some editors start the file with a byte order mark.
     let text = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes);
     let value: Value = serde_json::from_slice(text).map_err(|e| {
         let location = format!("line {}, column {}", e.line(), e.column());

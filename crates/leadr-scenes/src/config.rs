@@ -29,7 +29,7 @@ use leadr_render::surfaces::tessellation::TessellationSettings;
 /// Input files for the material of the plane or sphere.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct MaterialFiles {
-    /// A folder as downloaded. The other files override its files.
+    /// Folder of a downloaded material. Individual files override its files.
     #[serde(rename = "material")]
     pub folder: Option<PathBuf>,
     /// Base colour map.
@@ -50,7 +50,7 @@ pub struct MaterialFiles {
     pub anisotropy: Option<f32>,
     /// Counter-clockwise rotation of the anisotropy direction, degrees.
     pub anisotropy_rotation: f32,
-    /// Detail material that repeats more often.
+    /// Detail that repeats more often than the base material.
     #[serde(flatten)]
     pub detail: DetailFiles,
 }
@@ -74,7 +74,7 @@ impl From<NormalY> for GreenAxis {
     }
 }
 
-/// Files of a detail over the material of the plane or sphere.
+/// Files of a detail over the plane's or sphere's material.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DetailFiles {
     /// A material folder, a height map or a normal map.
@@ -83,9 +83,9 @@ pub struct DetailFiles {
     pub detail_repeat: f32,
     /// Counter-clockwise rotation of the detail, degrees.
     pub detail_rotation: f32,
-    /// Factor on the detail's slopes.
+    /// Scale factor for the slopes of the detail.
     pub detail_height_scale: f32,
-    /// Mask that limits the detail.
+    /// Mask of the area that shows the detail.
     pub detail_mask: Option<PathBuf>,
 }
 
@@ -135,10 +135,10 @@ impl DetailFiles {
 }
 
 impl MaterialFiles {
-    /// Loads the material, with `heights` in place of the folder's own. `None` if no material file is set, even with `heights`.
+    /// Loads the material, with `heights` in place of the folder's own; `None` if no material file is set, even with `heights`.
     ///
     /// # Errors
-    /// If a file is missing, damaged, too large or of the wrong kind.
+    /// If a file is missing, damaged, too large or of the wrong type.
     pub fn load(&self, heights: Option<&Path>) -> Result<Option<Material>, MapError> {
         if *self == Self::default() {
             return Ok(None);
@@ -151,10 +151,10 @@ impl MaterialFiles {
         Ok(Some(material))
     }
 
-    /// Loads the files over `material`. A folder replaces everything, but keeps the existing heights unless there are none.
+    /// Loads the files over `material`. A folder replaces every property, but keeps the existing heights if it has none.
     ///
     /// # Errors
-    /// If a file is missing, damaged, too large or of the wrong kind.
+    /// If a file is missing, damaged, too large or of the wrong type.
     pub fn load_over(&self, mut material: Material) -> Result<Material, MapError> {
         if let Some(file) = self.folder.as_ref().filter(|path| path.is_file()) {
             let relief = material.relief.take();
@@ -207,18 +207,18 @@ impl MaterialFiles {
         Ok(material)
     }
 
-    /// Opens the folder; `None` without a readable one.
+    /// Opens the folder; `None` if it cannot be read.
     fn opened(&self) -> Option<MaterialFolder> {
         let folder = self.folder.as_ref().filter(|path| !path.is_file())?;
         MaterialFolder::open(folder).ok()
     }
 
-    /// Whether the material has a relief: `heights`, or the folder's own.
+    /// Whether the material has a relief, from `heights` or from its folder.
     pub fn is_displaced(&self, heights: Option<&Path>) -> bool {
         heights.is_some() || self.opened().is_some_and(|folder| folder.picture(Role::Height).is_some())
     }
 
-    /// Whether the material only has a normal map, without `heights` or a relief from its folder or its detail.
+    /// Whether the material has a normal map, but neither heights nor a detail.
     pub fn is_normal_map_alone(&self, heights: Option<&Path>) -> bool {
         let folder = self.opened();
         let has = |role| folder.as_ref().is_some_and(|folder| folder.picture(role).is_some());
@@ -230,7 +230,7 @@ impl MaterialFiles {
     }
 }
 
-/// Correlation of height and normal slopes below which the maps probably belong to different surfaces.
+/// Correlation of height and normal slopes below which the maps probably show different surfaces.
 const SAME_SURFACE: f64 = 0.5;
 
 /// Logs how well the heights and normals of a material agree.
@@ -243,25 +243,25 @@ fn log_slope_agreement(material: &Material) {
     }
 }
 
-/// Default MSAA samples for single-sample pictures without other edge antialiasing.
+/// Default MSAA samples of pictures with one sample per pixel and no other edge antialiasing.
 pub const DEFAULT_MSAA: u32 = 4;
 
-/// Settings that can change without building the scene again.
+/// Settings that can change without a rebuild of the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Picture {
     /// Filtering and shading technique.
     pub technique: Technique,
-    /// Shading options. Options that the technique lacks are kept for other techniques.
+    /// Shading options. Options that the technique does not support are kept for other techniques.
     pub options: ShadingOptions,
     /// Whether heights displace the surface.
     pub displacement: bool,
-    /// Factor on the displacement, 0 or more.
+    /// Scale factor for the displacement, 0 or more.
     pub height_scale: f32,
-    /// Factor that widens everything along x and flattens it along z; above 0.
+    /// Factor, above 0, that stretches all objects along x and compresses them along z.
     pub stretch: f32,
     /// Screen pixels per triangle.
     pub triangle_pixels: f32,
-    /// Samples per pixel.
+    /// Number of samples per pixel.
     pub samples: u32,
     /// Exposure of a PNG or a window, in stops above the value for the sun's elevation.
     pub exposure: f32,
@@ -270,7 +270,7 @@ pub struct Picture {
 }
 
 impl Default for Picture {
-    /// The command's defaults.
+    /// Returns the command's defaults.
     fn default() -> Self {
         Self {
             technique: Technique::Leadr,
@@ -287,12 +287,12 @@ impl Default for Picture {
 }
 
 impl Picture {
-    /// The technique with the options that it supports.
+    /// Returns the technique with the options that it supports.
     pub fn shading(&self) -> Shading {
         self.technique.with(self.options)
     }
 
-    /// The picture settings of `settings`.
+    /// Extracts the picture settings from `settings`.
     pub fn of(settings: &RenderSettings) -> Self {
         Self {
             technique: settings.shading.technique(),
@@ -304,7 +304,7 @@ impl Picture {
         }
     }
 
-    /// `base` with these picture settings.
+    /// Returns `base` with these picture settings.
     pub fn settings(&self, base: &RenderSettings) -> RenderSettings {
         let tessellation = TessellationSettings { pixels_per_triangle: self.triangle_pixels, ..base.tessellation };
         let (samples, displacement) = (self.samples, self.displacement);
@@ -313,7 +313,7 @@ impl Picture {
 }
 
 impl Serialize for Picture {
-    /// Uses the flag names as keys.
+    /// Uses the flag names as JSON keys.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let json = |option: &SceneOption| Some((option.spec.json_key(), option.json(self)?));
         serializer.collect_map(SceneOption::all().iter().filter_map(json))
@@ -323,33 +323,33 @@ impl Serialize for Picture {
 /// The configuration of one picture. Its JSON fields have the names of the command's flags.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SceneConfig {
-    /// The scene.
+    /// The selected scene.
     pub scene: &'static NamedScene,
-    /// The glTF file, for model scenes.
+    /// The glTF file; only for model scenes.
     pub model: Option<PathBuf>,
     /// Name of the animation to play; `None` plays the first.
     pub animation: Option<String>,
-    /// Name or number of the file's camera; `None` uses the first.
+    /// Name or number of the camera in the file; `None` uses the first.
     pub model_camera: Option<String>,
-    /// Whether missing and damaged images of the model are replaced.
+    /// Whether placeholders replace missing and damaged images of the model.
     pub lenient: bool,
     /// Height maps for the model's materials.
     pub displacements: Vec<Displacement>,
-    /// Measured materials that replace the model's.
+    /// Measured materials that replace materials of the model.
     pub measured: Vec<MeasuredMaterial>,
     /// Height map of the plane or sphere.
     pub height_map: Option<PathBuf>,
     /// Files of the plane's or sphere's material.
     #[serde(flatten)]
     pub material: MaterialFiles,
-    /// How the maps are tiled over the plane.
+    /// How the maps are tiled on the plane.
     #[serde(rename = "no_repeats", serialize_with = "without_repeats")]
     pub tiling: Tiling,
-    /// Whether the plane or sphere is drawn without surroundings.
+    /// Whether the plane or sphere is drawn without pavement and plinth.
     pub bare: bool,
     /// The waves of the ocean.
     pub waves: Waves,
-    /// Metres from height 0 to height 1 of the plane or sphere, 0 or more; `None` uses the files' scale or the default.
+    /// Height from map value 0 to 1 of the plane or sphere, metres, 0 or more; `None` uses the files' scale or the default.
     pub height: Option<f32>,
     /// Width of one repeat of the maps, metres, above 0; `None` uses the scene's default.
     pub repeat: Option<f32>,
@@ -360,36 +360,36 @@ pub struct SceneConfig {
     /// How lights are extracted from an environment image.
     #[serde(flatten)]
     pub environment_lights: LightExtraction,
-    /// Direction to the sun at the start.
+    /// Direction to the sun at time 0.
     pub sun: SunDirection,
-    /// Hour of the day at the start; overrides `sun`.
+    /// Hour of the day at time 0; overrides `sun`.
     pub time_of_day: Option<f32>,
-    /// Seconds per orbit of the sun; `None` if it stands still.
+    /// Seconds per orbit of the sun; `None` if the sun stands still.
     pub day_length: Option<f32>,
-    /// Settings that can change without building the scene again.
+    /// Settings that can change without a rebuild of the scene.
     #[serde(flatten)]
     pub picture: Picture,
     /// The camera view.
     pub view: ViewChoice,
-    /// A camera file, not yet read.
+    /// Path of a camera file, not yet read.
     #[serde(skip)]
     pub camera_file: Option<PathBuf>,
     /// Distance to the camera's target, metres; `None` keeps the view's distance.
     pub distance: Option<f32>,
-    /// Size of the picture, pixels.
+    /// Size of the picture in pixels.
     pub size: Size,
     /// MSAA samples per pixel: 1, 2, 4 or 8.
     pub msaa: u32,
-    /// Seed of the sample positions.
+    /// Seed for the sample positions.
     pub seed: u64,
-    /// Whether exposure follows the environment image's irradiance on level ground, instead of being 1.
+    /// Whether the exposure follows the environment image's irradiance on level ground. Otherwise it is 1.
     pub auto_exposure: bool,
-    /// Texels along an atlas tile: a power of two, 8 to 128.
+    /// Edge length of an atlas tile in texels: a power of two, 8 to 128.
     pub atlas_tile: u32,
     /// Storage format of map slopes on the device.
     #[serde(serialize_with = "name_of_format")]
     pub map_precision: MomentFormat,
-    /// Beckmann roughness of the displaced surfaces; `None` uses the scene's own.
+    /// Beckmann roughness of the displaced surfaces; `None` keeps the scene's roughness.
     pub roughness: Option<f32>,
 }
 
@@ -402,7 +402,7 @@ fn name_of_format<S: Serializer>(format: &MomentFormat, serializer: S) -> Result
 }
 
 impl Default for SceneConfig {
-    /// The first scene with the command's defaults.
+    /// Returns the first scene with the command's defaults.
     fn default() -> Self {
         Self {
             scene: &SCENES[0],
@@ -441,7 +441,7 @@ impl Default for SceneConfig {
 }
 
 impl SceneConfig {
-    /// The renderer's part of the configuration.
+    /// Returns the render settings of this configuration.
     pub fn render_settings(&self) -> RenderSettings {
         let base = RenderSettings {
             size: (self.size.width, self.size.height),

@@ -1,7 +1,7 @@
 //! Applies a material to a mesh: evaluates its textures per texel into the maps that the renderer filters.
 //!
-//! Colours and roughness keep the finest texture's resolution. A normal map's slopes accompany the heights, or lie on a flat relief
-//! without heights. Heights without a unit get the scale that agrees best with the normals.
+//! Colours and roughness keep the resolution of the finest texture. The slopes of a normal map are added to the heights, or to a flat
+//! relief if there are none. Heights without a unit get the scale that agrees best with the normals.
 
 use std::sync::Arc;
 
@@ -20,14 +20,14 @@ use leadr_reflectance::facets::mixed_roughness::two_classes;
 use leadr_reflectance::materials::fitted_table::FittedTable;
 use leadr_render::scene::{Cutout, MaterialMap, PropertyMap};
 
-/// Largest height of a relief without a scale and without normals, as a fraction of its repeat.
+/// Maximum height of a relief without scale and normals, as a fraction of its repeat.
 pub const USUAL_HEIGHT: f32 = 0.06;
 
-/// Largest RMS slope of such a relief; it limits the height of fine-grained maps. At 6 % height, scanned leather would be steeper than
-/// 80° on average, and black from masking.
+/// Maximum RMS slope of a relief without scale and normals; limits the height of fine-grained maps. At 6 % height, scanned leather would be
+/// steeper than 80° on average, and black from masking.
 pub const USUAL_SLOPE: f32 = 0.5;
 
-/// Texels for bilinear lookups.
+/// Image for bilinear lookups.
 struct Plate<const N: usize> {
     width: u32,
     height: u32,
@@ -36,7 +36,7 @@ struct Plate<const N: usize> {
     wrap: [TextureWrap; 2],
 }
 
-/// Linear interpolation from `a` at 0 to `b` at 1.
+/// Interpolates linearly from `a` at 0 to `b` at 1.
 fn lerp<const N: usize>(a: [f32; N], b: [f32; N], t: f32) -> [f32; N] {
     std::array::from_fn(|i| a[i] + t * (b[i] - a[i]))
 }
@@ -64,13 +64,13 @@ impl<const N: usize> Plate<N> {
     }
 }
 
-/// A texel position, snapped to the texel centre within rounding error.
+/// Snaps a texel position to the texel centre within rounding error.
 fn on_centre(position: f32) -> f32 {
     let centre = position.round();
     if (position - centre).abs() < 1e-3 { centre } else { position }
 }
 
-/// A material property as a function of the texture coordinate.
+/// A material property, sampled by texture coordinate.
 struct Property<const N: usize> {
     factor: [f32; N],
     plate: Option<Plate<N>>,
@@ -91,7 +91,7 @@ fn number(input: &Input<f32>) -> Property<1> {
 
 fn color(input: &Input<[f32; 3]>) -> Property<3> {
     let plate = |texture: &Texture| {
-        // A table, because a million powers are slow.
+        // A table, because a million powers would be slow.
         let table = linear_of_srgb8();
         let raster = &texture.raster;
         let of_codes = matches!(raster.samples(), leadr_maps::material::Samples::U8(_));
@@ -106,22 +106,22 @@ fn color(input: &Input<[f32; 3]>) -> Property<3> {
     Property { factor: input.factor, plate: input.texture.as_ref().map(plate) }
 }
 
-/// Resolution, in texels, of a texture over its chart's unit square.
+/// Returns the resolution, in texels, of a texture over its chart's unit square.
 fn texels_of(texture: &Texture) -> (u32, u32) {
     let size = Vec2::new(texture.raster.width() as f32, texture.raster.height() as f32);
     let texels = |axis: Vec2| ((axis * size).length().round() as u32).clamp(1, MOST_TEXELS);
     (texels(texture.transform.matrix2.x_axis), texels(texture.transform.matrix2.y_axis))
 }
 
-/// Largest side of a resampled image, texels; smaller images keep their size.
+/// Maximum side of a resampled image, texels; smaller images keep their size.
 const MOST_TEXELS: u32 = 8192;
 
-/// Slopes `dh/ds, dh/dt` (`t` down) of a normal map, rise over run.
+/// Returns the slopes `dh/ds, dh/dt` (`t` down) of a normal map, as rise over run.
 fn slopes(map: &NormalMap) -> Plate<2> {
     Plate::new(&map.texture, |x, y| map.slope(x, y).map(|v| v as f32))
 }
 
-/// Occlusion cones: directions with y up from -1 to 1, and the visible fraction.
+/// Returns occlusion cones: directions with y up, in -1 to 1, and the visible fraction.
 fn cones(texture: &Texture) -> Plate<4> {
     let raster = &texture.raster;
     Plate::new(texture, |x, y| {
@@ -131,7 +131,7 @@ fn cones(texture: &Texture) -> Plate<4> {
     })
 }
 
-/// RMS slope of a height map, heights per repeat. Positive.
+/// Returns the positive RMS slope of a height map, in heights per repeat.
 fn steepness(map: &HeightMap) -> f32 {
     let [w, h] = [map.width, map.height].map(|n| n as usize);
     let at = |x: usize, y: usize| f64::from(map.texels[y % h * w + x % w]);
@@ -143,12 +143,12 @@ fn steepness(map: &HeightMap) -> f32 {
     ((sum / (w * h) as f64).sqrt() as f32).max(1e-6)
 }
 
-/// Default scale: texture repeats per unit of height.
+/// Returns the default scale, in texture repeats per unit of height.
 fn usual_scale(map: &HeightMap) -> f32 {
     USUAL_HEIGHT.min(USUAL_SLOPE / steepness(map))
 }
 
-/// Scale that agrees with the normals, in texture repeats per unit of height; `None` if they do not correlate.
+/// Returns the scale that agrees with the normals, in texture repeats per unit of height; `None` without correlation.
 fn agreed_scale(material: &Material) -> Option<f32> {
     let relief = material.relief.as_ref()?;
     if relief.in_widths {
@@ -159,10 +159,10 @@ fn agreed_scale(material: &Material) -> Option<f32> {
     Some((found.scale_texels / f64::from(relief.map.width)) as f32)
 }
 
-/// Anisotropy as a function of the texture coordinate.
+/// Anisotropy, sampled by texture coordinate.
 struct SampledAnisotropy {
     strength: Property<1>,
-    /// Rotation from the tangent, radians counter-clockwise.
+    /// Counter-clockwise rotation from the tangent, radians.
     rotation: f32,
     direction: Option<Plate<2>>,
 }
@@ -172,11 +172,11 @@ struct SampledAnisotropy {
 pub struct AnisotropySample {
     /// Unit direction from the tangent towards the bitangent, which points up in images.
     pub along: Vec2,
-    /// Slope variance along it beyond that of the base's `α`: `(α_t² − α²)/2`.
+    /// Slope variance along this direction in excess of the base's `α`: `(α_t² − α²)/2`.
     pub variance: f32,
 }
 
-/// A material, evaluated by its first texture coordinates.
+/// A material that can be sampled at its first texture coordinates.
 pub struct SampledMaterial {
     base_color: Property<3>,
     metalness: Property<1>,
@@ -194,18 +194,18 @@ pub struct SampledMaterial {
     slopes: Option<Plate<2>>,
     anisotropy: Option<SampledAnisotropy>,
     heights: Option<Plate<1>>,
-    /// Height of the map that lies on the mesh.
+    /// Map height that coincides with the mesh.
     pub middle: f32,
     scale: Option<f32>,
-    /// Texture repeats per unit of height if the file gives no scale: fitted to the normals, or the default.
+    /// Texture repeats per unit of height for files without a scale: fitted to the normals, or the default.
     agreed: f32,
     /// Resolution of the finest texture, texels across and down.
     pub size: (u32, u32),
-    /// Resolutions of the emission, of the accessibility or its cones, and of the opacity.
+    /// Resolutions of the emission, the accessibility (or its cones) and the opacity.
     sizes: [(u32, u32); 3],
 }
 
-/// A material at one texel.
+/// Material properties of one texel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Texel {
     /// Linear albedo.
@@ -214,16 +214,16 @@ pub struct Texel {
     pub alpha: f32,
     /// Reflectance at normal incidence.
     pub f0: [f32; 3],
-    /// Mean reflectance of the dielectric part.
+    /// Mean F0 of the dielectric layer.
     pub diffuse_f0: f32,
 }
 
 impl Texel {
-    /// Adds `weight` times another texel; weights need not sum to one.
+    /// Adds another texel multiplied by `weight`; weights need not sum to one.
     #[must_use]
     pub fn plus(self, weight: f32, other: Self) -> Self {
         let sum = |a: [f32; 3], b: [f32; 3]| std::array::from_fn(|i| a[i] + weight * b[i]);
-        // Roughness adds as a variance.
+        // Roughness is added as a variance.
         let square = self.alpha * self.alpha + weight * other.alpha * other.alpha;
         Self {
             albedo: sum(self.albedo, other.albedo),
@@ -234,7 +234,7 @@ impl Texel {
     }
 }
 
-/// Texel centre in the image's unit square, `t` down.
+/// Returns the texel centre in the image's unit square, `t` down.
 fn texel_centre(index: usize, (width, height): (u32, u32)) -> Vec2 {
     let [x, y] = [index % width as usize, index / width as usize].map(|k| k as f32 + 0.5);
     Vec2::new(x / width as f32, y / height as f32)
@@ -245,7 +245,7 @@ pub fn per_texel<T: Send>(size: (u32, u32), at: impl Fn(Vec2) -> T + Sync) -> Ve
     (0..size.0 as usize * size.1 as usize).into_par_iter().map(|index| at(texel_centre(index, size))).collect()
 }
 
-/// A material that reflects nothing.
+/// Returns a material that reflects nothing.
 fn black(name: &str) -> Material {
     Material {
         base_color: Input::constant([0.0; 3]),
@@ -256,7 +256,7 @@ fn black(name: &str) -> Material {
     }
 }
 
-/// Resolution of a material's finest texture, texels across and down.
+/// Returns the resolution of a material's finest texture, in texels across and down.
 pub fn finest(material: &Material) -> (u32, u32) {
     let textures = [&material.base_color, &material.f0].into_iter().filter_map(|input| input.texture.as_ref());
     let numbers = [&material.metalness, &material.roughness, &material.specular];
@@ -269,7 +269,7 @@ pub fn finest(material: &Material) -> (u32, u32) {
 }
 
 impl SampledMaterial {
-    /// Reads the textures of a material.
+    /// Prepares a material for sampling.
     pub fn new(material: &Material) -> Self {
         let heights = |relief: &Relief| Plate {
             width: relief.map.width,
@@ -338,7 +338,7 @@ impl SampledMaterial {
         self.emission.factor != [0.0; 3]
     }
 
-    /// Emitted radiance at a texture coordinate, `t` down.
+    /// Returns the emitted radiance at a texture coordinate, `t` down.
     pub fn emission(&self, texcoord: Vec2) -> [f32; 3] {
         self.emission.at(texcoord)
     }
@@ -349,7 +349,7 @@ impl SampledMaterial {
             || self.occlusion_strength != 0.0 && (self.occlusion.plate.is_some() || self.occlusion.factor != [1.0])
     }
 
-    /// Accessibility (1 − occlusion) at a texture coordinate.
+    /// Returns the accessibility (1 − occlusion) at a texture coordinate.
     pub fn accessibility(&self, texcoord: Vec2) -> f32 {
         if let Some(cones) = &self.cones {
             return cones.at(texcoord)[3].clamp(0.0, 1.0);
@@ -358,25 +358,25 @@ impl SampledMaterial {
         1.0 + self.occlusion_strength * (seen.clamp(0.0, 1.0) - 1.0)
     }
 
-    /// Whether the material has a cutout or transparency.
+    /// Whether the material has an alpha mask or transparency.
     pub fn has_cutouts(&self) -> bool {
         self.opacity.is_some()
     }
 
-    /// Opacity at a texture coordinate. An alpha mask is remapped to put its cutoff at one half.
+    /// Returns the opacity at a texture coordinate. An alpha mask is remapped to put its cutoff at one half.
     pub fn opacity(&self, texcoord: Vec2) -> f32 {
         let Some((property, cutoff)) = &self.opacity else { return 1.0 };
         let [value] = property.at(texcoord).map(|v| v.clamp(0.0, 1.0));
         match cutoff {
             None => value,
-            // A cutoff of 0 passes everything, one above 1 nothing.
+            // A cutoff of 0 passes every value, and one above 1 passes none.
             Some(cutoff) if *cutoff <= 0.0 => 1.0,
-            // One slope on both sides keeps the interpolated edge at the mask's own edge.
+            // An equal slope on both sides keeps the interpolated edge at the edge of the mask.
             Some(cutoff) => 0.5 + 0.5 * (value - cutoff) / cutoff.max(1.0 - cutoff),
         }
     }
 
-    /// The cutout, from values of [`opacity`](Self::opacity).
+    /// Returns the cutout for values of [`opacity`](Self::opacity).
     pub fn cutout(&self, map: PropertyMap<f32>) -> Option<Cutout> {
         let (_, cutoff) = self.opacity.as_ref()?;
         Some(if cutoff.is_some() { Cutout::Mask(map) } else { Cutout::Share(map) })
@@ -414,17 +414,17 @@ impl SampledMaterial {
         self.heights.is_some()
     }
 
-    /// Whether the material has slopes of its own.
+    /// Whether the material has slopes besides its heights.
     pub fn has_slopes(&self) -> bool {
         self.slopes.is_some()
     }
 
-    /// Colour, roughness and reflectance at a texture coordinate, `t` down.
+    /// Returns the colour, roughness and reflectance at a texture coordinate, `t` down.
     pub fn texel(&self, texcoord: Vec2) -> Texel {
         let ([metal], [roughness]) = (self.metalness.at(texcoord), self.roughness.at(texcoord));
         let (base, metal, [specular]) =
             (self.base_color.at(texcoord), metal.clamp(0.0, 1.0), self.specular.at(texcoord));
-        // An F0 below that of real dielectrics fades at all angles.
+        // An F0 below that of real dielectrics fades reflection at all angles.
         let f0 = self.f0.at(texcoord).map(|c| c.min(1.0) * specular);
         Texel {
             albedo: base.map(|c| (c * (1.0 - metal)).clamp(0.0, 1.0)),
@@ -434,24 +434,24 @@ impl SampledMaterial {
         }
     }
 
-    /// [`texel`](Self::texel) for each texel of an image of the material's [`size`](Self::size). `to_texcoord` maps image to texture
+    /// Evaluates [`texel`](Self::texel) for an image of the material's [`size`](Self::size). `to_texcoord` maps image to texture
     /// coordinates. `fills` replaces texels in cutouts by the mean of the nearest opaque ones.
     pub fn texels(&self, fills: bool, to_texcoord: impl Fn(Vec2) -> Vec2 + Sync) -> Vec<Texel> {
         let texels = per_texel(self.size, |at| self.texel(to_texcoord(at)));
         if !fills || !self.has_cutouts() {
             return texels;
         }
-        // Smallest opacity at which the colour counts.
+        // Minimum opacity at which a texel's colour counts.
         let least = if matches!(self.opacity, Some((_, None))) { 1.0 / 255.0 } else { 0.5 };
         filled(&texels, self.size.into(), |index| self.opacity(to_texcoord(texel_centre(index, self.size))) >= least)
     }
 
-    /// Height at a texture coordinate, in the map's unit; the middle height without a map.
+    /// Returns the height at a texture coordinate, in the map's unit; the middle height without a map.
     pub fn height(&self, texcoord: Vec2) -> f32 {
         self.heights.as_ref().map_or(self.middle, |plate| plate.at(texcoord)[0])
     }
 
-    /// Normal map slope at a texture coordinate, rise over run, by `s` and `t` (down); 0 without a normal map.
+    /// Returns the normal map slope, rise over run by `s` and `t` (down), at a texture coordinate; 0 without a normal map.
     pub fn slope(&self, texcoord: Vec2) -> Vec2 {
         self.slopes.as_ref().map_or(Vec2::ZERO, |plate| Vec2::from(plate.at(texcoord)))
     }
@@ -461,7 +461,7 @@ impl SampledMaterial {
         self.anisotropy.is_some()
     }
 
-    /// Anisotropy at a texture coordinate: `α_t = mix(α, 1, strength²)`, as in `KHR_materials_anisotropy`.
+    /// Returns the anisotropy at a texture coordinate: `α_t = mix(α, 1, strength²)`, as in `KHR_materials_anisotropy`.
     pub fn anisotropy_at(&self, texcoord: Vec2) -> AnisotropySample {
         let Some(SampledAnisotropy { strength, rotation, direction }) = &self.anisotropy else {
             return AnisotropySample::default();
@@ -474,7 +474,8 @@ impl SampledMaterial {
         AnisotropySample { along, variance: 0.5 * (more * more - alpha * alpha) }
     }
 
-    /// Relief slope at a texture coordinate: the normal map's, or central differences of heights `scale` high over a repeat of 1.
+    /// Returns the relief slope at a texture coordinate: the normal map's, or central differences of heights `scale` high over a repeat of
+    /// 1.
     pub fn relief_slope(&self, texcoord: Vec2, scale: f32) -> Vec2 {
         let Some(heights) = self.heights.as_ref().filter(|_| self.slopes.is_none()) else {
             return self.slope(texcoord);
@@ -484,13 +485,13 @@ impl SampledMaterial {
         Vec2::new(across(step * Vec2::X), across(step * Vec2::Y))
     }
 
-    /// Texture repeats per unit of height, for repeats of `repeat` metres. From the file's scale, the fit to the normals, or the default
-    /// ([`USUAL_HEIGHT`], limited by [`USUAL_SLOPE`]).
+    /// Returns the texture repeats per unit of height, for repeats of `repeat` metres: from the file's scale, the fit to the normals, or
+    /// the default ([`USUAL_HEIGHT`], limited by [`USUAL_SLOPE`]).
     pub fn unit(&self, repeat: f32) -> f32 {
         self.scale.map_or(self.agreed, |metres| metres / repeat)
     }
 
-    /// A map of albedo, roughness and reflectance from the texels of [`texel`](Self::texel).
+    /// Builds a map of albedo, roughness and reflectance from the results of [`texel`](Self::texel).
     pub fn map(&self, (width, height): (u32, u32), texels: &[Texel]) -> MaterialMap {
         let opaque = |c: [f32; 3]| {
             let [r, g, b] = c.map(srgb8_from_linear);
@@ -503,9 +504,9 @@ impl SampledMaterial {
             counts[usize::from(texel[3])] += 1.0;
         }
         let alphas: Vec<f64> = (0..=u8::MAX).map(|code| f64::from(alpha_of(code)).max(1e-4)).collect();
-        // A measured material has its own facet distribution.
+        // A measured material brings its own facet distribution.
         let two_lobes = two_classes(&alphas, &counts).map(|alpha| alpha as f32).filter(|_| self.fit.is_none());
-        // The dielectric reflectance comes from the object.
+        // The object holds the dielectric reflectance.
         let own = opaque([texels[0].diffuse_f0; 3]);
         let f0 = f0.iter().any(|texel| *texel != own).then_some(f0);
         MaterialMap { f0, two_lobes, fit: self.fit.clone(), ..MaterialMap::new(width, height, colors) }
@@ -534,12 +535,12 @@ mod tests {
             material.relief = Some(Relief { map, scale: None, in_widths: false, middle: 0.5 });
             material
         };
-        // The default height limits few waves, the slope many.
+        // The default height limits maps with few waves, and the default slope limits maps with many.
         assert_eq!(SampledMaterial::new(&waves(1.0)).unit(2.0), USUAL_HEIGHT);
         let many = SampledMaterial::new(&waves(20.0));
         let slope = many.unit(2.0) * 20.0 * std::f32::consts::PI * 0.5f32.sqrt();
         assert!((slope / USUAL_SLOPE - 1.0).abs() < 0.03, "{slope}");
-        // A scale in the file is used unchanged.
+        // A scale from the file is used unchanged.
         let mut stored = waves(20.0);
         stored.relief.as_mut().unwrap().scale = Some(0.3);
         assert_eq!(SampledMaterial::new(&stored).unit(2.0), 0.15);

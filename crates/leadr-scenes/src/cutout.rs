@@ -1,16 +1,16 @@
-//! Fills colours in cutouts. Files often leave them black, and mipmaps would blend black into the opaque parts.
+//! Fills cutouts with colours. Files often leave cutouts black, and mipmaps would blend this black into the opaque areas.
 
 use super::cover::Texel;
 
-/// A mip level with means of the covered texels.
+/// A mip level with the mean of the covered texels.
 struct TexelLevel {
     size: [usize; 2],
-    /// `None` where nothing is covered.
+    /// Texels of the level; `None` where none is covered.
     texels: Vec<Option<Texel>>,
 }
 
 impl TexelLevel {
-    /// The next coarser level.
+    /// Computes the next coarser level.
     fn coarser(&self) -> Self {
         let [width, height] = self.size;
         let size = self.size.map(|side| side.div_ceil(2));
@@ -29,8 +29,8 @@ impl TexelLevel {
     }
 }
 
-/// The same texels, row by row, with uncovered texels replaced by the mean of the nearest `covered` ones. The mean over each square of
-/// 2ⁿ × 2ⁿ texels is therefore that of its covered texels.
+/// Replaces uncovered texels by the mean of the nearest `covered` ones; rows stay in order. The mean over a square of 2ⁿ × 2ⁿ texels is
+/// therefore the mean of its covered texels.
 pub fn filled(texels: &[Texel], [width, height]: [u32; 2], covered: impl Fn(usize) -> bool) -> Vec<Texel> {
     let size = [width as usize, height as usize];
     let there = texels.iter().enumerate().map(|(index, texel)| covered(index).then_some(*texel)).collect();
@@ -65,11 +65,11 @@ mod tests {
         let red = |texels: &[Texel]| texels.iter().map(|t| t.albedo[0]).sum::<f32>() / texels.len() as f32;
         let one = filled(&texels, [4, 4], |index| index == 5);
         assert!((red(&one) - 0.8).abs() < 1e-6, "{}", red(&one));
-        // Two texels of the right half, in different squares.
+        // Two texels of the right half that lie in different squares.
         let two = filled(&texels, [4, 4], |index| index == 5 || index == 7);
         assert!((two[0].albedo[0] - 0.8).abs() < 1e-6 && (two[3].albedo[0] - 0.1).abs() < 1e-6);
         assert!((red(&two) - 0.45).abs() < 1e-6, "{}", red(&two));
-        // Odd sizes, and no covered texels.
+        // An image of odd size without covered texels.
         assert_eq!(
             filled(&texels[..15], [5, 3], |_| false),
             texels[..15].iter().map(|_| texels[0]).collect::<Vec<_>>()

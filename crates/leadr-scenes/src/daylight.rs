@@ -4,11 +4,11 @@ use glam::{Quat, Vec3};
 
 use leadr_render::scene::FrameState;
 
-/// Latitude and the sun's declination, radians: sunrise is at about half past five, the noon elevation 60°.
+/// Latitude and declination of the sun, radians. The sun rises at about half past five, and its elevation at noon is 60°.
 const LATITUDE: f32 = 0.698;
 const DECLINATION: f32 = 0.175;
 
-/// Unit vector toward the sun at a solar time in hours (12 is noon).
+/// Returns the unit vector toward the sun at a solar time in hours (12 is noon).
 pub fn at_hour(hour: f64) -> Vec3 {
     let (sd, cd) = DECLINATION.sin_cos();
     let (sl, cl) = LATITUDE.sin_cos();
@@ -16,14 +16,14 @@ pub fn at_hour(hour: f64) -> Vec3 {
     after(noon, hour - 12.0)
 }
 
-/// Direction of the sun `hours` after it was in `direction`: a rotation about the celestial pole.
+/// Returns the direction of the sun `hours` after it was in `direction`, by a rotation about the celestial pole.
 pub fn after(direction: Vec3, hours: f64) -> Vec3 {
     let (sl, cl) = LATITUDE.sin_cos();
     let angle = -std::f64::consts::TAU * (hours / 24.0).rem_euclid(1.0);
     Quat::from_axis_angle(Vec3::new(0.0, cl, sl), angle as f32) * direction
 }
 
-/// Advances only the sky of a frame by `hours`. A frame lit by an image is left unchanged.
+/// Advances only the sky of a frame by `hours`. Frames lit by an image do not change.
 pub fn pass(state: &mut FrameState, hours: f64) {
     if let Some(sky) = state.sky.as_mut().filter(|_| hours != 0.0) {
         sky.sun_direction = after(sky.sun_direction, hours);

@@ -1,5 +1,5 @@
-//! Surfaces that deform without rebaking their LEADR maps (LEADR section 4.3, eq. 12 and Figure 5): a quad, a sphere and a cylinder under
-//! stretching, shearing or flattening.
+//! Surfaces that deform while their LEADR maps stay the same (LEADR section 4.3, eq. 12 and Figure 5): a quad, a sphere and a cylinder that
+//! are stretched, sheared or flattened.
 
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
@@ -16,32 +16,32 @@ use leadr_render::surfaces::displacement::HeightField;
 use leadr_render::surfaces::patch_mesh::PatchMesh;
 use leadr_render::surfaces::triplanar;
 
-/// A kind of deformation.
+/// A deformation of the stage.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Deformation {
-    /// Stretch sideways and flatten upwards by the same factor, up to [`STRETCH`]: slopes flatten along one direction and steepen along the
-    /// other.
+    /// Stretches sideways and compresses vertically by the same factor, up to [`STRETCH`]. Slopes flatten along one direction and steepen
+    /// along another.
     Stretch,
-    /// Shear by up to [`SHEAR`] of the height.
+    /// Shears by up to [`SHEAR`] of the height.
     Shear,
-    /// Bumps flatten until the surface is smooth.
+    /// Flattens the bumps until the surface is smooth.
     HeightScale,
 }
 
-/// Seconds from the undeformed surface to the fully deformed one and back.
+/// Duration of one deformation and its return, seconds.
 pub const PERIOD: f64 = 6.0;
-/// Largest factor of [`Deformation::Stretch`].
+/// Maximum factor of [`Deformation::Stretch`].
 pub const STRETCH: f32 = 1.8;
-/// Largest factor of [`Deformation::Shear`].
+/// Maximum factor of [`Deformation::Shear`].
 pub const SHEAR: f32 = 0.9;
 
-/// Progress of the deformation at `time` seconds, 0 to 1 and back.
+/// Returns the progress of the deformation at `time` seconds, 0 to 1 and back.
 pub fn progress(time: f64) -> f32 {
     (0.5 - 0.5 * (TAU * time / PERIOD).cos()) as f32
 }
 
 impl Deformation {
-    /// The linear map at `progress` from 0 to 1, in axes with x sideways and z up.
+    /// Returns the linear map at `progress` from 0 to 1, in axes with x sideways and z up.
     #[must_use]
     pub fn map(self, progress: f32) -> Mat3 {
         match self {
@@ -51,12 +51,12 @@ impl Deformation {
         }
     }
 
-    /// Factor on the displacement at `progress`.
+    /// Returns the displacement factor at `progress`.
     pub fn relief(self, progress: f32) -> f32 {
         if self == Self::HeightScale { (1.0 - progress).max(0.0) } else { 1.0 }
     }
 
-    /// Linear albedo with roughness, and reflectance at normal incidence.
+    /// Returns linear albedo with roughness, and reflectance at normal incidence.
     fn material(self) -> ([f32; 4], f32) {
         match self {
             Self::Stretch => ([0.55, 0.32, 0.14, 0.12], 0.6),
@@ -66,15 +66,15 @@ impl Deformation {
     }
 }
 
-/// Allowed stretch factors.
+/// Valid stretch factors.
 pub const FACTORS: RangeInclusive<f32> = 0.2..=5.0;
 
-/// Stretches sideways by `factor` and flattens upwards.
+/// Stretches sideways by `factor` and compresses vertically.
 fn stretching(factor: f32) -> Mat3 {
     Mat3::from_diagonal(Vec3::new(factor, 1.0, 1.0 / factor))
 }
 
-/// Stretches all objects and lamps of a frame along x by `factor`, above 0, and flattens them along z by as much. The anchor is fixed.
+/// Stretches all objects and lamps of a frame along x by `factor`, above 0, and compresses them along z by as much. The anchor is fixed.
 pub fn stretch(state: &mut FrameState, factor: f32) {
     if factor == 1.0 {
         return;
@@ -97,26 +97,26 @@ pub fn stretch(state: &mut FrameState, factor: f32) {
     state.point_lights.iter_mut().for_each(|lamp| lamp.position = map.transform_point3(lamp.position));
 }
 
-/// Half the side of the quad, radius of the sphere, half the height of the cylinder: metres.
+/// Half the side of the quad, the radius of the sphere and half the height of the cylinder, in metres.
 const HALF: f32 = 1.0;
-/// Metres of surface that one repeat of the map covers.
+/// Width of one repeat of the map on the surface, metres.
 const REPEAT: f32 = 2.0;
 const TEXELS: u32 = 512;
 
-/// Gaussian bumps some 9 cm wide with slopes of standard deviation 0.45.
+/// Returns Gaussian bumps about 9 cm wide, with slopes of standard deviation 0.45.
 fn bumps() -> HeightField {
     let mut map = procedural::gaussian(TEXELS, TEXELS, 11, 0.45, 1.0 / 64.0);
     map.texels.iter_mut().for_each(|h| *h *= REPEAT);
     HeightField::repeating(map)
 }
 
-/// A cylinder of radius 0.7 with rounded rims around the z axis.
+/// Returns a cylinder of radius 0.7 around the z axis, with rounded rims.
 fn cylinder(n: u32, color: [f32; 4]) -> PatchMesh {
     const RADIUS: f32 = 0.7;
     const EXPONENT: f32 = 9.0;
     let mut mesh = cube_sphere(n, color);
     for (p, normal) in mesh.positions.iter_mut().zip(&mut mesh.normals) {
-        // Moves the cube's edges to the rims: |r / R|ᵉ + |z / H|ᵉ = 1.
+        // Moves the edges of the cube to the rims: |r / R|ᵉ + |z / H|ᵉ = 1.
         let side = Vec3::new(p.x, p.y, 0.0);
         let (r, z) = (side.length(), p.z * HALF / RADIUS);
         let (a, b) = (r / RADIUS, z.abs() / HALF);
@@ -128,7 +128,7 @@ fn cylinder(n: u32, color: [f32; 4]) -> PatchMesh {
     mesh
 }
 
-/// The stage: quad, sphere and cylinder from left to right.
+/// Builds the stage: quad, sphere and cylinder from left to right.
 pub fn stage(deformation: Deformation) -> Stage {
     let (color, specular_f0) = deformation.material();
     let map = bumps();
@@ -145,7 +145,7 @@ pub fn stage(deformation: Deformation) -> Stage {
 
     let motion = move |time: f64| {
         let map = deformation.map(progress(time));
-        // Objects stay on the floor and clear of their neighbours when stretched.
+        // Stretched objects stay on the floor and clear of their neighbours.
         let room = 1.25 * (map * Vec3::X).length().max(1.0) * HALF + 0.1 + 0.5 * (map * Vec3::Z).x.abs();
         let upright = Mat3::from_rotation_x(80f32.to_radians());
         let pose_at = |x: f32, linear: Mat3| {
@@ -167,7 +167,7 @@ mod tests {
     use leadr_render::surfaces::patch_mesh::PosedVertices;
     use leadr_render::surfaces::topology::Topology;
 
-    /// For every pose, vertices and normals move alike. Stretching twice by the root of a factor equals stretching once by the factor.
+    /// Vertices and normals move alike in every pose. Two stretches by the square root of a factor equal one stretch by the factor.
     #[test]
     fn frames_stretch_about_their_anchor() {
         let mesh = cube_sphere(2, [1.0; 4]);

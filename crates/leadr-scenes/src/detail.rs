@@ -1,4 +1,4 @@
-//! The renderer's form of a detail material that repeats more often than its base.
+//! Converts a detail material, which repeats more often than its base, to the renderer's form.
 
 use glam::{Affine2, Mat2, Vec2};
 
@@ -8,16 +8,16 @@ use leadr_maps::material::{MaterialDetail, Texture};
 use leadr_render::scene::{Detail, DetailColors, DetailMapping, DetailMask, MaterialMap};
 use leadr_render::surfaces::displacement::HeightField;
 
-/// The detail of a surface with a repeat of `metres`. Texture coordinates run up an image; views along the axes run down.
+/// Converts the detail of a surface with a repeat of `metres`. In texture coordinates t points up; in axis projections it points down.
 pub fn detail(layer: &MaterialDetail, mapping: DetailMapping, metres: f32) -> Detail {
     let sampled = SampledMaterial::new(&layer.material);
     let (width, height) = sampled.size;
-    // Metres of one repeat, and of a unit of height.
+    // Metres per repeat of the detail, and per unit of height.
     let repeat = metres / layer.repeat;
     let unit = if sampled.has_heights() { sampled.unit(repeat) * repeat } else { 1.0 };
     let scale = unit * layer.height_scale;
     let texels = per_texel(sampled.size, |at| scale * (sampled.height(at) - sampled.middle));
-    // Slopes are rise over run; one unit of the coordinates runs over one repeat.
+    // Slopes are rise over run, and one unit of texture coordinate spans one repeat.
     let per_unit = repeat * layer.height_scale;
     let slopes = sampled.has_slopes().then(|| per_texel(sampled.size, |at| (sampled.slope(at) * per_unit).to_array()));
     let material = layer.colored.then(|| {
@@ -26,7 +26,7 @@ pub fn detail(layer: &MaterialDetail, mapping: DetailMapping, metres: f32) -> De
         let f0 = texels.iter().map(|texel| texel.f0.iter().sum::<f32>() / 3.0).sum::<f32>() / texels.len() as f32;
         (map, if layer.mask.is_some() { DetailColors::Cover(f0) } else { DetailColors::Vary })
     });
-    // A counter-clockwise rotation of the image rotates the lookup clockwise; t runs down.
+    // A counter-clockwise rotation of the image rotates the lookup clockwise; t points down.
     let flipped = Mat2::from_diagonal(Vec2::new(1.0, -1.0));
     let (to_up, onto_mask) = match mapping {
         DetailMapping::Texcoords => (Mat2::IDENTITY, Affine2 { matrix2: flipped, translation: Vec2::Y }),

@@ -1,4 +1,4 @@
-//! The plane and the sphere in a user's material.
+//! The plane and the sphere with a user's material.
 
 use glam::{Vec2, Vec3};
 
@@ -14,13 +14,13 @@ use leadr_render::surfaces::patch::PatchPoint;
 use leadr_render::surfaces::patch_mesh::{PatchMesh, TileLayout};
 use leadr_render::surfaces::triplanar;
 
-/// Vertex albedo and roughness that keep the material's own.
+/// Vertex albedo and roughness that leave the material's unchanged.
 const UNTINTED: [f32; 4] = [1.0; 4];
 
-/// Minimum memory per texel while a material is applied to the plane, bytes: its texel, codes and height.
+/// Minimum memory per texel for a material on the plane, bytes: the texel, its codes and its height.
 pub const DRESSING: u64 = size_of::<Texel>() as u64 + 8 + 4;
 
-/// A plane with the material's map sizes but no map contents.
+/// Returns a plane with the material's map sizes but no map contents.
 pub fn placeholder_plane(material: &Material) -> Object {
     let (width, height) = finest(material);
     let object = Object::new("plane", PatchMesh::default()).with_material(MaterialMap::new(width, height, Vec::new()));
@@ -30,7 +30,7 @@ pub fn placeholder_plane(material: &Material) -> Object {
     object.with_heights(HeightField::repeating(HeightMap { width, height, texels: Vec::new() }), 1.0)
 }
 
-/// An 8 m plane in a material, upright seen from above with `+y` on top. It repeats every `repeat` metres; default 2.
+/// Builds an 8 m plane with a material, upright seen from above with `+y` on top. It repeats every `repeat` metres; default 2.
 pub fn plane_stage(material: &Material, repeat: Option<f32>) -> Stage {
     let metres = repeat.unwrap_or(PLANE_REPEAT);
     let sampled = SampledMaterial::new(material);
@@ -42,12 +42,12 @@ pub fn plane_stage(material: &Material, repeat: Option<f32>) -> Stage {
     let mut object =
         Object::new("plane", mesh).with_specular_f0(texels[0].diffuse_f0).with_edge_tint(material.edge_tint);
     let mut map = sampled.with_light(sampled.map(sampled.size, &texels), [[TextureWrap::Repeat; 2]; 3], upright);
-    // The surface's t is the image's y, so the cones flip with it.
+    // The surface's t is the image's y, so the y of the cones is flipped too.
     map.cones.iter_mut().flat_map(|cones| &mut cones.texels).for_each(|cone| cone[1] = -cone[1]);
     object = object.with_material(with_relief_maps(&sampled, map));
     if has_relief {
         object.coarse_mesh = coarse;
-        // In texture repeats, like baked files, so that the slopes are those of the normals.
+        // Heights in texture repeats, as in baked files, have the slopes of the normals.
         let unit = sampled.unit(metres);
         let heights = per_texel(sampled.size, |at| sampled.height(upright(at)) * unit - sampled.middle * unit);
         let field = HeightField::repeating(HeightMap { width, height, texels: heights });
@@ -69,13 +69,13 @@ pub fn plane_stage(material: &Material, repeat: Option<f32>) -> Stage {
     Stage::still(vec![object], plane_views())
 }
 
-/// Slope variance of the anisotropy. `units` converts a direction to slopes by texture coordinate in the heights' unit.
+/// Returns the slope variance of the anisotropy. `units` converts a direction to slopes by texture coordinate in the heights' unit.
 fn spread_of(sample: AnisotropySample, units: impl Fn(Vec2) -> Vec2) -> [f32; 3] {
     let along = units(sample.along);
     [along.x * along.x, along.y * along.y, along.x * along.y].map(|square| square * sample.variance)
 }
 
-/// Contents of one texel of a sphere tile.
+/// Material data of one texel of a sphere tile.
 #[derive(Clone, Copy, Default)]
 struct Baked {
     texel: Texel,
@@ -87,11 +87,11 @@ struct Baked {
     spread: [f32; 3],
 }
 
-/// A unit sphere in a material, with blended triplanar mapping. It repeats every `repeat` metres; default 1.2.
+/// Builds a unit sphere with a material, by blended triplanar mapping. It repeats every `repeat` metres; default 1.2.
 pub fn sphere_stage(material: &Material, repeat: Option<f32>, tile: u32) -> Stage {
     let metres = repeat.unwrap_or(SPHERE_REPEAT);
     let sampled = SampledMaterial::new(material);
-    // In texture repeats, like baked files.
+    // Texture repeats per unit of height, as in baked files.
     let unit = sampled.unit(metres);
     let smooth = material.relief.as_ref().map(|relief| {
         let mut field = HeightField::repeating(relief.map.clone());
@@ -99,11 +99,11 @@ pub fn sphere_stage(material: &Material, repeat: Option<f32>, tile: u32) -> Stag
         field
     });
     let mut mesh = cube_sphere(16, UNTINTED);
-    // Texture coordinates from points on a patch.
+    // Scale from patch parameters to texture coordinates.
     let layout = TileLayout::new(mesh.patches.len() as u32, tile);
     let (width, height) = layout.size();
     let per_patch = Vec2::new(width as f32, height as f32) / layout.inner() as f32;
-    // A tangent-space slope vector, by texture coordinate and in the heights' unit.
+    // Converts a tangent-space slope vector to slopes by texture coordinate, in the heights' unit.
     let by_texcoord =
         |slope: Vec3, point: &PatchPoint| Vec2::new(slope.dot(point.du), slope.dot(point.dv)) * per_patch / metres;
     let (_, baked) = bake_patches(&mut mesh, tile, |_, _, point| {
@@ -119,13 +119,13 @@ pub fn sphere_stage(material: &Material, repeat: Option<f32>, tile: u32) -> Stag
             baked.emission = std::array::from_fn(|i| baked.emission[i] + share * emission[i]);
             baked.accessibility += share * sampled.accessibility(at);
             baked.opacity += share * sampled.opacity(at);
-            // Keeps the variance of the blended relief.
+            // This weight keeps the variance of the blended relief.
             let weight = seen.weight / squares.sqrt();
             baked.height += weight * smooth.as_ref().map_or(0.0, |field| field.bicubic(at) - sampled.middle * unit);
             let slope = sampled.relief_slope(at, unit) * weight;
             gradient += slope.x * seen.s + slope.y * seen.t;
             if sampled.is_anisotropic() {
-                // The turning direction of a lathe: from east to north.
+                // Anisotropy follows the rotation of a lathe, from east to north.
                 let east = Vec3::Z.cross(point.normal).normalize_or(Vec3::X);
                 let north = point.normal.cross(east);
                 let spread =
@@ -136,13 +136,13 @@ pub fn sphere_stage(material: &Material, repeat: Option<f32>, tile: u32) -> Stag
         baked.slope = by_texcoord(gradient, &point).to_array();
         baked
     });
-    // Unused tiles copy a real texel; otherwise they would count as a second kind of surface.
+    // Unused tiles copy a real texel; otherwise they would count as a second surface class.
     let first = baked[0].texel;
     let texels: Vec<Texel> = baked.iter().map(|b| if b.texel == Texel::default() { first } else { b.texel }).collect();
     let mut object = Object::new("sphere", mesh).with_specular_f0(first.diffuse_f0).with_edge_tint(material.edge_tint);
     let map = MaterialMap {
         emission: sampled.emits().then(|| property(layout, &baked, |b| b.emission)),
-        // Tiles keep only the accessibility.
+        // Tiles hold the accessibility but no cones.
         occlusion: sampled.is_occluded().then(|| property(layout, &baked, |b| b.accessibility)),
         opacity: sampled
             .has_cutouts()
@@ -165,13 +165,13 @@ pub fn sphere_stage(material: &Material, repeat: Option<f32>, tile: u32) -> Stag
     Stage::still(vec![object], sphere_views())
 }
 
-/// One property of the tiles' texels.
+/// Extracts one property of the tiles' texels.
 fn property<T>(layout: TileLayout, baked: &[Baked], of: impl Fn(&Baked) -> T) -> PropertyMap<T> {
     let (width, height) = layout.size();
     PropertyMap { width, height, texels: baked.iter().map(of).collect(), wrap: [TextureWrap::Clamp; 2] }
 }
 
-/// Drops the occlusion map beside heights. The relief's self-occlusion follows from the heights; the map would count it twice.
+/// Drops the occlusion map of a surface with heights. The relief's self-occlusion already follows from the heights.
 fn with_relief_maps(sampled: &SampledMaterial, map: MaterialMap) -> MaterialMap {
     MaterialMap { occlusion: map.occlusion.filter(|_| !sampled.has_heights()), ..map }
 }

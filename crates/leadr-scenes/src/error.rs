@@ -1,4 +1,4 @@
-//! Errors of making a scene.
+//! Errors in building a scene.
 
 use std::path::Path;
 
@@ -6,16 +6,16 @@ use leadr_gpu::{GpuError, binary};
 use leadr_maps::MapError;
 use leadr_models::ModelError;
 
-/// A failure to make a scene or to upload it. Each message is one sentence.
+/// A failure to build or upload a scene. Each message is one sentence.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
-    /// Tiles of the T-rex must be powers of two from 8 to 128 texels.
+    /// The tile size of the T-rex is not a power of two from 8 to 128 texels.
     #[error("tiles of {0} texels cannot be baked; choose 8, 16, 32, 64 or 128")]
     Tile(u32),
-    /// An input file is missing, damaged, too large or of another kind.
+    /// An input file is missing, damaged, too large or of the wrong type.
     #[error(transparent)]
     Map(#[from] MapError),
-    /// The model cannot be read.
+    /// The model file cannot be read.
     #[error(transparent)]
     ModelFile(#[from] ModelError),
     /// The model cannot be shown; the message gives the reason and a remedy.
@@ -27,13 +27,13 @@ pub enum SceneError {
         binary(*needs), binary(*left)
     )]
     Memory {
-        /// What is being made.
+        /// Name of the object that needs memory.
         what: String,
-        /// Memory needed, bytes.
+        /// Required memory, bytes.
         needs: u64,
-        /// Memory free, bytes.
+        /// Free memory, bytes.
         left: u64,
-        /// Remedy that needs less memory.
+        /// A configuration that needs less memory.
         remedy: &'static str,
     },
     /// The device failed.

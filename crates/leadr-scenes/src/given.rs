@@ -1,4 +1,4 @@
-//! A command line, and the checked configuration of its options.
+//! A command line and the checked configuration of its options.
 
 use std::ffi::{OsStr, OsString};
 use std::fmt;
@@ -12,7 +12,7 @@ use leadr_reflectance::masking::shadowing::Shadowing;
 /// Mutually exclusive options.
 pub const EXCLUSIVE: [(&str, &str); 3] = [("grid", "probes"), ("sun", "time-of-day"), ("occlusion-map", "cone-map")];
 
-/// Options that require another one.
+/// Options that require another option.
 const NEEDS: [(&str, &str); 5] = [
     ("anisotropy-rotation", "anisotropy"),
     ("detail-repeat", "detail"),
@@ -21,19 +21,19 @@ const NEEDS: [(&str, &str); 5] = [
     ("detail-mask", "detail"),
 ];
 
-/// Flags and their values, in order, for editing and printing.
+/// Flags with their values, in order, for editing and printing.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CommandLine {
     flags: Vec<(String, Option<OsString>)>,
 }
 
 impl CommandLine {
-    /// Appends a flag, with a value if it takes one.
+    /// Appends a flag with its value, if it takes one.
     pub fn add(&mut self, flag: &str, value: Option<OsString>) {
         self.flags.push((flag.to_owned(), value));
     }
 
-    /// Replaces a flag, or removes it for `None`.
+    /// Sets a flag to a value, or removes it for `None`.
     pub fn set(&mut self, flag: &str, value: Option<impl Into<OsString>>) {
         self.remove(flag);
         self.flags.extend(value.map(|value| (flag.to_owned(), Some(value.into()))));
@@ -44,30 +44,30 @@ impl CommandLine {
         self.flags.retain(|(known, _)| known != flag);
     }
 
-    /// The value of a flag if it is set; empty for a flag without a value.
+    /// Returns the value of a flag if it is set; empty for a flag without a value.
     pub fn value(&self, flag: &str) -> Option<&OsStr> {
         let found = self.flags.iter().rev().find(|(known, _)| known == flag);
         found.map(|(_, value)| value.as_deref().unwrap_or_default())
     }
 
-    /// Whether an option's flag is set.
+    /// Whether the flag of an option is set.
     pub fn has(&self, option: &str) -> bool {
         self.value(&format!("--{option}")).is_some()
     }
 
-    /// Changes the scene.
+    /// Switches to another scene.
     pub fn enter(&mut self, scene: impl Into<OsString>) {
         SceneOption::all().iter().filter(|option| option.is_of_one_scene()).for_each(|o| self.remove(&o.spec.flag()));
         self.flags.insert(0, ("--scene".to_owned(), Some(scene.into())));
     }
 
-    /// Drops options that the scene, light or technique would refuse: the window keeps choices across changes of these.
+    /// Drops options that the scene, light or technique would refuse. The window keeps them for later.
     pub fn honoured(&self) -> Self {
         let mut line = self.clone();
         let mut config = SceneConfig::default();
         for name in ["scene", "environment", "technique"] {
             if let (Some(option), Some(value)) = (SceneOption::find(name), self.value(&format!("--{name}"))) {
-                // `resolve` reports errors.
+                // `resolve` reports these errors.
                 _ = option.set(&mut config, value);
             }
         }
@@ -85,7 +85,7 @@ impl CommandLine {
         line
     }
 
-    /// The configuration of these options. A camera file is not yet read.
+    /// Resolves the options to a configuration. A camera file is not read yet.
     ///
     /// # Errors
     /// If an option is invalid, or not supported by the scene or the technique.
@@ -100,13 +100,13 @@ impl CommandLine {
         }
         self.check(&config)?;
         let options = &mut config.picture.options;
-        // Relief shadows trace the sky occlusion.
+        // Relief shadows already include the sky occlusion.
         options.sky_occlusion &= self.has("sky-occlusion") || !options.relief_shadows;
         let (heights, traced) = (config.height_map.as_deref(), options.relief_shadows);
         if !self.has("shadowing") && !traced && config.material.is_normal_map_alone(heights) {
             options.shadowing = Shadowing::NormalMap;
         }
-        // More samples antialias edges without MSAA.
+        // Extra samples antialias edges without MSAA.
         let once = config.picture.samples == 1 && options.edge_samples == 1;
         if !self.has("msaa") && once && !config.picture.technique.is_reference() {
             config.msaa = DEFAULT_MSAA;
@@ -114,7 +114,7 @@ impl CommandLine {
         Ok(config)
     }
 
-    /// Refuses options that the scene, light or technique does not support, and invalid combinations.
+    /// Refuses options that the scene, light or technique does not support, and invalid combinations of options.
     fn check(&self, config: &SceneConfig) -> Result<(), String> {
         let technique = config.picture.technique;
         for option in SceneOption::all() {
@@ -173,7 +173,7 @@ impl CommandLine {
             "--relief-shadows already includes occlusion by large shapes: remove --sky-occlusion"
         } else if self.has("detail") {
             "--relief-shadows needs displaced geometry, and --detail is shading only: remove one of them"
-        // On the sphere the facets come from the maps.
+        // On the sphere, the facets come from the maps.
         } else if config.scene.name == "plane"
             && config.material.anisotropy.is_some()
             && config.material.is_displaced(config.height_map.as_deref())
@@ -187,7 +187,7 @@ impl CommandLine {
 }
 
 impl fmt::Display for CommandLine {
-    /// Shell syntax, with a space before each flag.
+    /// Formats the flags in shell syntax, each after a space.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (name, value) in &self.flags {
             write!(f, " {name}")?;

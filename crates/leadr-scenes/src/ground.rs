@@ -1,4 +1,4 @@
-//! Dry ground out to the horizon: displaced soil tiled by example without repeats, under drifts of dust and trodden paths.
+//! Dry ground that extends to the horizon: displaced soil, tiled by example without repeats, under dust drifts and trodden paths.
 
 use super::plane::{plane, toward_horizon};
 use super::sphere::color_code;
@@ -8,21 +8,21 @@ use leadr_maps::{HeightMap, procedural};
 use leadr_render::scene::{MaterialMap, Object, Tiling};
 use leadr_render::surfaces::displacement::HeightField;
 
-/// Metres of ground that the soil map covers.
+/// Width of ground that the soil map covers, metres.
 const REPEAT: f32 = 5.0;
-/// Metres from the lowest crack to the highest pebble.
+/// Height from the lowest crack to the highest pebble, metres.
 pub const RELIEF: f32 = 0.10;
 /// Beckmann roughness of the soil.
 const SOIL_ROUGHNESS: f32 = 0.78;
-/// Half the side of the ground, metres: its rim is a fiftieth of a degree below a standing viewer's horizon.
+/// Half the side of the ground, metres. At this distance the rim is 0.02° below a standing viewer's horizon.
 const HALF: f32 = 6000.0;
-/// Texels of the soil map along one repeat.
+/// Resolution of the soil map along one repeat, texels.
 const TEXELS: u32 = 1024;
 
-/// Metres of each step by which the ground follows the viewer. Its features stay in the world ([`Tiling::Ground`]).
+/// Step in metres by which the ground follows the viewer. Its features stay fixed in the world ([`Tiling::Ground`]).
 pub const STEP: f32 = 40.0;
 
-/// Soil heights without broad swells.
+/// Returns the soil heights without broad swells.
 fn soil() -> Vec<f32> {
     let programs = [include_str!("ground.rs"), procedural::SOURCE, leadr_maps::noise::SOURCE];
     cached("soil", &programs, (TEXELS * TEXELS) as usize, || {
@@ -32,7 +32,7 @@ fn soil() -> Vec<f32> {
     })
 }
 
-/// The ground at z = 0, with heights centred on zero.
+/// Builds the ground at z = 0, with heights centred on zero.
 pub fn ground() -> Object {
     let soil = soil();
     let mean = soil.iter().sum::<f32>() / soil.len() as f32;
@@ -42,7 +42,7 @@ pub fn ground() -> Object {
     let colors = soil
         .iter()
         .map(|h| {
-            // Dust on high points, damp dark earth in the cracks.
+            // Dust covers the high points, and dark damp earth fills the cracks.
             let t = ((h - low) / range).clamp(0.0, 1.0);
             let mix = |dark: f32, light: f32| dark + (light - dark) * t * (2.0 - t);
             color_code([mix(0.10, 0.40), mix(0.075, 0.31), mix(0.05, 0.22)], SOIL_ROUGHNESS)
@@ -56,7 +56,7 @@ pub fn ground() -> Object {
         .without_shadow()
 }
 
-/// Removes features wider than about `radius` texels from a repeating map: blended pieces with broad swells would not fit together.
+/// Removes features wider than about `radius` texels from a repeating map, because blended pieces with broad swells would not fit together.
 fn flatten(texels: &mut [f32], width: usize, radius: usize) {
     let mut swell = texels.to_vec();
     for _ in 0..2 {
@@ -68,7 +68,7 @@ fn flatten(texels: &mut [f32], width: usize, radius: usize) {
     }
 }
 
-/// Running means over `2 · radius + 1` texels of repeating rows.
+/// Returns the running means over `2 · radius + 1` texels of repeating rows.
 fn blur_rows(texels: &[f32], width: usize, radius: usize) -> Vec<f32> {
     let count = (2 * radius + 1) as f64;
     texels
@@ -91,7 +91,7 @@ mod tests {
 
     #[test]
     fn the_ground_follows_by_whole_repeats() {
-        // Lattice shifts are then integers, exact at any distance.
+        // With this step, lattice shifts are integers and exact at any distance.
         assert_eq!(STEP % REPEAT, 0.0);
     }
 

@@ -16,17 +16,17 @@ use leadr_render::settings::numbers::finite;
 pub enum EnvironmentChoice {
     /// The analytic sky with its sun.
     Sky,
-    /// A generated photo studio without a sun.
+    /// A generated photo studio with no sun.
     Studio,
     /// An equirectangular image, `.hdr` or `.exr`.
     File(PathBuf),
 }
 
 impl EnvironmentChoice {
-    /// Equirectangular radiance, rotated by `degrees` counter-clockwise seen from above; `None` for the analytic sky.
+    /// Loads the equirectangular radiance, rotated by `degrees` counter-clockwise from above; `None` for the analytic sky.
     ///
     /// # Errors
-    /// If the file is missing, damaged, too large or of the wrong kind.
+    /// If the file is missing, damaged, too large or of the wrong type.
     pub fn load(&self, degrees: f32) -> Result<Option<RgbImage>, leadr_maps::MapError> {
         let picture = match self {
             Self::Sky => return Ok(None),
@@ -55,11 +55,11 @@ impl FromStr for EnvironmentChoice {
     }
 }
 
-/// Rotates a panorama counter-clockwise seen from above. Whole texels are moved, and the rest of the angle interpolated, which keeps the
-/// power of every row.
+/// Rotates a panorama, counter-clockwise from above. It shifts whole texels and interpolates the remaining fraction of a texel, so every
+/// row keeps its power.
 fn rotated(picture: RgbImage, degrees: f32) -> RgbImage {
     let width = picture.width as usize;
-    // Columns run clockwise.
+    // Azimuth decreases with the column.
     let columns = (f64::from(degrees) / 360.0).rem_euclid(1.0) * width as f64;
     let (whole, rest) = if (columns - columns.round()).abs() < 1e-4 {
         (columns.round() as usize % width, 0.0)
@@ -81,20 +81,20 @@ fn rotated(picture: RgbImage, degrees: f32) -> RgbImage {
 /// Direction to the sun.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SunDirection {
-    /// Degrees counter-clockwise from +x, seen from above.
+    /// Azimuth, degrees counter-clockwise from +x, seen from above.
     pub azimuth: f32,
-    /// Degrees above the horizon, −90 to 90.
+    /// Elevation, degrees above the horizon, −90 to 90.
     pub elevation: f32,
 }
 
 impl SunDirection {
-    /// Angles of a vector toward the sun.
+    /// Returns the angles of a vector toward the sun.
     pub fn of(vector: Vec3) -> Self {
         let elevation = vector.z.atan2(vector.truncate().length()).to_degrees();
         Self { azimuth: vector.y.atan2(vector.x).to_degrees(), elevation }
     }
 
-    /// Unit vector toward the sun; z up.
+    /// Returns the unit vector toward the sun, z up.
     #[must_use]
     pub fn vector(self) -> Vec3 {
         let (azimuth, elevation) = (self.azimuth.to_radians(), self.elevation.to_radians());
@@ -124,7 +124,7 @@ mod tests {
 
     #[test]
     fn panoramas_rotate_counter_clockwise_and_keep_their_power() {
-        // Columns run clockwise from -x: the centre of the first of four is at 135 degrees.
+        // Columns run clockwise from -x, so the centre of the first of four columns is at 135 degrees.
         let texels = [1.0, 2.0, 4.0, 8.0, 3.0, 3.0, 3.0, 5.0].map(|v| [v, 0.0, 2.0 * v]).to_vec();
         let picture = RgbImage::new(4, 2, texels).unwrap();
         let red = |degrees| rotated(picture.clone(), degrees).texels.iter().map(|t| t[0]).collect::<Vec<_>>();

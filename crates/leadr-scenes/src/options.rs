@@ -1,4 +1,4 @@
-//! All options of a scene picture, one per row. Shading options are rows of [`ShadingOptions::ALL`].
+//! All options of a scene picture, one per row; shading options come from [`ShadingOptions::ALL`].
 
 use std::ffi::OsStr;
 use std::path::PathBuf;
@@ -24,15 +24,15 @@ use leadr_render::surfaces::moments::MomentFormat;
 pub struct SceneOption {
     /// Name, syntax and help text.
     pub spec: Spec,
-    /// The setting that it changes.
+    /// The setting that the option changes.
     pub sets: Sets,
-    /// The choice that a scene must offer to support it; `None` if every scene does.
+    /// The choice that a scene must offer to support the option; `None` if every scene supports it.
     pub choice: Option<Choice>,
-    /// The environment it applies to; `None` for all.
+    /// The environment that the option requires; `None` for any.
     pub under: Option<Under>,
-    /// Whether it may be given several times.
+    /// Whether the option may be repeated.
     pub repeats: bool,
-    /// Names and descriptions of its values, for options with few values.
+    /// Names and descriptions of the values, for options with few values.
     pub names: fn() -> Vec<(&'static str, &'static str)>,
 }
 
@@ -40,9 +40,9 @@ pub struct SceneOption {
 pub enum Sets {
     /// A flag without a value.
     Flag(fn(&mut SceneConfig)),
-    /// A configuration setting from a path.
+    /// A setting whose value is a path.
     Path(fn(&mut SceneConfig, PathBuf)),
-    /// A configuration setting from a text.
+    /// A setting whose value is a text.
     Text(fn(&mut SceneConfig, &str) -> Result<(), String>),
     /// A setting of [`Picture`].
     Picture(Value<Picture>),
@@ -50,12 +50,12 @@ pub enum Sets {
     Shading(&'static ShadingOption),
 }
 
-/// An environment that some options apply to.
+/// The environment that an option requires.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Under {
     /// The analytic sky.
     Sky,
-    /// An image.
+    /// An environment image.
     Panorama,
 }
 
@@ -93,14 +93,14 @@ impl SceneOption {
     const fn formerly(self, name: &'static str) -> Self { Self { spec: self.spec.formerly(name), ..self } }
     const fn key(self, key: &'static str) -> Self { Self { spec: self.spec.key(key), ..self } }
     const fn panel(self, panel: Panel) -> Self { Self { spec: self.spec.panel(panel), ..self } }
-    /// Restricts it to scenes that offer a choice.
+    /// Restricts the option to scenes that offer a choice.
     const fn of(self, choice: Choice) -> Self { Self { choice: Some(choice), ..self } }
     const fn under(self, under: Under) -> Self { Self { under: Some(under), ..self } }
     const fn repeats(self) -> Self { Self { repeats: true, ..self } }
     const fn values(self, names: fn() -> Vec<(&'static str, &'static str)>) -> Self { Self { names, ..self } }
 }
 
-/// The options other than shading options.
+/// All options except shading options.
 #[rustfmt::skip]
 const OPTIONS: [SceneOption; 55] = [
     option(SCENE, "scene", "NAME|FILE.glb|FILE.gltf", "Draw this scene, or a glTF model on open ground",
@@ -190,7 +190,7 @@ const OPTIONS: [SceneOption; 55] = [
     material("height", "METRES", "Set the height difference in metres between black (0) and white (1) in the height map",
         Text(|c, text| not_negative(text).map(|metres| c.height = Some(metres))))
         .default("the height that fits the normals of the material; 0.12 without normals"),
-    // With smaller repeats, coordinates lose precision on the 8 m plane.
+    // With smaller repeats, texture coordinates on the 8 m plane lose precision.
     material("repeat", "METRES", "Set the width of one repeat of height maps and materials, 0.01 to 1000",
         Text(|c, text| within(text, 0.01, 1000.0).map(|metres| c.repeat = Some(metres as f32))))
         .default("2 on the plane, 1.2 on the sphere"),
@@ -285,7 +285,7 @@ const OPTIONS: [SceneOption; 55] = [
 ];
 
 impl SceneOption {
-    /// Every option, in the order of the help.
+    /// Returns all options in the order of the help.
     pub fn all() -> &'static [Self] {
         static ALL: LazyLock<Vec<SceneOption>> = LazyLock::new(|| {
             let shading = ShadingOptions::ALL.iter().map(|row| SceneOption {
@@ -302,12 +302,12 @@ impl SceneOption {
         &ALL
     }
 
-    /// The option of this name.
+    /// Finds an option by its name.
     pub fn find(name: &str) -> Option<&'static Self> {
         Self::all().iter().find(|option| option.spec.name == name)
     }
 
-    /// Parses a value into a configuration; refuses invalid text.
+    /// Parses a value into a configuration, and refuses invalid text.
     pub fn set(&self, config: &mut SceneConfig, value: &OsStr) -> Result<(), String> {
         let text = || value.to_str().ok_or_else(|| "the value is not UTF-8".to_owned());
         match &self.sets {
@@ -320,7 +320,7 @@ impl SceneOption {
         Ok(())
     }
 
-    /// The value as text, for options of the picture settings; empty for a flag without a value.
+    /// Formats the value as text, for picture settings; empty for a flag without a value.
     pub fn write(&self, picture: &Picture) -> Option<String> {
         match &self.sets {
             Sets::Picture(field) => field.write(*picture),
@@ -329,7 +329,7 @@ impl SceneOption {
         }
     }
 
-    /// The value as JSON, for options of the picture settings.
+    /// Returns the value as JSON, for picture settings.
     pub fn json(&self, picture: &Picture) -> Option<Json> {
         match &self.sets {
             Sets::Picture(field) => field.json(*picture),
@@ -338,7 +338,7 @@ impl SceneOption {
         }
     }
 
-    /// Names and descriptions of its values, for options with few values.
+    /// Returns the names and descriptions of the values, for options with few values.
     pub fn names(&self) -> Vec<(&'static str, &'static str)> {
         match &self.sets {
             Sets::Picture(field) => field.names(Picture::default()),
@@ -347,12 +347,12 @@ impl SceneOption {
         }
     }
 
-    /// Whether it takes a value.
+    /// Whether the option takes a value.
     pub fn takes_value(&self) -> bool {
         !self.spec.value_name.is_empty()
     }
 
-    /// Whether the option describes the surface of one scene, and so is dropped on a scene change.
+    /// Whether the option describes the surface of one scene, and is dropped on a scene change.
     pub fn is_of_one_scene(&self) -> bool {
         matches!(self.spec.heading, SCENE | MATERIAL | SEA)
     }
@@ -363,7 +363,7 @@ impl SceneOption {
         of_technique && self.choice.is_none_or(|choice| scene.offers(choice))
     }
 
-    /// Help text with the supporting scenes and techniques and the default.
+    /// Returns the help text with the supporting scenes and techniques and the default.
     pub fn help(&self) -> String {
         let mut help = self.spec.help.to_owned();
         if let Some(choice) = self.choice.filter(|choice| *choice != Choice::Model) {
@@ -386,12 +386,12 @@ impl SceneOption {
     }
 }
 
-/// Parses a factor on widths.
+/// Parses a scale factor for widths.
 fn factor(text: &str) -> Result<f32, String> {
     within(text, *FACTORS.start(), *FACTORS.end())
 }
 
-/// Selects the scene of this name, or a model, with the scene's own sea.
+/// Selects the scene of this name, or a model, with its default sea.
 fn enter(config: &mut SceneConfig, name: &str) -> Result<(), String> {
     let file = PathBuf::from(name);
     let extension = file.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase);

@@ -1,5 +1,5 @@
-//! A quilted cushion on a floor (after LEADR Figure 9). Seams and buttons form diamonds, with a twisted cord at the rim and woven cloth;
-//! all of it is displacement.
+//! A quilted cushion on a floor (after LEADR Figure 9). Seams and buttons form diamonds on woven cloth with a twisted cord at the rim. All
+//! of these are displaced.
 
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
@@ -13,21 +13,21 @@ use leadr_render::camera::Camera;
 use leadr_render::scene::{Object, Pose};
 use leadr_render::surfaces::patch_mesh::PatchMesh;
 
-/// Half the width, metres.
+/// Half the width of the cushion, metres.
 const HALF: f32 = 0.25;
-/// Half the thickness in the middle.
+/// Half the thickness in the middle, metres.
 const THICKNESS: f32 = 0.085;
-/// Patches along a side of the upper and the lower face.
+/// Patches along a side of each face.
 const PATCHES: u32 = 12;
 /// Metres of cloth per unit of the parameters `(s, t)`.
 const CLOTH: f32 = HALF * 1.25;
-/// Side of a diamond, metres, and its height.
+/// Side and height of a diamond, metres.
 const DIAMOND: f32 = 0.092;
 const PUFF: f32 = 0.013;
 /// Width of a thread, metres.
 const THREAD: f32 = 0.0055;
 
-/// The cushion at `(s, t)` in `[-1, 1]²`, `side` 1 above and −1 below, with concave sides between pointed corners.
+/// Returns the cushion at `(s, t)` in `[-1, 1]²`, `side` 1 above and −1 below. Its sides are concave between pointed corners.
 fn shape(s: f32, t: f32, side: f32) -> Vec3 {
     let (a, b) = ((FRAC_PI_2 * s).sin(), (FRAC_PI_2 * t).sin());
     let (ca, cb) = ((FRAC_PI_2 * s).cos(), (FRAC_PI_2 * t).cos());
@@ -35,7 +35,7 @@ fn shape(s: f32, t: f32, side: f32) -> Vec3 {
     Vec3::new(HALF * a * pinch(cb), HALF * b * pinch(ca), side * THICKNESS * ca * cb)
 }
 
-/// Both faces, with shared vertices at the rim.
+/// Builds the two faces, with shared vertices at the rim.
 fn mesh() -> PatchMesh {
     let n = PATCHES;
     let mut mesh = PatchMesh::default();
@@ -50,7 +50,7 @@ fn mesh() -> PatchMesh {
                 let e = 1e-3;
                 let ds = shape(s + e, t, side) - shape(s - e, t, side);
                 let dt = shape(s, t + e, side) - shape(s, t - e, side);
-                // Beyond the rim the surface continues on the other side, so its derivatives there are smooth. They vanish at the pointed
+                // The surface continues on the other face beyond the rim, so derivatives at the rim are smooth. They vanish at the pointed
                 // corners.
                 let corner = (i == 0 || i == n) && (j == 0 || j == n);
                 let normal = if corner { Vec3::new(s, t, 0.0) } else { ds.cross(dt) * side };
@@ -62,7 +62,7 @@ fn mesh() -> PatchMesh {
             for i in 0..n {
                 let mut patch = [vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)];
                 if side < 0.0 {
-                    // The lower face, seen from outside.
+                    // The lower face is visible from below.
                     patch.swap(1, 3);
                 }
                 mesh.patches.push(patch);
@@ -75,7 +75,7 @@ fn mesh() -> PatchMesh {
     mesh
 }
 
-/// `(s, t)` of a point on a patch.
+/// Returns `(s, t)` of a point on a patch.
 fn parameters(patch: usize, uv: Vec2) -> Vec2 {
     let per_face = (PATCHES * PATCHES) as usize;
     let uv = if patch < per_face { uv } else { Vec2::new(uv.y, uv.x) };
@@ -83,10 +83,10 @@ fn parameters(patch: usize, uv: Vec2) -> Vec2 {
     (Vec2::new((cell % PATCHES) as f32, (cell / PATCHES) as f32) + uv) * (2.0 / PATCHES as f32) - 1.0
 }
 
-/// The cloth at one point.
+/// The cloth at a point.
 #[derive(Clone, Copy, Debug)]
 struct Cloth {
-    /// Metres above the smooth cushion.
+    /// Height above the smooth cushion, metres.
     height: f32,
     /// Linear albedo.
     color: Vec3,
@@ -94,7 +94,7 @@ struct Cloth {
     roughness: f32,
 }
 
-/// Two crossing threads of a plain weave: height in `[0, 1]`, and whether the warp is on top.
+/// Evaluates two crossing threads of a plain weave: height in `[0, 1]`, and whether the warp is on top.
 fn weave(p: Vec2) -> (f32, bool) {
     let cell = (p / THREAD).floor();
     let local = p / THREAD - cell - 0.5;
@@ -104,13 +104,13 @@ fn weave(p: Vec2) -> (f32, bool) {
 }
 
 fn cloth(parameter: Vec2) -> Cloth {
-    // Beyond the rim the other face continues.
+    // Points beyond the rim are on the other face.
     let parameter = parameter.clamp(Vec2::NEG_ONE - 0.1, Vec2::ONE + 0.1);
     let p = parameter * CLOTH;
     let inside = (1.0 - parameter.abs()) * CLOTH;
     let rim = inside.min_element();
 
-    // Diamonds between seams along u and v; the quilting starts a little inside the cord.
+    // Seams along u and v bound the diamonds; the quilting starts a little inside the cord.
     let (u, v) = ((p.x + p.y) / DIAMOND + 0.5, (p.x - p.y) / DIAMOND + 0.5);
     let quilted = smoothstep(0.012, 0.05, rim);
     let puff = (PI * u).sin().abs() * (PI * v).sin().abs();
@@ -134,10 +134,10 @@ fn cloth(parameter: Vec2) -> Cloth {
         }
     }
 
-    // A button in a dimple at every second crossing.
+    // Every second crossing has a button in a dimple.
     let (cu, cv) = (u.round(), v.round());
     if quilted > 0.99 && (cu + cv).rem_euclid(2.0) < 0.5 {
-        // Seams cross at right angles, so u and v are distances along the diagonals.
+        // Seams cross at right angles, so distances along u and v are orthogonal.
         let r = Vec2::new(seam(u), seam(v)).length();
         height -= 0.006 * (-(r / 0.02).powi(2)).exp();
         let edge = 1.0 - (r / 0.0125).powi(2);
@@ -150,7 +150,7 @@ fn cloth(parameter: Vec2) -> Cloth {
         }
     }
 
-    // The cord around the rim, twisted from two strands.
+    // The rim has a cord that is twisted from two strands.
     let along = if inside.x < inside.y { p.y } else { p.x };
     let cord = 1.0 - (rim / 0.011).powi(2);
     if cord > 0.0 {
@@ -162,7 +162,7 @@ fn cloth(parameter: Vec2) -> Cloth {
     Cloth { height, color, roughness }
 }
 
-/// The static stage, with atlas tiles of `tile` texels.
+/// Builds the static stage, with atlas tiles of `tile` texels.
 pub fn stage(tile: u32) -> Stage {
     let mut mesh = mesh();
     let (layout, texels) = bake_patches(&mut mesh, tile, |patch, uv, _| {
@@ -189,14 +189,14 @@ pub fn stage(tile: u32) -> Stage {
     )
 }
 
-/// A pale floor, darkened under the cushion.
+/// Builds a pale floor, darkened under the cushion.
 fn floor() -> Object {
     let mut mesh = plane(60.0, 96, 1.0, [0.46, 0.42, 0.37, 0.45], |t| (7.0 * t).sinh() / 7.0f32.sinh());
     mesh.accessibility = mesh
         .positions
         .iter()
         .map(|p| {
-            // Approximate occlusion by a disc just above the floor.
+            // The occlusion approximates a disc just above the floor.
             let outside = ((p.x.powi(4) + p.y.powi(4)).powf(0.25) - 0.7 * HALF).max(0.0);
             1.0 - 0.8 * (-(outside / 0.1).powi(2)).exp() - 0.12 * (-(outside / 0.3)).exp()
         })

@@ -1,6 +1,6 @@
-//! The scenes, one declaration each: name, help line, choices and constructor.
+//! The table of scenes; each row declares name, help line, choices and constructor.
 //!
-//! The command line, its help, the reports and the bench use this table. A new scene needs its own file and a row here.
+//! The command line, its help, the reports and the bench use this table. A new scene needs a source file and a row here.
 
 use std::fmt;
 
@@ -27,30 +27,30 @@ use leadr_render::surfaces::budget::Room;
 /// A property of a scene that the user can choose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Choice {
-    /// A height map or a material instead of the generated one.
+    /// A height map or a material in place of the generated ones.
     HeightMap,
     /// The roughness of the displaced surfaces.
     Roughness,
     /// The tile size of the displacement atlas.
     AtlasTile,
-    /// Whether relief displaces the surfaces, and its height.
+    /// Whether a relief displaces the surfaces, and its height.
     Relief,
-    /// Triangulation, maps and shading of objects. Waves do not support these: curvature under a pixel, relief shadows and occlusion.
+    /// Triangulation, maps and shading of objects. Waves do not support curvature under a pixel, relief shadows and occlusion.
     Objects,
     /// The stretch of the objects.
     Stretch,
     /// Whether maps repeat.
     Tiling,
-    /// Whether surroundings are drawn.
+    /// Whether the setting around the surface is drawn.
     Bare,
-    /// The waves of its sea.
+    /// The waves of the sea.
     Waves,
-    /// The materials, animations and cameras of a file.
+    /// The materials, animations and cameras of a model file.
     Model,
 }
 
 impl Choice {
-    /// Reason why a scene does not offer this choice; completes a sentence about the scene.
+    /// Returns the reason why a scene does not offer this choice, to complete a sentence about the scene.
     fn lacking(self) -> &'static str {
         match self {
             Self::HeightMap => "has its own surfaces",
@@ -67,39 +67,39 @@ impl Choice {
     }
 }
 
-/// Inputs of a scene.
+/// Inputs of the scene constructors.
 #[derive(Clone, Debug)]
 pub struct SceneOptions {
-    /// One repeat of the heights, for scenes with [`Choice::HeightMap`]; `None` for generated ones.
+    /// One repeat of the heights, for scenes with [`Choice::HeightMap`]; `None` generates them.
     pub height_map: Option<HeightMap>,
-    /// Additional data of a baked file.
+    /// Slope moments and height unit of a baked file.
     pub baked: Option<BakedRelief>,
-    /// A complete material that replaces the heights.
+    /// A complete material that replaces `height_map`.
     pub material: Option<Material>,
-    /// The model, for the model scene.
+    /// The model of the model scene.
     pub model: Option<ModelChoice>,
-    /// Metres from height 0 to height 1; `None` uses the file's scale or the default. Materials have their own.
+    /// Height from map value 0 to 1, metres; `None` uses the file's scale or the default. Materials have their own.
     pub height: Option<f32>,
     /// Width of one repeat of heights and materials, metres; `None` uses the scene's default.
     pub repeat: Option<f32>,
     /// How maps are tiled, for scenes with [`Choice::Tiling`].
     pub tiling: Tiling,
-    /// Whether scenes with [`Choice::Bare`] show only their surface.
+    /// Whether scenes with [`Choice::Bare`] omit the setting around the surface.
     pub bare: bool,
     /// Texels along an atlas tile, for scenes with [`Choice::AtlasTile`]: a power of two, 8 to 128.
     pub atlas_tile: u32,
-    /// The sea of scenes with [`Choice::Waves`]; `None` uses their own.
+    /// The sea of scenes with [`Choice::Waves`]; `None` uses the scene's default.
     pub waves: Option<Waves>,
-    /// Memory limit of the maps, checked before slow bakes.
+    /// Memory limit for the maps, checked before slow bakes.
     pub room: Option<Room>,
 }
 
-/// Memory per texel while the T-rex's atlas is baked, bytes: 4.5 GB in total with tiles of 128.
+/// Memory per texel for the bake of the T-rex's atlas, bytes: 4.5 GB in total with tiles of 128.
 const TREX_BAKING: u64 = 46;
 
 impl SceneOptions {
-    /// Refuses an object whose maps exceed the device memory, or whose making exceeds the machine's. `making`: bytes per height texel. Only
-    /// the object's map sizes are used.
+    /// Refuses an object whose maps exceed the device memory, or whose construction exceeds the machine's. `making`: bytes per height
+    /// texel. Only the sizes of the maps are used.
     fn room_for(&self, object: Object, making: u64, remedy: &'static str) -> Result<(), SceneError> {
         let Some(room) = self.room else { return Ok(()) };
         let texels =
@@ -120,7 +120,7 @@ impl SceneOptions {
 }
 
 impl Default for SceneOptions {
-    /// Generated heights, fine tiles, the default sea.
+    /// Generated heights, fine tiles and the default sea.
     fn default() -> Self {
         Self {
             height_map: None,
@@ -141,17 +141,17 @@ impl Default for SceneOptions {
 /// Callback for the completed fraction of a scene, 0 to 1, from any thread.
 pub type Progress<'a> = &'a (dyn Fn(f32) + Sync);
 
-/// A scene: one row of [`SCENES`].
+/// A scene, declared by one row of [`SCENES`].
 pub struct NamedScene {
-    /// Its name on the command line and in reports.
+    /// Name of the scene on the command line and in reports.
     pub name: &'static str,
     /// Description for the command's help.
     pub help: &'static str,
-    /// Properties that the user can choose.
+    /// Properties of the scene that the user can choose.
     pub choices: &'static [Choice],
-    /// The default sea; `None` for scenes without one.
+    /// The default sea of the scene, if it has one.
     pub sea: Option<fn() -> Waves>,
-    /// The slow step of making the scene, shown with its progress.
+    /// Label of the slow construction step, shown with its progress.
     pub making: Option<&'static str>,
     make: fn(SceneOptions, Progress<'_>) -> Result<Stage, SceneError>,
 }
@@ -165,7 +165,7 @@ const fn scene(
     NamedScene { name, help, choices, sea: None, making: None, make }
 }
 
-/// Every scene, in the order of the help; the first is the default.
+/// All scenes in the order of the help; the first is the default.
 pub static SCENES: [NamedScene; 11] = [
     NamedScene {
         making: MAKING_THE_TREX,
@@ -182,7 +182,7 @@ pub static SCENES: [NamedScene; 11] = [
             let (bare, tiling) = (options.bare, options.tiling);
             let mut stage = match &options.material {
                 Some(material) => {
-                    // Checked before it is resampled to its finest texels.
+                    // Memory is checked before resampling to the finest texels.
                     options.room_for(dressed::placeholder_plane(material), dressed::DRESSING, "smaller maps")?;
                     dressed::plane_stage(material, options.repeat)
                 }
@@ -239,11 +239,11 @@ pub static SCENES: [NamedScene; 11] = [
     },
 ];
 
-/// Choices of scenes with displaced objects; the second list adds atlas tiles.
+/// Choices of scenes with displaced objects. The longer list adds atlas tiles.
 const SHAPES: [Choice; 4] = [Relief, Objects, Stretch, Roughness];
 const IN_TILES: [Choice; 5] = [AtlasTile, Relief, Objects, Stretch, Roughness];
 
-/// The scene of a glTF file, named by the file.
+/// The scene of a glTF file.
 pub static MODEL: NamedScene = scene(
     "model",
     "A glTF model on open ground",
@@ -269,15 +269,15 @@ impl NamedScene {
         SCENES.iter().find(|scene| scene.name == name)
     }
 
-    /// Whether the scene offers a choice.
+    /// Whether the scene offers this choice.
     pub fn offers(&self, choice: Choice) -> bool {
         self.choices.contains(&choice)
     }
 
-    /// Refuses a `flag` whose choice this scene does not offer.
+    /// Refuses a `flag` if the scene does not offer its choice.
     ///
     /// # Errors
-    /// A sentence that names the scenes that offer it.
+    /// A sentence that names the scenes that offer the choice.
     pub fn check_offers(&self, flag: &str, choice: Choice) -> Result<(), String> {
         if self.offers(choice) {
             return Ok(());
@@ -290,29 +290,29 @@ impl NamedScene {
         Err(format!("{flag} is for the scenes {names}{models}; {} {}", self.name, choice.lacking()))
     }
 
-    /// The default sea; the open sea for scenes without one.
+    /// Returns the default sea; the open sea for scenes without one.
     pub fn waves(&self) -> Waves {
         self.sea.map_or_else(Waves::default, |waves| waves())
     }
 
-    /// Tile size of a quick first picture, before tiles of `tile` texels are ready. Finer relief becomes roughness, so it looks the same
-    /// where bumps are small. `None` for scenes without an atlas, or if the finer atlas is not cached.
+    /// Returns the tile size of a quick first picture, before tiles of `tile` texels are ready. Finer relief becomes roughness, so small
+    /// bumps look the same. `None` without an atlas, or if the finer atlas is not cached.
     pub fn first_tile(&self, tile: u32) -> Option<u32> {
         let at_hand = self.making.is_none() || Trex::is_kept(tile);
         (self.offers(AtlasTile) && tile > FIRST_TILE && at_hand).then_some(FIRST_TILE)
     }
 
-    /// Builds the stage.
+    /// Builds the scene's stage.
     ///
     /// # Errors
-    /// If the options do not allow it.
+    /// If options are invalid or memory is too small.
     pub fn stage(&self, options: SceneOptions, progress: Progress<'_>) -> Result<Stage, SceneError> {
         (self.make)(options, progress)
     }
 }
 
 impl Choice {
-    /// Names of the scenes that offer it, in the order of [`SCENES`].
+    /// Lists the scenes that offer this choice, in the order of [`SCENES`].
     pub fn scenes(self) -> impl Iterator<Item = &'static str> {
         SCENES.iter().filter(move |scene| scene.offers(self)).map(|scene| scene.name)
     }
@@ -344,9 +344,9 @@ mod tests {
     fn first_pictures_have_coarser_atlases() {
         let first = |name: &str, tile: u32| NamedScene::find(name).unwrap().first_tile(tile);
         assert_eq!(first("sphere", 64), Some(FIRST_TILE));
-        // Without an atlas, or with no coarser one.
+        // These scenes have no atlas, or no coarser one.
         assert_eq!([first("plane", 64), first("sphere", FIRST_TILE)], [None, None]);
-        // An atlas that is not cached is baked before the first picture; no cache has tiles of this size.
+        // An uncached atlas is baked before the first picture, and no cache has tiles of this size.
         assert_eq!(first("trex", 1024), None);
     }
 
@@ -361,7 +361,7 @@ mod tests {
 
     #[test]
     fn scenes_offer_options_of_their_surfaces() {
-        // The T-rex scenes are skipped; baking takes minutes.
+        // The T-rex scenes are skipped because their bake takes minutes.
         for scene in SCENES.iter().filter(|scene| scene.making.is_none()) {
             let waves = scene.sea.map(|waves| Waves { fft: 64, ..waves() });
             let options = SceneOptions { atlas_tile: 8, waves, ..Default::default() };

@@ -1,4 +1,4 @@
-//! Uploads the scene of a configuration: objects, light and view.
+//! Loads and uploads the scene of a configuration: objects, light and view.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -28,16 +28,16 @@ use leadr_render::scene::FrameState;
 use leadr_render::settings::RenderSettings;
 use leadr_render::surfaces::budget::Room;
 
-/// A scene's input files, loaded and checked.
+/// The input files of a scene, loaded and checked.
 #[derive(Debug)]
 pub struct Inputs {
     /// Heights of the plane or sphere.
     pub height_map: Option<HeightMap>,
-    /// Additional data of a baked height file.
+    /// Slope moments and unit of a baked height file.
     pub baked: Option<BakedRelief>,
-    /// Material of the plane or sphere, its heights included.
+    /// Material of the plane or sphere, including its heights.
     pub material: Option<Material>,
-    /// The model, if the scene is one.
+    /// The model, for model scenes.
     pub model: Option<ModelChoice>,
     /// Equirectangular radiance; `None` for the analytic sky.
     pub environment: Option<RgbImage>,
@@ -47,7 +47,7 @@ impl Inputs {
     /// Loads the files of `config`.
     ///
     /// # Errors
-    /// If a file is missing, damaged, too large or of the wrong kind.
+    /// If a file is missing, damaged, too large or of the wrong type.
     pub fn load(config: &SceneConfig) -> Result<Self, SceneError> {
         let (mut height_map, mut baked, mut material) = (None, None, None);
         match &config.height_map {
@@ -71,7 +71,7 @@ impl Inputs {
             }
         }
         if let (Some(material), Some(alpha)) = (&mut material, config.roughness) {
-            // Anisotropy adds to this roughness.
+            // The anisotropy adds to this roughness.
             material.roughness = Input::constant(alpha);
             material.roughness_meaning = RoughnessMeaning::Alpha;
         }
@@ -103,7 +103,7 @@ impl Inputs {
 /// Progress of setting up a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SetUp {
-    /// A step starts.
+    /// A named step starts.
     Begins(&'static str),
     /// Completed fraction of the step, 0 to 1.
     Share(f32),
@@ -112,7 +112,7 @@ pub enum SetUp {
 /// Callback for the progress of setting up a scene, from any thread.
 pub type Watch<'a> = &'a (dyn Fn(SetUp) + Sync);
 
-/// Sets the height of a material's relief in metres. Refuses it without heights, or if the file gives their scale.
+/// Sets the relief height of a material in metres. Refuses materials without heights, and heights measured in map widths.
 fn set_height(
     metres: f32,
     config: &SceneConfig,
@@ -141,50 +141,50 @@ fn set_height(
     Ok(())
 }
 
-/// The scene as a function of time in seconds.
+/// The state of a scene as a function of time in seconds.
 pub type Animation = Box<dyn Fn(f64) -> FrameState>;
 
 /// A scene on the device.
 pub struct Set {
-    /// Holds the uploaded objects.
+    /// Renderer that holds the uploaded objects.
     pub renderer: Renderer,
-    /// The scene at any time, seen by `camera`, which follows moving objects.
+    /// Returns the scene at any time, seen by `camera`, which follows moving objects.
     pub animation: Animation,
     /// The initial camera, relative to the followed object.
     pub camera: Camera,
-    /// The scene's own views, relative to the followed object.
+    /// The standard views of the scene, relative to the followed object.
     pub views: Views,
     /// Resolution of the largest height map, texels across and down, if any.
     pub map_size: Option<(u32, u32)>,
-    /// Builds other environments for the scene.
+    /// Factory for other environments of the scene.
     pub surroundings: SkyOrPicture,
 }
 
-/// Builds environments: the sky over a scene, or an image whose brightest spots become lights.
+/// Factory for environments: the sky over a scene, or an image whose brightest spots become lights.
 #[derive(Clone, Debug)]
 pub struct SkyOrPicture {
-    /// The sky.
+    /// The sky over the scene.
     pub sky: Sky,
-    /// Light extraction settings.
+    /// Settings for the extraction of lights.
     pub lights: LightExtraction,
     /// Counter-clockwise rotation of images, seen from above, degrees.
     pub rotation: f32,
-    /// Whether images are exposed for their irradiance on level ground.
+    /// Whether the exposure of images follows their irradiance on level ground.
     pub auto_exposure: bool,
 }
 
 impl SkyOrPicture {
-    /// Uses this sky, and images without exposure or rotation.
+    /// Uses this sky, for images without exposure or rotation.
     pub fn under(sky: Sky) -> Self {
         Self { sky, lights: LightExtraction::default(), rotation: 0.0, auto_exposure: false }
     }
 
-    /// Exposure factor for lighting by `picture`.
+    /// Returns the exposure factor for lighting by `picture`.
     pub fn metered(&self, picture: Option<&RgbImage>) -> f32 {
         picture.filter(|_| self.auto_exposure).map_or(1.0, exposure::metered)
     }
 
-    /// The environment of an equirectangular `picture`; `None` uses the sky.
+    /// Builds the environment of an equirectangular `picture`; `None` uses the sky.
     pub fn make(&self, gpu: &Arc<Gpu>, picture: Option<&RgbImage>) -> Result<Environment, GpuError> {
         match picture {
             Some(picture) => Environment::from_panorama(gpu, Environment::FACE_SIZE, picture, self.lights),
@@ -193,11 +193,11 @@ impl SkyOrPicture {
     }
 }
 
-/// Uploads the scene of `config` and reports progress to `watch`. `first`: settings of the first frames; their pipelines are compiled
+/// Uploads the scene of `config` and reports progress to `watch`. `first`: settings of the first frames, whose pipelines are compiled
 /// meanwhile.
 ///
 /// # Errors
-/// If the scene cannot be made or the device fails.
+/// If the scene cannot be built or the device fails.
 pub fn set(
     config: &SceneConfig,
     inputs: Inputs,
@@ -238,7 +238,7 @@ pub fn set(
     let metered = surroundings.metered(inputs.environment.as_ref());
     watch(SetUp::Begins("filtering the environment light"));
     let environment = surroundings.make(gpu, inputs.environment.as_ref())?;
-    // An environment image has its own suns.
+    // The suns of an environment image replace the sky's.
     let sky = inputs.environment.is_none().then_some(sky);
     let views = stage.views;
     let own = stage.own_camera.take();
@@ -274,7 +274,7 @@ pub fn set(
 }
 
 impl Set {
-    /// The scene at `time` seconds, seen from another view in a picture of this size.
+    /// Returns the scene at `time` seconds, seen from another view in a picture of this size.
     pub fn state_from(&self, time: f64, view: ViewChoice, size: Size) -> FrameState {
         let state = (self.animation)(time);
         // The animation's camera moves with the object that it follows.
@@ -285,7 +285,7 @@ impl Set {
     }
 }
 
-/// Middle views are composed for an aspect of 4:3 and wider. For narrower pictures the camera moves back to fit the same width.
+/// Moves the camera back for pictures narrower than 4:3, so that they show the full width of the middle views.
 fn fitted(camera: Camera, size: Size) -> Camera {
     let narrower = (4.0 / 3.0) * size.height as f32 / size.width as f32;
     camera.at_distance(camera.position.distance(camera.target) * narrower.clamp(1.0, 4.0))
@@ -326,7 +326,7 @@ mod tests {
             ..SceneConfig::default()
         };
         assert_eq!(scale(&of_folder), Ok(Some(0.03)));
-        // Heights without a material are passed to the scene.
+        // Heights without a material go directly to the scene.
         let alone = SceneConfig {
             height_map: Some(file("x_Displacement.png")),
             material: MaterialFiles::default(),

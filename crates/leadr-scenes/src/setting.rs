@@ -1,5 +1,5 @@
-//! Surroundings of the plane and the sphere: a pavement of pale slabs out to the horizon, a plinth and a kerb. They are not displaced;
-//! relief and roughness flags affect only the surface, whose appearance does not depend on them.
+//! The setting of the plane and the sphere: a pavement of pale slabs out to the horizon, a plinth and a kerb, all undisplaced. Relief and
+//! roughness flags affect only the plane or sphere, whose appearance does not depend on the setting.
 
 use std::f32::consts::{FRAC_PI_4, TAU};
 
@@ -16,16 +16,16 @@ use leadr_render::surfaces::patch_mesh::PatchMesh;
 
 /// Half the side of the pavement, metres.
 const HALF: f32 = 4000.0;
-/// Width of one repeat in metres, rows of slabs per repeat, and slabs per row.
+/// Width of one repeat in metres, slab rows per repeat, and slabs per row.
 const REPEAT: f32 = 8.0;
 const ROWS: usize = 10;
 const SLABS: usize = 6;
-/// Texels along a side of its map.
+/// Texels along a side of the pavement map.
 const TEXELS: usize = 1024;
 /// Albedo and roughness of the plinth and the kerb.
 const STONE: [f32; 4] = [0.50, 0.475, 0.43, 0.55];
 
-/// The sphere on a low round plinth, seen from beside the default sun, whose light grazes the relief.
+/// Places the sphere on a low round plinth. The camera is beside the default sun, whose light grazes the relief.
 pub fn around_sphere(mut stage: Stage) -> Stage {
     let top = [[0.05, -0.985], [0.60, -0.985], [0.632, -0.993], [0.645, -1.015]];
     let side = [[0.645, -1.015], [0.645, -1.25], [0.655, -1.275], [0.68, -1.285]];
@@ -40,7 +40,7 @@ pub fn around_sphere(mut stage: Stage) -> Stage {
     Stage::still(stage.objects, views)
 }
 
-/// The plane as a bed within a kerb, seen low enough to show the horizon.
+/// Places the plane as a bed within a kerb, seen low enough to show the horizon.
 pub fn around_plane(mut stage: Stage) -> Stage {
     let inner = [[3.995, -0.3], [3.995, 0.09], [4.0, 0.108], [4.018, 0.115]];
     let top = [[4.018, 0.115], [4.28, 0.115], [4.298, 0.108], [4.305, 0.09], [4.305, -0.3]];
@@ -52,10 +52,10 @@ pub fn around_plane(mut stage: Stage) -> Stage {
     Stage::still(stage.objects, Views { near: from(2.0, 0.42), mid: from(6.4, 0.29), far: from(60.0, 0.29) })
 }
 
-/// A pavement at this height.
+/// Builds a pavement at this height.
 fn pavement(height: f32) -> Object {
     let mut mesh = plane(HALF, 48, REPEAT, [1.0; 4], toward_horizon);
-    // Vertices need not lie on texels, and the pavement is not at height 0.
+    // Vertices are not always on texels, and the pavement is not at height 0.
     mesh.flat_repeat = None;
     mesh.positions.iter_mut().for_each(|p| p.z = height);
     let grain = procedural::fbm(TEXELS as u32, TEXELS as u32, 5, 128, 4, 0.6).texels;
@@ -67,7 +67,7 @@ fn pavement(height: f32) -> Object {
         let inside = Vec2::new(along.fract() / SLABS as f32, at.y - row / ROWS as f32) * REPEAT;
         let size = Vec2::new(REPEAT / SLABS as f32, REPEAT / ROWS as f32);
         let edge = inside.min(size - inside).min_element();
-        // Random differences between slabs hide the repeats at a distance; larger stains would show them.
+        // Random differences between slabs hide the repeats at a distance, while larger stains would reveal them.
         let own = unit(hash(6, along as i32, row as i32));
         let joint = 1.0 - 0.62 * (1.0 - edge / 0.012).clamp(0.0, 1.0);
         (0.275 + 0.045 * own + 0.10 * (grain[i] - 0.5) + 0.04 * (stain[i] - 0.5), joint)
@@ -88,13 +88,13 @@ fn pavement(height: f32) -> Object {
 const EVEN: [[usize; 2]; 8] =
     [[1, 0], [0, 1], [1, 1], [1, TEXELS - 1], [1, 2], [1, TEXELS - 2], [2, 1], [TEXELS - 2, 1]];
 
-/// Equalises the mean of all texel lines along each of [`EVEN`], in a repeating square; `size` is a power of two. Otherwise stripes would
-/// show as rays toward the horizon, where pixel footprints are long.
+/// Equalises the means of all texel lines along each of [`EVEN`] in a repeating square; `size` is a power of two. Otherwise stripes would
+/// be visible as rays toward the horizon, where pixel footprints are long.
 fn without_stripes(texels: &mut [f32], size: usize) {
     let all = texels.iter().map(|&texel| f64::from(texel)).sum::<f64>() / texels.len() as f64;
     let mut sums = vec![0.0f64; size];
     for [along, up] in EVEN {
-        // Texels of one line share this number.
+        // Line number of a texel.
         let line = |i: usize| (up * i).wrapping_sub(along * (i / size)) & (size - 1);
         sums.fill(-all * size as f64);
         texels.iter().enumerate().for_each(|(i, &texel)| sums[line(i)] += f64::from(texel));
@@ -102,7 +102,7 @@ fn without_stripes(texels: &mut [f32], size: usize) {
     }
 }
 
-/// A sector around an axis: directions of its two ends, scaled by the outline's width there, and their normals.
+/// A sector around an axis: directions of its two ends, scaled by the outline's width, and their normals.
 type Sector = [(Vec2, Vec2); 2];
 
 fn round(sectors: u32) -> Vec<Sector> {
@@ -116,8 +116,8 @@ fn square() -> Vec<Sector> {
     (0..4).map(|k| [k, k + 1].map(|end| (corner(end), normal(k)))).collect()
 }
 
-/// Sweeps an outline around the z axis. The pieces list radii and heights, outward and down over the top. Each piece is smooth; edges lie
-/// between pieces.
+/// Sweeps an outline around the z axis. The pieces list radii and heights, outward and down over the top. Edges are between pieces, and
+/// each piece is smooth.
 fn revolved(pieces: &[&[[f32; 2]]], sectors: &[Sector]) -> PatchMesh {
     let mut mesh = PatchMesh::default();
     for piece in pieces {

@@ -1,4 +1,4 @@
-//! A patch sphere, displaced by any height map without poles or seams: triplanar projections are blended into one tile per patch.
+//! A patch sphere without poles or seams, for any height map. Triplanar projections are blended into one tile per patch.
 
 use glam::{Vec2, Vec3};
 use leadr_maps::HeightMap;
@@ -11,15 +11,15 @@ use leadr_render::surfaces::patch_mesh::{PatchMesh, TileLayout};
 use leadr_render::surfaces::triplanar;
 use rayon::prelude::*;
 
-/// A unit sphere of `6 · n²` patches: a cube with edges divided into equal angles. Texture coordinates cover `[0, 1]²` on each face, so the
-/// twelve cube edges are texture seams.
+/// Builds a unit sphere of `6 · n²` patches from a cube whose edges are divided into equal angles. Texture coordinates cover `[0, 1]²` on
+/// each face, so the twelve cube edges are texture seams.
 pub fn cube_sphere(n: u32, color: [f32; 4]) -> PatchMesh {
     let mut mesh = PatchMesh::default();
     let mut index = std::collections::HashMap::new();
     for face in 0..6usize {
         let mut vertex = |i: u32, j: u32| {
             let angle = |k: u32| (2 * k) as f32 / n as f32 - 1.0;
-            // Integer keys weld the faces exactly.
+            // Integer keys weld the cube faces exactly.
             let (a, b) = (2 * i as i32 - n as i32, 2 * j as i32 - n as i32);
             let key = face_axes(face, n as i32, a, b);
             *index.entry(key).or_insert_with(|| {
@@ -54,15 +54,15 @@ fn face_axes<T: Copy + std::ops::Neg<Output = T>>(face: usize, one: T, a: T, b: 
     }
 }
 
-/// Gives every patch of `mesh` a tile with `tile` texels per side.
+/// Gives each patch of `mesh` a tile with `tile` texels per side.
 pub fn layout_tiles(mesh: &mut PatchMesh, tile: u32) -> TileLayout {
     let layout = TileLayout::new(mesh.patches.len() as u32, tile);
     mesh.texcoords = (0..mesh.patches.len() as u32).map(|i| layout.texcoords(i)).collect();
     layout
 }
 
-/// Gives every patch of `mesh` a tile and fills it with `value(position, normal)` on the smooth surface. Returns the layout and the atlas,
-/// row by row. Gutters continue the surface beyond the patch.
+/// Gives each patch of `mesh` a tile and fills it with `value(position, normal)` on the smooth surface. Returns the layout and the atlas,
+/// row by row. Tile gutters continue the surface beyond the patch.
 pub fn bake_tiles<T: Copy + Default + Send + Sync>(
     mesh: &mut PatchMesh,
     tile: u32,
@@ -71,7 +71,7 @@ pub fn bake_tiles<T: Copy + Default + Send + Sync>(
     bake_patches(mesh, tile, |_, _, point| value(point.position, point.normal))
 }
 
-/// Like [`bake_tiles`], with `value(patch, uv, point)`: the patch index and the point on it, in `[0, 1]²` plus gutters.
+/// Like [`bake_tiles`], but calls `value(patch, uv, point)` with the patch index and the point in `[0, 1]²` plus gutters.
 pub fn bake_patches<T: Copy + Default + Send + Sync>(
     mesh: &mut PatchMesh,
     tile: u32,
@@ -92,7 +92,7 @@ pub fn bake_patches<T: Copy + Default + Send + Sync>(
     (layout, atlas)
 }
 
-/// An atlas of `count` tiles, row by row; `tile(index)` returns a tile's texels, row by row.
+/// Fills an atlas of `count` tiles row by row; `tile(index)` returns the texels of a tile, row by row.
 pub fn fill_tiles<T: Copy + Default + Send + Sync>(
     layout: &TileLayout,
     count: usize,
@@ -111,13 +111,13 @@ pub fn fill_tiles<T: Copy + Default + Send + Sync>(
     atlas
 }
 
-/// Heights in tiles.
+/// Wraps tiles as a height field.
 pub fn tiled(layout: TileLayout, texels: Vec<f32>) -> HeightField {
     let (width, height) = layout.size();
     HeightField { map: HeightMap { width, height, texels }, border: Border::Tiles(layout) }
 }
 
-/// An object with heights in metres and colours in tiles.
+/// Builds an object with tiled heights in metres and tiled colours.
 pub fn tiled_object(
     name: &str,
     mesh: PatchMesh,
@@ -130,14 +130,14 @@ pub fn tiled_object(
     Object::new(name, mesh).with_heights(tiled(layout, heights), 1.0).with_material(material)
 }
 
-/// A material map texel with this linear albedo and roughness `α`.
+/// Encodes a linear albedo and roughness `α` as a material map texel.
 pub fn color_code(albedo: [f32; 3], alpha: f32) -> [u8; 4] {
     let [r, g, b] = albedo.map(srgb8_from_linear);
     [r, g, b, alpha_code(alpha)]
 }
 
-/// A unit sphere displaced by a repeating map; one repeat covers `repeat` metres of surface. Heights are in the map's units, centred on its
-/// mean.
+/// Builds a unit sphere displaced by a repeating map, one repeat of which covers `repeat` metres. Heights are in the map's units, relative
+/// to its mean.
 pub fn displaced_sphere(
     field: &HeightField,
     repeat: f32,
@@ -175,7 +175,7 @@ mod tests {
         let bumps = HeightField::repeating(HeightMap { width: 16, height: 16, texels });
         let (mesh, field) = displaced_sphere(&bumps, 1.5, 4, 32, [0.5; 4]);
         let topology = Topology::new(&mesh.patches);
-        // The texel beyond an edge continues the neighbour: compares the reconstructed heights on both sides.
+        // The texel beyond an edge continues the neighbour, so the reconstructed heights on both sides agree.
         let Border::Tiles(layout) = field.border else { panic!() };
         let read = |patch: usize, side: usize, t: f32| {
             let c = layout.texcoords(patch as u32);

@@ -1,4 +1,4 @@
-//! A scene ready to render: objects, and their poses at any time.
+//! A scene ready to render: its objects, and their poses at any time.
 
 use glam::Vec3;
 
@@ -18,71 +18,71 @@ use leadr_render::surfaces::tessellation::MAX_FACTOR;
 /// Standard views of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Views {
-    /// Close enough to show single bumps.
+    /// Camera close enough to show single bumps.
     pub near: Camera,
-    /// The scene fills the picture.
+    /// Camera whose picture the scene fills.
     pub mid: Camera,
-    /// The scene is small.
+    /// Camera that shows the scene small.
     pub far: Camera,
 }
 
-/// Distances of a camera that recedes evenly: each step multiplies the distance by the same factor.
+/// Distances of a receding camera, where each step multiplies the distance by the same factor.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Sweep {
-    /// Metres at the first step, above 0.
+    /// Distance at the first step, metres, above 0.
     pub near: f32,
-    /// Metres at the last step, above 0.
+    /// Distance at the last step, metres, above 0.
     pub far: f32,
 }
 
 impl Sweep {
-    /// Metres at `step` of `steps`; the first distance if there is only one.
+    /// Returns the metres at `step` of `steps`; the first distance for a single step.
     pub fn distance(&self, step: u32, steps: u32) -> f32 {
         let share = f64::from(step) / f64::from(steps.max(2) - 1);
         (f64::from(self.near) * (f64::from(self.far) / f64::from(self.near)).powf(share)) as f32
     }
 
-    /// All distances, in order.
+    /// Returns all distances, in order.
     pub fn distances(self, steps: u32) -> impl Iterator<Item = f32> {
         (0..steps).map(move |step| self.distance(step, steps))
     }
 }
 
-/// Degrees of a camera orbit at `step` of `steps` per turn; the step after the last equals the first.
+/// Returns the degrees of a camera orbit at `step` of `steps` per turn; the step after a turn equals the first.
 pub fn turntable_degrees(step: u32, steps: u32) -> f32 {
     (360.0 * f64::from(step) / f64::from(steps.max(1))) as f32
 }
 
 impl Views {
-    /// From the near to the far view's target distance, along the line of sight of `mid`; for cameras of [`Camera::at_distance`].
+    /// Returns the distances from the near to the far view along the line of sight of `mid`, for [`Camera::at_distance`].
     pub fn sweep(&self) -> Sweep {
         let distance = |camera: &Camera| camera.position.distance(camera.target);
         Sweep { near: distance(&self.near), far: distance(&self.far) }
     }
 }
 
-/// Light on a stage besides its environment image.
+/// The lights of a stage besides its environment image.
 #[derive(Clone, Debug)]
 pub struct Lights {
     /// The analytic sky with its sun, unless the environment is an image.
     pub sky: Option<Sky>,
-    /// A directional light instead of the sky's sun.
+    /// A directional light that replaces the sun of the sky.
     pub sun: Option<Sun>,
     /// Point lights.
     pub points: Vec<PointLight>,
-    /// Exposure factor without a sky: metered from an image, or 1.
+    /// Exposure factor for stages without a sky, metered from an image or 1.
     pub metered: f32,
 }
 
 impl Default for Lights {
-    /// No lights, unit exposure.
+    /// Returns no lights and an exposure of 1.
     fn default() -> Self {
         Self { sky: None, sun: None, points: Vec::new(), metered: 1.0 }
     }
 }
 
 impl Lights {
-    /// A sky with its sun.
+    /// Returns a sky with its sun.
     pub fn under(sky: &Sky) -> Self {
         Self { sky: Some(*sky), ..Self::default() }
     }
@@ -91,29 +91,29 @@ impl Lights {
 /// A function of the time in seconds.
 type Timed<T> = Box<dyn Fn(f64) -> T + Send>;
 
-/// Objects and their motion.
+/// The objects of a scene and their motion.
 pub struct Stage {
-    /// Objects for the renderer, which keeps them.
+    /// Objects for the renderer.
     pub objects: Vec<Object>,
-    /// Views relative to the anchor.
+    /// Standard views relative to the anchor.
     pub views: Views,
     /// The scene's own lights, in addition to the sky.
     pub points: Vec<PointLight>,
-    /// The sea, for the renderer.
+    /// The sea for the renderer, if any.
     pub ocean: Option<Ocean>,
-    /// Linear albedo below the horizon of its sky.
+    /// Linear albedo below the horizon of the sky.
     pub below_horizon: [f32; 3],
     motion: Timed<Vec<Pose>>,
     anchor: Timed<Vec3>,
     relief: Timed<f32>,
     lamps: Timed<Vec<PointLight>>,
-    /// The scene's own camera, which does not follow the anchor.
+    /// Camera of the model file, which does not follow the anchor.
     pub own_camera: Option<Timed<Camera>>,
 }
 
 impl Stage {
-    /// A stage whose objects move by `motion` (one pose per object) around the point of interest `anchor`, both functions of the time in
-    /// seconds.
+    /// Creates a stage whose objects move by `motion` (one pose per object) around the point of interest `anchor`, both functions of the
+    /// time in seconds.
     pub fn moving(
         objects: Vec<Object>,
         views: Views,
@@ -134,13 +134,13 @@ impl Stage {
         }
     }
 
-    /// A stage where nothing moves.
+    /// Creates a stage where nothing moves.
     pub fn still(objects: Vec<Object>, views: Views) -> Self {
         let count = objects.len();
         Self::moving(objects, views, move |_| vec![Pose::REST; count], |_| Vec3::ZERO)
     }
 
-    /// Scales the displacement by `relief`, a function of the time in seconds.
+    /// Multiplies the displacement by `relief`, a function of the time in seconds.
     pub fn with_relief(self, relief: impl Fn(f64) -> f32 + Send + 'static) -> Self {
         Self { relief: Box::new(relief), ..self }
     }
@@ -151,20 +151,20 @@ impl Stage {
         Self { ocean: Some(ocean), ..self }
     }
 
-    /// Adds point lights, at most four in total with those of its [`Lights`].
+    /// Adds point lights; together with those of the [`Lights`], at most four.
     #[must_use]
     pub fn with_points(self, points: Vec<PointLight>) -> Self {
         Self { points, ..self }
     }
 
-    /// Adds lamps in the units of emission: a surface of albedo 1 under an irradiance of π is as bright as an emission of 1. They are a
+    /// Adds lamps in units of emission: a surface of albedo 1 under an irradiance of π is as bright as an emission of 1. Lamps are a
     /// function of the time in seconds.
     #[must_use]
     pub fn with_lamps(self, lamps: impl Fn(f64) -> Vec<PointLight> + Send + 'static) -> Self {
         Self { lamps: Box::new(lamps), ..self }
     }
 
-    /// Adds the scene's own camera.
+    /// Adds the camera of the model file.
     #[must_use]
     pub fn with_own_camera(self, camera: impl Fn(f64) -> Camera + Send + 'static) -> Self {
         Self { own_camera: Some(Box::new(camera)), ..self }
@@ -176,7 +176,7 @@ impl Stage {
         for object in self.objects.iter_mut().filter(|object| object.heights.is_some()) {
             let meshes = std::iter::once(&mut object.mesh).chain(&mut object.coarse_mesh);
             meshes.flat_map(|mesh| &mut mesh.colors).for_each(|color| color[3] = alpha);
-            // The map multiplies the vertex colours.
+            // Vertex colours are multiplied by the map.
             if let Some(map) = &mut object.material {
                 map.colors.iter_mut().for_each(|texel| texel[3] = u8::MAX);
                 map.two_lobes = None;
@@ -184,17 +184,17 @@ impl Stage {
         }
     }
 
-    /// Moves out what the renderer keeps: objects and sea, with the user's cache.
+    /// Moves the objects and the sea out of the stage, for a renderer with the user's cache.
     pub fn take_scene(&mut self) -> Scene {
         let objects = std::mem::take(&mut self.objects);
         Scene { objects, ocean: self.ocean.take(), cache: MapCache::of_user(), ..Scene::default() }
     }
 
-    /// The state at `time`, seen by `camera`, which is relative to the anchor and follows it.
+    /// Returns the state at `time`, seen by `camera`, whose coordinates are relative to the anchor.
     pub fn state(&self, time: f64, camera: &Camera, lights: &Lights) -> FrameState {
         let anchor = (self.anchor)(time);
-        // Emission and lamps are relative to the picture's white, whose radiance depends on the initial exposure: lamps start to show in
-        // the evening.
+        // Emission and lamps are relative to the white of the picture, whose radiance depends on the initial exposure, so lamps show in the
+        // evening.
         let white = lights.sky.as_ref().map_or(lights.metered, exposure).recip();
         let lamps = (self.lamps)(time).into_iter();
         let lamps = lamps.map(|lamp| PointLight { intensity: lamp.intensity * white, ..lamp });
@@ -214,28 +214,28 @@ impl Stage {
     }
 }
 
-/// Default metres from a map's 0 to its 1.
+/// Default height from map value 0 to 1, metres.
 pub const USUAL_RELIEF: f32 = 0.12;
-/// Factor on that for generated rock, which is steeper than most scans.
+/// Height factor for generated rock, which is steeper than most scans.
 pub const GENERATED_HEIGHT: f32 = 0.6;
 
-/// Relief data of a baked file besides its heights.
+/// Slope moments and height unit of a baked file.
 #[derive(Clone, Debug)]
 pub struct BakedRelief {
     /// Slope moments of all mip levels.
     pub moments: LeadrMap,
-    /// Whether heights are in widths of the map instead of an unknown unit.
+    /// Whether heights are in widths of the map, not in an unknown unit.
     pub in_widths: bool,
 }
 
-/// Material and relief of the plane and sphere scenes.
+/// Material and relief of the `plane` and `sphere` scenes.
 #[derive(Clone, Debug)]
 pub struct ReliefOptions {
     /// One repeat of the heights; `None` uses a generated rock.
     pub map: Option<HeightMap>,
-    /// Additional data of a baked file.
+    /// Slope moments and height unit of a baked file.
     pub baked: Option<BakedRelief>,
-    /// Metres from the map's 0 to its 1, before the frame's own factor; `None` uses the baked file's scale or the default.
+    /// Height from map value 0 to 1, metres, before the frame's factor; `None` uses the baked file's scale or the default.
     pub height: Option<f32>,
     /// Width of one repeat of the map, metres; `None` uses the scene's default.
     pub repeat: Option<f32>,
@@ -251,7 +251,7 @@ impl Default for ReliefOptions {
     }
 }
 
-/// The default relief.
+/// Generates the default relief.
 fn rock() -> HeightMap {
     let programs = [procedural::SOURCE, leadr_maps::noise::SOURCE];
     let [width, height] = [1024; 2];
@@ -260,7 +260,7 @@ fn rock() -> HeightMap {
 }
 
 impl ReliefOptions {
-    /// Metres per unit of the map, for a repeat of `repeat` metres.
+    /// Returns the metres per unit of the map, for a repeat of `repeat` metres.
     fn metres_per_unit(&self, repeat: f32) -> f32 {
         let usual = match &self.baked {
             Some(baked) if baked.in_widths => repeat,
@@ -279,12 +279,12 @@ impl ReliefOptions {
     }
 }
 
-/// Default repeat of maps on the plane and the sphere, metres.
+/// Default repeat of maps on the plane, metres.
 pub const PLANE_REPEAT: f32 = 2.0;
-/// See [`PLANE_REPEAT`].
+/// Default repeat of maps on the sphere, metres.
 pub const SPHERE_REPEAT: f32 = 1.2;
 
-/// A unit sphere with the relief, repeating every 1.2 m by default. Its moments are computed from the sphere's own tiles.
+/// Builds a unit sphere with the relief, which repeats every 1.2 m by default. Moments are computed from the sphere's tiles.
 pub fn sphere_stage(mut relief: ReliefOptions) -> Stage {
     let repeat = relief.repeat.unwrap_or(SPHERE_REPEAT);
     let metres = relief.metres_per_unit(repeat);
@@ -292,18 +292,18 @@ pub fn sphere_stage(mut relief: ReliefOptions) -> Stage {
     Stage::still(vec![Object::new("sphere", mesh).with_heights(heights, metres)], sphere_views())
 }
 
-/// Views of a unit sphere.
+/// Returns views of a unit sphere.
 pub fn sphere_views() -> Views {
     let from =
         |distance: f32| Camera::looking_at(Vec3::new(0.66, -0.66, 0.35).normalize() * distance, Vec3::ZERO, 30.0);
     Views { near: from(2.2), mid: from(4.8), far: from(36.0) }
 }
 
-/// Largest map for which the reference plane has a vertex per texel.
+/// Largest map size for which the reference plane has a vertex per texel.
 pub const LARGEST_PLANE_MAP: u32 = 4096;
 
-/// An 8 m plane with the relief, repeating every 2 m by default, with row 0 at `y = 0` and rows along `+y`. Its patches allow a vertex per
-/// texel, up to four times [`LARGEST_PLANE_MAP`] texels along the plane.
+/// Builds an 8 m plane with the relief, which repeats every 2 m by default, with row 0 at `y = 0` and rows along `+y`. Its patches allow a
+/// vertex per texel, up to four times [`LARGEST_PLANE_MAP`] texels along the plane.
 pub fn plane_stage(mut relief: ReliefOptions) -> Stage {
     let repeat = relief.repeat.unwrap_or(PLANE_REPEAT);
     let metres = relief.metres_per_unit(repeat);
@@ -317,11 +317,11 @@ pub fn plane_stage(mut relief: ReliefOptions) -> Stage {
 
 /// Half the side of the plane, metres.
 const PLANE_HALF: f32 = 4.0;
-/// Patches along the plane, as few as pictures need.
+/// Patches along the plane that pictures need at least.
 const PLANE_PATCHES: u32 = 32;
 
-/// Plane meshes for a map of `texels` per side (or 0) that repeats every `repeat` metres: patches that allow a vertex per texel, and
-/// coarser ones if pictures need fewer.
+/// Builds plane meshes for a map of `texels` per side (or 0) that repeats every `repeat` metres: one that allows a vertex per texel, and a
+/// coarser one if pictures need less.
 pub fn plane_meshes(texels: u32, repeat: f32, color: [f32; 4]) -> (PatchMesh, Option<PatchMesh>) {
     let mesh = |patches| plane(PLANE_HALF, patches, repeat, color, even);
     let most = 2.0 * PLANE_HALF / PLANE_REPEAT * LARGEST_PLANE_MAP.div_ceil(MAX_FACTOR as u32) as f32;
@@ -330,7 +330,7 @@ pub fn plane_meshes(texels: u32, repeat: f32, color: [f32; 4]) -> (PatchMesh, Op
     (mesh(patches), (patches > PLANE_PATCHES).then(|| mesh(PLANE_PATCHES)))
 }
 
-/// Views of the 8 m plane.
+/// Returns views of the 8 m plane.
 pub fn plane_views() -> Views {
     let from = |distance: f32| Camera::looking_at(Vec3::new(0.6, -0.8, 0.55).normalize() * distance, Vec3::ZERO, 35.0);
     Views { near: from(2.0), mid: from(7.0), far: from(60.0) }
@@ -361,11 +361,11 @@ mod tests {
         };
         let metres = stage(ReliefOptions { height: Some(0.05), repeat: Some(0.5), ..ReliefOptions::default() });
         assert_eq!((metres.height_scale, stage(ReliefOptions::default()).height_scale), (0.05, USUAL_RELIEF));
-        // 16 repeats of 5 patches each, at half a metre per repeat.
+        // The plane has 16 repeats of half a metre, each with 5 patches.
         assert_eq!(metres.mesh.patches.len(), 80 * 80);
         let [first, second, ..] = metres.mesh.texcoords[0];
         assert!(((second - first).length() - 0.1 / 0.5).abs() < 1e-5);
-        // Even for tiny repeats, the plane has no more patches than for the largest map.
+        // The patch limit of the largest map also holds for tiny repeats.
         let most = stage(ReliefOptions { repeat: Some(0.01), ..ReliefOptions::default() }).mesh.patches.len();
         assert_eq!(most, 264 * 264);
         assert_eq!(ReliefOptions::default().metres_per_unit(PLANE_REPEAT), GENERATED_HEIGHT * USUAL_RELIEF);

@@ -18,13 +18,13 @@ pub struct Size {
 }
 
 impl Size {
-    /// Longest side in pixels; every Vulkan 1.3 GPU (and lavapipe) can render to one.
+    /// Maximum side of a picture in pixels, which every Vulkan 1.3 GPU (and lavapipe) can render.
     pub const MAX_SIDE: u32 = 16_384;
-    /// Largest number of pixels; the linear colours take 16 bytes per pixel.
+    /// Maximum number of pixels; linear colours take 16 bytes per pixel.
     pub const MAX_PIXELS: u64 = 1 << 26;
 }
 
-/// Separators between width and height.
+/// Accepted separators in a size such as `800x600`.
 pub const TIMES: [char; 3] = ['x', 'X', '×'];
 
 impl FromStr for Size {
@@ -50,7 +50,7 @@ impl FromStr for Size {
 }
 
 impl Serialize for Size {
-    /// All sizes are written as `[width, height]`.
+    /// Serialises the size as `[width, height]`.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         [self.width, self.height].serialize(serializer)
     }
@@ -66,38 +66,38 @@ impl fmt::Display for Size {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ViewChoice {
-    /// The scene's close view.
+    /// The scene from close by.
     Near,
-    /// The scene fills the picture.
+    /// The whole scene, filling the picture.
     Mid,
-    /// The scene is small.
+    /// The scene from far away.
     Far,
     /// A camera of the model's file.
     Model,
-    /// A pose given by the user.
+    /// A pose from the user.
     Pose(CameraPose),
 }
 
-/// A perspective camera that looks at a point; metres, z up.
+/// A perspective camera that looks at a point, in metres with z up.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct CameraPose {
-    /// The eye point, metres.
+    /// Position of the eye, metres.
     pub position: [f32; 3],
     /// The point at the centre of the picture, metres; not equal to `position`.
     pub target: [f32; 3],
-    /// The up direction in the picture; not along the view.
+    /// The up direction of the picture; not parallel to the view direction.
     pub up: [f32; 3],
     /// Vertical field of view, degrees, 1 to 170.
     pub fov_degrees: f32,
 }
 
 impl CameraPose {
-    /// Largest coordinate; beyond it, 32-bit coordinates lose millimetres.
+    /// Maximum coordinate, metres. Beyond it, 32-bit coordinates lose millimetres.
     pub const MAX_METRES: f32 = 100_000.0;
     /// Default vertical field of view, degrees.
     pub const FOV_DEGREES: f32 = 35.0;
 
-    /// Default up direction: +z, or +y for views along z, as on a map.
+    /// Returns the default up direction: +z, or +y for views along z, as on a map.
     pub fn usual_up(position: [f32; 3], target: [f32; 3]) -> [f32; 3] {
         let view = (Vec3::from_array(target) - Vec3::from_array(position)).normalize_or_zero();
         if view.cross(Vec3::Z).length() < Self::ALONG { [0.0, 1.0, 0.0] } else { [0.0, 0.0, 1.0] }
@@ -129,7 +129,7 @@ impl CameraPose {
         Ok(())
     }
 
-    /// The pose of a renderer's camera.
+    /// Converts a camera of the renderer to a pose.
     pub fn of(camera: &Camera) -> Self {
         Self {
             position: camera.position.to_array(),
@@ -139,7 +139,7 @@ impl CameraPose {
         }
     }
 
-    /// The renderer's camera for this pose.
+    /// Converts the pose to a camera of the renderer.
     pub fn camera(&self) -> Camera {
         let (position, target) = (Vec3::from_array(self.position), Vec3::from_array(self.target));
         Camera { up: Vec3::from_array(self.up), ..Camera::looking_at(position, target, self.fov_degrees) }

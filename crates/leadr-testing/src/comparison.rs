@@ -1,4 +1,4 @@
-//! Reference numbers of other programs (`crates/leadr-testing/data`), and comparison with them.
+//! Reads the results of other programs (`crates/leadr-testing/data`), and compares them with the library's.
 
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
@@ -9,15 +9,15 @@ use std::path::Path;
 use glam::DVec3;
 use serde_json::Value;
 
-/// Collects comparisons. The worst one per name is printed; those outside their tolerance fail.
+/// Collects comparisons. The worst comparison per name is printed; values outside their tolerance fail the test.
 #[derive(Default)]
 pub struct Comparison {
     worst: BTreeMap<String, Worst>,
-    /// A line for each value outside its tolerance.
+    /// List with one line for each value outside its tolerance.
     pub failures: String,
 }
 
-/// The largest error of a name.
+/// Largest error among the comparisons of one name.
 struct Worst {
     error: f64,
     id: String,
@@ -25,7 +25,7 @@ struct Worst {
 }
 
 impl Comparison {
-    /// `|got − want| ≤ tolerance · max(|want|, floor)`.
+    /// Checks that `|got − want| ≤ tolerance · max(|want|, floor)`.
     pub fn check(&mut self, name: &str, id: &str, got: f64, want: f64, tolerance: f64, floor: f64) {
         let error = (got - want).abs() / want.abs().max(floor);
         self.note(name, Worst { error, id: id.to_owned(), count: 1 });
@@ -46,7 +46,7 @@ impl Comparison {
         old.count = count;
     }
 
-    /// Merges two comparisons.
+    /// Merges two collections of comparisons.
     #[must_use]
     pub fn merge(mut self, other: Self) -> Self {
         for (name, worst) in other.worst {
@@ -56,7 +56,7 @@ impl Comparison {
         self
     }
 
-    /// Fails if a comparison was outside its tolerance, or if fewer than `at_least` were made.
+    /// Fails if a value was outside its tolerance, or if fewer than `at_least` comparisons were made.
     pub fn finish(self, at_least: usize) {
         for (name, Worst { error, id, count }) in &self.worst {
             println!("{name:<32} {count:>4} values, worst error {error:.1e} ({id})");
@@ -67,29 +67,29 @@ impl Comparison {
     }
 }
 
-/// The content of `crates/leadr-testing/data/<file>`; `crates/leadr-testing/data/README.md` describes it.
+/// Reads `crates/leadr-testing/data/<file>`, which `crates/leadr-testing/data/README.md` describes.
 pub fn oracle(file: &str) -> Value {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("data").join(file);
     let text = std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     serde_json::from_str(&text).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
 }
 
-/// A list of an oracle.
+/// Returns a list in an oracle file.
 pub fn rows(value: &Value) -> &[Value] {
     value.as_array().unwrap_or_else(|| panic!("{value} is not a list"))
 }
 
-/// A number of an oracle.
+/// Returns a number in an oracle file.
 pub fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("{value} is not a number"))
 }
 
-/// Three numbers of an oracle.
+/// Returns a vector of three numbers in an oracle file.
 pub fn vector(value: &Value) -> DVec3 {
     DVec3::new(number(&value[0]), number(&value[1]), number(&value[2]))
 }
 
-/// The environment `smooth` of the files, a radiance of order 2.
+/// Evaluates the environment that the files call `smooth`, a radiance of order 2.
 pub fn smooth(d: DVec3) -> f64 {
     1.0 + 0.4 * d.x - 0.25 * d.y + 0.3 * d.z + 0.2 * d.y * d.z + 0.15 * (d.x * d.x - d.y * d.y)
 }

@@ -1,4 +1,4 @@
-//! Readback of cube maps: directions and solid angles of texels in 64 bits, derived independently of the shaders.
+//! Reads back cube maps, with directions and solid angles of texels in 64 bits, derived independently of the shaders.
 
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
@@ -10,7 +10,7 @@ use leadr_gpu::{Image, vk};
 use leadr_maps::RgbImage;
 use leadr_render::light::environment::Environment;
 
-/// Direction through the centre of a texel, from the table "cube map face selection" of the Vulkan specification.
+/// Returns the direction through the centre of a texel, from the table "cube map face selection" of the Vulkan specification.
 pub fn texel_direction(face: usize, x: usize, y: usize, size: usize) -> DVec3 {
     let (s, t) = ((2 * x + 1) as f64 / size as f64 - 1.0, (2 * y + 1) as f64 / size as f64 - 1.0);
     [
@@ -24,7 +24,7 @@ pub fn texel_direction(face: usize, x: usize, y: usize, size: usize) -> DVec3 {
         .normalize()
 }
 
-/// Exact solid angle of a texel.
+/// Computes the exact solid angle of a texel.
 pub fn solid_angle(x: usize, y: usize, size: usize) -> f64 {
     let corner = |i: usize, j: usize| {
         let (s, t) = (2.0 * i as f64 / size as f64 - 1.0, 2.0 * j as f64 / size as f64 - 1.0);
@@ -33,12 +33,12 @@ pub fn solid_angle(x: usize, y: usize, size: usize) -> f64 {
     corner(x, y) + corner(x + 1, y + 1) - corner(x + 1, y) - corner(x, y + 1)
 }
 
-/// All texels of a level: direction, solid angle, radiance.
+/// Reads all texels of a level, with the direction, solid angle and radiance of each.
 pub fn read_level(environment: &Environment, mip: u32) -> Vec<(DVec3, f64, DVec3)> {
     read_image_level(environment.image(), mip)
 }
 
-/// All texels of a level of any cube image.
+/// Reads all texels of a level of any cube image.
 pub fn read_image_level(image: &Image, mip: u32) -> Vec<(DVec3, f64, DVec3)> {
     let size = (image.desc().width >> mip) as usize;
     let mut all = Vec::new();
@@ -60,7 +60,7 @@ pub fn read_image_level(image: &Image, mip: u32) -> Vec<(DVec3, f64, DVec3)> {
     all
 }
 
-/// Directions of the texel centres of a panorama twice as wide as high, row-major (convention of `render::equirect`).
+/// Returns directions of the texel centres of a panorama twice as wide as high, row-major (convention of `render::equirect`).
 fn panorama_directions(width: u32) -> Vec<DVec3> {
     let height = width / 2;
     let mut directions = Vec::new();
@@ -74,7 +74,7 @@ fn panorama_directions(width: u32) -> Vec<DVec3> {
     directions
 }
 
-/// A panorama of a function of direction, sampled at texel centres.
+/// Samples a function of direction at the texel centres of a panorama.
 pub fn panorama(width: u32, f: impl Fn(DVec3) -> DVec3) -> RgbImage {
     let texels = panorama_directions(width).into_iter().map(|d| f(d).to_array().map(|v| v as f32)).collect();
     RgbImage::new(width, width / 2, texels).unwrap()

@@ -47,12 +47,12 @@ use leadr_gpu::{Buffer, ComputePipeline, Descriptor, Gpu, GpuOptions, Memory, Sh
 leadr_gpu::shared_struct! {
     /// Push constants of every probe.
     pub struct Count for "P" {
-        /// Number of invocations with an item.
+        /// Number of invocations that have an item.
         pub count: u32,
     }
 }
 
-/// A device with validation; dropping it asserts that there were no messages.
+/// A device with validation. Dropping it asserts that there were no validation messages.
 pub struct TestGpu(Arc<Gpu>);
 
 impl Deref for TestGpu {
@@ -79,8 +79,8 @@ impl Drop for TestGpu {
     }
 }
 
-/// The test device: `LEADR_DEVICE` (a name or an index) or the best one. `None`, with a printed reason, if there is none and
-/// `LEADR_SKIP_GPU=1`.
+/// Opens the test device: `LEADR_DEVICE` (a name or an index) or the best device. Returns `None` and prints the reason if there is no
+/// device and `LEADR_SKIP_GPU=1` is set.
 ///
 /// # Panics
 /// If there is no device and `LEADR_SKIP_GPU=1` is not set, with the reason.
@@ -101,7 +101,7 @@ pub fn test_gpu() -> Option<TestGpu> {
     }
 }
 
-/// Evaluates a probe on every input; returns `outputs_per_item` floats for each, in order.
+/// Evaluates a probe on every input, and returns `outputs_per_item` floats for each, in order.
 ///
 /// # Panics
 /// When the probe cannot run, with the reason.
@@ -114,7 +114,7 @@ pub fn run_probe<const N: usize>(
     run_probe_with(gpu, shader, inputs, outputs_per_item, &[], &[], &[])
 }
 
-/// [`run_probe`] with specialization constants, further resources and their struct layouts.
+/// Like [`run_probe`], but with specialization constants, further resources and their struct layouts.
 ///
 /// # Panics
 /// When the probe cannot run, with the reason.
@@ -127,7 +127,7 @@ pub fn run_probe_with<const N: usize>(
     further: &[(&str, Descriptor<'_>)],
     structs: &[StructLayout],
 ) -> Vec<f32> {
-    // Below every device's limits of 65,535 work groups (of 64) and 128 MiB per storage buffer.
+    // The number of items is below every device's limits of 65,535 work groups (of 64) and 128 MiB per storage buffer.
     const ITEMS: usize = 1 << 18;
     let fail = |error| -> ! { panic!("probe {shader} on {}: {error}", gpu.device_name()) };
     let pipeline =

@@ -1,11 +1,11 @@
-//! Marched rays over height fields: the visibility of a texel without horizons or slices. For tests and for
-//! `examples/21_derived_maps.rs`.
+//! Marches rays over height fields to measure the visibility of a texel without horizons or slices. Tests and `examples/21_derived_maps.rs`
+//! use it.
 
 #![allow(dead_code, reason = "each user has its own part")]
 
 use leadr_maps::{HeightMap, Wrap};
 
-/// Heights in texels, linear along edges between neighbours.
+/// A height field in texels, linear along edges between neighbours.
 pub struct HeightRays {
     width: i64,
     height: i64,
@@ -15,7 +15,7 @@ pub struct HeightRays {
 }
 
 impl HeightRays {
-    /// `scale`: factor from heights to texture widths.
+    /// Creates the height field. `scale` is the factor from heights to texture widths.
     pub fn new(map: &HeightMap, scale: f32, wrap: Wrap) -> Self {
         let texels: Vec<f32> = map.texels.iter().map(|h| h * scale * map.width as f32).collect();
         let highest = texels.iter().fold(f32::MIN, |a, &b| a.max(b)).into();
@@ -39,7 +39,7 @@ impl HeightRays {
         let (x, y) = (i64::from(x), i64::from(y));
         let own = self.texel(x, y);
         let end = (self.highest - own) / dz;
-        // Crossings with columns, then with rows.
+        // The ray is tested at its crossings with columns, then with rows.
         let crossings = |along: f64, across: f64, height: &dyn Fn(i64, f64) -> f64| {
             if along == 0.0 {
                 return true;
@@ -67,11 +67,11 @@ impl HeightRays {
         })
     }
 
-    /// The unoccluded share of `n`² cosine-distributed directions about a normal of any length.
+    /// Computes the unoccluded fraction of `n`² cosine-distributed directions about a normal of any length.
     pub fn visibility(&self, x: u32, y: u32, normal: [f64; 3], n: u32) -> f64 {
         let length = normal.iter().map(|v| v * v).sum::<f64>().sqrt();
         let [a, b, c] = normal.map(|v| v / length);
-        // A frame about the normal (Duff et al. 2017); c > 0.
+        // The frame about the normal (Duff et al. 2017) needs c > 0.
         let (p, q) = (-1.0 / (1.0 + c), -a * b / (1.0 + c));
         let (u, v) = ([1.0 + p * a * a, q, -a], [q, 1.0 + p * b * b, -b]);
         let mut free = 0;

@@ -1,4 +1,4 @@
-//! Allocation counting. A test that measures runs alone, even if all tests share one process.
+//! Counts allocations. A test that measures runs alone, even if all tests share one process.
 //!
 //! A measuring binary declares `#[global_allocator] static ALLOCATOR: Counting = Counting;`.
 
@@ -18,7 +18,7 @@ fn grow(size: usize) {
     PEAK.fetch_max(live, Ordering::Relaxed);
 }
 
-// SAFETY: forwards every call unchanged to the system allocator.
+// SAFETY: every call is forwarded unchanged to the system allocator.
 unsafe impl GlobalAlloc for Counting {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         grow(layout.size());
@@ -45,12 +45,12 @@ unsafe impl GlobalAlloc for Counting {
 
 static MEASURING: RwLock<()> = RwLock::new(());
 
-/// Lock for measuring tests: no other test runs at the same time.
+/// Returns the lock for a measuring test. No other test runs at the same time.
 pub fn alone() -> RwLockWriteGuard<'static, ()> {
     MEASURING.write().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
-/// Lock for all other tests of the binary.
+/// Returns the lock for all other tests of the binary, which may run at the same time as each other.
 pub fn unmeasured() -> RwLockReadGuard<'static, ()> {
     MEASURING.read().unwrap_or_else(|poisoned| poisoned.into_inner())
 }

@@ -1,4 +1,4 @@
-//! Renderers of small scenes.
+//! Creates renderers of small scenes.
 
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
@@ -15,33 +15,33 @@ use leadr_render::surfaces::displacement::HeightField;
 use leadr_render::surfaces::ocean::Ocean;
 use leadr_scenes::stage::Stage;
 
-/// A scene under the default sky, with a cube of `face`² texels per face.
+/// Creates a renderer of a scene under the default sky, with a cube of `face`² texels per face.
 pub fn under_sky(gpu: &Arc<Gpu>, scene: impl Into<Scene>, face: u32) -> Renderer {
     Renderer::new(gpu, scene, Environment::from_sky(gpu, face, &Sky::default()).unwrap()).unwrap()
 }
 
-/// Objects in an environment of constant radiance.
+/// Creates a renderer of objects in an environment of constant radiance.
 pub fn in_room(gpu: &Arc<Gpu>, objects: Vec<Object>, radiance: [f32; 3]) -> Renderer {
     let image = RgbImage::new(8, 4, vec![radiance; 32]).unwrap();
     Renderer::new(gpu, objects, Environment::from_equirect(gpu, 16, &image).unwrap()).unwrap()
 }
 
-/// A stage's sea and objects, which are moved out of it, under the default sky.
+/// Creates a renderer of a stage's sea and objects under the default sky. The objects are moved out of the stage.
 pub fn stage_under_sky(gpu: &Arc<Gpu>, stage: &mut Stage, face: u32) -> Renderer {
     under_sky(gpu, stage.take_scene(), face)
 }
 
-/// The sea alone under the default sky.
+/// Creates a renderer of the sea alone under the default sky.
 pub fn seascape(gpu: &Arc<Gpu>, sea: Ocean) -> Renderer {
     under_sky(gpu, sea, 16)
 }
 
-/// Repeating Gaussian bumps with slope deviation 1 and a width of `bump` texels, on `size`² texels.
+/// Returns repeating Gaussian bumps with slope deviation 1 and a width of `bump` texels, on `size`² texels.
 pub fn bumps(size: u32, bump: f32, seed: u32) -> HeightField {
     HeightField::repeating(procedural::gaussian(size, size, seed, 1.0, bump / size as f32))
 }
 
-/// Photometric luminance of linear Rec. 709 colour.
+/// Computes the photometric luminance of linear Rec. 709 colour.
 pub fn luminance(color: &[f32]) -> f32 {
     leadr_reflectance::color::luminance(DVec3::new(color[0].into(), color[1].into(), color[2].into())) as f32
 }

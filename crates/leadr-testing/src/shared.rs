@@ -1,10 +1,10 @@
-//! Third-party data outside the repository: maps, environments, damaged files.
+//! Finds third-party data outside the repository: maps, environments, damaged files.
 
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
 use std::path::{Path, PathBuf};
 
-/// The folder `LEADR_SHARED/data/<folder>`; `None` if it does not exist, so that the test is skipped.
+/// Returns the folder `LEADR_SHARED/data/<folder>`, or `None` if it does not exist, so that the test is skipped.
 ///
 /// # Panics
 /// If `LEADR_REQUIRE_SHARED=1` is set and the data are missing.

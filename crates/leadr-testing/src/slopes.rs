@@ -1,4 +1,4 @@
-//! Slope distributions for BRDF tests, and integrals over all half vectors.
+//! Slope distributions for BRDF tests, with integrals over all half vectors.
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -10,21 +10,21 @@ use leadr_reflectance::facets::slope_distribution::SlopeDistribution;
 use leadr_reflectance::quadrature::composite_gauss;
 use leadr_reflectance::slopes::grid::{normal_of_slope, slope_cholesky};
 
-/// A distribution and a square root of its covariance or roughness matrix.
+/// A slope distribution and a square root of its covariance or roughness matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slopes {
-    /// The distribution.
+    /// Slope distribution of either kind.
     pub kind: Kind,
-    /// Square root of its matrix.
+    /// Square root of the covariance or roughness matrix.
     pub root: DMat2,
 }
 
-/// A distribution of slopes.
+/// A slope distribution of one of two kinds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
-    /// Gaussian.
+    /// Gaussian distribution.
     Beckmann(Beckmann),
-    /// GGX.
+    /// GGX distribution.
     Ggx(Ggx),
 }
 
@@ -32,19 +32,19 @@ pub enum Kind {
 pub type New = fn(DVec2, f64, f64, f64) -> Slopes;
 
 impl Slopes {
-    /// Gaussian slopes of standard deviations `x`, `y` and correlation `r`.
+    /// Creates Gaussian slopes of standard deviations `x`, `y` and correlation `r`.
     pub fn beckmann(mean: DVec2, x: f64, y: f64, r: f64) -> Self {
         let covariance = DVec3::new(x * x, y * y, r * x * y);
         Self { kind: Kind::Beckmann(Beckmann::new(mean, covariance)), root: root(covariance) }
     }
 
-    /// GGX slopes with roughness `√2 (x, y)` and correlation `r`.
+    /// Creates GGX slopes with roughness `√2 (x, y)` and correlation `r`.
     pub fn ggx(mean: DVec2, x: f64, y: f64, r: f64) -> Self {
         let roughness = 2.0 * DVec3::new(x * x, y * y, r * x * y);
         Self { kind: Kind::Ggx(Ggx::new(mean, roughness)), root: root(roughness) }
     }
 
-    /// Both constructors.
+    /// Returns the constructors of Gaussian and GGX slopes.
     pub fn all() -> [New; 2] {
         [Self::beckmann, Self::ggx]
     }
@@ -94,13 +94,13 @@ impl SlopeDistribution for Slopes {
     }
 }
 
-/// Direction at `degrees` from z.
+/// Returns the direction at `degrees` from z.
 pub fn direction(degrees: f64, azimuth: f64) -> DVec3 {
     let (sin, cos) = degrees.to_radians().sin_cos();
     DVec3::new(sin * azimuth.cos(), sin * azimuth.sin(), cos)
 }
 
-/// `∫ f(wi) dwi` over the sphere, for an `f` with the lobe of the distribution. Integrates over whitened slopes of visible half
+/// Computes `∫ f(wi) dwi` over the sphere, for an `f` with the lobe of the distribution. It integrates over whitened slopes of visible half
 /// vectors, in polar coordinates `m + C k tan ψ (cos φ, sin φ)` that end where facets face away.
 pub fn integrate_directions(slopes: &Slopes, wo: DVec3, panels: usize, f: impl Fn(DVec3) -> DVec3) -> DVec3 {
     let m = slopes.mean_slope();
@@ -111,7 +111,7 @@ pub fn integrate_directions(slopes: &Slopes, wo: DVec3, panels: usize, f: impl F
     let mut sum = DVec3::ZERO;
     for (from, to) in [(-FRAC_PI_2, FRAC_PI_2), (FRAC_PI_2, 3.0 * FRAC_PI_2)] {
         for (phi, wp) in composite_gauss(from, to, panels, 8) {
-            // Visible: a − b r cos φ > 0.
+            // Slopes are visible where a − b r cos φ > 0.
             let slope = b * phi.cos();
             let edge = if slope == 0.0 { f64::INFINITY } else { a / slope };
             let (low, high) = match (slope > 0.0, a > 0.0) {
@@ -137,8 +137,8 @@ pub fn integrate_directions(slopes: &Slopes, wo: DVec3, panels: usize, f: impl F
     sum
 }
 
-/// Polar coordinates of `wi` about `wo`, by the half angle: `(theta_h, phi)` in `[0, π/2) × [0, 2π)`,
-/// where `dwi = 4 cos θ_h sin θ_h dθ_h dφ`.
+/// Computes polar coordinates `(theta_h, phi)` of `wi` about `wo`, by the half angle, in `[0, π/2) × [0, 2π)`. The solid angle is `dwi = 4
+/// cos θ_h sin θ_h dθ_h dφ`.
 pub fn polar_about(wo: DVec3, wi: DVec3) -> (f64, f64) {
     let frame = leadr_reflectance::frame::frame_about(wo);
     let w = leadr_reflectance::frame::to_frame(&frame, wi);

@@ -8,28 +8,28 @@ use glam::DVec3;
 
 use super::comparison::{number, oracle, rows};
 
-/// Pixels per row and rows of the pictures.
+/// Width and height of the pictures, pixels.
 pub const SIZE: u32 = 128;
 /// Radius of the sphere as a fraction of half the picture.
 pub const RADIUS: f64 = 0.97;
 
-/// A sphere under several lights.
+/// Pictures of a sphere under several lights.
 pub struct SphereOracle {
-    /// Slope covariance `(σ_x², σ_y², c_xy)` of its surface.
+    /// Slope covariance `(σ_x², σ_y², c_xy)` of the sphere's surface.
     pub covariance: DVec3,
     pictures: BTreeMap<String, Picture>,
 }
 
-/// One picture: every other pixel of every other row.
+/// One picture, which has every other pixel of every other row.
 pub struct Picture {
-    /// Radiances at `y · SIZE + x`; NaN outside the sphere and for omitted pixels.
+    /// Radiance of the pixel at `y · SIZE + x`, or NaN outside the sphere and for omitted pixels.
     pub radiance: Vec<f64>,
     /// RMS of the pixels' standard errors.
     pub noise: f64,
 }
 
 impl SphereOracle {
-    /// The sphere of `crates/leadr-testing/data/sphere_<name>.json`.
+    /// Loads the sphere of `crates/leadr-testing/data/sphere_<name>.json`.
     pub fn load(name: &str) -> Self {
         let data = oracle(&format!("sphere_{name}.json"));
         let (x, y) = (number(&data["sigma_x"]), number(&data["sigma_y"]));
@@ -47,31 +47,31 @@ impl SphereOracle {
         Self { covariance: DVec3::new(x * x, y * y, number(&data["c_xy"])), pictures: pictures.collect() }
     }
 
-    /// The picture called `<light>_<mask|shadow>`.
+    /// Returns the picture called `<light>_<mask|shadow>`.
     pub fn picture(&self, name: &str) -> &Picture {
         &self.pictures[name]
     }
 }
 
 impl Picture {
-    /// Mean of all stored pixels, and their number.
+    /// Returns the mean of all stored pixels, and their number.
     pub fn mean(&self) -> (f64, usize) {
         let seen: Vec<f64> = self.radiance.iter().copied().filter(|r| r.is_finite()).collect();
         (seen.iter().sum::<f64>() / seen.len() as f64, seen.len())
     }
 }
 
-/// The side light of the pictures.
+/// Returns the direction of the side light in the pictures.
 pub fn side_light() -> DVec3 {
     DVec3::new(0.6, 0.5, 0.62).normalize()
 }
 
-/// The diffuse environment of the pictures, a radiance of order 2.
+/// Evaluates the diffuse environment of the pictures, a radiance of order 2.
 pub fn gradient(d: DVec3) -> f64 {
     1.0 + 0.3 * d.x + 0.5 * d.y + 0.2 * d.z + 0.2 * d.y * d.z + 0.15 * (d.x * d.x - d.y * d.y)
 }
 
-/// The environment of the specular pictures.
+/// Evaluates the environment of the specular pictures.
 pub fn lobes(d: DVec3) -> f64 {
     let lobe = |k: f64, towards: DVec3| (k * (d.dot(towards.normalize()) - 1.0)).exp();
     0.3 * gradient(d) + 2.0 * lobe(20.0, DVec3::new(0.5, 0.6, 0.6)) + 1.5 * lobe(60.0, DVec3::new(-0.7, 0.1, 0.3))

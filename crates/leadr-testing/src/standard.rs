@@ -1,5 +1,5 @@
-//! Slopes in unit-surface coordinates, rotated to the viewer's azimuth, for integrals and histograms of visible normals. In these
-//! coordinates all distributions of a family have the same shape. This change of coordinates is independent of the library's.
+//! Represents slopes in unit-surface coordinates, rotated to the viewer's azimuth, for integrals and histograms of visible normals. In
+//! these coordinates, all distributions of a family have the same shape. This change of coordinates is independent of the library's.
 
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
@@ -8,13 +8,13 @@ use leadr_reflectance::facets::beckmann::Beckmann;
 use leadr_reflectance::facets::ggx::Ggx;
 use leadr_reflectance::facets::slope_distribution::SlopeDistribution;
 
-/// A slope distribution and a viewer.
+/// A slope distribution seen by a viewer.
 pub struct Seen<'a> {
     /// The slope distribution.
     pub distribution: &'a (dyn SlopeDistribution + Sync),
     /// Unit vector to the viewer.
     pub wo: DVec3,
-    /// From unit coordinates to slopes, relative to the mean slope.
+    /// Linear map from unit coordinates to slopes, relative to the mean slope.
     factor: DMat2,
     /// Whether the unit surface is GGX.
     ggx: bool,
@@ -23,12 +23,12 @@ pub struct Seen<'a> {
 }
 
 impl<'a> Seen<'a> {
-    /// A Gaussian surface.
+    /// Creates a Gaussian surface with its viewer.
     pub fn beckmann(distribution: &'a Beckmann, wo: DVec3) -> Self {
         Self::new(distribution, wo, distribution.covariance(), false)
     }
 
-    /// A GGX surface.
+    /// Creates a GGX surface with its viewer.
     pub fn ggx(distribution: &'a Ggx, wo: DVec3) -> Self {
         Self::new(distribution, wo, distribution.roughness(), true)
     }
@@ -44,23 +44,23 @@ impl<'a> Seen<'a> {
         Self { distribution, wo, factor: factor * DMat2::from_cols(e, DVec2::new(-e.y, e.x)), ggx, nu }
     }
 
-    /// Normal at unit coordinates, and solid angle per unit of their area.
+    /// Returns the normal at unit coordinates, and the solid angle per unit of their area.
     pub fn normal(&self, p: DVec2) -> (DVec3, f64) {
         let slope = self.distribution.mean_slope() + self.factor * p;
         let n = DVec3::new(-slope.x, -slope.y, 1.0).normalize();
         (n, n.z.powi(3) * self.factor.determinant().abs())
     }
 
-    /// Unit coordinates of a normal.
+    /// Returns the unit coordinates of a normal.
     pub fn coordinates(&self, n: DVec3) -> DVec2 {
         self.factor.inverse() * (DVec2::new(-n.x, -n.y) / n.z - self.distribution.mean_slope())
     }
 
-    /// Maps the square `[0, 1]²` to visible coordinates; returns the Jacobian too. Points are dense where the density is large,
-    /// for every `ν`.
+    /// Maps the square `[0, 1]²` to visible coordinates, and also returns the Jacobian. Points are dense where the density is large, for
+    /// every `ν`.
     pub fn from_square(&self, q: DVec2) -> (DVec2, f64) {
         if self.ggx {
-            // With x = tan t, y = √(1 + x²) tan p, everything is a polynomial in sines and cosines.
+            // With x = tan t and y = √(1 + x²) tan p, all terms are polynomials in sines and cosines.
             let low = -std::f64::consts::FRAC_PI_2;
             let width = self.nu.atan() - low;
             let (t, p) = (low + width * q.x, low * (1.0 - 2.0 * q.y));
@@ -72,7 +72,7 @@ impl<'a> Seen<'a> {
         }
     }
 
-    /// Inverse map to the square, clamped to it.
+    /// Maps visible coordinates back to the square, and clamps the result to it.
     pub fn square_of(&self, p: DVec2) -> DVec2 {
         let q = if self.ggx {
             let low = -std::f64::consts::FRAC_PI_2;
@@ -85,20 +85,20 @@ impl<'a> Seen<'a> {
         q.clamp(DVec2::ZERO, DVec2::splat(1.0 - 1e-12))
     }
 
-    /// Top and length of the visible range of a Gaussian.
+    /// Returns the top and length of the visible range of a Gaussian.
     fn extent(&self) -> (f64, f64) {
         let top = self.nu.min(8.0);
         (top, if top > 0.0 { top + 8.0 } else { 40.0 / (5.0 - top) })
     }
 }
 
-/// The unit direction at an angle from the normal and an azimuth, degrees.
+/// Returns the unit direction at an angle from the normal and an azimuth, both in degrees.
 pub fn direction(theta: f64, phi: f64) -> DVec3 {
     let ((st, ct), (sp, cp)) = (theta.to_radians().sin_cos(), phi.to_radians().sin_cos());
     DVec3::new(st * cp, st * sp, ct)
 }
 
-/// Surfaces from isotropic to a correlation of nearly one, with mean slopes up to several times the roughness.
+/// Returns surfaces from isotropic to a correlation of nearly one, with mean slopes up to several times the roughness.
 pub fn surfaces() -> Vec<(DVec2, DVec3)> {
     let mut all = Vec::new();
     for (x, y, r) in [

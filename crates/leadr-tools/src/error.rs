@@ -9,18 +9,18 @@ use leadr_gpu::GpuError;
 use leadr_maps::MapError;
 use leadr_scenes::error::SceneError;
 
-/// A failed measurement: one sentence with the failure and its reason.
+/// A failed measurement, as one sentence with the failure and its reason.
 #[derive(Debug, Error)]
 #[error("{0}")]
 pub struct LabError(pub String);
 
 impl LabError {
-    /// A failure to read or write `path`: `cannot {verb} 'path': reason`.
+    /// Creates the error of a failure to read or write `path`: `cannot {verb} 'path': reason`.
     pub fn io(verb: &str, path: &Path, reason: impl Display) -> Self {
         Self(format!("cannot {verb} '{}': {reason}", path.display()))
     }
 
-    /// A result that cannot be serialised as JSON.
+    /// Creates the error of a result that cannot be serialised as JSON.
     pub fn json(reason: &serde_json::Error) -> Self {
         Self(format!("cannot write JSON: {reason}"))
     }

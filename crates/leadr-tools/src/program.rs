@@ -1,4 +1,4 @@
-//! Version, commit and memory of the running program.
+//! Version, commit and memory use of the running program.
 
 use std::sync::OnceLock;
 use std::time::UNIX_EPOCH;
@@ -13,8 +13,8 @@ pub fn set_commit(commit: &'static str) {
     let _ = COMMIT.set(commit);
 }
 
-/// The commit that the program was built from; `unknown` without [`set_commit`]. `-dirty` and `-dev` mark builds that may
-/// differ from it.
+/// Returns the commit that the program was built from, or `unknown` without [`set_commit`]. `-dirty` and `-dev` mark builds that
+/// may differ from their commit.
 pub fn commit() -> &'static str {
     COMMIT.get().copied().unwrap_or("unknown")
 }
@@ -43,7 +43,7 @@ impl<'a, R> Stamped<'a, R> {
     }
 }
 
-/// Version and commit. Builds that may differ from their commit also have the size and time of the executable.
+/// Returns version and commit. For builds that may differ from their commit, it appends the size and time of the executable.
 pub fn build() -> String {
     let commit = commit();
     if commit != "unknown" && !commit.contains('-') {
@@ -57,8 +57,8 @@ pub fn build() -> String {
     format!("{VERSION} {commit}, {}", stamp().unwrap_or_default())
 }
 
-/// Memory of this process in bytes, from a line of `/proc/self/status`: `VmRSS:` (resident) or `VmHWM:` (peak resident). `None` except on
-/// Linux.
+/// Returns the memory of this process in bytes, from a line of `/proc/self/status`: `VmRSS:` (resident) or `VmHWM:` (peak
+/// resident). Returns `None` except on Linux.
 pub fn memory_of_process(line: &str) -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let value = status.lines().find_map(|text| text.strip_prefix(line))?;

@@ -5,17 +5,18 @@
 #include "projected_area.glsl"
 #include "../slopes/grid.glsl"
 
-// Exact sampling of visible Beckmann normals by inversion, for every mean slope and viewer; derivation in
-// crates/leadr-reflectance/src/facets/beckmann_sampling.rs.
+// Samples visible Beckmann normals exactly by inversion, for every mean slope and viewer.
+// crates/leadr-reflectance/src/facets/beckmann_sampling.rs has the derivation.
 
-// Upper-tail quantile, at the normal deviate z, of a gamma distribution (Wilson & Hilferty's cube).
+// Returns the upper-tail quantile of a gamma distribution at the normal deviate z (Wilson & Hilferty's cube).
 float gamma_quantile(const float z, const float mean, const float variance) {
     float shape = max(mean * mean / max(variance, 1e-30), 2.0);
     float cube = max(1.0 - 1.0 / (9.0 * shape) - z / (3.0 * sqrt(shape)), 0.02);
     return mean * cube * cube * cube;
 }
 
-// (F, F') / phi(min(nu, 0)) at x = min(nu, 0) + w, F(x) = nu Phi(x) + phi(x); p, n: positive and negative part of nu.
+// Returns (F, F') / phi(min(nu, 0)) at x = min(nu, 0) + w, with F(x) = nu Phi(x) + phi(x). p and n are the positive and
+// negative part of nu.
 vec2 visible_part(const float w, const float p, const float n) {
     float x = n + w;
     float y = p - w;
@@ -25,8 +26,9 @@ vec2 visible_part(const float w, const float p, const float n) {
     return vec2(part, y * e);
 }
 
-// The visible slope x <= nu of the unit surface at which (nu Phi(x) + phi(x)) / (nu Phi(nu) + phi(nu)) = u: a quantile of
-// the visible slopes along the viewer's azimuth. nu: projected area of the mesosurface in units of the spread.
+// Returns the visible slope x <= nu of the unit surface at which (nu Phi(x) + phi(x)) / (nu Phi(nu) + phi(nu)) = u. It is a
+// quantile of the visible slopes along the viewer's azimuth. nu is the projected area of the mesosurface in units of the
+// spread.
 float visible_slope_quantile(float u, const float nu) {
     u = clamp(u, 2.9802322e-8, 0.99999994);
     float p = clamp(nu, 0.0, 1e15);
@@ -55,17 +57,17 @@ float visible_slope_quantile(float u, const float nu) {
         float rest = max(total - f.x, 0.0);
         float change = u < 0.5 ? -f.x * log(max(f.x, 1e-37) / (u * total))
                                : 2.0 * (rest - sqrt(rest) * sqrt((1.0 - u) * total));
-        // The sign of the step decides which end of the bracket moves: near the root f.x is rounded differently.
+        // The sign of the step decides which end of the bracket moves, because f.x is rounded differently near the root.
         if (change > 0.0) low = w; else high = w;
         float next = w + change / max(f.y, 1e-37);
-        // Bisect if outside the bracket, or not a number.
+        // Bisect if the next value is outside the bracket, or not a number.
         w = next >= low && next <= high ? next : 0.5 * (low + high);
     }
     return n + w;
 }
 
-// A visible normal for u in [0, 1)^2, distributed as beckmann_vndf(wo, wn, m, S): u.x gives the slope along the viewer's
-// azimuth, u.y across it.
+// Returns a visible normal for u in [0, 1)^2, distributed as beckmann_vndf(wo, wn, m, S). u.x selects the slope along the
+// viewer's azimuth, u.y the slope across it.
 vec3 beckmann_sample_visible(const vec3 wo, const vec2 u, const vec2 m, const vec3 S) {
     vec3 c = slope_cholesky(vec3(max(S.xy, LEADR_MIN_VARIANCE), S.z));
     vec2 t = vec2(c.x * wo.x + c.y * wo.y, c.z * wo.y);

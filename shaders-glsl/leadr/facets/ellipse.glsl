@@ -3,10 +3,11 @@
 
 #include "../constants.glsl"
 
-// Parameterisations of anisotropic roughness (thesis eq. 2.25-2.34). The roughness matrix is A = (a_xx, a_yy, a_xy); a
-// Beckmann surface has the slope covariance A / 2.
+// Parameterisations of anisotropic roughness (thesis eq. 2.25-2.34). The roughness matrix is A = (a_xx, a_yy, a_xy). A Beckmann
+// surface has the slope covariance A / 2.
 
-// Radii (conversions return alpha_1 >= alpha_2) and the angle from the x slope to the first axis, counter-clockwise.
+// Radii of the ellipse (conversions return alpha_1 >= alpha_2) and the angle from the x slope to the first axis,
+// counter-clockwise.
 struct Ellipse {
     vec2 radii;
     float angle;
@@ -50,8 +51,8 @@ vec3 roughness_from_bivariate(const Bivariate b) {
     return vec3(b.alpha * b.alpha, b.rho * b.alpha.x * b.alpha.y);
 }
 
-// A matrix made indefinite by rounding is treated as fully correlated. A minor radius below 4e-4 of the major is rounding
-// error.
+// Converts a roughness matrix. A matrix made indefinite by rounding is treated as fully correlated. A minor radius below 4e-4
+// of the major radius is rounding error.
 Bivariate bivariate_from_roughness(const vec3 A) {
     vec2 alpha = sqrt(max(A.xy, 0.0));
     float product = alpha.x * alpha.y;

@@ -4,14 +4,14 @@
 #include "projected_area.glsl"
 #include "../slopes/grid.glsl"
 
-// Exact sampling of visible GGX normals by spherical caps (Dupuy & Benyoub 2023), for viewers above and below the
-// mesosurface; proof in crates/leadr-reflectance/src/facets/ggx_sampling.rs.
+// Samples visible GGX normals exactly by spherical caps (Dupuy & Benyoub 2023), for viewers above and below the mesosurface.
+// crates/leadr-reflectance/src/facets/ggx_sampling.rs has the proof.
 
-// A visible normal for u in [0, 1)^2, distributed as ggx_vndf(wo, wn, m, A).
+// Returns a visible normal for u in [0, 1)^2, distributed as ggx_vndf(wo, wn, m, A).
 vec3 ggx_sample_visible(const vec3 wo, vec2 u, const vec2 m, const vec3 A) {
     u.x = clamp(u.x, 0.0, 0.99999994);
     vec3 c = slope_cholesky(vec3(max(A.xy, LEADR_MIN_VARIANCE), A.z));
-    // Direction to the viewer on the standard surface: o = (t, a) / |(t, a)|.
+    // o = (t, a) / |(t, a)| is the direction to the viewer on the standard surface.
     vec2 t = vec2(c.x * wo.x + c.y * wo.y, c.z * wo.y);
     float a = meso_area(wo, m);
     float b = length(t);
@@ -30,7 +30,8 @@ vec3 ggx_sample_visible(const vec3 wo, vec2 u, const vec2 m, const vec3 A) {
     float along = height * (below - u.x * above) / max(sine + sine_i, 1e-18) + 2.0 * sine_i * half_cos * half_cos;
     float across = 2.0 * sine_i * half_sin * half_cos;
     vec2 h = vec2(e.x * along - e.y * across, e.y * along + e.x * across);
-    // The slope m + C (-h / height), multiplied by -height. Scaled first, because some devices flush such small squares to 0.
+    // The result is the slope m + C (-h / height), multiplied by -height. h is scaled first, because some devices flush such
+    // small squares to 0.
     vec3 along_normal = vec3(vec2(c.x * h.x, c.y * h.x + c.z * h.y) - m * height, height);
     return normalize(along_normal / max(max(abs(along_normal.x), abs(along_normal.y)), height));
 }

@@ -4,15 +4,16 @@
 #include "../constants.glsl"
 #include "normal_distribution.glsl"
 
-// Projected areas of a Gaussian rough surface. w: unit direction in the tangent frame (z: displacement direction);
-// m: mean slope; S: slope covariance (s_xx, s_yy, s_xy). Heitz et al., LEADR 4.3, in a form without cotangents.
+// Projected areas of a Gaussian rough surface (LEADR 4.3, in a form without cotangents). w is a unit direction in the tangent
+// frame, whose z is the displacement direction. m is the mean slope, and S the slope covariance (s_xx, s_yy, s_xy).
 
-// a(w): projected area of the mesosurface per unit of macrosurface; negative when it faces away (LEADR eq. 14).
+// Returns a(w), the projected area of the mesosurface per unit of macrosurface. It is negative when the mesosurface faces away
+// (LEADR eq. 14).
 float meso_area(const vec3 w, const vec2 m) {
     return w.z - dot(w.xy, m);
 }
 
-// b(w): standard deviation of the slope along w, times sin(theta) (LEADR eq. 15).
+// Returns the square of b(w), the standard deviation of the slope along w, times sin(theta) (LEADR eq. 15).
 float slope_spread_squared(const vec3 w, const vec3 S) {
     return w.x * w.x * S.x + w.y * w.y * S.y + 2.0 * w.x * w.y * S.z;
 }
@@ -20,33 +21,34 @@ float slope_spread(const vec3 w, const vec3 S) {
     return sqrt(max(slope_spread_squared(w, S), 0.0));
 }
 
-// A(w) - max(a, 0) = b h(|a|/b): the area that is visible only because of the roughness. Equals a Lambda(w) for a > 0.
+// Returns A(w) - max(a, 0) = b h(|a|/b), the area that is visible only because of the roughness. It equals a Lambda(w) for a >
+// 0.
 float rough_area(const float a, const float b) {
     return b * normal_tail_mean(abs(a) / max(b, 1e-18));
 }
 
-// A(w) = a Phi(a/b) + b phi(a/b), the visible projected area, = a (1 + Lambda(w)). Tends to max(a, 0) as b -> 0.
+// Returns A(w) = a Phi(a/b) + b phi(a/b) = a (1 + Lambda(w)), the visible projected area, which tends to max(a, 0) as b -> 0.
 float visible_area(const vec3 w, const vec2 m, const vec3 S) {
     float a = meso_area(w, m);
     return max(a, 0.0) + rough_area(a, slope_spread(w, S));
 }
 
-// The mean slope, tilted towards the viewer just far enough for the slope grid of half extent `lambda` to have a visible node:
-// a >= 1e-3 - lambda b / 2. Mesosurfaces that face the viewer are unchanged. This replaces the artificial micronormal of the
-// supplement, 3.7. It is continuous and makes the smallest possible change of slope.
+// Returns the mean slope, tilted towards the viewer just far enough for the slope grid of half extent `lambda` to have a
+// visible node: a >= 1e-3 - lambda b / 2. Mesosurfaces that face the viewer are unchanged. This function replaces the
+// artificial micronormal of the supplement, 3.7. It is continuous and makes the smallest possible change of slope.
 vec2 face_viewer(const vec3 wo, const vec2 m, const vec3 S, const float lambda) {
     vec2 across = vec2(S.x * wo.x + S.z * wo.y, S.z * wo.x + S.y * wo.y);
     float b2 = max(dot(wo.xy, across), 0.0);
     float deficit = 1e-3 - 0.5 * lambda * sqrt(b2) - meso_area(wo, m);
-    // S wo.xy is the direction in which visible slopes tilt; a smooth surface (S -> 0) tilts along wo.xy itself.
+    // Visible slopes tilt in the direction S wo.xy; a smooth surface (S -> 0) tilts along wo.xy.
     vec2 along = across + 1e-6 * wo.xy;
     float gain = b2 + 1e-6 * dot(wo.xy, wo.xy);
     vec2 tilted = m - along * (deficit / max(gain, 1e-12));
     return deficit > 0.0 ? clamp(tilted, -1e6, 1e6) : m;
 }
 
-// The change of slope that makes a back-facing mesosurface edge-on; 0 for one that faces the viewer. A pixel that shows
-// such a surface also contains facets around it that tilt toward the viewer by about as much:
+// Returns the change of slope that makes a back-facing mesosurface edge-on, or 0 for a mesosurface that faces the viewer. A
+// pixel with a back-facing mesosurface also contains facets around it that tilt toward the viewer by about as much:
 //     vec2 d = tilt_to_edge(wo, m);  m += d;  S += vec3(d * d, d.x * d.y);
 vec2 tilt_to_edge(const vec3 wo, const vec2 m) {
     return wo.xy * (min(meso_area(wo, m), 0.0) / max(dot(wo.xy, wo.xy), 1e-4));

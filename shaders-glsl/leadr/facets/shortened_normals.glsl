@@ -4,8 +4,8 @@
 #include "gloss.glsl"
 #include "normal_distribution.glsl"
 
-// Length of the facets' mean normal, and the roughness for a length (Chan 2018, section 2). Derivations in
-// crates/leadr-reflectance/src/facets/shortened_normals.rs.
+// Relates the length of the facets' mean normal to the roughness (Chan 2018, section 2).
+// crates/leadr-reflectance/src/facets/shortened_normals.rs has the derivations.
 //
 // A length near 1 has few significant digits in 32 bits, so functions use the shortening, 1 - length. For a filtered normal n,
 // 1 - |n| has a rounding error of 6e-8, half a percent of the shortening at alpha = .0014.
@@ -16,10 +16,10 @@ const int LEADR_GGX_MICRO = 1;
 const int LEADR_BECKMANN_MACRO = 2;
 const int LEADR_BECKMANN_MICRO = 3;
 
-// Below this |1 - alpha^2|, series replace the closed forms.
+// Value of |1 - alpha^2| below which series replace the closed forms.
 const float LEADR_LENGTH_SERIES_END = 0.25;
 
-// T = atanh(sqrt(e)) / sqrt(e) for e = 1 - square, atan(sqrt(-e)) / sqrt(-e) beyond square = alpha^2 = 1.
+// Returns T = atanh(sqrt(e)) / sqrt(e) for e = 1 - square, or atan(sqrt(-e)) / sqrt(-e) beyond square = alpha^2 = 1.
 float atanh_ratio(const float square) {
     float e = 1.0 - square;
     if (abs(e) < LEADR_LENGTH_SERIES_END) {
@@ -31,7 +31,7 @@ float atanh_ratio(const float square) {
         float a = sqrt(e);
         return log((1.0 + a) / sqrt(square)) / a;
     }
-    // The built-in atan may err by 4096 ulp: halve the angle twice and use the series.
+    // The built-in atan may err by 4096 ulp, so the code halves the angle twice and uses the series.
     float b = sqrt(-e);
     float half_tangent = b / (1.0 + sqrt(square));
     float t = half_tangent / (1.0 + sqrt(1.0 + half_tangent * half_tangent));
@@ -40,12 +40,12 @@ float atanh_ratio(const float square) {
     return 4.0 * t / b * (1.0 - u * (1.0 / 3.0 - u * (1.0 / 5.0 - u * (1.0 / 7.0 - u * tail))));
 }
 
-// (1 - L) / L of GGX facets by microsurface area: alpha^2 T (Chan eq. 24). square: alpha^2.
+// Returns (1 - L) / L of GGX facets by microsurface area, alpha^2 T (Chan eq. 24). square is alpha^2.
 float ggx_normal_odds_micro(const float square) {
     return square * atanh_ratio(square);
 }
 
-// (1 - L) / L of GGX facets by macrosurface area (Chan eq. 26).
+// Returns (1 - L) / L of GGX facets by macrosurface area (Chan eq. 26).
 float ggx_normal_odds_macro(const float square) {
     float e = 1.0 - square;
     if (abs(e) < LEADR_LENGTH_SERIES_END) {
@@ -58,11 +58,11 @@ float ggx_normal_odds_macro(const float square) {
     return square * (ratio - 1.0) / (1.0 - square * ratio);
 }
 
-// (1 - L, L) of Beckmann facets by macrosurface area, each at full precision.
+// Returns (1 - L, L) of Beckmann facets by macrosurface area, each at full precision.
 vec2 beckmann_shortening_length(const float square) {
     float u = 0.5 * square;
     if (u < 1.0 / 169.0) {
-        // Beyond the range of the rational fits: Mills' asymptotic series.
+        // Mills' asymptotic series applies beyond the range of the rational fits.
         float one_minus_length = u * (1.0 - u * (3.0 - u * (15.0 - u * (105.0 - u * 945.0))));
         return vec2(one_minus_length, 1.0 - one_minus_length);
     }
@@ -71,18 +71,18 @@ vec2 beckmann_shortening_length(const float square) {
     return vec2(one_minus_length, t < 2.0 ? t * mills_ratio(t) : 1.0 - one_minus_length);
 }
 
-// (1 - L) / L of Beckmann facets by macrosurface area.
+// Returns (1 - L) / L of Beckmann facets by macrosurface area.
 float beckmann_normal_odds_macro(const float square) {
     vec2 parts = beckmann_shortening_length(square);
     return parts.x / parts.y;
 }
 
-// (1 - L) / L of Beckmann facets by microsurface area: alpha^2 / 2 times the length by macrosurface area.
+// Returns (1 - L) / L of Beckmann facets by microsurface area, alpha^2 / 2 times the length by macrosurface area.
 float beckmann_normal_odds_micro(const float square) {
     return 0.5 * square * beckmann_shortening_length(square).y;
 }
 
-// (1 - L) / L of any of the four combinations.
+// Returns (1 - L) / L of any of the four combinations.
 float normal_odds(const int shortening, const float alpha) {
     float used = usable_alpha(alpha);
     float square = used * used;
@@ -92,18 +92,18 @@ float normal_odds(const int shortening, const float alpha) {
     return beckmann_normal_odds_micro(square);
 }
 
-// 1 - L.
+// Returns the shortening 1 - L.
 float normal_shortening(const int shortening, const float alpha) {
     float odds = normal_odds(shortening, alpha);
     return odds / (1.0 + odds);
 }
 
-// L.
+// Returns the length L.
 float normal_length(const int shortening, const float alpha) {
     return 1.0 / (1.0 + normal_odds(shortening, alpha));
 }
 
-// Derivative of log odds by log alpha^2, from 1 (smooth) to 1/2 (rough). odds: at this square.
+// Returns the derivative of log odds by log alpha^2, from 1 (smooth) to 1/2 (rough). odds is the value at this square.
 float normal_odds_slope(const int shortening, const float square, const float odds) {
     if (shortening == LEADR_GGX_MICRO) {
         return 1.0 - 0.5 * square / (odds * (1.0 + ggx_normal_odds_macro(square)));
@@ -112,19 +112,19 @@ float normal_odds_slope(const int shortening, const float square, const float od
         float e = 1.0 - square;
         float len = 1.0 / (1.0 + odds);
         float one_minus_length = odds * len;
-        // Derivative of the shortening by alpha^2; a series near alpha = 1.
+        // This is the derivative of the shortening by alpha^2, with a series near alpha = 1.
         float change = abs(e) < 0.05 ? 2.0 / 15.0 + e * (4.0 / 35.0 + e * (6.0 / 63.0))
                                      : one_minus_length / square - (0.5 * len - one_minus_length) / e;
         return change * square / (one_minus_length * len);
     }
     vec2 parts = beckmann_shortening_length(square);
-    // Derivative of the shortening by log alpha^2; a series for smooth facets, since the closed form cancels.
+    // This is the derivative of the shortening by log alpha^2, with a series for smooth facets, where the closed form cancels.
     float change = square < 0.01 ? parts.x - square * square * (0.75 - 3.75 * square) : 0.5 * parts.y - parts.x / square;
     return shortening == LEADR_BECKMANN_MACRO ? change / (parts.x * parts.y) : 1.0 - change / parts.y;
 }
 
-// alpha, 1e-4 to 100, of facets whose mean normal has this shortening (clamped to 0..1). Newton's method on logarithms, where
-// the curve is nearly straight: after three steps the error is 7e-11 in exact arithmetic.
+// Returns the alpha, 1e-4 to 100, of facets whose mean normal has this shortening (clamped to 0..1). Newton's method works on
+// logarithms, where the curve is nearly straight: after three steps the error is 7e-11 in exact arithmetic.
 float alpha_of_shortening(const int shortening, const float one_minus_length) {
     float held = clamp(one_minus_length, 0.0, 1.0);
     float odds = clamp(held / max(1.0 - held, 1e-9), 1e-12, 1e9);
@@ -139,15 +139,15 @@ float alpha_of_shortening(const int shortening, const float one_minus_length) {
     return usable_alpha(sqrt(square));
 }
 
-// alpha of facets on facets of the other roughness: lengths multiply (Chan eq. 34).
+// Returns the alpha of facets on facets of the other roughness, whose lengths multiply (Chan eq. 34).
 float combine_alpha(const int shortening, const float alpha, const float other) {
     float a = normal_shortening(shortening, alpha);
     float b = normal_shortening(shortening, other);
     return alpha_of_shortening(shortening, a + b - a * b);
 }
 
-// alpha of GGX facets by macrosurface area, clamped to .0027 to 1 (shortening of 4e-5 to 1/3), relative error 1e-4: two roots
-// and a rational function.
+// Returns the alpha of GGX facets by macrosurface area with two roots and a rational function. It is clamped to .0027 to 1
+// (shortening of 4e-5 to 1/3), with a relative error of 1e-4.
 float ggx_alpha_of_shortening_fit(const float one_minus_length) {
     float held = clamp(one_minus_length, 4.08e-5, 0.33333333);
     float x = sqrt(sqrt(held));

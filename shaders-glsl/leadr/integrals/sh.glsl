@@ -1,8 +1,8 @@
 #ifndef LEADR_SH_GLSL
 #define LEADR_SH_GLSL
 
-// Real spherical harmonics up to order 2 (Ramamoorthi & Hanrahan 2001), coefficients in the order L00, L1-1, L10, L11, L2-2,
-// L2-1, L20, L21, L22. Directions and coefficients must share a frame; here it is the world.
+// Real spherical harmonics up to order 2 (Ramamoorthi & Hanrahan 2001), with coefficients in the order L00, L1-1, L10, L11,
+// L2-2, L2-1, L20, L21, L22. Directions and coefficients must share a frame, which is the world in this library.
 
 float[9] sh_basis(const vec3 d) {
     return float[9](0.28209479, 0.48860251 * d.y, 0.48860251 * d.z, 0.48860251 * d.x, 1.09254843 * d.x * d.y,
@@ -10,7 +10,8 @@ float[9] sh_basis(const vec3 d) {
                     0.54627422 * (d.x * d.x - d.y * d.y));
 }
 
-// Radiance from direction d. For a shorter vector, the mean of several directions, terms of order 1 and 2 are smaller.
+// Returns the radiance from direction d. For a vector shorter than 1, the mean of several directions, terms of order 1 and 2
+// are smaller.
 vec3 sh_radiance(const vec3 c[9], const vec3 d) {
     vec3 q = d * d;
     return 0.28209479 * c[0] + 0.48860251 * (c[1] * d.y + c[2] * d.z + c[3] * d.x)
@@ -25,31 +26,33 @@ void sh_add_light(inout vec3 c[9], const vec3 wi, const vec3 irradiance) {
     for (int i = 0; i < 9; ++i) c[i] += basis[i] * irradiance;
 }
 
-// Irradiance from radiance coefficients c, averaged over normals with mean n and second moments diag = E[xx, yy, zz], off =
-// E[yz, xz, xy]. The cosine convolution is A_l = pi, 2 pi/3, pi/4. The result is linear in the moments; the trace of diag
-// is 1.
+// Returns the irradiance from radiance coefficients c, averaged over normals with mean n and second moments diag = E[xx, yy,
+// zz], off = E[yz, xz, xy]. The cosine convolution is A_l = pi, 2 pi/3, pi/4. The result is linear in the moments, and the
+// trace of diag is 1.
 vec3 sh_irradiance_moments(const vec3 c[9], const vec3 n, const vec3 diag, const vec3 off) {
     return 0.88622693 * c[0] + 1.02332671 * (c[3] * n.x + c[1] * n.y + c[2] * n.z)
          + 0.85808553 * (c[4] * off.z + c[7] * off.y + c[5] * off.x)
          + c[6] * (0.74312386 * diag.z - 0.24770795) + c[8] * (0.42904277 * (diag.x - diag.y));
 }
 
-// Irradiance on a plane of unit normal n.
+// Returns the irradiance on a plane of unit normal n.
 vec3 sh_irradiance(const vec3 c[9], const vec3 n) {
     return sh_irradiance_moments(c, n, n * n, n.yzx * n.zxy);
 }
 
-// The same for one light of unit irradiance, as a polynomial of the cosine: equals sh_add_light followed by sh_irradiance.
+// Returns the irradiance from one light of unit irradiance, as a polynomial of the cosine. It equals sh_add_light followed by
+// sh_irradiance.
 float sh_irradiance_light(const float cosine) {
     return 0.09375 + cosine * (0.5 + 0.46875 * cosine);
 }
 
-// The clamped cosine minus its order-2 part.
+// Returns the clamped cosine minus its order-2 part.
 float sh_irradiance_rest(const float cosine) {
     return max(cosine, 0.0) - sh_irradiance_light(cosine);
 }
 
-// Damping of irradiance beyond order 2 for normals of mean n: exact for its lowest band, 4, and normals spread by diffusion.
+// Returns the damping of irradiance beyond order 2 for normals of mean n. It is exact for the lowest band, 4, and normals
+// spread by diffusion.
 float sh_rest_damping(const vec3 n) {
     float square = min(dot(n, n), 1.0), fourth = square * square;
     return fourth * fourth * square;

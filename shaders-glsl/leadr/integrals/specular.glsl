@@ -7,7 +7,8 @@
 #include "../masking/smith.glsl"
 #include "../slopes/grid.glsl"
 
-// Radiance towards wo under one light from wi, per unit of its irradiance on a plane that faces it (LEADR eq. 17).
+// Returns the radiance towards wo under one light from wi, per unit of irradiance on a plane that faces the light (LEADR eq.
+// 17).
 vec3 leadr_specular_directional(const vec3 wo, const vec3 wi, const vec2 m, const vec3 S, const vec3 f0, const bool shadowing) {
     vec3 h = wo + wi;
     vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
@@ -19,7 +20,8 @@ vec3 leadr_specular_directional(const vec3 wo, const vec3 wi, const vec2 m, cons
     return fresnel_schlick(f0, dot(wi, wh)) * (0.25 * o.under * beckmann_ndf_over(wh, m, S, o.over));
 }
 
-// The same with any shadowing model, from the areas visible along wo and wi: compute o once per pixel for all lights.
+// Returns the radiance under one light with any shadowing model, from the areas visible along wo and wi. Compute o once per
+// pixel for all lights.
 vec3 leadr_specular_light(const int shadowing, const DirectionArea o, const DirectionArea i, const vec3 wo, const vec3 wi, const vec2 m,
                           const vec3 S, const vec3 f0) {
     vec3 h = wo + wi;
@@ -28,7 +30,7 @@ vec3 leadr_specular_light(const int shadowing, const DirectionArea o, const Dire
     return fresnel_schlick(f0, dot(wi, wh)) * (0.25 * d * lit_fraction(shadowing, o, i));
 }
 
-// Environment, LEADR eq. 22 / Algorithm 1. Once per pixel:
+// Evaluates an environment by LEADR eq. 22 / Algorithm 1. Once per pixel:
 //     m = face_viewer(wo, m, S, lambda);            // then norm is positive
 //     vec3 cholesky = slope_cholesky(S);
 //     float ao = meso_area(wo, m), Ao = visible_area(wo, m, S);
@@ -40,8 +42,8 @@ vec3 leadr_specular_light(const int shadowing, const DirectionArea o, const Dire
 //     sum += w * fresnel_schlick(f0, dot(wo, e.wn)) * (shadowing ? shadowing_from_areas(ao, Ao, e.wi, m, S) : 1.0)
 //            * textureLod(environment, from_frame(f, e.wi), env_lod_at(base, wo, e.wn)).rgb;
 //     norm += w;
-// The radiance is sum / max(norm, 1e-12). Dividing by norm is the masking term (supplement, eq. 10), so a constant
-// environment returns exactly its own value.
+// The radiance is sum / max(norm, 1e-12). Dividing by norm is the masking term (supplement, eq. 10), so a constant environment
+// returns exactly its own value.
 
 struct EnvironmentSample {
     vec3 wi;    // reflected direction, unit, tangent frame (eq. 18)
@@ -54,26 +56,26 @@ EnvironmentSample environment_sample_at(const vec3 wo, const vec2 slope) {
     return EnvironmentSample(2.0 * dot(wn, wo) * wn - wo, wn, facet_area(wo, slope));
 }
 
-// The same at standard normal coordinates p.
+// Returns the sample at standard normal coordinates p.
 EnvironmentSample environment_sample(const vec3 wo, const vec2 p, const vec2 m, const vec3 S) {
     return environment_sample_at(wo, slope_sample(p, m, S));
 }
 
 // Additive constants of env_lod, named by their source.
 const float LEADR_LOD_MATCHED = -0.5332;     // solid angle of the sample = mean solid angle of a cube texel
-const float LEADR_LOD_SUPPLEMENT = -1.48;    // supplement 3.5, its derivation
-const float LEADR_LOD_SUPPLEMENT_5 = 0.5;    // supplement 3.5, against banding with 5 x 5 nodes
-const float LEADR_LOD_SUPPLEMENT_32 = -0.5;  // the same with 32 x 32
+const float LEADR_LOD_SUPPLEMENT = -1.48;    // derivation of supplement 3.5
+const float LEADR_LOD_SUPPLEMENT_5 = 0.5;    // value of supplement 3.5 against banding with 5 x 5 nodes
+const float LEADR_LOD_SUPPLEMENT_32 = -0.5;  // value of supplement 3.5 against banding with 32 x 32 nodes
 const float LEADR_LOD_ALGORITHM_1 = -1.8257; // supplement, simplified Algorithm 1: sqrt(alpha / 4 pi) textureSize
 
-// The part of env_lod shared by all samples of a pixel. size: texels per edge of the cube map; spacing: distance of the samples
-// in standard deviations. As in the paper, the larger deviation is used for both axes.
+// Computes the term of env_lod that all samples of a pixel share. size is the texels per edge of the cube map, and spacing the
+// distance of the samples in standard deviations. As in the paper, the larger deviation is used for both axes.
 float env_lod_base(const vec3 S, const float spacing, const float size, const float constant) {
     return 0.5 * log2(max(max(S.x, S.y) * spacing * spacing, 1e-12)) + log2(size) + constant;
 }
 
-// Level of detail of one sample: its solid angle is J (spacing sigma)^2, J = 4 |wn.wo| wn.z^3 (LEADR 5.2). May be
-// negative; J = 0 and sigma = 0 give finite values.
+// Returns the level of detail of one sample, whose solid angle is J (spacing sigma)^2, J = 4 |wn.wo| wn.z^3 (LEADR 5.2). The
+// result may be negative; J = 0 and sigma = 0 give finite values.
 float env_lod_at(const float base, const vec3 wo, const vec3 wn) {
     return base + 0.5 * log2(max(4.0 * abs(dot(wn, wo)) * wn.z * wn.z * wn.z, 1e-12));
 }

@@ -3,26 +3,26 @@
 
 #include "../constants.glsl"
 
-// Occlusion by a point's surroundings, as one number or as a cone (Chan 2018, 4.4-4.7;
-// crates/leadr-reflectance/src/masking/occlusion.rs). Visibility is the unoccluded share of the cosine-weighted hemisphere. A
-// cone is vec4(axis, cosine of its half angle): everything inside is unoccluded.
+// Occlusion of a point by surrounding geometry, as one number or as a cone (Chan 2018, 4.4-4.7;
+// crates/leadr-reflectance/src/masking/occlusion.rs). Visibility is the unoccluded fraction of the cosine-weighted hemisphere.
+// A cone is vec4(axis, cosine of its half angle): all directions inside are unoccluded.
 
-// Radiance assumed for hidden directions, in adjusted_visibility.
+// Radiance that adjusted_visibility assumes for hidden directions.
 const int LEADR_HIDDEN_BLACK = 0;           // eq. 45
 const int LEADR_HIDDEN_WHITE_OCCLUDED = 1;  // eq. 46
 const int LEADR_HIDDEN_SAME_UNOCCLUDED = 2; // eq. 47
 const int LEADR_HIDDEN_SAME_OCCLUDED = 3;   // eq. 48
 const int LEADR_HIDDEN_SAME_RADIANCE = 4;   // eq. 49: all bounces
 
-// A / (1 - rho (1 - A)), eq. 49; 0 for A = 0.
+// Returns A / (1 - rho (1 - A)), eq. 49, or 0 for A = 0.
 vec3 interreflected_visibility(const float visibility, const vec3 albedo) {
     float a = clamp(visibility, 0.0, 1.0);
     vec3 rho = clamp(albedo, 0.0, 1.0);
     return a / max((1.0 - rho) + rho * a, vec3(1e-12));
 }
 
-// Share of a white environment that reaches a point of this visibility and albedo. `hidden` gives the radiance of hidden
-// directions.
+// Returns the fraction of a white environment that reaches a point of this visibility and albedo. `hidden` selects the radiance
+// of hidden directions.
 vec3 adjusted_visibility(const int hidden, const float visibility, const vec3 albedo) {
     float a = clamp(visibility, 0.0, 1.0);
     vec3 rho = clamp(albedo, 0.0, 1.0);
@@ -33,24 +33,24 @@ vec3 adjusted_visibility(const int hidden, const float visibility, const vec3 al
     return interreflected_visibility(a, rho);
 }
 
-// Cosine of the half angle of the cone about the normal with this visibility, sqrt(1 - V) (eq. 56).
+// Returns the cosine of the half angle of the cone about the normal with this visibility, sqrt(1 - V) (eq. 56).
 float cone_cosine(const float visibility) {
     return sqrt(1.0 - clamp(visibility, 0.0, 1.0));
 }
 
-// Visibility of a cone about the normal, 1 - cos^2 (eq. 55).
+// Returns the visibility of a cone about the normal, 1 - cos^2 (eq. 55).
 float cone_visibility(const float cosine) {
     float c = clamp(cosine, 0.0, 1.0);
     return (1.0 - c) * (1.0 + c);
 }
 
-// sqrt(1 - x^2).
+// Returns sqrt(1 - x^2).
 float cone_root(const float x) {
     return sqrt(max((1.0 - x) * (1.0 + x), 0.0));
 }
 
-// Visibility of a cone about any axis, excluding its part below the horizon: a disc's projection, or the form factor of a
-// sphere clipped by the horizon (Snyder 1996).
+// Returns the visibility of a cone about any axis, excluding its part below the horizon. It is a disc's projection, or the form
+// factor of a sphere clipped by the horizon (Snyder 1996).
 float bent_cone_visibility(const vec4 cone) {
     float cosine = clamp(cone.w, 0.0, 1.0), z = clamp(cone.z, -1.0, 1.0);
     float sine = cone_root(cosine), tilt = cone_root(z);
@@ -58,14 +58,14 @@ float bent_cone_visibility(const vec4 cone) {
     if (-z >= sine || sine < 1e-6) return 0.0;
     float cut = clamp(-cosine * z / max(sine * tilt, 1e-12), -1.0, 1.0);
     float across = cone_root(cut);
-    // acos without its loss of precision near 1: the pair lies on the unit circle.
+    // The arguments lie on the unit circle, so atan replaces acos without its loss of precision near 1.
     float disc = sine * (sine * z * atan(across, cut) - cosine * tilt * across);
     float edge = sine * tilt * across;
     return clamp((disc + atan(edge, max(cosine, 1e-30))) / LEADR_PI, 0.0, 1.0);
 }
 
-// Cosine of the half angle of the cone about `axis` with this visibility, the inverse of bent_cone_visibility. Exact above the
-// horizon, within 1.3 degrees beyond it for axes up to 75 degrees from the normal.
+// Returns the cosine of the half angle of the cone about `axis` with this visibility, the inverse of bent_cone_visibility. It
+// is exact above the horizon, and within 1.3 degrees beyond it for axes up to 75 degrees from the normal.
 float bent_cone_cosine(const float visibility, const vec3 axis) {
     float v = clamp(visibility, 0.0, 1.0), z = clamp(axis.z, -1.0, 1.0);
     if (z <= 1e-6) return 1.0;
@@ -79,32 +79,32 @@ float bent_cone_cosine(const float visibility, const vec3 axis) {
     return clamp(s * s * ((1.0 + 2.0 * t) * tilt + t * steep) - t * t * s * last, 0.0, 1.0);
 }
 
-// The cone of a visibility vector, the sum of the unoccluded directions over pi: its axis is the direction, its visibility the
-// length. A zero vector gives an empty cone about z.
+// Returns the cone of a visibility vector, the sum of the unoccluded directions over pi. The vector's direction is the
+// axis of the cone, and its length the visibility. A zero vector gives an empty cone about z.
 vec4 cone_of_vector(const vec3 b) {
     float share = length(b);
     return share > 1e-12 ? vec4(b / share, cone_cosine(share)) : vec4(0.0, 0.0, 1.0, 1.0);
 }
 
-// The cone of a visibility about a bent normal.
+// Returns the cone of a visibility about a bent normal.
 vec4 bent_cone(const float visibility, const vec3 axis) {
     return vec4(axis, bent_cone_cosine(visibility, axis));
 }
 
-// Whether a light from wi lies within the cone, 0 or 1 (eq. 57).
+// Returns 1 for a light from wi within the cone, otherwise 0 (eq. 57).
 float cone_light(const vec4 cone, const vec3 wi) {
     return dot(cone.xyz, wi) > cone.w ? 1.0 : 0.0;
 }
 
-// Visibility of a light from wi, falling off outside the cone: clamp(axis.wi / cos, 0, 1)^2 (eq. 58).
+// Returns the visibility of a light from wi, which falls off outside the cone as clamp(axis.wi / cos, 0, 1)^2 (eq. 58).
 float cone_light_smooth(const vec4 cone, const vec3 wi) {
     float along = dot(cone.xyz, wi);
     float ratio = along >= cone.w ? 1.0 : clamp(along / max(cone.w, 1e-12), 0.0, 1.0);
     return ratio * ratio;
 }
 
-// The cosine of a cone about the normal, opened for smooth surfaces and grazing viewers (listing 3; without eq. 60 if not `biased`).
-// exponent of the gloss: 6 in the listing, 8 in the text.
+// Returns the cosine of a cone about the normal, opened for smooth surfaces and grazing viewers (listing 3; without eq. 60 if
+// not `biased`). exponent is the exponent of the gloss, 6 in the listing and 8 in the text.
 float adjusted_cone_cosine(const float cosine, const float gloss, const float n_v, const bool biased, const int exponent) {
     float g = clamp(biased ? 1.5 * gloss : gloss, 0.0, 1.0);
     float g2 = g * g;

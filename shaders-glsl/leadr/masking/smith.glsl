@@ -5,28 +5,28 @@
 
 // Smith masking and shadowing of a noncentral Gaussian surface (LEADR eq. 13-15), without the poles of Lambda.
 
-// Lambda(w) of LEADR 4.3; a large finite value where the paper has +infinity (a <= 0).
+// Returns Lambda(w) of LEADR 4.3, with a large finite value where the paper has +infinity (a <= 0).
 float smith_lambda(const vec3 w, const vec2 m, const vec3 S) {
     float a = meso_area(w, m);
     return rough_area(a, slope_spread(w, S)) / max(a, LEADR_MIN_AREA);
 }
 
-// A visible area as a quotient of two positive numbers (the denominator is at least MIN_AREA^2). The area is at least MIN_AREA.
-// Callers can merge the quotient into their own divisions.
+// A visible area, at least MIN_AREA, as a quotient of two positive numbers. The denominator is at least MIN_AREA^2. Callers can
+// merge the quotient into their own divisions.
 struct AreaQuotient {
     float over;
     float under;
 };
 
-// A = a/2 + sqrt(a^2/4 + b^2 K(t^2)), t = a/b, with K = h (h + |t|), where h is that of rough_area: K is even in t, smooth in
-// t^2, and 1/(2 pi) at 0. K is 1/P^8 with a polynomial P (a minimax fit made for this project, relative error 1.5e-6 in K up to
-// t = 4.7; beyond, everything except a/2 is less than 1e-6 b). It needs no exponential and no division. Below a = 0 the
-// conjugate form avoids cancellation.
+// Returns A = a/2 + sqrt(a^2/4 + b^2 K(t^2)) with t = a/b and K = h (h + |t|), where h is the function h of rough_area. K is
+// even in t, smooth in t^2, and 1/(2 pi) at 0. K is computed as 1/P^8 with a polynomial P, a minimax fit made for this project
+// with a relative error of 1.5e-6 in K up to t = 4.7. Beyond this t, all terms except a/2 are less than 1e-6 b. The fit needs
+// no exponential and no division. Below a = 0 the conjugate form avoids cancellation.
 AreaQuotient visible_area_quotient(const vec3 w, const vec2 m, const vec3 S) {
     float a = meso_area(w, m);
     float b2 = max(slope_spread_squared(w, S), 1e-24);
     float s = min(a * a / b2, 22.09);
-    // Evaluated in pairs, which halves the dependency chain of nested multiplication.
+    // The polynomial is evaluated in pairs, which halves the dependency chain of nested multiplication.
     float s2 = s * s;
     float p = (1.25826584 + 0.0897783514 * s) + s2 * ((0.00260910305 + 6.47612559e-5 * s)
             + s2 * ((8.69022102e-7 + 8.58237506e-9 * s) + s2 * 2.58387444e-10));
@@ -38,14 +38,14 @@ AreaQuotient visible_area_quotient(const vec3 w, const vec2 m, const vec3 S) {
     return AreaQuotient(max(a < 0.0 ? b2 : sum, LEADR_MIN_AREA * under), under);
 }
 
-// 1 / A(wo) = (wm.wg / wm.wo) / (1 + Lambda(wo)): masking alone, with the projected area of eq. 16.
+// Returns 1 / A(wo) = (wm.wg / wm.wo) / (1 + Lambda(wo)), the factor of masking alone, with the projected area of eq. 16.
 float masking(const vec3 wo, const vec2 m, const vec3 S) {
     AreaQuotient o = visible_area_quotient(wo, m, S);
     return o.under / o.over;
 }
 
-// 1 / (a_o (1 + Lambda_o + Lambda_i)), LEADR eq. 13 with the projected area of eq. 16: height-correlated masking and
-// shadowing. 0 when the light is below the mesosurface. Without shadowing: masking(wo).
+// Returns 1 / (a_o (1 + Lambda_o + Lambda_i)), LEADR eq. 13 with the projected area of eq. 16, for height-correlated masking
+// and shadowing. It is 0 when the light is below the mesosurface. Without shadowing, the result is masking(wo).
 float masking_shadowing(const vec3 wo, const vec3 wi, const vec2 m, const vec3 S, const bool shadowing) {
     if (!shadowing) return masking(wo, m, S);
     float ao = max(meso_area(wo, m), 0.0);
@@ -54,16 +54,16 @@ float masking_shadowing(const vec3 wo, const vec3 wi, const vec2 m, const vec3 S
     return ai / max(ai * Ao + ao * rough_area(ai, slope_spread(wi, S)), 1e-30);
 }
 
-// shadowing_given_masking with the viewer's part computed outside the loop: ao = meso_area(wo, m), Ao = visible_area(wo, m,
-// S).
+// Returns shadowing_given_masking with the viewer's terms computed outside the loop: ao = meso_area(wo, m), Ao =
+// visible_area(wo, m, S).
 float shadowing_from_areas(const float ao, const float Ao, const vec3 wi, const vec2 m, const vec3 S) {
     float ai = max(meso_area(wi, m), 0.0);
     float lit = ai * max(Ao, LEADR_MIN_AREA);
     return lit / max(lit + max(ao, 0.0) * rough_area(ai, slope_spread(wi, S)), 1e-30);
 }
 
-// (1 + Lambda_o) / (1 + Lambda_o + Lambda_i): the lit share of the visible area, 0..1. It weights one sample (eq. 22) or one
-// light (eq. 20) in a sum that is already normalised for masking. 1 without shadowing.
+// Returns (1 + Lambda_o) / (1 + Lambda_o + Lambda_i), the lit fraction of the visible area, 0..1, or 1 without shadowing. It
+// weights one sample (eq. 22) or one light (eq. 20) in a sum that is already normalised for masking.
 float shadowing_given_masking(const vec3 wo, const vec3 wi, const vec2 m, const vec3 S, const bool shadowing) {
     return shadowing ? shadowing_from_areas(meso_area(wo, m), visible_area(wo, m, S), wi, m, S) : 1.0;
 }

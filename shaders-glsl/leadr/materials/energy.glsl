@@ -4,18 +4,19 @@
 #include "../constants.glsl"
 #include "../facets/fresnel.glsl"
 
-// Total reflectance of specular facets, and two ways to restore the light lost beyond their first bounce (Kulla and Conty 2017;
-// Turquin 2019; crates/leadr-reflectance/src/materials/energy.rs). The includer defines the albedo, a table of 33 columns and 48 rows:
+// Total reflectance of specular facets, and two methods to restore the light lost beyond their first bounce (Kulla and Conty
+// 2017; Turquin 2019; crates/leadr-reflectance/src/materials/energy.rs). The includer defines the albedo, a table of 33 columns
+// and 48 rows:
 //     uniform sampler2D energy;
 //     #define LEADR_ENERGY_TEXEL(x, y) texelFetch(energy, ivec2(x, y), 0).xy
-// EnergyTable::texels fills it: (1 - ideal, grazing) at cos = (x / 31)^2, alpha = (y / 47)^4, and the average at x = 32.
-// An albedo is vec2(ideal, grazing): for F = 1, and for F = (1 - cos)^5.
+// EnergyTable::texels fills the table with (1 - ideal, grazing) at cos = (x / 31)^2, alpha = (y / 47)^4, and with the average
+// at x = 32. An albedo is vec2(ideal, grazing), for F = 1 and for F = (1 - cos)^5.
 
 #ifndef LEADR_ENERGY_TEXEL
 #error define LEADR_ENERGY_TEXEL(x, y) before this file: texel of the table of energies
 #endif
 
-// Value at column x of the table, interpolated towards the next, at a roughness.
+// Returns the value at column x of the table, interpolated towards the next column, at a roughness.
 vec2 energy_between(const float alpha, const int x, const float t) {
     float y = sqrt(sqrt(clamp(alpha, 0.0, 1.0))) * 47.0;
     int row = min(int(y), 46);
@@ -26,53 +27,54 @@ vec2 energy_between(const float alpha, const int x, const float t) {
     return vec2(1.0 - texel.x, texel.y);
 }
 
-// Albedo towards a viewer.
+// Returns the albedo towards a viewer.
 vec2 energy_albedo(const float alpha, const float cosine) {
     float x = sqrt(clamp(cosine, 0.0, 1.0)) * 31.0;
     int column = min(int(x), 30);
     float t = x - float(column);
-    // Near grazing incidence albedos are linear in the cosine itself.
+    // Near grazing incidence, albedos are linear in the cosine, not in its square root.
     return energy_between(alpha, column, column == 0 ? t * t : t);
 }
 
-// Mean over the cosine-weighted hemisphere.
+// Returns the mean albedo over the cosine-weighted hemisphere.
 vec2 energy_average(const float alpha) {
     return energy_between(alpha, 32, 0.0);
 }
 
-// Albedo for fresnel_schlick with this f0.
+// Returns the albedo for fresnel_schlick with this f0.
 vec3 split_albedo(const vec3 f0, const vec2 albedo) {
     return f0 * (albedo.x - albedo.y) + grazing_reflectance(f0) * albedo.y;
 }
 
-// Mean of Schlick's Fresnel term over the cosine-weighted hemisphere.
+// Returns the mean of Schlick's Fresnel term over the cosine-weighted hemisphere.
 vec3 average_fresnel(const vec3 f0) {
     return f0 + (grazing_reflectance(f0) - f0) / 21.0;
 }
 
-// Fraction of the lost light that leaves after all further bounces, F^2 E / (1 - F (1 - E)).
+// Returns the fraction of the lost light that leaves after all further bounces, F^2 E / (1 - F (1 - E)).
 vec3 compensation_color(const vec3 f0, const float average_ideal) {
     vec3 f = average_fresnel(f0);
     return f * f * average_ideal / max(1.0 - f * (1.0 - average_ideal), vec3(1e-6));
 }
 
-// BRDF of the light that ideal facets (F = 1) reflect more than once; multiply by compensation_color.
+// Returns the BRDF of the light that ideal facets (F = 1) reflect more than once. Multiply it by compensation_color.
 float compensation_lobe(const float ideal_o, const float ideal_i, const float average_ideal) {
     return (1.0 - ideal_o) * (1.0 - ideal_i) / (LEADR_PI * max(1.0 - average_ideal, 1e-6));
 }
 
-// Factor on the single-scattering lobe that restores the albedo of all bounces for F0 = 1: cheaper, not reciprocal.
+// Returns the factor on the single-scattering lobe that restores the albedo of all bounces for F0 = 1. It is cheaper, but not
+// reciprocal.
 vec3 compensation_scale(const vec3 f0, const float ideal_o) {
     float e = max(ideal_o, 1e-3);
     return 1.0 + f0 * ((1.0 - e) / e);
 }
 
-// Total specular reflection towards the viewer.
+// Returns the total specular reflection towards the viewer.
 vec3 specular_albedo(const vec3 f0, const vec2 albedo, const float average_ideal) {
     return split_albedo(f0, albedo) + (1.0 - albedo.x) * compensation_color(f0, average_ideal);
 }
 
-// Light that enters the diffuse base below the facets; with energy_average, the mean over the hemisphere.
+// Returns the light that enters the diffuse base below the facets. With energy_average, it is the mean over the hemisphere.
 vec3 entered(const vec3 f0, const vec2 albedo, const float average_ideal) {
     return max(1.0 - specular_albedo(f0, albedo, average_ideal), 0.0);
 }

@@ -6,8 +6,8 @@
 #include "../masking/variants.glsl"
 #include "microfacet.glsl"
 
-// A measured material: facets whose slope distribution is a table (thesis chapter 4): f_r cos(theta_i) = F D (G / a_o) / 4, plus
-// a diffuse base. Its values are consecutive words of a buffer that the includer defines:
+// A measured material, whose facets have a tabulated slope distribution (thesis chapter 4). It has f_r cos(theta_i) = F D (G /
+// a_o) / 4, plus a diffuse base. Its values are consecutive words of a buffer that the includer defines:
 //     layout(std430) readonly buffer Fits { float fits[]; };
 //     #define LEADR_FITTED_WORD(i) fits[i]
 // A material starts at the word `fit`. crates/leadr-reflectance/src/materials/fitted_table.rs writes:
@@ -17,7 +17,7 @@
 // Starts are relative to `fit`. ln D is sampled at theta = (i / n)^2 90 degrees and the area at cos(theta) = (j / n)^2, each as value
 // and derivative; Fresnel reflectances at even steps of the angle, r, g and b.
 //
-// stretch: ratio of the slopes to the measured ones; 1 for the material itself.
+// stretch is the ratio of the slopes to the measured slopes, or 1 for the unmodified material.
 
 #ifndef LEADR_FITTED_WORD
 #error define LEADR_FITTED_WORD(i) before this file: word i of the numbers of all fits
@@ -35,8 +35,8 @@ bool fitted_is_round(const uint fit) { return fitted_word(fit, 7) < 1.5; }
 
 struct FittedLobe {
     float share;
-    vec3 S;      // covariance of its slopes
-    float alpha; // roughness across the direction of its widest slopes
+    vec3 S;      // covariance of the lobe's slopes
+    float alpha; // roughness across the direction of the lobe's widest slopes
 };
 
 FittedLobe fitted_lobe(const uint fit, const int i, const float stretch) {
@@ -45,7 +45,7 @@ FittedLobe fitted_lobe(const uint fit, const int i, const float stretch) {
     return FittedLobe(fitted_word(fit, at), S * (stretch * stretch), min(stretch * fitted_word(fit, at + 4), 2.0));
 }
 
-// Cubic through knots at 0, 1, 2, ...; the data start at `at`.
+// Evaluates a cubic through knots at 0, 1, 2, ... The data start at `at`.
 float fitted_curve(const uint fit, const int at, const int intervals, float x) {
     x = clamp(x, 0.0, float(intervals));
     int i = min(int(x), intervals - 1);
@@ -55,7 +55,7 @@ float fitted_curve(const uint fit, const int at, const int intervals, float x) {
          + t * t * (3.0 - 2.0 * t) * fitted_word(fit, knot + 2) - t * t * s * fitted_word(fit, knot + 3);
 }
 
-// The same with one curve per azimuth, interpolated over four azimuths by a cubic.
+// Evaluates one cubic per azimuth, and interpolates over four azimuths by another cubic.
 float fitted_rows(const uint fit, const int at, const int intervals, const float x, const vec2 towards) {
     int rows = int(fitted_word(fit, 7));
     if (rows == 1) return fitted_curve(fit, at, intervals, x);
@@ -70,7 +70,7 @@ float fitted_rows(const uint fit, const int at, const int intervals, const float
          + t * (2.0 * four.x - 5.0 * four.y + 4.0 * four.z - four.w + t * (3.0 * (four.y - four.z) + four.w - four.x)));
 }
 
-// D(wn), density of normals per unit of macrosurface and solid angle.
+// Returns D(wn), the density of normals per unit of macrosurface and solid angle.
 float fitted_ndf(const uint fit, const vec3 wn, const float stretch) {
     if (wn.z <= 0.0) return 0.0;
     vec3 n = vec3(wn.xy / stretch, wn.z);
@@ -81,12 +81,12 @@ float fitted_ndf(const uint fit, const vec3 wn, const float stretch) {
     return exp(fitted_rows(fit, int(fitted_word(fit, 8)), intervals, x, n.xy)) / (square * square);
 }
 
-// Mean slope.
+// Returns the mean slope.
 vec2 fitted_mean(const uint fit, const float stretch) {
     return stretch * vec2(fitted_word(fit, 4), fitted_word(fit, 5));
 }
 
-// A(w), the visible area.
+// Returns A(w), the visible area.
 float fitted_area(const uint fit, const vec3 w, const float stretch) {
     vec2 mean = fitted_mean(fit, stretch);
     vec3 seen = vec3(stretch * w.xy, w.z);
@@ -99,11 +99,11 @@ float fitted_area(const uint fit, const vec3 w, const float stretch) {
     return max(l * area + (w.z < 0.0 ? a : 0.0), max(a, 0.0));
 }
 
-// F at the cosine of wo and wh, linear RGB.
+// Returns F at the cosine of wo and wh, in linear RGB.
 vec3 fitted_fresnel(const uint fit, const float cosine) {
     int intervals = int(fitted_word(fit, 11));
     float c = clamp(cosine, 0.0, 1.0);
-    // acos to 2e-8 (Abramowitz and Stegun 4.4.46).
+    // The polynomial is acos to 2e-8 (Abramowitz and Stegun 4.4.46).
     float angle = sqrt(1.0 - c) * (1.5707963050 + c * (-0.2145988016 + c * (0.0889789874 + c * (-0.0501743046
                 + c * (0.0308918810 + c * (-0.0170881256 + c * (0.0066700901 - c * 0.0012624911)))))));
     float x = angle / 1.57079633 * float(intervals);
@@ -114,7 +114,8 @@ vec3 fitted_fresnel(const uint fit, const float cosine) {
     return mix(low, high, clamp(x - float(i), 0.0, 1.0));
 }
 
-// D (G / a_o) / 4: f_r cos(theta_i) of its specular term without F. 0 for a half vector on or below the horizon.
+// Returns D (G / a_o) / 4, which is f_r cos(theta_i) of the material's specular term without F. It is 0 for a half vector on or
+// below the horizon.
 float fitted_specular(const uint fit, const vec3 wo, const vec3 wi, const float stretch) {
     vec3 wh = half_vector(wo, wi);
     if (wh.z <= 0.0) return 0.0;
@@ -123,8 +124,8 @@ float fitted_specular(const uint fit, const vec3 wo, const vec3 wi, const float 
     return microfacet_product(fitted_ndf(fit, wh, stretch), factor);
 }
 
-// Specular directions are drawn from the visible normals of its Gaussian lobes, each lobe by its visible area. `area`: the sum
-// of these over the lobes.
+// Returns the sum of the visible areas of the Gaussian lobes. Specular directions are drawn from the visible normals of the
+// lobes, each lobe by its visible area. The functions below take the sum as `area`.
 float fitted_lobes_area(const uint fit, const vec3 wo, const float stretch) {
     float area = 0.0;
     for (int i = 0; i < fitted_lobes(fit); ++i) {
@@ -134,7 +135,7 @@ float fitted_lobes_area(const uint fit, const vec3 wo, const float stretch) {
     return area;
 }
 
-// The visible normal for u in [0, 1)^2 and a choice of the lobe in [0, 1).
+// Returns the visible normal for u in [0, 1)^2 and a choice of the lobe in [0, 1).
 vec3 fitted_lobes_normal(const uint fit, const vec3 wo, const float choice, const vec2 u, const float area, const float stretch) {
     float rest = choice * area;
     int last = fitted_lobes(fit) - 1;
@@ -151,7 +152,7 @@ vec3 fitted_lobes_normal(const uint fit, const vec3 wo, const float choice, cons
     return beckmann_sample_visible(wo, u, vec2(0.0), lobe.S);
 }
 
-// Density per solid angle of directions that such normals wn reflect wo into.
+// Returns the density per solid angle of directions that the drawn normals wn reflect wo into.
 float fitted_lobes_density(const uint fit, const vec3 wo, const vec3 wn, const float area, const float stretch) {
     float d = 0.0;
     for (int i = 0; i < fitted_lobes(fit); ++i) {

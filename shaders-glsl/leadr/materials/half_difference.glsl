@@ -8,17 +8,17 @@ struct HalfDifference {
     vec3 wd; // wi in the frame that takes wh to z: Rot_y(-theta_h) Rot_z(-phi_h) wi; wd.z = cos(theta_d)
 };
 
-// (sin(theta), cos(phi), sin(phi)) of a direction; phi = 0 at the poles.
+// Returns (sin(theta), cos(phi), sin(phi)) of a direction, with phi = 0 at the poles.
 vec3 direction_angles(const vec3 w) {
     float sine = sqrt(w.x * w.x + w.y * w.y);
     return sine < 1e-18 ? vec3(0.0, 1.0, 0.0) : vec3(sine, w.xy / sine);
 }
 
-// Opposite directions have no half vector. The highest direction orthogonal to wi replaces it.
+// Converts two directions. Opposite directions have no half vector, so the highest direction orthogonal to wi replaces it.
 HalfDifference directions_to_half_difference(const vec3 wo, const vec3 wi) {
     vec3 sum = wi + wo;
     float length2 = dot(sum, sum);
-    // sum = (|sum|^2 / 2) wi + a part orthogonal to wi; for a short sum the first term is lost to rounding.
+    // sum is (|sum|^2 / 2) wi plus a vector orthogonal to wi. For a short sum, the first term is lost to rounding.
     vec3 across = sum - dot(sum, wi) * wi;
     vec3 a = direction_angles(wi);
     vec3 wh = length2 > 1.0 ? sum * inversesqrt(length2)

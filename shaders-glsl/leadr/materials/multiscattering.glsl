@@ -5,14 +5,14 @@
 #include "../facets/fresnel.glsl"
 
 // Diffuse reflection of rough surfaces with light between facets, under a specular coat (Chan 2018, section 5, and a fit of
-// this project; formulas and proof of the albedo in crates/leadr-reflectance/src/materials/multiscattering.rs).
+// this project). crates/leadr-reflectance/src/materials/multiscattering.rs has the formulas and proves the albedo.
 
-// The BRDF of a white diffuse facet below a coat (eq. 62); its albedo is 1 - F.
+// Returns the BRDF of a white diffuse facet below a coat (eq. 62), whose albedo is 1 - F.
 float facet_diffuse(const float f0, const float cosine_o, const float cosine_i) {
     return 21.0 / (20.0 * LEADR_PI) * (1.0 - f0) * (1.0 - schlick_weight(cosine_o)) * (1.0 - schlick_weight(cosine_i));
 }
 
-// The published hand fit, eq. 64-69 and listing 1, without albedo / pi. Its albedo exceeds 1.
+// Evaluates the published hand fit, eq. 64-69 and listing 1, without albedo / pi. Its albedo exceeds 1.
 float chan_diffuse(float n_l, float n_v, float n_h, float l_h, const float gloss) {
     n_l = clamp(n_l, 0.0, 1.0);
     n_v = clamp(n_v, 0.0, 1.0);
@@ -29,8 +29,8 @@ float chan_diffuse(float n_l, float n_v, float n_h, float l_h, const float gloss
 // Parameters of the light between facets of one roughness.
 struct FacetBounces {
     float grazing; // weight of the first bounce at grazing angles
-    float again;   // chance that light leaving a facet hits another
-    float lean;    // lean of the rest of the first bounce towards the light
+    float again;   // probability that light leaving a facet hits another
+    float lean;    // bias towards the light of the remaining first bounce
     float lost;    // fraction of the light lost between facets
 };
 
@@ -39,7 +39,7 @@ float bounce_value(const float alpha, const vec3 k) {
     return k.x * a * a / max(a * a + k.y * a + k.z, 1e-9);
 }
 
-// Facets whose coat reflects specularly: no light is lost.
+// Returns the parameters of facets whose coat reflects specularly, so that no light is lost.
 FacetBounces facet_bounces(const float alpha) {
     return FacetBounces(bounce_value(alpha, vec3(0.39284, 0.11088, 0.01835)),
                         clamp(bounce_value(alpha, vec3(0.92213, 0.76687, 0.46287)), 0.0, 0.9),
@@ -47,7 +47,7 @@ FacetBounces facet_bounces(const float alpha) {
                         clamp(bounce_value(alpha, vec3(0.0, 0.0, 1.0)), 0.0, 1.0));
 }
 
-// Facets whose coat absorbs what it reflects, as in the paper's simulation.
+// Returns the parameters of facets whose coat absorbs the light it reflects, as in the paper's simulation.
 FacetBounces facet_bounces_lossy(const float alpha) {
     return FacetBounces(bounce_value(alpha, vec3(0.38738, 0.12849, 0.02321)),
                         clamp(bounce_value(alpha, vec3(0.84374, 0.74115, 0.45752)), 0.0, 0.9),
@@ -55,19 +55,19 @@ FacetBounces facet_bounces_lossy(const float alpha) {
                         clamp(bounce_value(alpha, vec3(0.38913, 1.77282, 0.13691)), 0.0, 1.0));
 }
 
-// 2 (1 - c ln(1 + 1/c)): albedo of 1 / (c_o + c_i) over 1/pi.
+// Returns 2 (1 - c ln(1 + 1/c)), the albedo of 1 / (c_o + c_i) over 1/pi.
 float grazing_albedo(const float cosine) {
     float c = clamp(cosine, 1e-12, 1.0);
     return 2.0 * (1.0 - c * log((1.0 + c) / c));
 }
 
-// Albedo of the first bounce, relative to facet albedo and entering light.
+// Returns the albedo of the first bounce, relative to facet albedo and entering light.
 vec3 first_albedo(const FacetBounces bounces, const vec3 albedo) {
     return (1.0 - bounces.lost) * (1.0 - bounces.again) / (1.0 - albedo * bounces.again);
 }
 
-// The BRDF, per steradian; 0 for directions on or below the horizon. entered_o, entered_i, entered_average: light that enters
-// along the viewer's direction, along the light's, and on average (`entered` of energy.glsl).
+// Returns the BRDF per steradian, which is 0 for directions on or below the horizon. entered_o, entered_i and entered_average
+// are the light that enters along the viewer's direction, along the light's, and on average (`entered` of energy.glsl).
 vec3 multiscattering_diffuse(const vec3 wo, const vec3 wi, const FacetBounces bounces, const vec3 f0, const vec3 albedo,
                              const vec3 entered_o, const vec3 entered_i,
                              const vec3 entered_average) {
@@ -76,18 +76,18 @@ vec3 multiscattering_diffuse(const vec3 wo, const vec3 wi, const FacetBounces bo
     float d = wo.x * wi.x + wo.y * wi.y;
     float sines = (1.0 - c_o * c_o) * (1.0 - c_i * c_i);
     float phase = max(1.0 + 11.0 / 9.0 * d + 2.0 / 9.0 * (2.0 * d * d - sines), 0.0);
-    // Smaller for dark facets, which have only the first bounce.
+    // kappa is smaller for dark facets, which have only the first bounce.
     vec3 kappa = bounces.grazing * (1.0 - f0) * (1.0 - 0.7 * bounces.again * (1.0 - albedo));
     vec3 white = first_albedo(bounces, albedo);
     vec3 r_o = max(entered_o * white - kappa * grazing_albedo(c_o), 0.0);
     vec3 r_i = max(entered_i * white - kappa * grazing_albedo(c_i), 0.0);
-    // 8/3 (1 - ln 2), the mean of grazing_albedo.
+    // The constant is 8/3 (1 - ln 2), the mean of grazing_albedo.
     vec3 average = max(entered_average * white - kappa * 0.818274185, 1e-6);
     vec3 lean = 1.0 + (1.0 - albedo * bounces.again) * (bounces.lean * d);
     return albedo / LEADR_PI * (kappa * (phase / max(c_o + c_i, 1e-6)) + r_o * (r_i / average) * lean);
 }
 
-// Directional albedo of multiscattering_diffuse, from the light that enters along that direction.
+// Returns the directional albedo of multiscattering_diffuse, from the light that enters along that direction.
 vec3 multiscattering_albedo(const FacetBounces bounces, const vec3 albedo, const vec3 enters) {
     return albedo * first_albedo(bounces, albedo) * enters;
 }

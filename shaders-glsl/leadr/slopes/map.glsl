@@ -11,12 +11,12 @@
 struct SlopeMap {
     vec2 linear_s;
     vec2 linear_t;
-    vec2 offset; // slope of the offset macrosurface itself, which need not be orthogonal to N
+    vec2 offset; // slope of the offset macrosurface, which need not be orthogonal to N
 };
 
-// ts, tt: derivatives of the offset macrosurface by s and t; x, y, z: orthonormal frame, z the displacement direction. Where
-// the surface is edge-on to z, the determinant is clamped to 1e-4 of the squared tangent lengths and keeps its sign (mirrored
-// charts are negative). Slopes thus stay finite.
+// Computes the map from ts and tt, the derivatives of the offset macrosurface by s and t. x, y and z are an orthonormal frame,
+// with z the displacement direction. Where the surface is edge-on to z, the determinant is clamped to 1e-4 of the squared
+// tangent lengths and keeps its sign (mirrored charts are negative). Slopes thus stay finite.
 SlopeMap slope_map(const vec3 ts, const vec3 tt, const vec3 x, const vec3 y, const vec3 z) {
     vec3 s = vec3(dot(ts, x), dot(ts, y), dot(ts, z));
     vec3 t = vec3(dot(tt, x), dot(tt, y), dot(tt, z));
@@ -27,13 +27,13 @@ SlopeMap slope_map(const vec3 ts, const vec3 tt, const vec3 x, const vec3 y, con
     return SlopeMap(linear[0], linear[1], linear * vec2(s.z, t.z));
 }
 
-// Mean slope in the frame, its length clamped to MAX_SLOPE. gradient: (E[h_s], E[h_t]).
+// Returns the mean slope in the frame, with its length clamped to MAX_SLOPE. gradient is (E[h_s], E[h_t]).
 vec2 map_mean_slope(const SlopeMap map, const vec2 gradient) {
     vec2 slope = clamp(mat2(map.linear_s, map.linear_t) * gradient + map.offset, -1e12, 1e12);
     return slope * min(1.0, LEADR_MAX_SLOPE * inversesqrt(max(dot(slope, slope), 1e-12)));
 }
 
-// Covariance in the frame: linear S linear^T (LEADR eq. 12), clamped to be usable (clamp_covariance).
+// Returns the covariance in the frame, linear S linear^T (LEADR eq. 12), clamped to be usable (clamp_covariance).
 vec3 map_covariance(const SlopeMap map, const vec3 S) {
     return clamp_covariance(map_second_moments(mat2(map.linear_s, map.linear_t), S));
 }

@@ -16,32 +16,33 @@ struct SlopeMoments {
     vec3 second; // E[x^2], E[y^2], E[xy]
 };
 
-// Moments of one slope sample.
+// Returns the moments of one slope sample.
 SlopeMoments moments_of_slope(const vec2 slope) {
     return SlopeMoments(slope, vec3(slope * slope, slope.x * slope.y));
 }
 
-// Slope of a normal of any length, clamped to MAX_SLOPE; a normal below the horizon is moved onto it.
+// Returns the slope of a normal of any length, clamped to MAX_SLOPE. A normal below the horizon is moved onto it.
 vec2 slope_of_normal(vec3 n) {
     n *= inversesqrt(max(dot(n, n), 1e-30));
     vec2 slope = -n.xy / max(n.z, LEADR_MIN_NORMAL_Z);
     return slope * min(1.0, LEADR_MAX_SLOPE * inversesqrt(max(dot(slope, slope), 1e-12)));
 }
 
-// Moments of one sample of a normal map (thesis, listing 3.7).
+// Returns the moments of one sample of a normal map (thesis, listing 3.7).
 SlopeMoments moments_of_normal(const vec3 n) {
     return moments_of_slope(slope_of_normal(n));
 }
 
-// Slope by central differences of the neighbours' heights at -s, +s, -t, +t; spacing: distance between neighbouring texels.
+// Returns the slope by central differences of the neighbours' heights at -s, +s, -t, +t. spacing is the distance between
+// neighbouring texels.
 vec2 slope_of_heights(const vec4 heights, const vec2 spacing) {
     return (heights.yw - heights.xz) / max(2.0 * spacing, 1e-12);
 }
 
-// Moments of the triangles of a height field over the quarter of a cell at its first corner, averaged over both ways to divide
-// the cell. heights: at that corner, one texel along s, along t, and along both; spacing: distance of the texels, negative if s
-// or t runs backwards. Differences are bounded to 1e18. With LEADR_PRECISE defined as `precise`, results are the same on every
-// device.
+// Returns the moments of the triangles of a height field over the quarter of a cell at its first corner, averaged over both
+// diagonals of the cell. heights has the heights at that corner, one texel along s, along t, and along both. spacing is the
+// distance of the texels, negative if s or t runs backwards. Differences are bounded to 1e18. With LEADR_PRECISE defined as
+// `precise`, results are the same on every device.
 SlopeMoments moments_of_corner(const vec4 heights, const vec2 spacing) {
     LEADR_PRECISE vec2 beside = clamp((heights.yz - heights.x) / spacing, -1e18, 1e18);
     LEADR_PRECISE vec2 opposite = clamp((heights.w - heights.zy) / spacing, -1e18, 1e18);
@@ -51,48 +52,48 @@ SlopeMoments moments_of_corner(const vec4 heights, const vec2 spacing) {
     return SlopeMoments(first, vec3(squares, mixed));
 }
 
-// Moments of the sum of two displacements whose slopes are independent (thesis 5.1, without the erratum of its listing).
+// Returns the moments of the sum of two displacements with independent slopes (thesis 5.1, without the erratum of its listing).
 SlopeMoments add_moments(const SlopeMoments a, const SlopeMoments b) {
     vec3 mixed = vec3(2.0 * a.first * b.first, a.first.x * b.first.y + a.first.y * b.first.x);
     return SlopeMoments(a.first + b.first, a.second + b.second + mixed);
 }
 
-// Moments of heights multiplied by eta (LEADR 4.2, Height Scaling).
+// Returns the moments of heights multiplied by eta (LEADR 4.2, Height Scaling).
 SlopeMoments scale_moments(const SlopeMoments a, const float eta) {
     return SlopeMoments(a.first * eta, a.second * (eta * eta));
 }
 
-// Moments of heights with a plane of slope `shear` added.
+// Returns the moments of heights with a plane of slope `shear` added.
 SlopeMoments shear_moments(const SlopeMoments a, const vec2 shear) {
     return add_moments(a, moments_of_slope(shear));
 }
 
-// Moments of a Gaussian of mean slope m and covariance S (thesis eq. 3.5-3.9 with S = alpha^2 / 2).
+// Returns the moments of a Gaussian of mean slope m and covariance S (thesis eq. 3.5-3.9 with S = alpha^2 / 2).
 SlopeMoments moments_of_distribution(const vec2 m, const vec3 S) {
     return shear_moments(SlopeMoments(vec2(0.0), S), m);
 }
 
-// Moments of a surface that is b with share t and a otherwise.
+// Returns the moments of a surface that is b on a fraction t of its area and a otherwise.
 SlopeMoments mix_moments(const SlopeMoments a, const SlopeMoments b, const float t) {
     return SlopeMoments(mix(a.first, b.first, t), mix(a.second, b.second, t));
 }
 
-// Moments of slopes multiplied by an independent mask. mask: its mean and the mean of its square.
+// Returns the moments of slopes multiplied by an independent mask. mask has the mean of the mask and the mean of its square.
 SlopeMoments mask_moments(const SlopeMoments a, const vec2 mask) {
     return SlopeMoments(a.first * mask.x, a.second * mask.y);
 }
 
-// Moments in the frame in which slopes are linear * (h_s, h_t) (LEADR eq. 12).
+// Returns the moments in the frame in which slopes are linear * (h_s, h_t) (LEADR eq. 12).
 SlopeMoments map_moments(const mat2 linear, const SlopeMoments a) {
     return SlopeMoments(linear * a.first, map_second_moments(linear, a.second));
 }
 
-// Moments with the Beckmann roughness alpha of a base material added, sigma^2 = alpha^2 / 2.
+// Returns moments with the Beckmann roughness alpha of a base material added, sigma^2 = alpha^2 / 2.
 SlopeMoments roughen_moments(const SlopeMoments a, const float alpha) {
     return SlopeMoments(a.first, a.second + vec3(vec2(0.5 * alpha * alpha), 0.0));
 }
 
-// Covariance of the slopes, in any unit (LEADR eq. 9; covariance_from_moments).
+// Returns the covariance of the slopes, in any unit (LEADR eq. 9; covariance_from_moments).
 vec3 moments_covariance(const SlopeMoments a) {
     return covariance_from_moments(a.first, a.second);
 }

@@ -4,28 +4,28 @@
 #include "statistics.glsl"
 
 // Expresses slope statistics in another frame, to first order about the mean normal, and sums them over several surfaces.
-// Derivations in crates/leadr-reflectance/src/slopes/rotation.rs.
+// crates/leadr-reflectance/src/slopes/rotation.rs has the derivations.
 
 // One part of a surface over a common plane.
 struct SlopePart {
     vec2 mean;
     vec3 covariance;
-    float area; // projected onto the plane
+    float area; // area projected onto the plane
 };
 
-// Mean and covariance in a new frame, of a part that has unit area on its own plane. `rotation` leads to the new frame: its
-// columns are the old axes there. Normals that leave the new hemisphere are clamped above its horizon.
+// Returns mean and covariance in a new frame, for a part that has unit area on its own plane. The columns of `rotation` are the
+// old axes in the new frame. Normals that leave the new hemisphere are clamped above its horizon.
 SlopePart rotate_slopes(const mat3 rotation, const vec2 mean, const vec3 S) {
     vec3 n = rotation * vec3(-mean, 1.0);
     float z = max(n.z, 0.1 * length(n));
     vec2 slope = -n.xy / z;
-    // Derivatives of the new slope by the old one.
+    // u and v are derivatives of the new slope by the old slope.
     vec2 u = (rotation[0].xy + slope * rotation[0].z) / z;
     vec2 v = (rotation[1].xy + slope * rotation[1].z) / z;
     return SlopePart(slope, map_second_moments(mat2(u, v), S), z);
 }
 
-// The union of two parts: moments add in proportion to area. This form avoids cancellation between similar means.
+// Returns the union of two parts, whose moments add in proportion to area. This form avoids cancellation between similar means.
 SlopePart join_slopes(const SlopePart a, const SlopePart b) {
     float area = a.area + b.area;
     float t = area > 0.0 ? b.area / area : 0.0;

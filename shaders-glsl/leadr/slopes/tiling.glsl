@@ -3,16 +3,16 @@
 
 #include "moments.glsl"
 
-// Tiling by example (Heitz and Neyret 2018): replaces a repeating map by one without repeats, of the same mean and covariance.
+// Tiling by example (Heitz and Neyret 2018) replaces a repeating map by a map without repeats, of the same mean and covariance.
 // Each corner of a triangle lattice samples the map at its own offset. These variants are blended about the map's mean, with
-// weights whose squares sum to one. crates/leadr-reflectance/src/slopes/tiling.rs explains it.
+// weights whose squares sum to one. crates/leadr-reflectance/src/slopes/tiling.rs explains the method.
 
-// A corner's variant is visible from this barycentric coordinate on.
+// Barycentric coordinate from which on a corner's variant is visible.
 const float LEADR_VARIANT_THRESHOLD = 0.3;
 
 // A variant visible at a point.
 struct TilingVariant {
-    ivec2 corner; // of the lattice
+    ivec2 corner; // corner of the lattice
     float weight; // the squares of all weights sum to one
     vec2 slope;   // derivative of the weight by texture coordinate
 };
@@ -34,9 +34,9 @@ TilingVariant normalised_variant(const TilingVariant variant, const float per_le
     return TilingVariant(variant.corner, weight, (variant.slope - along * weight) * per_length);
 }
 
-// cells: edges of the lattice along one repeat of the map.
+// Returns the variants at a texture coordinate. cells is the number of lattice edges along one repeat of the map.
 TilingVariants tiling_variants(const vec2 texcoord, const float cells) {
-    // Coordinates in which the triangles are halves of unit squares.
+    // In these coordinates, the triangles are halves of unit squares.
     vec2 at = vec2(texcoord.x - 0.57735026919 * texcoord.y, 1.15470053838 * texcoord.y) * cells;
     vec2 low = floor(at), inside = at - low;
     bool upper = inside.x + inside.y >= 1.0;
@@ -44,7 +44,7 @@ TilingVariants tiling_variants(const vec2 texcoord, const float cells) {
     float side = upper ? -1.0 : 1.0;
     ivec2 corner = ivec2(low) + (upper ? ivec2(1, 1) : ivec2(0, 0));
     int beside = upper ? -1 : 1;
-    // Derivatives by texture coordinate.
+    // These are derivatives by texture coordinate.
     vec2 by_x = vec2(side, -0.57735026919 * side) * cells, by_y = vec2(0.0, 1.15470053838 * side) * cells;
     TilingVariant a = tiling_variant(corner, 1.0 - local.x - local.y, -by_x - by_y);
     TilingVariant b = tiling_variant(corner + ivec2(beside, 0), local.x, by_x);
@@ -72,7 +72,8 @@ TilingVariants tiling_variants(const vec2 texcoord, const float cells) {
     return TilingVariants(a, b, c);
 }
 
-// Offset of a corner's variant in the map, in repeats: the hash pcg2d of Jarzynski and Olano 2020, in steps of 1/4096.
+// Returns the offset of a corner's variant in the map, in repeats, by the hash pcg2d of Jarzynski and Olano 2020 in steps of
+// 1/4096.
 vec2 variant_offset(const ivec2 corner) {
     uint x = uint(corner.x) * 1664525u + 1013904223u, y = uint(corner.y) * 1664525u + 1013904223u;
     x += y * 1664525u;
@@ -86,14 +87,15 @@ vec2 variant_offset(const ivec2 corner) {
     return vec2(float(x >> 20u), float(y >> 20u)) / 4096.0;
 }
 
-// Remaining fraction of the deviation from the mean at level of detail `lod` (log2 of texels), for `size` texels per repeat.
-// Footprints as wide as the lattice average over the variants.
+// Returns the remaining fraction of the deviation from the mean at level of detail `lod` (log2 of texels), for `size` texels
+// per repeat. Footprints as wide as the lattice average over the variants.
 float tiling_fade(const float lod, const float size, const float cells) {
     float t = clamp(log2(max(size / cells, 1.0)) + 1.0 - lod, 0.0, 2.0) * 0.5;
     return t * t * (3.0 - 2.0 * t);
 }
 
-// At levels so coarse that a seam is indistinguishable from texels, the variant with the largest weight replaces the others.
+// Replaces the other variants by the variant with the largest weight at levels so coarse that a seam is indistinguishable from
+// texels.
 TilingVariants merged_variants(TilingVariants variants, const float lod) {
     float left = 1.0 - clamp((lod - 3.0) / 1.5, 0.0, 1.0);
     variants.b.weight *= left;
@@ -105,8 +107,8 @@ TilingVariants merged_variants(TilingVariants variants, const float lod) {
     return variants;
 }
 
-// Adds a variant's moments to a blend: first its mean slope, second its covariance. part: tiling_fade; what it removes from
-// mean slopes is added to the covariance.
+// Adds a variant's moments to a blend, with its mean slope as first and its covariance as second. part is tiling_fade. The
+// deviation that it removes from mean slopes is added to the covariance.
 SlopeMoments add_variant(const SlopeMoments blend, const SlopeMoments variant, const float weight, const float part) {
     vec2 mean = variant.first * part;
     vec3 covariance = variant.second - vec3(mean * mean, mean.x * mean.y);

@@ -3,9 +3,11 @@
 
 #include "../masking/occlusion.glsl"
 
-// Share of the specular light within a cone (crates/leadr-reflectance/src/visible/cone_specular.rs). Cones: occlusion.glsl.
+// Computes the fraction of the specular light within a cone (crates/leadr-reflectance/src/visible/cone_specular.rs).
+// occlusion.glsl defines cones.
 
-// Share of a GGX lobe within a cone of half angle `angle`, radians, whose axis is `apart` from the lobe's.
+// Returns the fraction of a GGX lobe within a cone of half angle `angle`. The angle between the cone's and the lobe's axes is
+// `apart`, in radians like `angle`.
 float lobe_in_cone(const float alpha, const float apart, const float angle) {
     vec2 ends = 0.5 * vec2(apart + angle, apart - angle);
     vec2 s = sin(ends), c = max(alpha, 1e-4) * max(cos(ends), 0.0);
@@ -13,18 +15,18 @@ float lobe_in_cone(const float alpha, const float apart, const float angle) {
     return sin(cap) * sin(cap);
 }
 
-// Mean reflected direction of a rough surface; viewers below the horizon are moved onto it.
+// Returns the mean reflected direction of a rough surface. Viewers below the horizon are moved onto it.
 vec3 lobe_axis(const float alpha, const vec3 wo) {
     float keep = (1.0 - alpha) * (sqrt(1.0 - alpha) + alpha);
     vec3 axis = vec3(0.0, 0.0, 1.0) + keep * (vec3(-wo.xy, max(wo.z, 0.0)) - vec3(0.0, 0.0, 1.0));
     return axis / max(length(axis), 1e-6);
 }
 
-// The share of the lobe about `mirror` within a cone. The lobe is narrower across the plane of incidence.
+// Returns the fraction of the lobe about `mirror` within a cone. The lobe is narrower across the plane of incidence.
 float cone_share(const float alpha, const float cosine, const vec3 mirror, const vec3 axis, const float angle) {
     float along = dot(mirror, axis);
     vec3 across = axis - mirror * along;
-    // Distances in the plane of incidence, and across it.
+    // The distances are in the plane of incidence, and across it.
     float flatness = dot(mirror.xy, mirror.xy);
     vec2 outward = mirror.xy * inversesqrt(max(flatness, 1e-20));
     float within = dot(outward, across.xy) * mirror.z - sqrt(flatness) * across.z;
@@ -37,7 +39,7 @@ float cone_share(const float alpha, const float cosine, const vec3 mirror, const
     return lobe_in_cone(narrow, atan(l, l == 0.0 && along == 0.0 ? 1.0 : along), angle);
 }
 
-// Share of the specular reflection towards wo that comes from within the cone, 0..1.
+// Returns the fraction of the specular reflection towards wo that comes from within the cone, 0..1.
 float cone_specular(const float alpha, const vec3 wo, const vec4 cone) {
     float c = clamp(wo.z, 0.0, 1.0), a = clamp(alpha, 1e-4, 1.0);
     vec3 mirror = lobe_axis(a, wo);
@@ -49,7 +51,7 @@ float cone_specular(const float alpha, const vec3 wo, const vec4 cone) {
     return overlap + (bent_cone_visibility(cone) - overlap) * (t * t * (3.0 - 2.0 * t));
 }
 
-// Texture coordinate in a table of cones (ConeTable, 32 x 32 x 8): listing 5, for a linear, clamping sampler.
+// Returns the texture coordinate in a table of cones (ConeTable, 32 x 32 x 8; listing 5), for a linear, clamping sampler.
 vec3 cone_table_texcoord(const float n_v, const float gloss, const float cosine) {
     vec3 size = vec3(32.0, 32.0, 8.0);
     return (clamp(vec3(n_v, gloss, cosine), 0.0, 1.0) * (size - 1.0) + 0.5) / size;

@@ -4,13 +4,14 @@
 #include "../integrals/diffuse.glsl"
 #include "slopes.glsl"
 
-// Diffuse reflection of the visible facets without a grid. With N = (-slope, 1) and n = N / |N|, only the factor |N| prevents
-// closed forms. Its inverse is close to a sum of two or three exponentials of |N|^2, and an exponential of
-// |N|^2 times a Gaussian of slopes is another Gaussian of slopes, whose clamped moments have closed forms. The constants
-// are a least-squares fit (examples/11_fit_diffuse_terms.rs) over random surfaces; on flat ones the result is exact. terms: 2
-// (error 1.2e-3 rms of mean radiance) or 3 (2e-4); pass a constant to let loops unroll.
+// Computes the diffuse reflection of the visible facets without a grid. With N = (-slope, 1) and n = N / |N|, only the factor
+// |N| prevents closed forms. Its inverse is close to a sum of two or three exponentials of |N|^2. An exponential of |N|^2 times
+// a Gaussian of slopes is another Gaussian of slopes, whose clamped moments have closed forms. The constants are a
+// least-squares fit (examples/11_fit_diffuse_terms.rs) over random surfaces; on flat surfaces the result is exact. terms is 2
+// (error 1.2e-3 rms of mean radiance) or 3 (2e-4). Pass a constant to let loops unroll.
 
-// Rows: exponent, weight in 1/|N|, weight in 1/|N|^2 (in any scale), each linear in the relative spread of |N|^2.
+// Each row has the exponent, the weight in 1/|N| and the weight in 1/|N|^2 (in any scale), each linear in the relative spread
+// of |N|^2.
 vec4 visible_diffuse_exponent(const int i, const int terms) { // (exponent, its slope, weight of 1/|N|, its slope)
     const vec4 two[2] = vec4[2](vec4(0.22494464, -0.0331644, 1.06858219, -0.00712735),
                                 vec4(2.04868504, 0.81002255, 1.1378407, 0.80030971));
@@ -26,7 +27,7 @@ vec2 visible_diffuse_second(const int i, const int terms) { // (weight of 1/|N|^
     return terms == 2 ? two[min(i, 1)] : three[i];
 }
 
-// Mean of |N|^2, and its standard deviation divided by its mean, for slopes of mean m and covariance S.
+// Returns the mean of |N|^2, and its standard deviation divided by its mean, for slopes of mean m and covariance S.
 vec2 squared_normal_spread(const vec2 m, const vec3 S) {
     float mean = 1.0 + dot(m, m) + S.x + S.y;
     float variance = 4.0 * (S.x * m.x * m.x + S.y * m.y * m.y + 2.0 * S.z * m.x * m.y)
@@ -34,14 +35,14 @@ vec2 squared_normal_spread(const vec2 m, const vec3 S) {
     return vec2(mean, sqrt(max(variance, 0.0)) / mean);
 }
 
-// exp(-t |N|^2) P22(m, S), written as weight times a Gaussian of mean m and covariance S.
+// The product exp(-t |N|^2) P22(m, S), written as weight times a Gaussian of mean m and covariance S.
 struct SlopeGaussian {
     float weight;
     vec2 m;
     vec3 S;
 };
 
-// For t >= 0; exact.
+// Returns the exact product for t >= 0.
 SlopeGaussian damped_gaussian(const vec2 m, const vec3 S, const float t) {
     float tt = 2.0 * t;
     float det = max(S.x * S.y - S.z * S.z, 0.0);
@@ -52,12 +53,12 @@ SlopeGaussian damped_gaussian(const vec2 m, const vec3 S, const float t) {
     return SlopeGaussian(exp(-t * (1.0 + dot(m, mean))) * sqrt(per), mean, cov);
 }
 
-// E[max(0, x)] of a normal variable of mean a and standard deviation b. With a(w) and b(w) this is A(w).
+// Returns E[max(0, x)] of a normal variable of mean a and standard deviation b. With a(w) and b(w) this is A(w).
 float clamped_mean(const float a, const float b) {
     return max(a, 0.0) + rough_area(a, b);
 }
 
-// Moments of the normals visible from wo, in the form of visible_normal_moments.
+// Returns moments of the normals visible from wo, in the form of visible_normal_moments.
 NormalMoments visible_diffuse_moments(const vec3 wo, vec2 m, vec3 S, const int terms) {
     S = clamp_covariance(S);
     float ao = tilted_area(wo, m, slope_spread(wo, S));
@@ -76,7 +77,7 @@ NormalMoments visible_diffuse_moments(const vec3 wo, vec2 m, vec3 S, const int t
         NormalRamp n = normal_ramp(a * per_b);
         vec2 axis = across * per_b;
         float area = b > 1e-18 ? b * n.ramp : max(a, 0.0);
-        // Integrals over the clamped facet areas: E[1] = area, E[slope] = m area - across Phi, and so on.
+        // The integrals are over the clamped facet areas: E[1] = area, E[slope] = m area - across Phi, and so on.
         vec2 slope = g.m * area - across * n.cdf;
         float c = g.weight * (e.z + e.w * spread.y);
         float d = g.weight * (second.x + second.y * spread.y);
@@ -86,14 +87,14 @@ NormalMoments visible_diffuse_moments(const vec3 wo, vec2 m, vec3 S, const int t
         diag += d * vec3(g.m * twice + g.S.xy * area + axis * axis * bend, area);
         off += d * vec3(-slope.yx, g.m.x * slope.y - across.x * g.m.y * n.cdf + g.S.z * area + axis.x * axis.y * bend);
     }
-    // The first moments are divided by the visible area; the second are scaled to trace one.
+    // The first moments are divided by the visible area, and the second moments are scaled to trace one.
     float second_scale = 1.0 / max(diag.x + diag.y + diag.z, 1e-30);
     float area = max(clamped_mean(ao, slope_spread(wo, S)), 1e-30);
     return NormalMoments(first / (area * sqrt(spread.x)), diag * second_scale, off * second_scale);
 }
 
-// E[max(0, x) max(0, y)] of two normal variables with means ax, ay, standard deviations bx, by and covariance k, by
-// Plackett's identity: the second derivative with respect to the correlation is the bivariate density at 0, which a
+// Returns E[max(0, x) max(0, y)] of two normal variables with means ax and ay, standard deviations bx and by, and covariance k.
+// By Plackett's identity, the second derivative with respect to the correlation is the bivariate density at 0, which a
 // Gauss-Jacobi rule integrates.
 float clamped_product(const float ax, const float bx, const float ay, const float by, const float k) {
     float px = 1.0 / max(bx, 1e-18), py = 1.0 / max(by, 1e-18);
@@ -102,7 +103,7 @@ float clamped_product(const float ax, const float bx, const float ay, const floa
     float area_x = bx > 1e-18 ? bx * nx.ramp : max(ax, 0.0);
     float area_y = by > 1e-18 ? by * ny.ramp : max(ay, 0.0);
     float r = clamp(k * px * py, -1.0, 1.0);
-    // Beyond 13 standard deviations the density is 0 in 32 bits.
+    // Beyond 13 standard deviations, the density is 0 in 32 bits.
     x = clamp(x, -13.0, 13.0);
     y = clamp(y, -13.0, 13.0);
     const vec2 at = vec2(0.15505103, 0.64494897), weight = vec2(0.05061786, 0.02895961); // over 2 pi
@@ -111,8 +112,8 @@ float clamped_product(const float ax, const float bx, const float ay, const floa
     return max(area_x * area_y + k * (nx.cdf * ny.cdf + r * dot(weight, density)), 0.0);
 }
 
-// One light from wi (tangent frame) of unit irradiance on a plane facing it, its clamped cosine integrated over the
-// visible facets: LEADR eq. 21 without harmonics, per unit of albedo.
+// Returns the radiance under one light from wi (tangent frame), of unit irradiance on a plane facing it, per unit of albedo.
+// The clamped cosine is integrated over the visible facets (LEADR eq. 21 without harmonics).
 float leadr_diffuse_light_visible(const vec3 wo, const vec3 wi, vec2 m, vec3 S, const bool shadowing, const int terms) {
     S = clamp_covariance(S);
     float ao = tilted_area(wo, m, slope_spread(wo, S));

@@ -3,26 +3,27 @@
 
 #include "slopes.glsl"
 
-// The visible slopes that reflect a lit direction. A facet reflects a direction above the mesosurface's horizon if its slope
-// lies within a conic about the viewer's. The weight exp(-lean.x - x D x / 2), x the slope from the mean, is a Gaussian that
-// fades with that height, faster for rougher surfaces. Times the density of the slopes it is another Gaussian
-// (crates/leadr-reflectance/src/visible/lit_slopes.rs).
+// Computes the visible slopes that reflect a lit direction. A facet reflects a direction above the mesosurface's horizon if its
+// slope lies within a conic about the viewer's. The weight exp(-lean.x - x D x / 2), with x the slope from the mean, is a
+// Gaussian. It fades with the reflected direction's height above the horizon, faster for rougher surfaces. Times the density of
+// the slopes it is another Gaussian (crates/leadr-reflectance/src/visible/lit_slopes.rs).
 
-// -ln weight of a direction at the horizon against the highest, for a very rough surface seen from straight above; mean slope
-// variance per axis at which half of it applies; ratio of the linear to the quadratic part.
+// LEADR_LIT_FALL is -ln of the weight of a direction at the horizon against the highest direction, for a very rough surface
+// seen from straight above. LEADR_LIT_HALF is the mean slope variance per axis at which half of the fall applies.
+// LEADR_LIT_LEAN is the ratio of the linear to the quadratic term.
 const float LEADR_LIT_FALL = 1.35;
 const float LEADR_LIT_HALF = 0.2;
 const float LEADR_LIT_LEAN = 0.65;
 
 struct LitSlopes {
-    vec2 m;     // mean of the weighted slopes, all facets
+    vec2 m;     // mean of the weighted slopes of all facets
     vec3 S;     // covariance of the weighted slopes
-    vec2 lean;  // the weight's exponent
-    vec3 damp;  // D: xx, yy, xy
+    vec2 lean;  // linear coefficient of the weight's exponent
+    vec3 damp;  // quadratic coefficient D of the exponent: xx, yy, xy
     float mean; // logarithm of the mean weight
 };
 
-// The weighted slopes for the output of visible_slopes.
+// Returns the weighted slopes for the output of visible_slopes.
 LitSlopes lit_slopes(const vec3 wo, const VisibleSlopes v) {
     vec2 m = v.m;
     vec3 S = v.S;
@@ -38,14 +39,14 @@ LitSlopes lit_slopes(const vec3 wo, const VisibleSlopes v) {
     float part = even / max(max(length(wo.xy) * length(m), even), 1e-9);
     vec3 bend = part * vec3(2.0 * wo.xy * m - across, wo.x * m.y + wo.y * m.x);
     lit.damp = (k * per) * (vec3(even, even, 0.0) + bend);
-    // (S^-1 + D)^-1
+    // lit.S is (S^-1 + D)^-1.
     vec3 D = lit.damp;
     float det = max(S.x * S.y - S.z * S.z, 0.0);
     float both = det * max(D.x * D.y - D.z * D.z, 0.0);
     float share = 1.0 / (1.0 + S.x * D.x + S.y * D.y + 2.0 * S.z * D.z + both);
     lit.S = share * (S + det * vec3(D.yx, -D.z));
     vec2 moved = -vec2(dot(lit.S.xz, lit.lean), dot(lit.S.zy, lit.lean));
-    // Bounds the shift of the mean where the conic is flat and the slopes along it are steep.
+    // The factor bounds the shift of the mean where the conic is flat and the slopes along it are steep.
     float bound = inversesqrt(max(1.0 - 2.0 * dot(lit.lean, moved), 1.0));
     lit.lean *= bound;
     moved *= bound;
@@ -54,7 +55,7 @@ LitSlopes lit_slopes(const vec3 wo, const VisibleSlopes v) {
     return lit;
 }
 
-// Logarithm of 1/weight at x from the mean slope.
+// Returns the logarithm of 1/weight at x from the mean slope.
 float lit_share(const LitSlopes lit, const vec2 x) {
     vec3 D = lit.damp;
     return dot(lit.lean, x) + 0.5 * (D.x * x.x * x.x + D.y * x.y * x.y) + D.z * x.x * x.y;

@@ -7,10 +7,10 @@
 #include "fresnel.glsl"
 #include "specular.glsl"
 
-// A normal map on smooth geometry (thesis 2.1, Table 2.IV): its facets hide nothing, and facets are weighted by their share of the
-// macrosurface. Those that face the viewer have a truncated normal density of slopes; those that face away are
-// black, as <wo, wm> is clamped. The facets of the base are weighted by projected area as usual
-// (derivation in crates/leadr-reflectance/src/visible/mapped.rs). Once per pixel
+// A normal map on smooth geometry (thesis 2.1, Table 2.IV). Facets hide nothing, and are weighted by their fraction of the
+// macrosurface. Facets that face the viewer have a truncated normal density of slopes. Facets that face away are black, as <wo,
+// wm> is clamped. The facets of the base are weighted by projected area as usual (derivation in
+// crates/leadr-reflectance/src/visible/mapped.rs). Once per pixel
 //     MappedSlopes v = mapped_slopes(wo, m, S of the map, S with the base);
 //     VisibleProbes probes = mapped_probes(wo, v, probe_kernel(n));
 // and for each probe as in specular.glsl; multiply the sum by v.facing.
@@ -18,18 +18,18 @@
 const float LEADR_LEAST_FACING_DEVIATION = 1e-4;
 
 struct MappedSlopes {
-    VisibleSlopes slopes; // of the facets that face the viewer
-    float facing;         // share of these facets
-    float relief;         // share of the map in the total slope variance
+    VisibleSlopes slopes; // slopes of the facets that face the viewer
+    float facing;         // fraction of facets that face the viewer
+    float relief;         // map's fraction of the total slope variance
     float fourth;         // fourth cumulant along the view azimuth, in deviations of all slopes
 };
 
-// Quotient of the normal density and its integral up to nu.
+// Returns the quotient of the normal density and its integral up to nu.
 float lambda_at(const float nu) {
     return nu < 0.0 ? 1.0 / mills_ratio(-nu) : normal_pdf(nu) / normal_cdf(nu);
 }
 
-// Fourth cumulant of a normal density truncated at nu.
+// Returns the fourth cumulant of a normal density truncated at nu.
 float fourth_cumulant(float nu) {
     nu = clamp(nu, -4.0, 40.0);
     float lambda = lambda_at(nu);
@@ -38,14 +38,14 @@ float fourth_cumulant(float nu) {
     return -2.0 * first * (1.0 + first) - (nu + 2.0 * lambda) * second;
 }
 
-// relief: covariance of the map's slopes; all: including those of the base.
+// Returns the slopes of a map with covariance `relief`. The covariance `all` also includes the slopes of the base.
 MappedSlopes mapped_slopes(const vec3 wo, vec2 m, vec3 relief, const vec3 all) {
     vec3 R = clamp_covariance(relief);
     MappedSlopes mapped;
     VisibleSlopes v;
     v.S = clamp_covariance(all);
     vec3 B = clamp_covariance(v.S - R);
-    // The map.
+    // Terms of the map.
     vec2 across_r = vec2(R.x * wo.x + R.z * wo.y, R.z * wo.x + R.y * wo.y);
     float br = sqrt(max(dot(across_r, wo.xy), 0.0));
     mapped.facing = normal_cdf(meso_area(wo, m) / max(br, LEADR_LEAST_FACING_DEVIATION));
@@ -58,7 +58,7 @@ MappedSlopes mapped_slopes(const vec3 wo, vec2 m, vec3 relief, const vec3 all) {
     float variance_r = clamp(1.0 - nu * lambda - lambda * lambda, 0.02, 1.0);
     float third_r = min(-lambda * (2.0 * lambda * lambda + 3.0 * nu * lambda + nu * nu - 1.0), 0.0);
     float facet_r = max(v.a + br * lambda, 1e-3);
-    // Its base, on the mean facet.
+    // Terms of the base, on the mean facet.
     vec2 across_b = vec2(B.x * wo.x + B.z * wo.y, B.z * wo.x + B.y * wo.y);
     float bb = sqrt(max(dot(across_b, wo.xy), 0.0));
     float per_b = 1.0 / max(bb, 1e-18);
@@ -70,7 +70,7 @@ MappedSlopes mapped_slopes(const vec3 wo, vec2 m, vec3 relief, const vec3 all) {
     float variance_b = clamp(1.0 + excess - shift_b * shift_b, 0.02, 1.0);
     float third_b = min(min(nu_b, 1e6) * excess - 3.0 * shift_b + shift_b * (3.0 + 3.0 * excess - 2.0 * shift_b * shift_b), 0.0);
     float area_b = bb > 1e-18 ? bb * n.ramp : facet_r;
-    // Both: cumulants add.
+    // The cumulants of map and base add.
     v.b = sqrt(br * br + bb * bb);
     float per = 1.0 / max(v.b, 1e-18);
     float part_r = br * per, part_b = bb * per;
@@ -90,16 +90,16 @@ MappedSlopes mapped_slopes(const vec3 wo, vec2 m, vec3 relief, const vec3 all) {
     return mapped;
 }
 
-// The probes of a normal map and its base. Away from the mean, kernels also grow with the projected area of the facet, which
-// does not cancel here.
+// Returns the probes of a normal map and its base. Away from the mean, kernels also grow with the projected area of the facet,
+// which does not cancel on a normal map.
 VisibleProbes mapped_probes(const vec3 wo, const MappedSlopes v, const vec3 kernel) {
     VisibleProbes probes = visible_probes_of(LEADR_SHADOWING_NONE, wo, v.slopes, kernel);
     probes.projected = vec2(v.relief, 1.0 / max(v.slopes.facet, 1e-9));
     return probes;
 }
 
-// Mean Fresnel reflectance of all facets; those that face away have a cosine of 0. Three slopes along the view azimuth, with
-// weights that match the first four cumulants.
+// Returns the mean Fresnel reflectance of all facets. Facets that face away have a cosine of 0. The function uses three slopes
+// along the view azimuth, with weights that match the first four cumulants.
 vec3 mapped_fresnel(const MappedSlopes v, const vec3 f0) {
     VisibleSlopes s = v.slopes;
     float rest = max(s.S.x + s.S.y - dot(s.axis, s.axis), 0.0);
@@ -120,7 +120,7 @@ vec3 mapped_fresnel(const MappedSlopes v, const vec3 f0) {
     return f0 + (grazing_reflectance(f0) - f0) * (1.0 + v.facing * (clamp(mean, 0.0, 1.0) - 1.0));
 }
 
-// Moments of all normals, as visible_diffuse_moments gives for the visible ones.
+// Returns the moments of all normals; visible_diffuse_moments gives the moments of the visible ones.
 NormalMoments mapped_diffuse_moments(const vec2 m, vec3 S, const int terms) {
     S = clamp_covariance(S);
     vec2 spread = squared_normal_spread(m, S);
@@ -139,8 +139,8 @@ NormalMoments mapped_diffuse_moments(const vec2 m, vec3 S, const int terms) {
     return NormalMoments(first * inversesqrt(spread.x), diag * scale, off * scale);
 }
 
-// One light from wi (tangent frame) of unit irradiance on a plane facing it, per unit of albedo: the mean clamped cosine over all
-// facets.
+// Returns the mean clamped cosine over all facets, for one light from wi (tangent frame) of unit irradiance on a plane facing
+// it, per unit of albedo.
 float mapped_diffuse_light(const vec3 wi, const vec2 m, vec3 S, const int terms) {
     S = clamp_covariance(S);
     vec2 spread = squared_normal_spread(m, S);
@@ -153,8 +153,9 @@ float mapped_diffuse_light(const vec3 wi, const vec2 m, vec3 S, const int terms)
     return sum * inversesqrt(spread.x) / LEADR_PI;
 }
 
-// Specular response to a light, for mean slope m and covariance S, per unit of its irradiance on a plane that faces it: F D /
-// (4 f), f the projected area of the reflecting facet (thesis Table 2.IV). The base is treated as a part of the map.
+// Returns the specular response to a light, for mean slope m and covariance S, per unit of irradiance on a plane that faces the
+// light. It is F D / (4 f), with f the projected area of the reflecting facet (thesis Table 2.IV). The base is treated as a
+// part of the map.
 vec3 mapped_specular_light(const vec3 wo, const vec3 wi, const vec2 m, const vec3 S, const vec3 f0) {
     vec3 h = wo + wi;
     vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));

@@ -7,16 +7,16 @@
 #include "../integrals/sh.glsl"
 #include "../slopes/grid.glsl"
 
-// Diffuse environments with self-shadowing of the surface, from one irradiance lookup; derivation in
-// crates/leadr-reflectance/src/visible/shadowed_environment.rs.
+// Computes diffuse environments with self-shadowing of the surface, from one irradiance lookup.
+// crates/leadr-reflectance/src/visible/shadowed_environment.rs has the derivation.
 
 // Tilt of the visible part of the mesosurface.
 struct VisibleTilt {
     vec2 shift;  // mean of the visible slopes minus the mean slope; exact
-    float front; // a / A, 0..1; 0 for a mesosurface that faces away
+    float front; // a / A, 0..1, or 0 for a mesosurface that faces away
 };
 
-// -S wo.xy Phi(t) / A with t = a / b, A = b (t Phi(t) + phi(t)).
+// Returns the tilt, with the shift -S wo.xy Phi(t) / A, where t = a / b and A = b (t Phi(t) + phi(t)).
 VisibleTilt visible_tilt(const vec3 wo, const vec2 m, const vec3 S) {
     vec2 across = vec2(S.x * wo.x + S.z * wo.y, S.z * wo.x + S.y * wo.y);
     float per_b = inversesqrt(max(dot(across, wo.xy), 1e-24));
@@ -25,13 +25,13 @@ VisibleTilt visible_tilt(const vec3 wo, const vec2 m, const vec3 S) {
     return VisibleTilt(clamp(across * (-line.lean * per_b), -1e3, 1e3), line.front);
 }
 
-// The unoccluded part of the environment for a shadowed diffuse surface.
+// Unoccluded part of the environment for a shadowed diffuse surface.
 struct BentNormal {
-    vec3 normal; // unit, tangent frame: the direction of the irradiance lookup
-    float open;  // factor of that irradiance, 0..1
+    vec3 normal; // direction of the irradiance lookup, unit, tangent frame
+    float open;  // factor of the looked-up irradiance, 0..1
 };
 
-// S: slope covariance, usable (clamp_covariance).
+// Returns the bent normal. S is the slope covariance, which must be usable (clamp_covariance).
 BentNormal bent_normal(const vec3 wo, const vec2 m, const vec3 S) {
     VisibleTilt v = visible_tilt(wo, m, S);
     float iq = 1.0 / (1.0 + dot(m, m));
@@ -46,8 +46,8 @@ BentNormal bent_normal(const vec3 wo, const vec2 m, const vec3 S) {
     return BentNormal(normal_of_slope(m + bend * v.shift), clamp(open, 0.0, 1.0));
 }
 
-// Diffuse radiance under an environment, with shadows, per unit of albedo. c: radiance coefficients in the world; f: the
-// tangent frame in the world; rest: irradiance beyond order 2 at v.normal, or 0.
+// Returns the diffuse radiance under an environment, with shadows, per unit of albedo. c has the radiance coefficients in the
+// world, f is the tangent frame in the world, and rest is the irradiance beyond order 2 at v.normal, or 0.
 vec3 shadowed_diffuse_environment(const BentNormal v, const Frame f, const vec3 c[9], const vec3 rest) {
     return max(sh_irradiance(c, from_frame(f, v.normal)) + rest, 0.0) * (v.open / LEADR_PI);
 }

@@ -6,7 +6,7 @@
 #include "horizon.glsl"
 #include "specular.glsl"
 
-// Specular environments with self-shadowing of the surface, for rules with few probes
+// Computes specular environments with self-shadowing of the surface, for rules with few probes
 // (crates/leadr-reflectance/src/visible/shadowed_specular.rs). Once per pixel
 //     VisibleProbes probes = visible_probes(shadowing, wo, m, S, probe_kernel(n));
 //     DirectionArea o = direction_area(wo, probes.m, probes.cholesky);
@@ -14,26 +14,29 @@
 //     LitProbe l = lit_probe(shadowing, probes, o, wo, mean of f0, p); or with the horizon of larger bumps: (…, p, true, horizon)
 //     reflected += p.weight * (f0 * l.lit + (grazing_reflectance(f0) - f0) * l.grazing) * lookup of l.wi, l.narrowing * p.variance
 //     lit += p.weight * l.lit
-// and finally reflected /= max(lit, 1.0), so that errors of the shares add no energy.
+// and finally reflected /= max(lit, 1.0), so that errors of the lit fractions add no energy.
 
 struct LitProbe {
-    float lit;       // lit share of the probe, times its share of the visible facets instead of its weight
-    float grazing;   // the same weighted by Schlick's term
-    vec3 wi;         // direction of its environment lookup, of any length
-    float narrowing; // factor of that lookup's variance, 0.5..1
+    float lit;       // lit fraction of the probe, times the ratio of its fraction of the visible facets to its weight
+    float grazing;   // lit, weighted by Schlick's term
+    vec3 wi;         // direction of the probe's environment lookup, of any length
+    float narrowing; // factor of the lookup's variance, 0.5..1
 };
 
-// Largest logarithm of a share. Only directions next to the horizon, where nothing is lit, come near it.
+// Largest logarithm of the ratio between a probe's fraction of the visible facets and its weight. Only directions next to the
+// horizon, where nothing is lit, come near it.
 const float LEADR_MOST_SHARE = 4.0;
 
-// A probe is split into two directions. This fraction of its deviation remains in each.
+// Fraction of a probe's deviation that remains in each of the two directions into which it is split.
 const float LEADR_HALF_DEVIATION = 0.5;
 
-// Excess of the horizon for specular reflection over that for the whole surface. Visible specular facets reflect lower parts of
-// the surroundings than the average facet, where the jagged true horizon hides more. Fitted to images (theory, section 10).
+// Excess of the horizon for specular reflection, relative to the excess for the whole surface. Visible specular facets reflect
+// lower parts of the environment than the average facet, where the jagged true horizon hides more. The value is fitted to
+// images (theory, section 10).
 const float LEADR_SPECULAR_HORIZON = 1.2;
 
-// Lit share of a direction, and the same weighted by Schlick's term. relief: whether horizon h shadows light of this deviation.
+// Returns the lit fraction of a direction, and the same fraction weighted by Schlick's term. relief: whether horizon h shadows
+// light of this deviation.
 vec2 lit_direction(const int shadowing, const VisibleProbes probes, const DirectionArea o, const vec3 wo, const vec3 w, const bool relief,
                    const Horizon h, const float deviation) {
     vec3 middle = wo + w;
@@ -45,9 +48,9 @@ vec2 lit_direction(const int shadowing, const VisibleProbes probes, const Direct
     return lit * vec2(1.0, schlick_weight(sqrt(max(0.5 + 0.5 * dot(wo, w), 0.0))));
 }
 
-// The lit part of a probe: the mean of the directions one deviation above it and below it, relative to the mesosurface, each
-// with its lit fraction, share and Fresnel term. The lookup moves and narrows to the lit part. relief: whether the horizon h of
-// larger bumps also shadows it.
+// Returns the lit part of a probe. It is the mean of the directions one deviation above and one below the probe, relative to
+// the mesosurface, each with its own lit fraction, weight and Fresnel term. The lookup moves and narrows to the lit part.
+// relief: whether the horizon h of larger bumps also shadows the probe.
 LitProbe lit_probe(const int shadowing, const VisibleProbes probes, const DirectionArea o, const vec3 wo, const float f0, VisibleProbe p,
                    const bool relief, Horizon h) {
     if (shadowing == LEADR_SHADOWING_NONE && !relief) return LitProbe(1.0, schlick_weight(p.cosine), p.wi, 1.0);

@@ -4,11 +4,11 @@
 #include "../facets/projected_area.glsl"
 #include "../slopes/statistics.glsl"
 
-// The visible slopes of a Gaussian surface, in closed form. Along u, the slope in the direction of wo in standard deviations,
-// their density is a clamped line times a normal density; across u they stay Gaussian.
+// Computes the visible slopes of a Gaussian surface in closed form. u is the slope in the direction of wo in standard
+// deviations. Along u, the density of visible slopes is a clamped line times a normal density; across u they stay Gaussian.
 
-// Largest rotation of a mesosurface beyond its silhouette, in units of slope_spread. Beyond it almost none of the surface is
-// visible (0.8 % of slope_spread), and face_viewer tilts it back.
+// Largest rotation of a mesosurface beyond its silhouette, in units of slope_spread. At a larger rotation, almost none of the
+// surface is visible (0.8 % of slope_spread), and face_viewer tilts it back.
 const float LEADR_VISIBLE_TAIL = 2.0;
 
 struct VisibleSlopes {
@@ -21,17 +21,17 @@ struct VisibleSlopes {
     float shift;    // minus the mean of u over the visible facets, >= 0
     vec2 mean;      // mean of the visible slopes
     vec3 cov;       // covariance of the visible slopes
-    float facet;    // projected area of the facet of the mean, > 0
-    float variance; // of u over the visible facets, 0..1
+    float facet;    // projected area of the facet of mean visible slope, > 0
+    float variance; // variance of u over the visible facets, 0..1
     float third;    // third central moment of u over the visible facets, <= 0
 };
 
-// Projected area of a mesosurface after tilting it back to LEADR_VISIBLE_TAIL; m: mean slope before that.
+// Returns the projected area of a mesosurface after tilting it back to LEADR_VISIBLE_TAIL. m is the mean slope before the tilt.
 float tilted_area(const vec3 wo, const vec2 m, const float b) {
     return max(meso_area(wo, m), 1e-3 - LEADR_VISIBLE_TAIL * b);
 }
 
-// S: slope covariance, any value. Exact moments of the density P22 max(0, a - b u) / A.
+// Returns exact moments of the density P22 max(0, a - b u) / A. S is the slope covariance, with any value.
 VisibleSlopes visible_slopes(const vec3 wo, vec2 m, vec3 S) {
     VisibleSlopes v;
     v.S = clamp_covariance(S);
@@ -46,7 +46,7 @@ VisibleSlopes visible_slopes(const vec3 wo, vec2 m, vec3 S) {
     v.area = v.b > 1e-18 ? v.b * n.ramp : max(v.a, 0.0);
     float per_ramp = 1.0 / n.ramp;
     v.shift = n.cdf * per_ramp;
-    float excess = n.pdf * per_ramp; // its second moment minus one
+    float excess = n.pdf * per_ramp; // second moment of u minus one
     v.variance = clamp(1.0 + excess - v.shift * v.shift, 0.02, 1.0);
     v.third = min(nu * excess - 3.0 * v.shift + v.shift * (3.0 + 3.0 * excess - 2.0 * v.shift * v.shift), 0.0);
     v.mean = v.m - v.axis * v.shift;

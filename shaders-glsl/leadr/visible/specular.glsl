@@ -8,16 +8,17 @@
 #include "lit_slopes.glsl"
 #include "slopes.glsl"
 
-// Specular reflection of an environment by a few probes among the visible slopes. The lobe is split into smaller, round
-// Gaussians, one per probe: nodes on rings in the plane of two standard normals carry a part of its covariance, and each
-// lookup is a kernel with the rest (kernel.glsl describes the cube). Weights sum to one, so there is no division,
-// and a constant environment returns its own value. Derivation in crates/leadr-reflectance/src/visible/specular.rs. Once per pixel
+// Computes the specular reflection of an environment by a few probes among the visible slopes. The lobe is split into smaller,
+// round Gaussians, one per probe. Nodes on rings in the plane of two standard normals carry a part of the lobe's covariance,
+// and each lookup is a kernel with the remaining covariance (kernel.glsl describes the cube). Weights sum to one, so there is
+// no division, and a constant environment returns its own value. crates/leadr-reflectance/src/visible/specular.rs has the
+// derivation. Once per pixel
 //     VisibleProbes probes = visible_probes(LEADR_SHADOWING_NONE, wo, m, S, probe_kernel(n));
 // and for i in 0..n-1, n = 5, 9 or 16
 //     VisibleProbe p = visible_probe(probes, wo, probe_node(n, i, probes.wide));
 //     vec3 f = p.weight * fresnel_schlick(f0, p.cosine);
 //     reflected += f * textureLod(environment, from_frame(frame, p.wi), kernel_lod(p.variance, size)).rgb;
-//     fresnel += f;                                             // the visible facets' mean
+// mean of the visible facets
 // With shadows (shadowed_specular.glsl) probes represent the lit part of the lobe.
 
 // Azimuths of the nodes of 5, 9 and 16 probes, as unit vectors.
@@ -54,8 +55,8 @@ const vec2 LEADR_PROBE_AZIMUTHS[30] = vec2[](
     vec2(-0.8099530, 0.5864948)
 );
 
-// Their rings: radius in standard deviations of the nodes, weight, relative variance of the kernel. First for narrow lobes,
-// then in the limit of wide ones.
+// Rings of the nodes: radius in standard deviations of the nodes, weight, and relative variance of the kernel. The first array
+// is for narrow lobes, the second for the limit of wide lobes.
 const vec3 LEADR_NARROW_RINGS[7] = vec3[](
     vec3(0.0000, 0.229228000, 0.7055),
     vec3(1.6108, 0.192693000, 1.0876),
@@ -78,7 +79,7 @@ const vec3 LEADR_WIDE_RINGS[7] = vec3[](
 // Variance of isotropic slopes, summed over both axes, at which wide_lobe is one half.
 const float LEADR_WIDE_HALF = 0.35;
 
-// Width of a lobe, 0 to 1. S: covariance of the slopes. Elongated lobes use their minor axis.
+// Returns the width of a lobe, 0 to 1. S is the covariance of the slopes. Elongated lobes use their minor axis.
 float wide_lobe(const vec3 S) {
     float x = (4.0 / LEADR_WIDE_HALF) * max(S.x * S.y - S.z * S.z, 0.0) / max(S.x + S.y, 1e-15);
     return x * x / (1.0 + x * x);
@@ -88,11 +89,11 @@ struct ProbeNode {
     vec2 unit_offset; // in units of `radius` standard deviations
     float radius; // equal for all nodes of a ring, like weight and cover
     float weight;
-    float cover;  // variance of its kernel relative to the rule's others
+    float cover;  // variance of the node's kernel relative to the rule's other kernels
 };
 
-// Node i of the rule of n probes, or of the next larger rule, for a lobe of width `wide`. For constant i the positions are
-// constants, and the rest is computed once per ring.
+// Returns node i of the rule of n probes, or of the next larger rule, for a lobe of width `wide`. For constant i the positions
+// are constants, and the other values are computed once per ring.
 ProbeNode probe_node(const int n, const int i, const float wide) {
     int first = n <= 5 ? 0 : n <= 9 ? 5 : 14;
     int ring = n <= 5 ? (i < 1 ? 0 : 1) : n <= 9 ? (i < 3 ? 2 : 3) : (i < 1 ? 4 : i < 7 ? 5 : 6);
@@ -100,21 +101,21 @@ ProbeNode probe_node(const int n, const int i, const float wide) {
     return ProbeNode(LEADR_PROBE_AZIMUTHS[first + i], now.x, now.y, now.z);
 }
 
-// The kernels' share of the variance of a round lobe, if narrow and in the limit of wide ones, and their share along an
-// elongated one, for the rule of n probes.
+// Returns the kernels' fraction of the variance for the rule of n probes: of a narrow round lobe, of a round lobe in the limit
+// of wide lobes, and along an elongated lobe.
 vec3 probe_kernel(const int n) {
     return n <= 5 ? vec3(0.6, 0.413, 0.073) : n <= 9 ? vec3(0.5, 0.262, 0.024) : vec3(0.4, 0.167, 0.01);
 }
 
-// The symmetric square root of a covariance (xx, yy, xy). For a thin one it rotates smoothly past an axis, unlike a Cholesky
-// factor.
+// Returns the symmetric square root of a covariance (xx, yy, xy). For a thin covariance it rotates smoothly past an axis,
+// unlike a Cholesky factor.
 vec3 root_of(const vec3 S) {
     float det = sqrt(max(S.x * S.y - S.z * S.z, 0.0));
     float per = inversesqrt(max(S.x + S.y + 2.0 * det, 1e-18));
     return vec3(max(S.xy, 0.0) + det, S.z) * per;
 }
 
-// Positions of a rule's nodes among the slopes: middle + root p + bend u^2, u = azimuth . root p.
+// Positions of a rule's nodes among the slopes, as middle + root p + bend u^2 with u = azimuth . root p.
 struct NodePositions {
     vec2 middle;  // slope of a node at the origin
     vec3 root;    // square root of the nodes' covariance
@@ -122,19 +123,19 @@ struct NodePositions {
     vec2 azimuth;
 };
 
-// The slope of a node, and its u.
+// Returns the slope of a node, and its u.
 vec3 node_slope(const NodePositions nodes, const vec2 p) {
     vec2 d = nodes.root.xz * p.x + nodes.root.zy * p.y;
     float u = clamp(dot(d, nodes.azimuth), -6.0, 6.0);
     return vec3(nodes.middle + d + nodes.bend * (u * u), u);
 }
 
-// Positions with covariance `spread` and the skewness of v about its mean; along: covariance and E[u^2].
+// Returns positions with covariance `spread` and the skewness of v about its mean. along has the coefficient of u^2 and E[u^2].
 NodePositions node_positions(const vec3 wo, const VisibleSlopes v, const vec3 spread, out vec2 along) {
     NodePositions nodes;
     vec2 a = wo.xy * (1.0 / max(v.b, 1e-18));
     along.x = v.third / (6.0 * v.variance * v.variance);
-    // Bounds rounding errors of a vanishing covariance.
+    // The clamp bounds rounding errors of a vanishing covariance.
     along.y = clamp(a.x * (spread.x * a.x + 2.0 * spread.z * a.y) + spread.y * a.y * a.y, -1.0, 1.0);
     nodes.azimuth = a;
     nodes.bend = along.x * v.axis;
@@ -143,13 +144,13 @@ NodePositions node_positions(const vec3 wo, const VisibleSlopes v, const vec3 sp
     return nodes;
 }
 
-// lit_spread of wide lobes, and of views from straight above; narrow lobes seen edge-on have twice as much.
+// lit_spread of wide lobes, and of views from straight above. Narrow lobes seen edge-on have twice as much.
 const float LEADR_LIT_SPREAD = 0.6;
 
-// Quantities shared by the probes of a pixel.
+// Quantities that the probes of a pixel share.
 struct VisibleProbes {
     vec2 m;        // mean slope of all facets
-    vec3 cholesky; // of their covariance
+    vec3 cholesky; // Cholesky factor of the covariance of all facets
     float area;    // visible area A(wo) of all facets
     NodePositions nodes;
     vec3 along;    // t = along.x + u + along.y u^2; half the inverse variance of the visible u
@@ -157,15 +158,15 @@ struct VisibleProbes {
     vec3 part;     // slope covariance of one kernel
     float kernel;  // variance of a lookup per a exp((t^2 - y^2)/2) / |N|^4
     float wide;    // width of the lobe, 0 to 1
-    NodePositions fresnel_nodes; // over the whole lobe, lit or not, for the Fresnel terms
-    float flat_area;  // projected area of a facet of slope 0 there
+    NodePositions fresnel_nodes; // nodes over the whole lobe, lit or not, for the Fresnel terms
+    float flat_area;  // projected area of a facet of slope 0 in this lobe
     vec2 projected;   // growth of kernels with the projected area of their facet, 0 to 1, and the inverse of that area at the mean
-    // A probe is split into two directions about its reflected direction. This is their share of its variance.
+    // A probe is split into two directions about its reflected direction, which have this fraction of its variance.
     float lit_spread;
     LitSlopes lit; // slopes that probes represent instead of all visible ones; its mean includes the ratio of the visible areas
 };
 
-// The probes for these slopes, or with shadowing for their lit part.
+// Returns the probes for these slopes, or for their lit part if there is shadowing.
 VisibleProbes visible_probes_of(const int shadowing, vec3 wo, VisibleSlopes all, vec3 kernel) {
     VisibleSlopes v = all;
     VisibleProbes probes;
@@ -175,7 +176,7 @@ VisibleProbes visible_probes_of(const int shadowing, vec3 wo, VisibleSlopes all,
         v = visible_slopes(wo, probes.lit.m, probes.lit.S);
         probes.lit.mean += log(max(v.area, 1e-30) / max(all.area, 1e-30));
     }
-    // Metric of reflected directions at the mean: |dwi|^2 = 4/|N|^2 ((p.ds)^2 + facet^2/|N|^2 (|ds|^2 - (s.ds)^2/|N|^2)).
+    // The metric of reflected directions at the mean is |dwi|^2 = 4/|N|^2 ((p.ds)^2 + facet^2/|N|^2 (|ds|^2 - (s.ds)^2/|N|^2)).
     vec2 s = v.mean;
     float per = 1.0 / (1.0 + dot(s, s));
     vec2 p = wo.xy + s * (v.facet * per);
@@ -183,7 +184,7 @@ VisibleProbes visible_probes_of(const int shadowing, vec3 wo, VisibleSlopes all,
     vec3 metric = 4.0 * per * vec3(p * p + q * (1.0 - s * s * per), p.x * p.y - q * s.x * s.y * per);
     float jacobian = 4.0 * v.facet * per * per;
     vec3 inverse_metric = vec3(metric.yx, -metric.z) / max(jacobian * jacobian, 1e-20);
-    // Variances of the lobe along its axes: their sum, their difference, the smaller one.
+    // The variances of the lobe along its axes follow: their sum, their difference, and the smaller one.
     const float least = 1e-15;
     float sum = max(v.cov.x * metric.x + v.cov.y * metric.y + 2.0 * v.cov.z * metric.z, 0.0);
     float per_sum = 1.0 / max(sum, least);
@@ -195,11 +196,11 @@ VisibleProbes visible_probes_of(const int shadowing, vec3 wo, VisibleSlopes all,
     float wide = wide_lobe(all.S);
     float even = round4 * round4 + wide * (1.0 - round4 * round4);
     float share = kernel.x + wide * (kernel.y - kernel.x);
-    // 2 det/sum is the minor variance of round lobes, without its kink there.
+    // 2 det/sum is the minor variance of round lobes, without the kink of the minor variance at round lobes.
     float most = (minor - share * 0.5 * sum * round_lobe) * even;
     float elongated = kernel.z * sum * (1.0 - round_lobe);
     float variance = minor - most + elongated;
-    // Variance across the lobe for the nodes: the lobe's minus the kernel's, smoothly clamped at 0.
+    // The nodes' variance across the lobe is the lobe's variance minus the kernel's, smoothly clamped at 0.
     float rest = most - elongated;
     float soft = 0.1 * elongated;
     float root = sqrt(rest * rest + soft * soft);
@@ -224,22 +225,22 @@ VisibleProbes visible_probes_of(const int shadowing, vec3 wo, VisibleSlopes all,
     return probes;
 }
 
-// The probes for everything visible from wo.
+// Returns the probes for all facets visible from wo.
 VisibleProbes visible_probes(const int shadowing, const vec3 wo, const vec2 m, const vec3 S, const vec3 kernel) {
     return visible_probes_of(shadowing, wo, visible_slopes(wo, m, S), kernel);
 }
 
 struct VisibleProbe {
     vec2 slope;
-    vec3 mirror;    // direction that this facet reflects, unit, tangent frame
-    vec3 wi;        // mean reflected direction of its part of the lobe, of any length (lookups need no unit), tangent frame
+    vec3 mirror;    // direction that the probe's facet reflects, unit, tangent frame
+    vec3 wi;        // mean reflected direction of the probe's part of the lobe, of any length (lookups need no unit), tangent frame
     float cosine;   // wo . wn for the Fresnel term of all visible facets, 0..1
     float weight;
-    float variance; // of the lookup, per axis, in radians squared, below 2
+    float variance; // variance of the lookup per axis, in radians squared, below 2
 };
 
-// Mean direction reflected by Gaussian slopes of covariance c about `slope`, to second order, not unit; f: projected area of
-// the facet at `slope`.
+// Returns the mean direction reflected by Gaussian slopes of covariance c about `slope`, to second order, not unit. f is the
+// projected area of the facet at `slope`.
 vec3 mean_mirror(const vec3 wo, const vec2 slope, const float f, const vec3 c) {
     vec2 o = vec2(dot(c.xz, wo.xy), dot(c.zy, wo.xy));
     vec2 s = vec2(dot(c.xz, slope), dot(c.zy, slope));
@@ -259,7 +260,7 @@ VisibleProbe visible_probe(const VisibleProbes probes, const vec3 wo, const Prob
     p.mirror = 2.0 * max(wo.z - dot(wo.xy, at.xy), 0.0) * z2 * vec3(-at.xy, 1.0) - wo;
     float facet = max(probes.facet.x - t * probes.facet.y, 0.0);
     p.wi = mean_mirror(wo, at.xy, facet, probes.part);
-    // The Fresnel term is convex, and a kernel does not filter it.
+    // The Fresnel term has its own nodes, because it is convex and a kernel does not filter it.
     vec2 fresnel_slope = node_slope(probes.fresnel_nodes, offset).xy;
     p.cosine = min(max(probes.flat_area - dot(wo.xy, fresnel_slope), 0.0) * inversesqrt(1.0 + dot(fresnel_slope, fresnel_slope)), 1.0);
     p.weight = node.weight;

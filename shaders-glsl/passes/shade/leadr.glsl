@@ -27,7 +27,7 @@ const float GRID_DEVIATION = 0.05; // angular deviation of one grid sample's lig
 const int DIFFUSE_TERMS = 2; // of the closed form: see leadr/visible/diffuse.glsl
 const bool FACET_SPECULAR = FACET_FRAME && !FINEST_LEVEL && !GGX_BASE; // of the lights
 
-// Means over the visible specular directions.
+// Means over the visible specular facets.
 struct SpecularTerm {
     vec3 reflected; // radiance, Fresnel and shadowing included
     vec3 fresnel;   // of the diffuse base: fraction of light that does not enter it
@@ -149,7 +149,7 @@ SpecularTerm probes_specular(const ProbeSums sums, const Surface surface, const 
         vec3 at_low = fitted_fresnel(surface.fit, low), slope = (fitted_fresnel(surface.fit, high) - at_low) / (high - low);
         reflected = max((at_low - low * slope) * sums.at_normal + slope * sums.by_angle, 0.0);
     } else {
-        // The edge tint is wide: its mean over the lobe is its value at the mean.
+        // The edge tint varies slowly with the angle: its mean over the lobe is its value at the mean cosine.
         vec3 rise = grazing_reflectance(surface.f0) - surface.f0;
         reflected = (surface.f0 - surface.edge_tint * edge_tint_weight(sums.cosine)) * sums.at_normal + rise * sums.by_angle;
     }
@@ -280,7 +280,7 @@ float specular_in_cone(const Surface surface) {
     return cone_specular_share(surface, sqrt(2.0 * normal_variance(surface.mean_slope, S)));
 }
 
-// Visible albedo, weighted by the environment's irradiance where the albedo depends on slopes. c: SH coefficients.
+// Visible albedo, weighted by the environment's irradiance where the albedo depends on slopes.
 vec3 environment_albedo(const Surface surface, const DirectionArea o) {
     vec3 S = surface.slope_covariance, wo = surface.wo;
     vec2 m = surface.mean_slope;

@@ -19,7 +19,7 @@ struct Surface {
     MixedRoughness mixed; // the two roughnesses behind alpha, if MIXED_ROUGHNESS
     uint fit;            // start of the measured base material, or 0
     vec3 f0;             // reflectance at normal incidence
-    vec3 diffuse_f0;     // of the diffuse base: metal beside it has no albedo
+    vec3 diffuse_f0;     // of the diffuse base: the metallic share has no albedo
     vec3 edge_tint;      // F82 tint of a conductor's reflectance
     vec3 emission;       // radiance, to be scaled
     ReliefColor relief_color; // dependence of albedo on the relief

@@ -19,7 +19,7 @@ use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::{begin, extension};
 use leadr_tools::command::output::Output;
 
-/// Maps with at least this many texels show a progress bar; smaller ones take less than a second.
+/// Minimum number of texels for a progress bar; smaller maps take less than a second.
 const LONG: u64 = 1 << 20;
 
 /// The file format of a map.
@@ -110,7 +110,7 @@ pub fn run(arguments: &BakeArgs, output: &Output) -> Result<(), AppError> {
     }
     let mut inputs = sources.load(arguments, output)?;
     inputs.size().map_err(|fault| fault.in_file(sources.main()))?;
-    // Compares the heights and normals of the files, before heights are computed.
+    // The heights and normals of the files are compared before heights are derived.
     let agreement = inputs.agree();
     if let Some(agreement) = &agreement {
         output.say(&format!("heights and normals: {agreement}"));
@@ -141,7 +141,7 @@ pub fn run(arguments: &BakeArgs, output: &Output) -> Result<(), AppError> {
     }
 }
 
-/// Computes the heights and the occlusion that the kinds need and the files lack.
+/// Computes heights and occlusion if the kinds need them and the files lack them.
 fn derive(inputs: &mut Inputs, kinds: &[Kind], sources: &Sources, output: &Output) -> Result<(), AppError> {
     let size = inputs.size().map_err(|fault| fault.in_file(sources.main()))?;
     let long = u64::from(size[0]) * u64::from(size[1]) >= LONG / 4;

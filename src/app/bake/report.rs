@@ -1,4 +1,4 @@
-//! The output of `leadr bake`.
+//! The result that `leadr bake` prints.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use leadr_maps::bake::{Layout, Plan, Report};
 use leadr_maps::material::Agreement;
 use leadr_tools::program::memory_of_process;
 
-/// A baked map.
+/// The result for a map.
 #[derive(Debug, Serialize)]
 pub struct BakeReport {
     command: &'static str,
@@ -23,14 +23,14 @@ pub struct BakeReport {
     size: [u32; 2],
     levels: usize,
     channels: Vec<&'static str>,
-    /// Factor on heights.
+    /// Scale factor of the heights.
     height_scale: f32,
     mean_slope: [f64; 2],
-    /// Variances along s and t, and the covariance, per unit of texture coordinate.
+    /// Slope variances along s and t, and their covariance, per unit of texture coordinate.
     slope_variance: [f64; 3],
     slope_range: [[f64; 2]; 2],
     height_range: [f64; 2],
-    /// Agreement of heights and normals; null unless both are given.
+    /// Agreement of heights and normals; null unless the input has both.
     agreement: Option<AgreementReport>,
     /// Relative error of the worst channel against 32-bit floats, for each level.
     error: Vec<f64>,
@@ -120,7 +120,7 @@ impl fmt::Display for BakeReport {
     }
 }
 
-/// Several maps of one surface.
+/// The result for several maps of one surface.
 #[derive(Debug, Serialize)]
 pub struct BakedSet {
     command: &'static str,

@@ -13,7 +13,7 @@ use leadr_reflectance::facets::gloss::Gloss;
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::output::Output;
 
-/// The files that are baked.
+/// The files to bake.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Sources {
     height: Option<PathBuf>,
@@ -33,7 +33,7 @@ pub struct Sources {
     pub remarks: Vec<String>,
 }
 
-/// The direction of the green channel according to the name of a normal map.
+/// Returns the direction of the green channel according to the name of a normal map.
 fn green_of(role: Option<Role>) -> Option<GreenAxis> {
     match role {
         Some(Role::NormalUp) => Some(GreenAxis::Up),
@@ -139,7 +139,7 @@ impl Sources {
         Ok(())
     }
 
-    /// The file whose size the others must have: heights, else normals.
+    /// Returns the file that sets the size of all others: heights, else normals.
     pub fn main(&self) -> &Path {
         self.height.as_deref().or(self.normal.as_deref()).unwrap_or(Path::new(""))
     }

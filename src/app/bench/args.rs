@@ -16,7 +16,7 @@ use leadr_tools::bench::{BenchConfig, Quad, Table};
 use leadr_tools::command::device::DeviceArgs;
 use leadr_tools::command::error::AppError;
 
-/// Printed below the help.
+/// Examples after the help text.
 pub const EXAMPLES: &str = "Examples:
   leadr bench                                  measure everything; takes minutes without a GPU
   leadr bench --paper --frames 9 --json        measure the paper's tables and check the goals
@@ -108,20 +108,20 @@ const MEASURED: &str = "Measurements";
 const AGAINST: &str = "Comparison with an earlier run";
 const SCENES_OF: &str = "Scenes";
 
-/// Size of the full-screen quad and its map in the paper.
+/// Size of the full-screen quad and of its map in the paper.
 const PAPER_SIZE: Size = Size { width: 1024, height: 1024 };
-/// Sizes of the pictures of a scene's views.
+/// Picture sizes for the table of views.
 const VIEW_SIZES: [Size; 3] =
     [Size { width: 128, height: 128 }, Size { width: 480, height: 270 }, Size { width: 1024, height: 1024 }];
-/// Size of the scenes' other pictures.
+/// Picture size for all other tables of scenes.
 const SCENE_SIZE: Size = Size { width: 512, height: 512 };
-/// The default scenes.
+/// Default scenes of the bench.
 const SCENES: [&str; 2] = ["sphere", "trex"];
 
 impl BenchArgs {
     /// Checks the arguments and returns the measurements that they select.
     pub fn resolve(&self) -> Result<BenchConfig, AppError> {
-        // The paper's tables are measured alone, together with scenes, or not at all.
+        // The tables of the paper are measured alone, with scenes, or not at all.
         let about_scenes = self.technique.is_some() || !self.tables.is_empty();
         let everything = !self.paper && !self.forward && self.scene.is_none() && !about_scenes;
         let quad = self.paper || everything;
@@ -161,7 +161,7 @@ impl BenchArgs {
         })
     }
 
-    /// The selected tables, in the order of measurement.
+    /// Returns the selected tables, in the order of measurement.
     fn tables_of_scenes(&self) -> Vec<Table> {
         let wanted: &[Table] = match (self.tables.as_slice(), &self.scene) {
             ([], Some(_)) => &[Table::Views, Table::Waves],
@@ -171,7 +171,7 @@ impl BenchArgs {
         Table::value_variants().iter().copied().filter(|table| wanted.contains(table)).collect()
     }
 
-    /// The configuration of a scene: the defaults of `leadr capture`, changed by the flags of the bench.
+    /// Returns the configuration of a scene: the defaults of `leadr capture` with changes by the flags of the bench.
     fn scene_config(&self, scene: &OsStr) -> Result<SceneConfig, AppError> {
         let mut given = CommandLine::default();
         given.set("--scene", Some(scene));

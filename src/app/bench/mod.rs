@@ -1,5 +1,5 @@
-//! `leadr bench`: measures the time of every pass on the device, with an optional comparison to an earlier run; or the memory use over
-//! many frames (`--soak`).
+//! `leadr bench`: measures the time of every pass on the device and optionally compares it with an earlier run. With `--soak`, it measures
+//! the memory use over many frames.
 
 pub mod args;
 
@@ -12,7 +12,7 @@ use leadr_tools::bench::{BenchConfig, Comparison, Times, bench, soak};
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::output::Output;
 
-/// Runs the measurements of the arguments and prints the report.
+/// Runs the selected measurements and prints the report.
 pub fn run(arguments: &BenchArgs, output: &Output) -> Result<(), AppError> {
     let config = arguments.resolve()?;
     if let Some(frames) = arguments.soak {
@@ -42,7 +42,7 @@ pub fn run(arguments: &BenchArgs, output: &Output) -> Result<(), AppError> {
     check_ratio(&comparison?, arguments.max_ratio)
 }
 
-/// The result of comparing two files without measuring.
+/// The result of a comparison of two files without measurement.
 #[derive(Serialize)]
 struct ComparisonReport<'a> {
     command: &'static str,

@@ -19,7 +19,7 @@ use leadr_scenes::view::ViewChoice;
 use leadr_tools::command::device::DeviceArgs;
 use leadr_tools::command::error::AppError;
 
-/// Printed below the help.
+/// Examples after the help text.
 pub const EXAMPLES: &str = "Examples:
   leadr capture                                       draw the T-rex into out/
   leadr capture --camera far --samples 16 -o far.png
@@ -65,7 +65,7 @@ pub struct CaptureArgs {
     /// Arrange COLUMNS x ROWS evenly spaced frames of --frames in one .png; --size is the size of each frame
     #[arg(long, help_heading = SEQUENCE, hide_short_help = true, value_name = "COLUMNSxROWS", requires = "frames")]
     pub sheet: Option<Sheet>,
-    /// Render only every N-th frame, starting with frame number I (the first frame is 1)
+    /// Render only every N-th frame of the range, starting with its I-th; the first is 1
     #[arg(long, help_heading = SEQUENCE, hide_short_help = true, value_name = "I/N", requires = "frames")]
     pub shard: Option<Shard>,
     /// Keep the complete files of an earlier run if the program, the settings and the input files are the same
@@ -90,10 +90,10 @@ pub struct CaptureArgs {
 }
 
 const SEQUENCE: &str = "Time and sequences";
-/// Heading of the flags for files and printed results.
+/// Help heading of the flags for files and printed results.
 pub const OUTPUT: &str = "Output";
 
-/// The complete configuration of `leadr capture`; units as in [`CaptureArgs`].
+/// The complete configuration of `leadr capture`, in the units of [`CaptureArgs`].
 #[derive(Clone, Debug, Serialize)]
 pub struct CaptureConfig {
     /// The scene and its render settings.
@@ -102,24 +102,24 @@ pub struct CaptureConfig {
     /// The device.
     #[serde(flatten)]
     pub device: DeviceArgs,
-    /// The moments of the whole capture; a sheet shows some of them.
+    /// The moments of the whole capture, of which a sheet shows some.
     pub timeline: Timeline,
     /// Frames per second of an animation file.
     #[serde(skip)]
     pub rate: Rate,
-    /// How often an animated WebP plays; 0 repeats it forever.
+    /// Number of times that an animated WebP plays; 0 repeats it forever.
     #[serde(rename = "loop")]
     pub plays: u16,
     /// Layers to write in addition to the colour: sorted, without repeats.
     pub layers: Vec<Layer>,
-    /// The technique on the right side, and the start position of that side.
+    /// The technique of the right side, and the split position.
     #[serde(skip_serializing_if = "Option::is_none", serialize_with = "name_of_beside")]
     pub beside: Option<(Technique, Split)>,
     /// The files to write.
     pub output: OutputPattern,
     /// Whether to keep matching frames of an earlier run.
     pub resume: bool,
-    /// The command that makes these pictures, recorded in the files.
+    /// The command that renders these pictures, recorded in their files.
     #[serde(skip)]
     pub command: String,
 }
@@ -129,7 +129,7 @@ fn name_of_beside<S: Serializer>(beside: &Option<(Technique, Split)>, serializer
 }
 
 impl CaptureConfig {
-    /// The moments to draw, in order.
+    /// Returns the moments to draw, in order.
     pub fn moments(&self) -> Vec<Moment> {
         let moments = self.timeline.moments();
         match self.output.kind {
@@ -138,14 +138,14 @@ impl CaptureConfig {
         }
     }
 
-    /// Samples of a frame, including those of the right side.
+    /// Returns the number of samples per frame, including the right side.
     pub fn samples_of_frame(&self) -> u32 {
         self.scene.picture.samples.max(1) * if self.beside.is_some() { 2 } else { 1 }
     }
 }
 
 impl CaptureArgs {
-    /// Checks the arguments against each other and reads the camera file, if one is given. `line` holds the same arguments as text.
+    /// Checks that the arguments fit together and reads any camera file. `line` holds the arguments as text.
     pub fn resolve(&self, line: CommandLine) -> Result<CaptureConfig, AppError> {
         let rate = self.fps.unwrap_or(Rate::DEFAULT);
         let timeline = self.timeline(rate)?;
@@ -179,7 +179,7 @@ impl CaptureArgs {
         })
     }
 
-    /// The camera motion that replaces time, if any.
+    /// Returns the camera motion that replaces time, if any.
     fn travel(&self) -> Option<Travel> {
         let time = f64::from(self.time.unwrap_or(0.0));
         let (sweep, turntable) = (self.sweep, self.turntable);
@@ -198,7 +198,7 @@ impl CaptureArgs {
         }
     }
 
-    /// Checks that the kind of the output `shown` supports the flags.
+    /// Checks that the format of the output `shown` supports the flags.
     fn check_output(&self, kind: FileKind, shown: &str) -> Result<(), String> {
         if kind != FileKind::Still(StillKind::Exr) && !self.layers.is_empty() {
             return Err(format!("--layers needs an .exr output, and '{shown}' is none: name an .exr file"));
@@ -236,7 +236,7 @@ impl CaptureArgs {
     }
 }
 
-/// The command of `line` without the flags that do not change the pictures.
+/// Returns the command of `line` without flags that do not change the pictures.
 fn command_of(mut line: CommandLine) -> String {
     for flag in ["--output", "--device", "--validation", "--resume", "--shard"] {
         line.remove(flag);

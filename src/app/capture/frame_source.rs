@@ -1,4 +1,4 @@
-//! The source of a capture's pictures: the renderer, or a test double that needs no device.
+//! The source of a capture's pictures: the renderer, or a test double without a device.
 
 use serde::Serialize;
 
@@ -9,27 +9,27 @@ use leadr_render::light::panorama::EnvironmentLight;
 use leadr_tools::command::device::DeviceInfo;
 use leadr_tools::command::error::AppError;
 
-/// The time of one pass.
+/// The device time of one pass.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PassTime {
     /// Name of the pass.
     pub pass: String,
-    /// Milliseconds on the device.
+    /// Device time of the pass, milliseconds.
     pub ms: f64,
 }
 
-/// One picture in rows from the top left.
+/// One picture, in rows from the top left corner.
 #[derive(Clone, Debug, Default)]
 pub struct Frame {
-    /// Pixels across.
+    /// Picture width, pixels.
     pub width: u32,
-    /// Pixels down.
+    /// Picture height, pixels.
     pub height: u32,
     /// Linear Rec. 709 radiance and coverage, `width · height` long.
     pub color: Vec<[f32; 4]>,
-    /// The requested layers; planes are `width · height` long, in the order of [`Layer::channels`].
+    /// The requested layers. Each plane is `width · height` long, in the order of [`Layer::channels`].
     pub layers: Vec<(Layer, Vec<Vec<f32>>)>,
-    /// Factor on the radiance for display.
+    /// Exposure factor for display.
     pub exposure: f32,
     /// Device time per pass, in order.
     pub passes: Vec<PassTime>,
@@ -39,13 +39,13 @@ pub struct Frame {
 pub struct FrameSource<'a> {
     /// The device that renders.
     pub device: DeviceInfo,
-    /// The input files of its pictures.
+    /// The input files of the pictures.
     pub files: Vec<FileRead>,
     /// The lights extracted from the environment image.
     pub lights: Vec<EnvironmentLight>,
-    /// Seconds of the set-up.
+    /// Duration of the set-up, seconds.
     pub set_up_seconds: f64,
-    /// Renders one moment, and reports the number of finished samples after each. The same moment always gives the same bits.
+    /// Renders a moment, and reports the sample count after each sample. A moment always renders to the same bits.
     pub render: Box<Render<'a>>,
 }
 

@@ -1,4 +1,4 @@
-//! The moments of a capture.
+//! The moments that a capture draws.
 
 use serde::Serialize;
 
@@ -12,30 +12,30 @@ pub struct Moment {
     pub frame: u32,
     /// Seconds since the start of the animation.
     pub time: f64,
-    /// Metres between camera and target, in a sweep.
+    /// Metres between the camera and its target, only in a sweep.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub distance: Option<f32>,
-    /// Degrees that the camera has moved around its target, in a turntable.
+    /// Degrees of the camera around its target, only in a turntable.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub turn_degrees: Option<f32>,
 }
 
-/// The moments of a capture.
+/// The moments of a whole capture.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Timeline {
-    /// One picture.
+    /// A single picture.
     Still {
         /// Seconds since the start of the animation.
         time: f64,
     },
-    /// Frames at a fixed step.
+    /// Frames at a constant time step.
     Sequence {
-        /// Frame numbers.
+        /// Range of frame numbers.
         frames: FrameRange,
         /// Frames per second.
         fps: Rate,
-        /// The part of the range that this process renders.
+        /// The fraction of the range that this process renders.
         shard: Option<Shard>,
         /// The camera motion that replaces time.
         #[serde(flatten, skip_serializing_if = "Option::is_none")]
@@ -43,8 +43,8 @@ pub enum Timeline {
     },
 }
 
-/// Selects `count` of `moments` at equal steps, starting with the first. A sweep also includes its last moment. Other sequences do not,
-/// because they continue or repeat after it.
+/// Selects `count` of `moments` at equal steps, including the first. A sweep also includes its end. Other sequences omit the end, because
+/// they continue or repeat after it.
 pub fn spread(moments: &[Moment], count: usize) -> Vec<Moment> {
     let closed = moments.last().is_some_and(|moment| moment.distance.is_some());
     let at = |i: usize| {
@@ -57,12 +57,12 @@ pub fn spread(moments: &[Moment], count: usize) -> Vec<Moment> {
     (0..count).filter_map(|i| moments.get(at(i)).copied()).collect()
 }
 
-/// A camera that moves while time stands still.
+/// A camera motion during which time stands still.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Travel {
     /// Seconds since the start of the animation.
     pub time: f64,
-    /// Motion away from the target, or towards it.
+    /// Camera motion away from the target or towards it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sweep: Option<Sweep>,
     /// Whether the camera moves once around its target.
@@ -71,7 +71,7 @@ pub struct Travel {
 }
 
 impl Timeline {
-    /// The frames of the whole capture, including all shards; a still is frame 0.
+    /// Returns the frames of the whole capture, including all shards. A still is frame 0.
     pub fn frames(&self) -> FrameRange {
         match *self {
             Self::Still { .. } => FrameRange { start: 0, end: 1 },
@@ -79,7 +79,7 @@ impl Timeline {
         }
     }
 
-    /// The moments of this process, in order. The shards of a range are disjoint and cover it.
+    /// Returns the moments of this process, in order. The shards of a range are disjoint and cover the range.
     pub fn moments(&self) -> Vec<Moment> {
         match *self {
             Self::Still { time } => vec![Moment { frame: 0, time, distance: None, turn_degrees: None }],
@@ -88,7 +88,7 @@ impl Timeline {
                 let numbers = (frames.start..frames.end).skip(index as usize - 1).step_by(count as usize);
                 let moment = |frame| {
                     let (step, steps) = (frame - frames.start, frames.end - frames.start);
-                    // Division instead of accumulation makes a frame's time independent of its shard.
+                    // Division, unlike accumulation, makes a frame's time independent of its shard.
                     let running = f64::from(frame) / fps.per_second();
                     Moment {
                         frame,
@@ -107,7 +107,7 @@ impl Timeline {
 pub mod tests {
     use super::*;
 
-    /// Frames at 24 per second.
+    /// Returns a sequence at 24 frames per second.
     pub fn sequence(start: u32, end: u32, shard: Option<Shard>) -> Timeline {
         Timeline::Sequence { frames: FrameRange { start, end }, fps: fps(), shard, travel: None }
     }

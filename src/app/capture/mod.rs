@@ -1,4 +1,4 @@
-//! `leadr capture`: renders moments of a scene into one file each, or all into one file. Files have temporary names until complete.
+//! `leadr capture`: renders moments of a scene, each into a file or all into one file. Incomplete files have temporary names.
 
 pub mod args;
 pub mod frame_source;
@@ -41,22 +41,22 @@ pub struct CaptureReport<'a> {
     /// Lights extracted from the environment image.
     lights: Vec<EnvironmentLight>,
     frames: Vec<FrameReport>,
-    /// Wall-clock seconds of the set-up: reading files, baking and uploading maps, and creating pipelines.
+    /// Wall-clock time of the set-up, seconds: reading files, baking and uploading maps, creating pipelines.
     set_up_seconds: f64,
-    /// Wall-clock seconds of drawing and writing all frames, without the set-up.
+    /// Wall-clock time of drawing and writing all frames, seconds, without the set-up.
     seconds: f64,
 }
 
-/// One frame of a capture.
+/// The result for one frame of a capture.
 #[derive(Debug, Serialize)]
 pub struct FrameReport {
     #[serde(flatten)]
     moment: Moment,
-    /// The file of this frame, or of all frames.
+    /// The file of this frame, or the file of all frames.
     file: PathBuf,
     /// Whether the file is from an earlier run (`--resume`).
     kept: bool,
-    /// Whether the existing file had a different fingerprint and was replaced (`--resume`).
+    /// Whether the file of an earlier run was replaced, because its fingerprint differed (`--resume`).
     outdated: bool,
     passes: Vec<PassTime>,
 }
@@ -78,7 +78,7 @@ impl fmt::Display for CaptureReport<'_> {
     }
 }
 
-/// Renders the moments of the arguments, prints the name of each completed file, and then the report. `line` holds the arguments as text.
+/// Renders the selected moments, prints the name of each completed file, and then the report. `line` holds the arguments as text.
 pub fn run(arguments: &CaptureArgs, line: CommandLine, output: &Output) -> Result<(), AppError> {
     let config = arguments.resolve(line)?;
     check_stdout(&config, output)?;
@@ -90,7 +90,7 @@ pub fn run(arguments: &CaptureArgs, line: CommandLine, output: &Output) -> Resul
     output.summary(&capture(&config, source, output)?)
 }
 
-/// Refuses a video on standard output if that is a terminal, or if `--json` writes there too.
+/// Refuses a video on standard output if that is a terminal, or if `--json` also writes to it.
 fn check_stdout(config: &CaptureConfig, output: &Output) -> Result<(), AppError> {
     if !config.output.is_stdout() {
         return Ok(());
@@ -104,8 +104,8 @@ fn check_stdout(config: &CaptureConfig, output: &Output) -> Result<(), AppError>
     Ok(())
 }
 
-/// Returns a remark if display settings have no effect, because the file holds radiance. It is no error, because the same flags are valid
-/// for a PNG.
+/// Returns a remark if display settings have no effect because the file holds radiance. This is no error, because the flags are valid for a
+/// PNG.
 fn unheeded(config: &CaptureConfig) -> Option<&'static str> {
     let chosen = config.scene.picture.exposure != 0.0 || config.scene.picture.tonemap != Tonemap::SHOWN;
     let is_exr = config.output.kind == FileKind::Still(StillKind::Exr);
@@ -119,14 +119,14 @@ fn check_files(config: &CaptureConfig) -> Result<(), AppError> {
     }
     let files: Vec<PathBuf> = config.moments().iter().map(|moment| config.output.path(moment.frame)).collect();
     remove_abandoned(files.iter().map(PathBuf::as_path));
-    // The other files are in the same folder.
+    // All files are in one folder, so one check suffices.
     files.first().map_or(Ok(()), |first| begin(first).map(drop))
 }
 
 /// Renders and writes every moment of `config` with `source`.
 ///
 /// # Errors
-/// If rendering or writing fails; the message names the frame. Files written before stay.
+/// If rendering or writing fails. The message names the frame, and files already written stay.
 pub fn capture<'a>(
     config: &'a CaptureConfig,
     mut source: FrameSource<'_>,
@@ -212,7 +212,7 @@ pub mod tests {
     use leadr_scenes::view::Size;
     use std::path::Path;
 
-    /// A renderer for tests: draws a gradient that depends on the time, counts calls, and fails at a chosen frame.
+    /// A test renderer that draws a gradient depending on the time, counts calls, and fails at a chosen frame.
     #[derive(Default)]
     pub struct Double {
         pub size: (u32, u32),
@@ -223,7 +223,7 @@ pub mod tests {
     }
 
     impl Double {
-        /// Draws with the size and layers of `config`.
+        /// Creates a test renderer with the size and layers of `config`.
         pub fn new(config: &CaptureConfig) -> Self {
             let Size { width, height } = config.scene.size;
             Self { size: (width, height), layers: config.layers.clone(), ..Self::default() }
@@ -261,18 +261,18 @@ pub mod tests {
         }
     }
 
-    /// The configuration of pictures of 5x3 pixels, written to `name` in `folder`.
+    /// Returns a configuration for pictures of 5x3 pixels, written to `name` in `folder`.
     pub fn configure(folder: &Path, name: &str, flags: &[&str]) -> CaptureConfig {
         let path = folder.join(name);
         resolve(&[&["--size", "5x3", "-o", path.to_str().unwrap()], flags].concat()).unwrap()
     }
 
-    /// The scene of `config` in a picture of this size.
+    /// Returns the scene of `config` for a picture of this size.
     pub fn sized(config: &CaptureConfig, width: u32, height: u32) -> SceneConfig {
         SceneConfig { size: Size { width, height }, ..config.scene.clone() }
     }
 
-    /// The names of all files in `folder`, sorted.
+    /// Returns the sorted names of all files in `folder`.
     pub fn files(folder: &Path) -> Vec<String> {
         let entries = std::fs::read_dir(folder).unwrap();
         let mut names: Vec<_> = entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
@@ -280,7 +280,7 @@ pub mod tests {
         names
     }
 
-    /// The report of a capture as JSON.
+    /// Runs a capture and returns its report as JSON.
     pub fn run(config: &CaptureConfig, double: &mut Double) -> Result<serde_json::Value, AppError> {
         capture(config, double.source(), &Output::new(true, true)).map(|report| serde_json::to_value(&report).unwrap())
     }
@@ -367,7 +367,7 @@ pub mod tests {
                 calls == 0 && message.contains("3 of them kept") && !message.contains("again"),
                 "{calls}: {message}"
             );
-            // A picture of the right size from another program has no fingerprint.
+            // A picture from another program has no fingerprint, even if its size is right.
             let config = configure(folder.path(), &name, &["--frames", "0..3"]);
             let texels = vec![[0.5; 3]; 15];
             match kind {

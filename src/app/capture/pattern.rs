@@ -1,4 +1,4 @@
-//! Names and formats of the files of a capture.
+//! File names and formats of a capture.
 
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -11,12 +11,12 @@ use leadr_scenes::view::Size;
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::extension;
 
-/// Pixels between two pictures of a sheet.
+/// Width of the gutter between pictures of a sheet, pixels.
 pub const GUTTER: u32 = 4;
 
 /// Returns the size of a sheet of pictures of size `cell`, or an error if it is over the limits.
 pub fn whole_size(sheet: Sheet, cell: Size) -> Result<Size, String> {
-    // At most 1000 sides of 2¹⁴ pixels plus gutters, so this cannot overflow.
+    // At most 1000 pictures of 2¹⁴ pixels plus gutters per side cannot overflow.
     let side = |count: u32, length: u32| count * length + (count - 1) * GUTTER;
     let whole = Size { width: side(sheet.columns, cell.width), height: side(sheet.rows, cell.height) };
     let (most_side, most_pixels) = (Size::MAX_SIDE, Size::MAX_PIXELS);
@@ -30,68 +30,68 @@ pub fn whole_size(sheet: Sheet, cell: Size) -> Result<Size, String> {
     Ok(whole)
 }
 
-/// The kind of files that a capture writes.
+/// The file format of a capture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(untagged)]
 pub enum FileKind {
-    /// A file for each frame.
+    /// One file per frame.
     Still(StillKind),
-    /// One file of all frames.
+    /// One file for all frames.
     Moving(MovingKind),
-    /// One PNG of several frames side by side.
+    /// One PNG with several frames side by side.
     Sheet {
-        /// Columns and rows.
+        /// Number of columns and rows.
         sheet: Sheet,
     },
 }
 
-/// The format of a file of one frame.
+/// The format of a still frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum StillKind {
-    /// Tonemapped, sRGB, 8 bits.
+    /// PNG with 8-bit tonemapped sRGB.
     Png,
-    /// Linear radiance, 32-bit floats, with layers.
+    /// EXR with linear radiance and layers as 32-bit floats.
     Exr,
 }
 
-/// The format of an animation; all are tonemapped, sRGB, 8 bits.
+/// The format of an animation; all formats hold 8-bit tonemapped sRGB.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum MovingKind {
-    /// Animated WebP, lossless.
+    /// Lossless animated WebP.
     Webp,
-    /// Uncompressed video for encoders, YUV4MPEG2.
+    /// Uncompressed YUV4MPEG2 video for encoders.
     Y4m,
 }
 
 impl MovingKind {
-    /// Supported frames per second.
+    /// Returns the supported frames per second.
     pub fn rates(self) -> RangeInclusive<f64> {
         match self {
-            // The lower limit keeps delays within 16 bits of milliseconds. Viewers replace delays of 10 ms or less by 100 ms.
+            // The lower limit keeps delays within 16 bits of milliseconds. Viewers replace delays of at most 10 ms by 100 ms.
             Self::Webp => 0.02..=90.0,
             Self::Y4m => 0.0..=f64::INFINITY,
         }
     }
 }
 
-/// A path, with `{frame}` for the number of a frame in four digits or more.
+/// A path in which `{frame}` stands for the frame number with at least four digits.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct OutputPattern {
     pattern: PathBuf,
-    /// Format, from the path's extension.
+    /// Output format, from the path's extension.
     pub kind: FileKind,
 }
 
 /// Placeholder of the frame number in a path.
 pub const FRAME: &str = "{frame}";
 
-/// The path that means standard output.
+/// Path that stands for standard output.
 const STDOUT: &str = "-";
 
 impl OutputPattern {
-    /// Checks a pattern against the timeline and the sheet.
+    /// Checks that a pattern suits the timeline and the sheet.
     pub fn new(path: &Path, timeline: &Timeline, sheet: Option<Sheet>) -> Result<Self, AppError> {
         let shown = path.display();
         let refuse = |what: String| Err(AppError::Usage(format!("output '{shown}' {what}")));
@@ -129,14 +129,14 @@ impl OutputPattern {
         }
     }
 
-    /// Whether the output is a video on standard output.
+    /// Whether the output is a video on stdout.
     pub fn is_stdout(&self) -> bool {
         self.pattern == Path::new(STDOUT)
     }
 
-    /// The file of a frame.
+    /// Returns the path of a frame's file.
     pub fn path(&self, frame: u32) -> PathBuf {
-        // A path that is not UTF-8 has no `{frame}` (see `new`).
+        // A path that is not UTF-8 cannot contain `{frame}` (see `new`).
         match self.pattern.to_str() {
             Some(text) => text.replace(FRAME, &format!("{frame:04}")).into(),
             None => self.pattern.clone(),
@@ -144,7 +144,7 @@ impl OutputPattern {
     }
 }
 
-/// The first word in braces that is not [`FRAME`], probably a misspelt placeholder.
+/// Returns the first word in braces other than [`FRAME`], probably a misspelt placeholder.
 fn odd_placeholder(text: &str) -> Option<&str> {
     let mut words = text.match_indices('{').filter_map(|(start, _)| {
         let word = &text[start..=start + text[start..].find('}')?];

@@ -1,4 +1,4 @@
-//! The fingerprint stored in each frame of a capture: a checksum of everything that determines the frame.
+//! The fingerprint in each frame of a capture: a checksum of all data that determine the frame.
 
 use crate::app::capture::args::CaptureConfig;
 use crate::app::capture::frames::Moment;
@@ -9,15 +9,15 @@ use leadr_maps::reads::FileRead;
 use leadr_maps::tonemap::Tonemap;
 use leadr_tools::program::{VERSION, build, commit};
 
-/// Everything that determines the frames of a capture, except their moments and the device.
+/// All data that determine the frames of a capture, except moments and device.
 pub struct Recipe<'a> {
     config: &'a CaptureConfig,
-    /// Program, scene, settings and files as text.
+    /// Text of the program, scene, settings and files.
     common: String,
 }
 
 impl<'a> Recipe<'a> {
-    /// The recipe of `config` with these input files.
+    /// Creates the recipe of `config` with these input files.
     pub fn new(config: &'a CaptureConfig, files: &[FileRead]) -> Self {
         // Display settings do not affect an EXR, which holds linear radiance.
         let shown = !matches!(config.output.kind, FileKind::Still(StillKind::Exr));
@@ -27,14 +27,14 @@ impl<'a> Recipe<'a> {
         }
         let beside = config.beside.map(|(technique, _)| technique);
         let layers = &config.layers;
-        // Derived `Debug` includes every field.
+        // The derived `Debug` output includes every field.
         let common = format!("{}\n{scene:?}\n{beside:?}\n{layers:?}\n{files:?}", build());
         Self { config, common }
     }
 
-    /// The origin that is stored in the frame of a moment.
+    /// Returns the origin to store in the frame of a moment.
     pub fn origin(&self, moment: Moment) -> Origin {
-        // The frame number affects the picture only by the moving line between two techniques.
+        // The frame number matters only for the moving split between two techniques.
         let Moment { frame, time, distance, turn_degrees } = moment;
         let split = self.config.beside.map(|(_, split)| split.of_frame(frame, self.config.timeline.frames()));
         let text = format!("{}\n{time:?} {distance:?} {turn_degrees:?} {split:?}", self.common);
@@ -105,7 +105,7 @@ mod tests {
         assert_eq!(frames(&["--frames", "0..9"])[..4], first, "a longer range");
         assert_eq!(frames(&["--frames", "0..4", "--shard", "2/2"]), [&first[1..2], &first[3..]].concat(), "a shard");
         assert_eq!(frames(&["--frames", "0..4", "--validation", "--resume"]), first);
-        // Another range is another sweep.
+        // Each range is a different sweep.
         let sweep = |range| frames(&["--frames", range, "--sweep", "5..50"]);
         assert_ne!(sweep("0..9")[3], sweep("0..4")[3]);
         let exr = |flags: &[&str]| fingerprints(&[&["-o", "a.exr"], flags].concat(), &[]);

@@ -1,4 +1,4 @@
-//! The renderer as a [`FrameSource`]: draws a scene at given times with one configuration.
+//! The renderer as a [`FrameSource`], which draws a scene at the requested times with one configuration.
 
 use std::time::Instant;
 
@@ -15,7 +15,7 @@ use leadr_tools::command::output::Output;
 
 /// Loads the inputs of `config`, opens the device and prepares the renderer.
 pub fn open<'a>(config: &'a CaptureConfig, output: &Output) -> Result<FrameSource<'a>, AppError> {
-    // Files are read first, so their errors are reported without opening a device.
+    // Files are read before a device is opened, so errors in files need no device.
     let scene = &config.scene;
     let begun = Instant::now();
     let watch = output.set_up();
@@ -36,7 +36,8 @@ pub fn open<'a>(config: &'a CaptureConfig, output: &Output) -> Result<FrameSourc
     })
 }
 
-/// Replaces the right part of `color` by that of `right`, with a white line between them. `share` is the line's position over the width.
+/// Replaces the right side of `color` by pixels of `right`, behind a white line. `share` is the position of the line as a fraction of the
+/// width.
 fn composite_split(color: &mut [[f32; 4]], right: &[[f32; 4]], width: u32, share: f32, exposure: f32) {
     let white = 100.0 / exposure.max(1e-12);
     let line = (share * width as f32).round() as usize;
@@ -51,7 +52,7 @@ fn composite_split(color: &mut [[f32; 4]], right: &[[f32; 4]], width: u32, share
     }
 }
 
-/// Draws a moment of a scene. `state` is the scene at the time of `moment`.
+/// Draws a moment of a scene. `state` is the scene at this moment.
 fn render(
     config: &CaptureConfig,
     renderer: &mut Renderer,

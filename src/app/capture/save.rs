@@ -17,14 +17,14 @@ use leadr_scenes::view::Size;
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::make_folder_of;
 
-/// Largest number of channels of a frame; an EXR with more is from another program.
+/// Maximum number of channels of a frame; an EXR with more is from another program.
 const MAX_CHANNELS: usize = 32;
 
-/// Writes `frame` to `path` atomically and creates missing folders. A PNG gets sRGB with the exposure and tone curve of `picture`, an EXR
-/// linear radiance and layers. The file stores `origin`.
+/// Writes `frame` to `path` atomically and creates missing folders. A PNG gets sRGB with the exposure and tone curve of `picture`; an EXR
+/// gets linear radiance and layers. The file stores `origin`.
 ///
 /// # Errors
-/// If the frame cannot be encoded or the file cannot be written. `path` is then unchanged.
+/// If the frame cannot be encoded or the file cannot be written, in which case `path` is unchanged.
 pub fn save(path: &Path, kind: StillKind, frame: &Frame, picture: &Picture, origin: &Origin) -> Result<(), AppError> {
     let encoded = match kind {
         StillKind::Png => encode_png_srgb8(&display(frame, picture)).map(|png| origin.in_png(png)),
@@ -42,14 +42,14 @@ pub fn save(path: &Path, kind: StillKind, frame: &Frame, picture: &Picture, orig
     Ok(write_atomic(path, &encoded.map_err(|fault| fault.in_file(path))?)?)
 }
 
-/// A frame as tonemapped sRGB.
+/// Converts a frame to tonemapped sRGB.
 pub fn display(frame: &Frame, picture: &Picture) -> Rgb8Image {
     let factor = frame.exposure * picture.exposure.exp2();
     let texels = frame.color.iter().map(|c| display_srgb8([c[0], c[1], c[2]], factor, picture.tonemap)).collect();
     Rgb8Image { width: frame.width, height: frame.height, texels }
 }
 
-/// If `path` is a complete picture of this kind and size, returns its stored origin. The file is decoded to its end.
+/// Returns the stored origin if `path` is a complete picture of this format and size. The file is decoded to its end.
 pub fn origin_if_whole(path: &Path, kind: StillKind, size: Size) -> Option<Option<Origin>> {
     match kind {
         StillKind::Png => {
@@ -65,7 +65,7 @@ fn exr_is_complete(path: &Path, size: Size) -> Option<()> {
     use ex::{ReadChannels, ReadLayers};
     // Opening a pipe would block until a writer opens it.
     path.is_file().then_some(())?;
-    // The header is checked before the decoder allocates memory for the pixels.
+    // The decoder allocates memory for the pixels, so the header is checked first.
     let meta = exr::meta::MetaData::read_from_file(path, false).ok()?;
     let [header] = meta.headers.as_slice() else { return None };
     let fits = header.layer_size == ex::Vec2(size.width as usize, size.height as usize);

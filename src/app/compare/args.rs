@@ -7,7 +7,7 @@ use clap::Args;
 use crate::app::flags::values::threshold;
 use leadr_render::settings::numbers::finite;
 
-/// Printed below the help.
+/// Examples after the help text.
 pub const EXAMPLES: &str = "Examples:
   leadr compare reference.png test.png
   leadr compare reference.exr test.exr --max-flip 0.02 --error-image out/error.png && echo close enough

@@ -27,7 +27,7 @@ pub struct CompareReport {
     flip: f64,
     /// Relative root mean square error of the linear values; null (infinite) if only the reference is black.
     rrmse: f64,
-    /// Largest absolute difference of a linear channel.
+    /// Maximum absolute difference of a linear channel.
     max_abs: f64,
     error_image: Option<PathBuf>,
 }
@@ -44,12 +44,12 @@ impl fmt::Display for CompareReport {
     }
 }
 
-/// Formats with six decimals, or with three significant digits below 1e-3.
+/// Formats a number with six decimals, or with three significant digits below 1e-3.
 fn digits(value: f64) -> String {
     if (f64::MIN_POSITIVE..1e-3).contains(&value) { format!("{value:.2e}") } else { format!("{value:.6}") }
 }
 
-/// Whether a picture holds radiance (EXR) or display codes (PNG).
+/// Whether a picture is an EXR with radiance, not a PNG with display codes.
 fn is_exr(path: &Path) -> Result<bool, AppError> {
     match extension(path).as_deref() {
         Some("png") => Ok(false),
@@ -77,7 +77,7 @@ pub fn run(arguments: &CompareArgs, output: &Output) -> Result<(), AppError> {
     let error_image = arguments.error_image.as_deref().map(begin).transpose()?;
     let load = |path: &Path| if is_radiance { load_environment(path) } else { load_color(path) };
     let (reference, test) = (load(&arguments.reference)?, load(&arguments.test)?);
-    // FLIP compares a PNG as it is, and an EXR as `capture` would display it.
+    // FLIP compares a PNG unchanged, and an EXR as `capture` would display it.
     let (exposure, tonemap) =
         if is_radiance { (arguments.exposure.exp2(), Tonemap::default()) } else { (1.0, Tonemap::Clamp) };
     let measured = compare(&reference, &test, exposure, tonemap).map_err(|f| f.in_file(&arguments.test))?;

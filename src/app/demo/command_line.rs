@@ -7,14 +7,14 @@ use leadr_scenes::light::SunDirection;
 use leadr_scenes::options::{SceneOption, Sets};
 use leadr_scenes::view::CameraPose;
 
-/// Options that the command includes even at their defaults, because the defaults depend on files or describe the picture.
+/// Options that the command includes even at their defaults, because these depend on files or describe the picture.
 const SAID: [&str; 3] = ["technique", "shadowing", "samples"];
 
-/// The state of the window that the command must reproduce.
+/// The window state that the command must reproduce.
 pub struct Seen<'a> {
-    /// Picture settings.
+    /// Picture settings of the window.
     pub choices: &'a Choices,
-    /// The camera.
+    /// Camera pose of the window.
     pub pose: CameraPose,
     /// Time of the animation, seconds.
     pub time: f64,
@@ -116,7 +116,7 @@ mod tests {
         };
         assert_eq!(drawn, expected);
 
-        // Flags of an environment image are included only while an image is shown.
+        // The flags of an environment image are included only while it is shown.
         let (mut line, of_studio) =
             given(&["--environment", "studio", "--environment-rotation", "40", "--auto-exposure"]);
         let without_sun = Seen { sun: None, ..seen(&choices) };
@@ -146,7 +146,7 @@ mod tests {
         let drawn = captured(&command_of(&line, &seen(&choices)));
         let [expected] = choices.sides(&RenderSettings { size: (640, 360), ..settings }).try_into().unwrap();
         assert_eq!(drawn.render_settings(), expected);
-        // Options that the technique does not have are left out.
+        // Options that the technique does not support are omitted.
         let options = ShadingOptions { pixel_kernel: true, ..options };
         assert_eq!(drawn.picture, Picture { options, ..choices.picture });
         for technique in Technique::ALL {
@@ -170,7 +170,7 @@ mod tests {
                 if option.spec.name != "technique" {
                     changed.picture.technique = technique;
                 }
-                // Traced relief shadows include the occlusion of the sky.
+                // Traced relief shadows include the sky occlusion.
                 let options = &mut changed.picture.options;
                 options.sky_occlusion &= !options.relief_shadows;
                 let drawn = captured(&command_of(&line, &seen(&Choices::new(changed.picture))));
@@ -192,7 +192,7 @@ mod tests {
         assert_eq!(line.to_string(), " --scene plane --material 'my wall' --smooth-geometry --samples 2");
         line.enter("it's.glb");
         assert_eq!(line.to_string(), r" --scene 'it'\''s.glb' --smooth-geometry --samples 2");
-        // Settings that another scene would refuse are left out of its command.
+        // The command omits settings that its scene would refuse.
         line.enter("ocean");
         let (_, config) = given(&[]);
         let choices = Choices::new(Picture { height_scale: 0.5, stretch: 2.0, ..config.picture });

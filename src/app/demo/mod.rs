@@ -59,12 +59,12 @@ impl fmt::Display for DemoReport {
     }
 }
 
-/// Shows a scene until the window is closed or `--frames` are drawn, and prints the report. `line` holds the flags that the user gave.
+/// Shows a scene until the window closes or `--frames` are drawn, and prints the report. `line` holds the user's flags.
 pub fn run(arguments: &DemoArgs, line: CommandLine, output: &Output) -> Result<(), AppError> {
     let config = arguments.scene.resolve()?;
-    // Files are read first, so their errors are reported without opening a display or device.
+    // Files are read first, so errors in files need neither display nor device.
     let inputs = Inputs::load(&config)?;
-    // The display is opened before the device, which must be able to present on it.
+    // The device must be able to present on the display, so the display is opened first.
     let display = Display::open()?;
     let device = arguments.device.clone();
     let gpu = leadr_render::open_gpu(&display.gpu_options(device.device.clone(), device.validation)?)?;
@@ -77,7 +77,7 @@ pub fn run(arguments: &DemoArgs, line: CommandLine, output: &Output) -> Result<(
     let mut program = DemoProgram::new(config.clone(), line, Pace::on(&gpu, kept));
     let show = program.begin(inputs, &gpu, &output.set_up())?;
     let lights = show.renderer.environment().lights().to_vec();
-    // With --frames, the result must not depend on a stored layout.
+    // With --frames, the result does not depend on a stored layout.
     let layout_file = Layout::file().filter(|_| arguments.frames.is_none());
     let mut layout = match &layout_file {
         Some(file) if !arguments.fresh_layout => Layout::read(file).unwrap_or_else(|fault| {

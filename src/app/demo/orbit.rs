@@ -4,20 +4,20 @@ use glam::Vec3;
 
 use leadr_scenes::view::CameraPose;
 
-/// Largest elevation, degrees. A vertical view has no azimuth.
+/// Maximum elevation, degrees; at 90 degrees the azimuth is undefined.
 const MAX_ELEVATION: f32 = 89.0;
-/// Degrees per dragged pixel.
+/// Rotation per dragged pixel, degrees.
 const DEGREES_PER_PIXEL: f32 = 0.3;
-/// Factor on the distance per zoom step (one wheel notch).
+/// Factor for the distance per zoom step (one wheel notch).
 const ZOOM_STEP: f32 = 0.9;
-/// Smallest and largest distance of the eye from the target, metres.
+/// Minimum and maximum distance between the eye and the target, metres.
 const DISTANCES: (f32, f32) = (0.2, 2000.0);
 
-/// The state of the orbit camera; z is up.
+/// The state of the orbit camera, with z up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Orbit {
     target: Vec3,
-    /// Direction from the target to the eye, degrees counter-clockwise from +x.
+    /// Azimuth of the eye around the target, degrees counter-clockwise from +x.
     azimuth: f32,
     /// Elevation of the eye above the target, degrees.
     elevation: f32,
@@ -26,7 +26,7 @@ pub struct Orbit {
 }
 
 impl Orbit {
-    /// Starts at `pose`, with z as the up direction.
+    /// Starts the orbit at `pose`, with z as the up direction.
     pub fn new(pose: &CameraPose) -> Self {
         let target = Vec3::from_array(pose.target);
         let offset = Vec3::from_array(pose.position) - target;
@@ -41,23 +41,23 @@ impl Orbit {
         }
     }
 
-    /// The point that the camera orbits, metres.
+    /// Returns the point that the camera orbits, metres.
     pub fn target(&self) -> Vec3 {
         self.target
     }
 
-    /// Orbits as if the scene were dragged by these pixels, right and down.
+    /// Orbits the target as if the scene were dragged by these pixels, right and down.
     pub fn rotate(&mut self, right: f32, down: f32) {
         self.azimuth = (self.azimuth - right * DEGREES_PER_PIXEL).rem_euclid(360.0);
         self.elevation = (self.elevation + down * DEGREES_PER_PIXEL).clamp(-MAX_ELEVATION, MAX_ELEVATION);
     }
 
-    /// Moves closer by `steps` wheel notches, or away if negative.
+    /// Moves the eye closer by `steps` wheel notches, or away if negative.
     pub fn zoom(&mut self, steps: f32) {
         self.distance = (self.distance * ZOOM_STEP.powf(steps)).clamp(DISTANCES.0, DISTANCES.1);
     }
 
-    /// Moves the target along with a drag by these pixels, right and down, in a window `height` pixels high.
+    /// Moves the target with a drag by these pixels, right and down, in a window `height` pixels high.
     pub fn pan(&mut self, right: f32, down: f32, height: f32) {
         let eye = self.offset() / self.distance;
         let side = Vec3::Z.cross(eye).normalize_or_zero();
@@ -66,7 +66,7 @@ impl Orbit {
         self.target += (up * down - side * right) * metres;
     }
 
-    /// Distance from the eye to the target, metres.
+    /// Returns the distance from the eye to the target, metres.
     pub fn distance(&self) -> f32 {
         self.distance
     }
@@ -76,14 +76,14 @@ impl Orbit {
         self.distance = metres.clamp(DISTANCES.0, DISTANCES.1);
     }
 
-    /// Rotates about the eye as if the surroundings were dragged by these pixels, right and down.
+    /// Rotates the view about the eye as if the scene were dragged by these pixels, right and down.
     pub fn look(&mut self, right: f32, down: f32) {
         let eye = self.target + self.offset();
         self.rotate(-right, -down);
         self.target = eye - self.offset();
     }
 
-    /// Moves eye and target by these metres to the right, forward and up.
+    /// Moves the eye and the target by these metres to the right, forward and up.
     pub fn fly(&mut self, metres: Vec3) {
         let eye = self.offset() / self.distance;
         let right = Vec3::Z.cross(eye).normalize_or_zero();
@@ -95,7 +95,7 @@ impl Orbit {
         Vec3::new(azimuth.cos() * elevation.cos(), azimuth.sin() * elevation.cos(), elevation.sin()) * self.distance
     }
 
-    /// The current camera.
+    /// Returns the current camera pose.
     pub fn pose(&self) -> CameraPose {
         CameraPose {
             position: (self.target + self.offset()).to_array(),
@@ -140,7 +140,7 @@ mod tests {
 
     #[test]
     fn dragging_right_moves_the_scene_right() {
-        // For an eye at −y, a point in front of the target moves to +x when the eye moves to −x.
+        // With an eye at −y, a point in front of the target moves to +x when the eye moves to −x.
         let mut orbit = Orbit::new(&CameraPose {
             position: [0.0, -10.0, 0.0],
             target: [0.0; 3],

@@ -29,7 +29,7 @@ pub struct DemoProgram {
 }
 
 impl DemoProgram {
-    /// A program that starts with `config`, which was resolved from `line`.
+    /// Starts with `config`, which was resolved from `line`.
     pub fn new(config: SceneConfig, line: CommandLine, pace: Pace) -> Self {
         let name = config.model.as_ref().map_or(config.scene.name.into(), |file| file.to_string_lossy().into_owned());
         let mut names: Vec<String> = SCENES.iter().map(|scene| scene.name.to_owned()).collect();
@@ -39,7 +39,7 @@ impl DemoProgram {
         Self { config: own(&config), line, names, name, pace, is_complete: true }
     }
 
-    /// Opens the first scene. On a software device its maps are coarse, so the first picture appears sooner.
+    /// Opens the first scene. On a software device its maps are coarse, so that the first picture appears sooner.
     pub fn begin(&mut self, inputs: Inputs, gpu: &Arc<Gpu>, watch: Watch<'_>) -> Result<Show, AppError> {
         let coarse = self.config.scene.first_tile(self.config.atlas_tile).filter(|_| gpu.is_software());
         self.is_complete = coarse.is_none();
@@ -67,12 +67,12 @@ impl DemoProgram {
         self.show_line(gpu, line)
     }
 
-    /// Loads and uploads a configuration.
+    /// Loads and uploads the scene of a configuration.
     fn show(&self, gpu: &Arc<Gpu>, config: &SceneConfig, watch: Watch<'_>) -> Result<Show, AppError> {
         self.show_with(Inputs::load(config)?, gpu, config, watch)
     }
 
-    /// Uploads a configuration with its loaded files.
+    /// Uploads a scene from its loaded files.
     fn show_with(
         &self,
         inputs: Inputs,
@@ -87,7 +87,7 @@ impl DemoProgram {
     }
 }
 
-/// A configuration without the settings that the window applies itself.
+/// Returns a configuration without the settings that the window applies separately.
 fn own(config: &SceneConfig) -> SceneConfig {
     let picture = Picture { height_scale: 1.0, stretch: 1.0, ..config.picture };
     SceneConfig { picture, ..config.clone() }

@@ -1,4 +1,4 @@
-//! A rough dielectric coat over a diffuse base, as Mitsuba and pbrt implement it.
+//! A rough dielectric coat over a diffuse base, as implemented by Mitsuba and pbrt.
 
 use std::f64::consts::FRAC_1_PI;
 
@@ -8,31 +8,31 @@ use leadr_reflectance::facets::fresnel::fresnel_dielectric;
 use leadr_reflectance::facets::ggx::Ggx;
 use leadr_reflectance::facets::slope_distribution::SlopeDistribution as _;
 
-/// Largest exported albedo and reflectance.
+/// Maximum albedo and reflectance in an export.
 pub const MOST: f64 = 0.999;
 /// Number of cosines in the table, evenly spaced from 0 to 1.
 const COSINES: usize = 65;
-/// Visible facets are sampled on a grid with this many cells along each side.
+/// Cells along each side of the sampling grid for visible facets.
 const FACETS: usize = 24;
 
-/// Transmission of GGX facets of a dielectric. Light is refracted or reflected by one facet; the part that other facets mask is lost.
+/// Transmission of dielectric GGX facets. One facet refracts or reflects the light; light that other facets mask is lost.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coat {
-    /// Refractive index.
+    /// Refractive index of the coat.
     index: f64,
-    /// Transmitted share of light from outside, by its cosine.
+    /// Transmitted fraction of light from outside, at each tabulated cosine.
     entering: [f64; COSINES],
-    /// Internally reflected share of diffuse light from inside.
+    /// Fraction of diffuse light from inside that is reflected back.
     kept: f64,
 }
 
 impl Coat {
-    /// Facets of roughness `alpha` and this refractive index, above 1.
+    /// Computes facets of roughness `alpha` and this refractive index, above 1.
     pub fn new(alpha: f64, index: f64) -> Self {
         let facets = Ggx::new(DVec2::ZERO, DVec3::new(alpha * alpha, alpha * alpha, 0.0));
         let cosine = |i: usize| (i as f64 / (COSINES - 1) as f64).max(1e-3);
         let entering = std::array::from_fn(|i| mean_over_facets(&facets, cosine(i), |c| entered(c, index)));
-        // Twice the integral over the cosine, by the trapezoidal rule.
+        // The trapezoidal rule gives twice the integral over the cosine.
         let kept = (1..COSINES).map(|i| {
             let sent_back = |i| cosine(i) * mean_over_facets(&facets, cosine(i), |c| reflected(c, 1.0 / index));
             (sent_back(i - 1) + sent_back(i)) / (COSINES - 1) as f64
@@ -40,7 +40,7 @@ impl Coat {
         Self { index, entering, kept: kept.sum::<f64>().min(MOST) }
     }
 
-    /// `f_r` of a white diffuse base without internal reflection; 0 below the horizon.
+    /// Returns `f_r` of a white diffuse base without internal reflection; 0 below the horizon.
     pub fn window(&self, wo: DVec3, wi: DVec3) -> f64 {
         if wo.z <= 0.0 || wi.z <= 0.0 {
             return 0.0;
@@ -48,12 +48,12 @@ impl Coat {
         FRAC_1_PI * self.entered(wo.z) * self.entered(wi.z) / (self.index * self.index)
     }
 
-    /// Factor on [`Coat::window`] for a base of albedo `ρ`: `ρ / (1 − ρ kept)`, the sum over all internal reflections.
+    /// Returns the factor for [`Coat::window`] with a base of albedo `ρ`: `ρ / (1 − ρ kept)`, the sum over all internal reflections.
     pub fn strength(&self, albedo: DVec3) -> DVec3 {
         albedo / (DVec3::ONE - self.kept * albedo)
     }
 
-    /// The albedo that gives this factor, at most [`MOST`].
+    /// Returns the albedo for this factor, at most [`MOST`].
     pub fn albedo(&self, strength: DVec3) -> DVec3 {
         let strength = strength.max(DVec3::ZERO);
         (strength / (DVec3::ONE + self.kept * strength)).min(DVec3::splat(MOST))
@@ -66,7 +66,7 @@ impl Coat {
     }
 }
 
-/// Share of the light that a facet reflects or refracts, and the coefficients `(a, b)` of its direction `a ω + b m`.
+/// Fraction of the light that a facet reflects or refracts, and the coefficients `(a, b)` of its direction `a ω + b m`.
 type Deed = (f64, DVec2);
 
 fn reflected(cosine: f64, index: f64) -> Deed {
@@ -78,7 +78,7 @@ fn entered(cosine: f64, index: f64) -> Deed {
     (1.0 - fresnel_dielectric(cosine, index), DVec2::new(-1.0 / index, cosine / index - inside))
 }
 
-/// Mean over the facets visible at this cosine of the share times the probability that no other facet masks it.
+/// Averages, over the facets visible at this cosine, the fraction multiplied by the probability that no other facet masks it.
 fn mean_over_facets(facets: &Ggx, cosine: f64, deed: impl Fn(f64) -> Deed) -> f64 {
     let w = DVec3::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine);
     let mut sum = 0.0;
@@ -87,7 +87,7 @@ fn mean_over_facets(facets: &Ggx, cosine: f64, deed: impl Fn(f64) -> Deed) -> f6
         let facet = facets.sample_visible(w, DVec2::new(at(i % FACETS), at(i / FACETS)));
         let (share, way) = deed(w.dot(facet).clamp(0.0, 1.0));
         let to = way.x * w + way.y * facet;
-        // Reflected light must go up, and refracted light down; other directions hit another facet.
+        // Reflected light must go up, and refracted light down. In other directions it hits another facet.
         if to.z * to.dot(facet) > 0.0 && (to.z > 0.0) == (to.dot(facet) * w.dot(facet) > 0.0) {
             let up = if to.z < 0.0 { -to } else { to };
             sum += share * up.z / facets.visible_area(up).max(1e-9);
@@ -108,13 +108,13 @@ mod tests {
             let through = 1.0 - fresnel_dielectric(cosine, 1.5);
             assert!((coat.entered(cosine) - through).abs() < 2e-3, "{cosine}: {} {through}", coat.entered(cosine));
         }
-        // Glass of index 1.5 reflects 59.6 % of diffuse light from inside (Egan and Hilgeman 1979).
+        // Glass of index 1.5 reflects 59.6 % of the diffuse light from inside (Egan and Hilgeman 1979).
         assert!((coat.kept - 0.596).abs() < 3e-3, "{}", coat.kept);
     }
 
     #[test]
     fn rough_coats_are_those_of_mitsuba() {
-        // Transmission at cosines 0.25, 0.5 and 1, and internal reflection. From Mitsuba 3.9.1's `roughplastic` without specular
+        // Transmission at cosines 0.25, 0.5 and 1, and internal reflection, from Mitsuba 3.9.1's `roughplastic` without specular
         // reflectance, as the quotient of a white and a nearly black diffuse base.
         for (alpha, entering, kept) in [
             (0.05, [0.7455, 0.9093, 0.9600], 0.5761),
@@ -128,7 +128,7 @@ mod tests {
                 println!("{alpha} {cosine}: {:.4}", entered - expected);
                 assert!((entered - expected).abs() < 5e-3, "{alpha} {cosine}: {entered}");
             }
-            // Mitsuba's mean over 64 cosines gives both end points full weight.
+            // Mitsuba averages 64 cosines and gives the two end points full weight.
             let mean = (63.0 * coat.kept + 0.04) / 64.0;
             println!("{alpha}: {:.4}", mean - kept);
             assert!((mean - kept).abs() < 5e-3, "{alpha}: {mean}");
@@ -144,7 +144,7 @@ mod tests {
             let albedo = DVec3::new(0.0, 0.5, 0.999);
             assert!((coat.albedo(coat.strength(albedo)) - albedo).length() < 1e-12);
             assert_eq!(coat.albedo(DVec3::splat(-1.0)), DVec3::ZERO);
-            // The albedo for diffuse light is at most 1.
+            // The albedo under diffuse light is at most 1.
             let mut all = 0.0;
             for (i, j) in (0..64).flat_map(|i| (0..64).map(move |j| (i, j))) {
                 let w = |i: i32| DVec3::new(0.0, 0.0, (f64::from(i) + 0.5) / 64.0);

@@ -1,5 +1,5 @@
-//! Exports to other renderers: the nearest material with one GGX lobe. It is either a mixture of a metal and a diffuse base, or a
-//! coat over a diffuse base, whichever fits the measurement better. The fit uses the masking of each renderer.
+//! Exports the nearest material with one GGX lobe to other renderers. It is a mixture of a metal and a diffuse base, or a coat over a
+//! diffuse base, whichever fits the measurement better. The fit uses the masking of each renderer.
 
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI};
 use std::fmt;
@@ -16,64 +16,64 @@ use leadr_reflectance::masking::variants::Masking;
 use leadr_reflectance::materials::brdf::Brdf;
 use leadr_reflectance::materials::microfacet::{Microfacet, microfacet_eval};
 
-/// Refractive index of exported coats, that of most plastics and varnishes.
+/// Refractive index of exported coats, typical of plastics and varnishes.
 const COAT_INDEX: f64 = 1.5;
 
 /// A renderer to export to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Renderer {
-    /// Mitsuba 3: masking and shadowing are independent. Its coats are isotropic.
+    /// Mitsuba 3, with independent masking and shadowing and isotropic coats.
     Mitsuba,
-    /// pbrt-v4: masking and shadowing are correlated by height.
+    /// pbrt-v4, with height-correlated masking and shadowing.
     Pbrt,
 }
 
-/// A material of one GGX lobe.
+/// A material with one GGX lobe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Simple {
     renderer: Renderer,
-    /// Half-axes of `α`, and the angle of the first from the tangent.
+    /// Half-axes of `α`, and the angle of the first half-axis from the tangent.
     ellipse: Ellipse,
     surface: Surface,
 }
 
-/// The kind of surface.
+/// The surface under the GGX lobe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Surface {
-    /// A metal of index `eta + i k` covers `share` of the surface, and a diffuse base of this albedo the rest.
+    /// A metal of index `eta + i k` that covers the fraction `share` of a diffuse base of this albedo.
     Metal { share: f64, eta: DVec3, k: DVec3, albedo: DVec3 },
     /// A diffuse base of this albedo under a dielectric coat.
     Coated(DVec3),
 }
 
-/// Candidate shares of metal.
+/// Candidates for the fraction of metal.
 const SHARES: [f64; 11] = [1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1, 0.05];
 
-/// Candidates for the `refraction` of [`index`], 0 to 1. The first is tried with all shares, the others with the best share.
+/// Candidates, 0 to 1, for the `refraction` of [`index`]. The first is tried with all fractions of metal, the others with the best.
 const REFRACTIONS: [f64; 3] = [0.5, 0.0, 1.0];
 
-/// Whether an ellipse is a circle, so its angle has no meaning.
+/// Whether an ellipse is a circle, whose angle has no meaning.
 pub fn is_round(ellipse: &Ellipse) -> bool {
     (ellipse.radii.x - ellipse.radii.y).abs() < 1e-6 * ellipse.radii.x
 }
 
-/// The circle with the same area.
+/// Returns the circle with the same area.
 fn rounded(ellipse: Ellipse) -> Ellipse {
     Ellipse { radii: DVec2::splat((ellipse.radii.x * ellipse.radii.y).sqrt()), angle: 0.0 }
 }
 
-/// Index `eta + i k` of a metal with the reflectance `f0` (below 1) at normal incidence. `refraction` ranges from 0 (smallest `eta`, 1) to
-/// 1 (largest `eta`, `(1 + √F₀) / (1 − √F₀)`, where `k` is 0).
+/// Returns the index `eta + i k` of a metal with the reflectance `f0` (below 1) at normal incidence. `refraction` ranges from 0 (smallest
+/// `eta`, 1) to 1 (largest `eta`, `(1 + √F₀) / (1 − √F₀)`, where `k` is 0).
 fn index(f0: DVec3, refraction: f64) -> (DVec3, DVec3) {
     let root = f0.map(f64::sqrt);
     let eta = DVec3::ONE + refraction * (2.0 * root / (DVec3::ONE - root));
-    // F₀ ((η + 1)² + k²) = (η − 1)² + k²
+    // Solves F₀ ((η + 1)² + k²) = (η − 1)² + k² for k².
     let square = (f0 * (eta + 1.0) * (eta + 1.0) - (eta - 1.0) * (eta - 1.0)) / (DVec3::ONE - f0);
     (eta, square.max(DVec3::ZERO).map(f64::sqrt))
 }
 
-/// A simple material as its renderer evaluates it.
+/// A simple material, evaluated as in its renderer.
 struct Reflecting {
     facets: Microfacet<Ggx>,
     surface: Surface,
@@ -104,7 +104,7 @@ impl Renderer {
     }
 }
 
-/// Weighted sums over the samples of one difference angle: the normal equations of a specular term and a diffuse base.
+/// Weighted sums over the samples at one difference angle, for the normal equations of a specular term and a diffuse base.
 #[derive(Clone, Copy, Default)]
 struct Ring {
     weight: f64,
@@ -115,17 +115,17 @@ struct Ring {
     specular_values: DVec3,
 }
 
-/// Rings of one degree each. Difference angles of the samples are further apart, so all samples of a ring have the same angle.
+/// Number of one-degree rings. Sampled difference angles are further apart, so all samples of a ring have the same angle.
 const RINGS: usize = 91;
 
 fn ring_of(s: &Sample) -> usize {
     s.wo.dot(s.wh).clamp(0.0, 1.0).acos().to_degrees() as usize
 }
 
-/// The samples, and the specular term of the lobe for a Fresnel term of 1.
+/// The samples, and the specular term for a Fresnel term of 1.
 struct Lobe<'a> {
     samples: &'a [Sample],
-    /// `f_r` of the ideal specular term, one per sample.
+    /// Ideal specular `f_r` of each sample.
     specular: Vec<f64>,
     rings: [Ring; RINGS],
 }
@@ -149,7 +149,7 @@ impl<'a> Lobe<'a> {
         Self { samples, specular, rings }
     }
 
-    /// Fits a metal of this share and the diffuse base beside it by alternating least squares; the metal takes Gauss-Newton steps.
+    /// Fits a metal of fraction `share` and the diffuse base beside it by alternating least squares, with Gauss-Newton steps for the metal.
     fn metal(&self, share: f64, refraction: f64) -> Surface {
         const ROUNDS: usize = 60;
         const STEP: f64 = 1e-4;
@@ -176,13 +176,13 @@ impl<'a> Lobe<'a> {
             }
             diffuse = (rest / weight).clamp(DVec3::ZERO, DVec3::splat(most));
         }
-        // At a share of 1 there is no diffuse base.
+        // A fraction of 1 leaves no diffuse base.
         let albedo = if share < 1.0 { diffuse * (PI / (1.0 - share)) } else { DVec3::ZERO };
         let (eta, k) = index(f0, refraction);
         Surface::Metal { share, eta, k, albedo }
     }
 
-    /// Fits the diffuse base under this coat by least squares.
+    /// Fits the diffuse base under the coat by least squares.
     fn coated(&self, coat: &Coat) -> Surface {
         let (mut product, mut square) = (DVec3::ZERO, 1e-30);
         for (s, &ideal) in self.samples.iter().zip(&self.specular) {
@@ -193,7 +193,7 @@ impl<'a> Lobe<'a> {
         Surface::Coated(coat.albedo(product / square))
     }
 
-    /// Squared error of a surface in cube roots, proportional to the square of [`Misfit::perceptual`].
+    /// Returns the squared error of a surface in cube roots, proportional to the square of [`Misfit::perceptual`].
     fn error(&self, surface: &Surface, coat: &Coat) -> f64 {
         let fresnel = self.rings.map(|ring| surface.fresnel().at(ring.cosine));
         let root = |f: DVec3| f.map(f64::cbrt);
@@ -213,7 +213,7 @@ impl Surface {
         }
     }
 
-    /// Share of the surface that has the specular lobe.
+    /// Returns the fraction of the surface with the specular lobe.
     fn share(&self) -> f64 {
         match *self {
             Self::Metal { share, .. } => share,
@@ -221,7 +221,7 @@ impl Surface {
         }
     }
 
-    /// `f_r` of the diffuse base.
+    /// Returns `f_r` of the diffuse base.
     fn diffuse(&self, coat: &Coat, wo: DVec3, wi: DVec3) -> DVec3 {
         match *self {
             Self::Metal { share, albedo, .. } => FRAC_1_PI * (1.0 - share) * albedo,
@@ -243,7 +243,7 @@ impl Simple {
         let [refraction, others @ ..] = REFRACTIONS;
         let best = SHARES.map(|share| metal(share, refraction)).into_iter().reduce(nearer).expect("there are some");
         let best = others.map(|refraction| metal(best.1.share(), refraction)).into_iter().fold(best, nearer);
-        // Coats of Mitsuba are isotropic.
+        // Mitsuba supports only isotropic coats.
         let coat_ellipse = if renderer == Renderer::Mitsuba { rounded(ellipse) } else { ellipse };
         let lobe = Lobe::new(samples, &coat_ellipse, renderer);
         let surface = lobe.coated(&coat);
@@ -255,14 +255,14 @@ impl Simple {
         (simple, misfit(samples, &simple.reflecting()))
     }
 
-    /// The BRDF as its renderer evaluates it.
+    /// Returns the BRDF as its renderer evaluates it.
     fn reflecting(&self) -> Reflecting {
         let distribution = Ggx::new(DVec2::ZERO, roughness_from_ellipse(&self.ellipse));
         let facets = Microfacet { distribution, masking: self.renderer.masking(), fresnel: self.surface.fresnel() };
         Reflecting { facets, surface: self.surface, coat: coat(&self.ellipse) }
     }
 
-    /// The material in the scene format of its renderer.
+    /// Returns the material in the scene format of its renderer.
     pub fn text(&self, name: &str) -> String {
         match self.renderer {
             Renderer::Mitsuba => self.mitsuba(name),
@@ -270,7 +270,7 @@ impl Simple {
         }
     }
 
-    /// A BSDF of Mitsuba 3. With `nonlinear`, light that the coat reflects inwards is coloured by the diffuse base again.
+    /// Returns a BSDF for Mitsuba 3. With `nonlinear`, the diffuse base also colours light that the coat reflects inwards.
     fn mitsuba(&self, name: &str) -> String {
         let rgb = |name: &str, c: DVec3| format!(r#"<rgb name="{name}" value="{:.6}, {:.6}, {:.6}"/>"#, c.x, c.y, c.z);
         let float = |name: &str, value: f64| format!(r#"<float name="{name}" value="{value:.6}"/>"#);
@@ -304,7 +304,7 @@ impl Simple {
         format!("{}{first}\n{lines}</bsdf>\n", remark.unwrap_or_default())
     }
 
-    /// A named material of pbrt-v4. A coat has thickness 0, so it absorbs no light. A mixture names both of its parts.
+    /// Returns a named material for pbrt-v4. A coat has thickness 0, so it absorbs no light. A mixture names its two materials.
     fn pbrt(&self, name: &str) -> String {
         let (u, v, rotation) = self.axes();
         let rgb = |name: &str, c: DVec3| format!(" \"rgb {name}\" [ {:.6} {:.6} {:.6} ]", c.x, c.y, c.z);
@@ -336,8 +336,8 @@ impl Simple {
         remark.unwrap_or_default() + &materials
     }
 
-    /// Returns `α` along the axis nearest to the tangent, `α` across it, and their counter-clockwise rotation, −45 to 45 degrees. Neither
-    /// renderer can apply this rotation.
+    /// Returns `α` along the axis nearest to the tangent, `α` across it, and the counter-clockwise rotation of the axes, −45 to 45 degrees.
+    /// Neither renderer can apply this rotation.
     fn axes(&self) -> (f64, f64, Option<f64>) {
         let Ellipse { radii, angle } = self.ellipse;
         if is_round(&self.ellipse) {
@@ -350,12 +350,12 @@ impl Simple {
     }
 }
 
-/// The isotropic coat with the mean roughness of the ellipse.
+/// Returns the isotropic coat with the mean roughness of the ellipse.
 fn coat(ellipse: &Ellipse) -> Coat {
     Coat::new((ellipse.radii.x * ellipse.radii.y).sqrt(), COAT_INDEX)
 }
 
-/// Makes a file name into an identifier that both renderers accept.
+/// Converts a file name to an identifier that all renderers accept.
 pub fn identifier(stem: &str) -> String {
     let mut name: String = stem.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).take(60).collect();
     if name.is_empty() {
@@ -375,7 +375,7 @@ mod tests {
 
     #[test]
     fn a_metal_is_written_as_a_metal() {
-        // The rougher axis is 100° from the tangent, so the smoother axis is written first.
+        // The rougher axis is 100° from the tangent, so the smoother axis comes first.
         let long = Ellipse { radii: DVec2::new(0.3, 0.1), angle: 100f64.to_radians() };
         let (eta, k) = index(DVec3::new(0.9, 0.7, 0.4), 0.5);
         for renderer in [Renderer::Mitsuba, Renderer::Pbrt] {

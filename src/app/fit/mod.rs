@@ -30,13 +30,13 @@ use leadr_tools::fit::lobe_plot::lobe_plot;
 use leadr_tools::fit::spheres::{contact_sheet, sphere_error, spheres};
 use leadr_tools::html::{Figure, Html, PageSection, Table, page};
 
-/// Pixels across a sphere, and the number of spheres in the picture.
+/// Width of a sphere in pixels, and number of spheres in the picture.
 const SPHERE: u32 = 128;
 const SHOWN: usize = 5;
-/// Light directions of the plots, degrees from the normal.
+/// Light directions of the plots, as degrees from the normal.
 const LIT_FROM: [f64; 3] = [15.0, 45.0, 75.0];
 
-/// Fits a material and writes the files of the arguments.
+/// Fits a material and writes the requested files.
 pub fn run(arguments: &FitArgs, output: &Output) -> Result<(), AppError> {
     let targets = targets(arguments)?;
     let start = Instant::now();
@@ -69,9 +69,9 @@ pub fn run(arguments: &FitArgs, output: &Output) -> Result<(), AppError> {
     }
     let stem = arguments.input.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     if arguments.mitsuba.is_some() || arguments.pbrt.is_some() {
-        // The roughness of the fitted slopes; the diffuse base is exported separately.
+        // The diffuse base is exported separately, so this roughness is that of the fitted slopes.
         let roughness = ggx_roughness(&found.fitted.facets.distribution);
-        // A backscattering table has no other directions, so the fit replaces it.
+        // A backscattering table covers no other directions, so the fit replaces it.
         let known: &dyn Brdf = if measured.is_backscattering() { &found.fitted } else { &measured };
         let (samples, ellipse) = (samples(known, isotropic), ellipse_from_roughness(roughness));
         for (file, renderer) in [(&arguments.mitsuba, Renderer::Mitsuba), (&arguments.pbrt, Renderer::Pbrt)] {
@@ -94,7 +94,7 @@ pub fn run(arguments: &FitArgs, output: &Output) -> Result<(), AppError> {
     output.result(&report)
 }
 
-/// The files to write. Each is checked for its extension and for a writable folder.
+/// Returns the files to write, with checked extensions and writable folders.
 fn targets(arguments: &FitArgs) -> Result<Vec<PathBuf>, AppError> {
     let mut all = Vec::new();
     for (file, ending) in [

@@ -1,4 +1,4 @@
-//! The output of `leadr fit`.
+//! The result that `leadr fit` prints.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -15,7 +15,7 @@ use leadr_reflectance::facets::ellipse::{bivariate_from_roughness, ellipse_from_
 use leadr_reflectance::facets::gaussian_mixture::Lobe;
 use leadr_tools::fit::spheres::SphereError;
 
-/// A fit.
+/// A fitted material.
 #[derive(Debug, Serialize)]
 pub struct FitReport {
     command: &'static str,
@@ -25,7 +25,7 @@ pub struct FitReport {
     masking: &'static str,
     /// The masking model that the fit used for backscattering.
     backscattering: &'static str,
-    /// Roughness of the slopes from backscattering alone, as Beckmann and as GGX.
+    /// Slope roughness from backscattering alone, as Beckmann and as GGX.
     pub beckmann: Roughness,
     pub ggx: Roughness,
     /// Luminance of F0 from backscattering alone.
@@ -35,20 +35,20 @@ pub struct FitReport {
     pub f0: [f64; 3],
     pub diffuse: [f64; 3],
     lobes: Vec<LobeReport>,
-    /// The shifted gamma and ABC curves nearest to the slopes; null for anisotropic materials.
+    /// Shifted gamma and ABC curves nearest to the slopes; null for anisotropic materials.
     curves: Option<[CurveReport; 2]>,
-    /// Misfits of the fit and of the thesis' fit against the measurement, over all directions.
+    /// Misfits of the fit and of the thesis' fit to the measurement, over all directions.
     misfit: MisfitReport,
     thesis_misfit: MisfitReport,
     /// Misfits of the exports to other renderers.
     pub exports: Vec<ExportReport>,
-    /// Errors of the spheres; empty if none were drawn.
+    /// Errors of the rendered spheres; empty if none were drawn.
     pub spheres: Vec<SphereReport>,
     pub seconds: Seconds,
     pub files: Vec<PathBuf>,
 }
 
-/// A roughness matrix.
+/// The axes of a roughness matrix.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Roughness {
     /// Geometric mean of `alpha_x` and `alpha_y`.
@@ -56,7 +56,7 @@ pub struct Roughness {
     pub alpha_x: f64,
     pub alpha_y: f64,
     pub rho: f64,
-    /// Angle of the larger half-axis from x, degrees.
+    /// Angle of the larger half-axis from the x axis, degrees.
     pub rotation_degrees: f64,
 }
 
@@ -67,7 +67,7 @@ struct LobeReport {
     roughness: Roughness,
 }
 
-/// A two-parameter curve.
+/// A two-parameter slope distribution.
 #[derive(Clone, Copy, Debug, Serialize)]
 #[serde(tag = "family", rename_all = "snake_case")]
 enum CurveReport {
@@ -93,7 +93,7 @@ impl fmt::Display for CurveReport {
     }
 }
 
-/// Misfit of the export to a renderer.
+/// Misfit of the material exported to a renderer.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct ExportReport {
     pub renderer: Renderer,
@@ -107,7 +107,7 @@ pub struct MisfitReport {
     divergence: f64,
 }
 
-/// Error of a sphere against the measured one.
+/// Error of a sphere relative to the measured one.
 #[derive(Clone, Debug, Serialize)]
 pub struct SphereReport {
     pub material: &'static str,
@@ -115,11 +115,11 @@ pub struct SphereReport {
     pub error: SphereError,
 }
 
-/// Seconds of each step.
+/// Duration of each step, seconds.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Seconds {
     pub reading: f64,
-    /// Power iteration and the tables of its result.
+    /// Duration of power iteration and of the tables of its result.
     pub slopes: f64,
     pub fresnel: f64,
     pub refinement: f64,

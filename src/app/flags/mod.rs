@@ -1,4 +1,4 @@
-//! Flags that several commands share, their values, and the flags that the user gave.
+//! The flags that several commands share, their values, and the flags set by the user.
 
 pub mod scene;
 pub mod values;
@@ -9,7 +9,7 @@ use clap::parser::ValueSource;
 use clap::{ArgMatches, Args, Command};
 use leadr_scenes::given::CommandLine;
 
-/// The flags of `A` that the user gave, with their values.
+/// Returns the flags of `A` that the user set, with their values.
 pub fn given<A: Args>(matches: &ArgMatches) -> CommandLine {
     let mut line = CommandLine::default();
     for argument in A::augment_args(Command::new("given")).get_arguments() {

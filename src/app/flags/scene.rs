@@ -15,7 +15,7 @@ use leadr_scenes::registry::SCENES;
 use leadr_scenes::view::ViewChoice;
 use leadr_tools::command::error::AppError;
 
-/// The scene and picture options that the user gave.
+/// The scene and picture options set by the user.
 #[derive(Clone, Debug, Default)]
 pub struct SceneArgs {
     /// The options as text.
@@ -44,7 +44,7 @@ impl FromArgMatches for SceneArgs {
 }
 
 impl SceneArgs {
-    /// Checks the flags against each other and reads the camera file, if one is given.
+    /// Checks that the flags fit together and reads any camera file.
     pub fn resolve(&self) -> Result<SceneConfig, AppError> {
         let mut config = self.given.resolve().map_err(AppError::Usage)?;
         if let Some(file) = config.camera_file.take() {
@@ -54,7 +54,7 @@ impl SceneArgs {
     }
 }
 
-/// The clap argument of an option.
+/// Returns the clap argument of an option.
 fn arg(option: &'static SceneOption) -> Arg {
     let spec = &option.spec;
     let arg = Arg::new(spec.name).long(spec.name).help(option.help()).help_heading(spec.heading);
@@ -70,12 +70,12 @@ fn arg(option: &'static SceneOption) -> Arg {
         return arg.action(ArgAction::SetTrue);
     }
     let arg = arg.value_name(spec.value_name).value_parser(value(option)).allow_negative_numbers(true);
-    // clap recognises only single negative numbers; these values are lists of numbers.
+    // clap recognises only single negative numbers, and these values are lists of numbers.
     let arg = arg.allow_hyphen_values(matches!(spec.name, "sun" | "camera"));
     arg.action(if option.repeats { ArgAction::Append } else { ArgAction::Set })
 }
 
-/// The value parser of an option.
+/// Returns the value parser of an option.
 fn value(option: &'static SceneOption) -> ValueParser {
     let names = option.names();
     if !names.is_empty() {
@@ -85,7 +85,7 @@ fn value(option: &'static SceneOption) -> ValueParser {
     OsStringValueParser::new().try_map(check).into()
 }
 
-/// The value parser of the option with this name, for a flag of another command.
+/// Returns the value parser of the option with this name, for a flag of another command.
 pub fn value_of(name: &str) -> ValueParser {
     SceneOption::find(name).map(value).expect("an option of this name")
 }
@@ -95,7 +95,7 @@ fn possible((name, help): (&'static str, &'static str)) -> PossibleValue {
     if help.is_empty() { value } else { value.help(help) }
 }
 
-/// The value parser of a named choice, with one line of help per name. `some` is any value of the type.
+/// Returns the value parser of a named choice, with one line of help per name. `some` is any value of the type.
 pub fn choice<T: Named + Copy + Send + Sync + 'static>(some: T) -> impl TypedValueParser<Value = T> {
     PossibleValuesParser::new(some.names().into_iter().map(possible)).try_map(move |text| {
         let mut value = some;
@@ -103,10 +103,10 @@ pub fn choice<T: Named + Copy + Send + Sync + 'static>(some: T) -> impl TypedVal
     })
 }
 
-/// Names of values, their meanings, and their lines of help.
+/// Names of values with their meanings and lines of help.
 pub type Names<T> = &'static [(&'static str, T, &'static str)];
 
-/// The value parser of a flag with these named values.
+/// Returns the value parser of a flag with these named values.
 pub fn one_of<T: Copy + Send + Sync + 'static>(names: Names<T>) -> impl TypedValueParser<Value = T> {
     PossibleValuesParser::new(names.iter().map(|(name, _, help)| possible((name, help)))).try_map(move |text| {
         names.iter().find(|(name, ..)| *name == text).map(|(_, value, _)| *value).ok_or("no such value")
@@ -140,12 +140,12 @@ pub mod tests {
         Flags::try_parse_from(words).map_err(|e| e.to_string())?.scene.resolve().map_err(|e| e.to_string())
     }
 
-    /// The JSON value of an option in a configuration.
+    /// Returns the JSON value of an option in a configuration.
     fn json(option: &SceneOption, config: &SceneConfig) -> Option<Value> {
         serde_json::to_value(config).unwrap().pointer(&format!("/{}", option.spec.json_key())).cloned()
     }
 
-    /// A value of an option that changes the JSON of a configuration.
+    /// Returns a value of an option that changes the JSON of a configuration.
     pub fn other_value(option: &SceneOption, config: &SceneConfig) -> String {
         let values = [
             "",

@@ -1,4 +1,4 @@
-//! Values of command-line flags, and their parsers.
+//! The values of command-line flags, and their parsers.
 
 use std::str::FromStr;
 
@@ -17,16 +17,16 @@ pub fn threshold(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Parses the two sides of a separator as numbers.
+/// Parses two numbers on the two sides of a separator.
 fn two(sides: Option<(&str, &str)>) -> Option<[u32; 2]> {
     let (a, b) = sides?;
     Some([a.parse().ok()?, b.parse().ok()?])
 }
 
-/// Frames `start..end`, without `end`; written `A..B`.
+/// The frames `start..end`, without `end`, written as `A..B`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct FrameRange {
-    /// First frame.
+    /// The first frame.
     pub start: u32,
     /// One past the last frame; above `start`.
     pub end: u32,
@@ -45,7 +45,7 @@ impl FromStr for FrameRange {
     }
 }
 
-/// Frames per second as an exact fraction, 0.001 to 1000. Written as a decimal such as `24` or `29.97`, or a fraction such as `30000/1001`.
+/// Frames per second as an exact fraction, 0.001 to 1000. It is written as a decimal (`24`, `29.97`) or a fraction (`30000/1001`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rate {
     numerator: u32,
@@ -53,20 +53,20 @@ pub struct Rate {
 }
 
 impl Rate {
-    /// 30 frames per second.
+    /// Default of 30 frames per second.
     pub const DEFAULT: Self = Self { numerator: 30, denominator: 1 };
 
-    /// Numerator of the reduced fraction, above 0.
+    /// Returns the numerator of the reduced fraction, above 0.
     pub fn numerator(self) -> u32 {
         self.numerator
     }
 
-    /// Denominator of the reduced fraction, above 0.
+    /// Returns the denominator of the reduced fraction, above 0.
     pub fn denominator(self) -> u32 {
         self.denominator
     }
 
-    /// Frames per second.
+    /// Returns the frames per second.
     pub fn per_second(self) -> f64 {
         f64::from(self.numerator) / f64::from(self.denominator)
     }
@@ -76,7 +76,7 @@ impl Rate {
         while rest > 0 {
             (divisor, rest) = (rest, divisor % rest);
         }
-        // A divisor of 0 means that both are 0, which is refused below.
+        // The divisor is 0 only if both numbers are 0, which is refused below.
         let rate = Self { numerator: numerator / divisor.max(1), denominator: denominator / divisor.max(1) };
         (denominator > 0 && (0.001..=1000.0).contains(&rate.per_second())).then_some(rate)
     }
@@ -110,13 +110,13 @@ impl Serialize for Rate {
     }
 }
 
-/// Parses the distances to the target at the first and last frame, in metres, written `NEAR..FAR`.
+/// Parses the distances to the target at the first and last frame, in metres, written as `NEAR..FAR`.
 pub fn sweep(text: &str) -> Result<Sweep, String> {
     let (near, far) = text.split_once("..").ok_or("a sweep is NEAR..FAR in metres, such as 5..100")?;
     Ok(Sweep { near: positive(near)?, far: positive(far)? })
 }
 
-/// A contact sheet of `columns` by `rows` pictures, written `COLUMNSxROWS`.
+/// A contact sheet of `columns` by `rows` pictures, written as `COLUMNSxROWS`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Sheet {
     /// Number of columns, 1 to 1000.
@@ -126,7 +126,7 @@ pub struct Sheet {
 }
 
 impl Sheet {
-    /// Number of pictures.
+    /// Returns the number of pictures.
     pub fn cells(self) -> u32 {
         self.columns * self.rows
     }
@@ -144,11 +144,11 @@ impl FromStr for Sheet {
     }
 }
 
-/// Start position of the right side of a picture, as a share of its width. In a sequence it moves from `start` to `end` and back.
-/// Written `SHARE` or `A..B`.
+/// Start position of the right side of a picture, as a fraction of the width. In a sequence it moves from `start` to `end` and back. It is
+/// written as `SHARE` or `A..B`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Split {
-    /// Position at the first frame, and in a still.
+    /// Position at the first frame or in a still.
     pub start: f32,
     /// Position in the middle of a sequence.
     pub end: f32,
@@ -161,7 +161,7 @@ impl Default for Split {
 }
 
 impl Split {
-    /// Position at a frame of a sequence. The sequence is periodic: its first frame follows its last.
+    /// Returns the position at a frame of a sequence. The sequence is periodic, with its first frame after its last.
     pub fn of_frame(self, frame: u32, frames: FrameRange) -> f32 {
         self.at(frame - frames.start, frames.end - frames.start)
     }
@@ -181,10 +181,10 @@ impl FromStr for Split {
     }
 }
 
-/// Every `count`-th frame, starting with the `index`-th; written `I/N`.
+/// Every `count`-th frame, starting with the `index`-th, written as `I/N`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Shard {
-    /// This shard, 1 to `count`.
+    /// Number of this shard, 1 to `count`.
     pub index: u32,
     /// Number of shards.
     pub count: u32,

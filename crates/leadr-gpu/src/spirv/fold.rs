@@ -1,6 +1,6 @@
 //! Folds constant operations, by the opcodes of the SPIR-V specification.
 
-/// Types with known values: 32 bits, or a boolean.
+/// Types of values that can be constants, with 32 bits or boolean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     Bool,
@@ -8,16 +8,16 @@ pub enum Kind {
     Float,
 }
 
-/// Whether [`fold`] can compute an operation. Floating-point arithmetic is left to the device because of its rounding.
+/// Whether [`fold`] can compute an operation. Floating-point arithmetic is left to the device, because rounding may differ.
 pub fn is_known(operation: u32) -> bool {
     matches!(operation, 83 | 124 | 126 | 128 | 130 | 132 | 134 | 135 | 137..=139 | 164..=191 | 194..=200)
 }
 
-/// The result of an operation, as bits; `None` if it depends on an unknown operand or is undefined in the specification. The
-/// result and the operands are scalars.
+/// Returns the bits of the result of an operation, or `None` if it depends on an unknown operand or the specification leaves it
+/// undefined. The result and the operands are scalars.
 pub fn fold(operation: u32, operands: [Option<u32>; 3]) -> Option<u32> {
     let [a, b, c] = operands;
-    // One operand may determine the result.
+    // A single operand may determine the result.
     match operation {
         166 if a == Some(1) || b == Some(1) => return Some(1),
         167 if a == Some(0) || b == Some(0) => return Some(0),
@@ -72,7 +72,7 @@ pub fn fold(operation: u32, operands: [Option<u32>; 3]) -> Option<u32> {
     }
 }
 
-/// Compares numbers; `None` for NaN, for which every comparison has an ordered and an unordered form.
+/// Compares numbers. Returns `None` for NaN, because every comparison has an ordered and an unordered form.
 fn compare(operation: u32, a: f32, b: f32) -> Option<bool> {
     if a.is_nan() || b.is_nan() {
         return None;
@@ -103,7 +103,7 @@ mod tests {
             (130, 3, 5, -2),
             (132, -3, 5, -15),
             (135, -7, 2, -3),
-            // Remainders: with the dividend's sign, and with the divisor's.
+            // The remainders have the sign of the dividend (138) or of the divisor (139).
             (138, -7, 2, -1),
             (138, 7, -2, 1),
             (139, -7, 2, 1),
@@ -122,7 +122,7 @@ mod tests {
         assert_eq!(of(194, -8, 1), Some(0x7fff_fffc));
         assert_eq!(fold(126, [Some(5), None, None]), Some((-5i32).cast_unsigned()));
         assert_eq!(fold(200, [Some(0), None, None]), Some(u32::MAX));
-        // Undefined in the specification.
+        // The specification leaves these operations undefined.
         for operation in [134, 135, 137, 138, 139] {
             assert_eq!(of(operation, 1, 0), None);
         }
@@ -165,7 +165,7 @@ mod tests {
             }
         }
         assert_eq!(of(184, f32::NAN, 1.0), None);
-        // Addition of floats.
+        // Operation 129 is the addition of floats.
         assert!(!is_known(129));
     }
 

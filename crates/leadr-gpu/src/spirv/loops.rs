@@ -1,4 +1,4 @@
-//! Loop controls.
+//! Rewrites the loop controls of SPIR-V.
 
 use super::{HEADER, OP_LOOP_MERGE};
 
@@ -21,7 +21,7 @@ mod tests {
     use super::super::all_instructions;
     use super::*;
 
-    /// The loop controls of SPIR-V.
+    /// Returns the loop controls in SPIR-V.
     fn controls(words: &[u32]) -> Vec<u32> {
         all_instructions(words).filter(|i| i.operation == OP_LOOP_MERGE).map(|i| i.words[3]).collect()
     }

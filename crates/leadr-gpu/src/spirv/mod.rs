@@ -1,4 +1,4 @@
-//! Changes SPIR-V before it reaches the driver. Numbers are those of the SPIR-V 1.6 specification.
+//! Changes SPIR-V before it reaches the driver. Opcodes and other numbers come from the SPIR-V 1.6 specification.
 
 mod fold;
 mod loops;
@@ -9,6 +9,6 @@ pub(super) use specialize::specialized;
 
 use leadr_glsl::spirv::{HEADER, Instruction, all_instructions, instructions};
 
-/// Index of the header word with the bound of all identifiers.
+/// Index of the header word that bounds all identifiers.
 const BOUND: usize = 3;
 const OP_LOOP_MERGE: u32 = 246;

@@ -1,10 +1,10 @@
 //! Specialises the constants of SPIR-V before it reaches the driver.
 //!
-//! One entry point contains every technique, light and kind of surface; a pipeline needs a third of it. Drivers translate all
-//! of it before they remove dead code. This took llvmpipe a second for each pipeline that filters and shades, and that driver
-//! has no cache that avoids it. Here it takes milliseconds. Constants are propagated along reachable edges (Wegman and Zadeck
-//! 1991), through calls, returned values and local variables; then unreachable blocks and uncalled functions are removed. The
-//! remaining instructions stay unchanged.
+//! One entry point contains every technique, light and type of surface, but a pipeline needs only a third of it. Drivers translate
+//! all of the code before they remove dead code. For each pipeline that filters and shades, this took llvmpipe a second, and
+//! llvmpipe has no cache to avoid it. Specialisation takes milliseconds. It propagates constants along reachable edges (Wegman and
+//! Zadeck 1991), through calls, returned values and local variables. It then removes unreachable blocks and uncalled functions. All
+//! other instructions stay unchanged.
 
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
@@ -49,15 +49,15 @@ const SPEC_ID: u32 = 1;
 /// Lattice value of an identifier.
 #[derive(Clone, Copy, PartialEq)]
 enum Known {
-    /// Not reached on any path so far.
+    /// The value was not reached on any path so far.
     Nothing,
     Value(u32),
-    /// Not a constant.
+    /// The value is not a constant.
     Varies,
 }
 
 impl Known {
-    /// The meet of both values.
+    /// Returns the meet of two lattice values.
     fn or(self, other: Self) -> Self {
         match (self, other) {
             (Self::Nothing, known) | (known, Self::Nothing) => known,
@@ -69,33 +69,34 @@ impl Known {
 
 /// Data about the identifiers of a module.
 struct Globals {
-    /// Lattice value of each identifier: of a value, of the content of a function's variable, or of a function's result.
+    /// Lattice value of each identifier. For a function's variable, this is the value of its content; for a function, of its
+    /// result.
     known: Vec<Known>,
-    /// Index, within its function, of the block of each label.
+    /// Index of each label's block within its function.
     block_indices: Vec<Option<usize>>,
-    /// Identifiers of function variables, and of parameters that may point to them.
+    /// Whether each identifier is a function variable, or a parameter that may point to one.
     addresses: Vec<bool>,
     /// The kind of each type.
     kinds: Vec<Option<Kind>>,
-    /// Removed identifiers.
+    /// Whether each identifier was removed.
     lost: Vec<bool>,
 }
 
 /// A block of a function.
 struct Block {
     label: u32,
-    /// Its words, from its label to the end of its last instruction.
+    /// Words of the block, from its label to the end of its last instruction.
     words: Range<usize>,
-    /// Start of its last instruction, and of its merge instruction if it has one.
+    /// Start of the last instruction; `merge` is the start of the merge instruction, if there is one.
     last: usize,
     merge: Option<usize>,
     reached: bool,
-    /// Labels of its predecessors along reachable edges.
+    /// Labels of the block's predecessors along reachable edges.
     before: Vec<u32>,
 }
 
-/// The module with these values for its specialization constants, others at their defaults, and without unreachable code.
-/// `value`: value for a constant's number. In a module with unsupported functions only the constants are specialised.
+/// Returns the module with specialised constants and without unreachable code. `value` returns the value for a constant's number,
+/// or `None` for its default. In a module with unsupported functions, only the constants are specialised.
 pub fn specialized(module: &[u32], value: impl Fn(u32) -> Option<u32>) -> Vec<u32> {
     let Some(bound) = module.get(BOUND).filter(|_| module.len() >= HEADER).map(|bound| *bound as usize) else {
         return module.to_vec();
@@ -129,7 +130,8 @@ pub fn specialized(module: &[u32], value: impl Fn(u32) -> Option<u32>) -> Vec<u3
     without_lost_names(&out, &globals.lost)
 }
 
-/// The functions from a word on, with entry points marked as reached; `None` if one contains unsupported instructions.
+/// Parses the functions from word `from` on, and marks entry points as reached. Returns `None` if a function contains unsupported
+/// instructions.
 fn parse_functions(module: &[u32], from: usize, globals: &mut Globals) -> Option<Vec<Function>> {
     let entry_points = all_instructions(module).take_while(|i| i.operation != OP_FUNCTION);
     let entered: Vec<u32> =
@@ -146,14 +148,14 @@ fn parse_functions(module: &[u32], from: usize, globals: &mut Globals) -> Option
     Some(functions)
 }
 
-/// Marks variables and parameters as varying if their address has other uses than loads and stores of this function.
+/// Marks variables and parameters as varying if their address is used by anything but loads and stores of their function.
 fn invalidate_escaping_variables(module: &[u32], from: usize, functions: &[Function], globals: &mut Globals) {
     let mut written = Vec::new();
     let mut passed = Vec::new();
     for i in instructions(module, from) {
         match i.operation {
             OP_VARIABLE | OP_LOAD | OP_FUNCTION_PARAMETER => (),
-            // A literal operand may equal an identifier; the result is then only less precise.
+            // A literal operand may equal an identifier. This only makes the result less precise.
             OP_STORE => written.extend([(i.words[2], true), (i.words[1], false)]),
             OP_FUNCTION_CALL => passed.push(i.words),
             OP_RETURN_VALUE => written.push((i.words[1], true)),
@@ -163,13 +165,13 @@ fn invalidate_escaping_variables(module: &[u32], from: usize, functions: &[Funct
     let is_address = |globals: &Globals, id: u32| globals.addresses.get(id as usize) == Some(&true);
     let parameters: HashSet<u32> = functions.iter().flat_map(|function| &function.parameters).copied().collect();
     for (id, anyhow) in written {
-        // A store to a parameter is a store to the caller's variable.
+        // A store to a parameter writes the caller's variable.
         if is_address(globals, id) && (anyhow || parameters.contains(&id)) {
             globals.known[id as usize] = Known::Varies;
         }
     }
     let by_id: HashMap<u32, &Function> = functions.iter().map(|function| (function.id, function)).collect();
-    // Arguments for read-only parameters stay known; from the innermost call outwards.
+    // Arguments for read-only parameters keep their values. The loop proceeds from the innermost call outwards.
     loop {
         let mut changed = false;
         for call in &passed {
@@ -210,14 +212,14 @@ fn follow(module: &[u32], functions: &mut [Function], globals: &mut Globals) {
                 }
             }
         }
-        // A choice on an undefined value may take any branch.
+        // A branch on an undefined value may take any target.
         if !changed && !functions.iter().filter(|function| function.reached).any(|f| f.open_choices(module, globals)) {
             return;
         }
     }
 }
 
-/// Writes everything before the first function with specialised constants, and returns the start of the functions.
+/// Writes the words before the first function, with specialised constants, and returns the start of the functions.
 fn specialize_constants(
     module: &[u32],
     value: impl Fn(u32) -> Option<u32>,
@@ -277,7 +279,7 @@ fn push_constant(kind: Kind, of_type: u32, id: u32, bits: u32, out: &mut Vec<u32
 }
 
 impl Globals {
-    /// The lattice value of an operation of this type.
+    /// Returns the lattice value of an operation with this result type.
     fn folded(&self, of_type: u32, operation: u32, operands: &[u32]) -> Known {
         let scalar = self.kinds.get(of_type as usize).copied().flatten().is_some();
         if !scalar || !fold::is_known(operation) || operands.len() > 3 {
@@ -305,11 +307,11 @@ impl Globals {
         before != *slot
     }
 
-    /// Registers a function variable or a parameter, with no value so far.
+    /// Registers a function variable or a parameter that has no value so far.
     fn add_variable(&mut self, words: &[u32]) -> Option<()> {
         let (of_type, id) = (*words.get(1)? as usize, *words.get(2)? as usize);
         *self.known.get_mut(id)? = Known::Nothing;
-        // A parameter may be a value, which nothing writes.
+        // A parameter of a value type is never written.
         self.addresses[id] = self.kinds.get(of_type)?.is_none();
         Some(())
     }
@@ -324,7 +326,7 @@ struct Function {
     id: u32,
     parameters: Vec<u32>,
     reached: bool,
-    /// Words before its first block, and after its last one.
+    /// Words before the first block; `tail` is the words after the last block.
     head: Range<usize>,
     tail: Range<usize>,
     blocks: Vec<Block>,
@@ -336,7 +338,7 @@ fn ends_block(operation: u32) -> bool {
 }
 
 impl Function {
-    /// The function in these words; `None` if it contains unsupported instructions.
+    /// Parses the function in these words. Returns `None` if it contains unsupported instructions.
     fn parse(module: &[u32], words: Range<usize>, globals: &mut Globals) -> Option<Self> {
         let mut blocks: Vec<Block> = Vec::new();
         let (mut id, mut parameters) = (0, Vec::new());
@@ -389,8 +391,8 @@ impl Function {
         (!open && !blocks.is_empty()).then_some(Self { id, parameters, reached: false, head, tail, blocks })
     }
 
-    /// The only target of the conditional branch at the end of a block. `None` for one that closes a loop, which stays
-    /// unchanged.
+    /// Returns the only target of the conditional branch at the end of a block. Returns `None` for a branch that closes a loop,
+    /// which stays unchanged.
     fn always(&self, module: &[u32], block: usize, globals: &Globals) -> Option<u32> {
         let i = last_of(module, &self.blocks[block]);
         match (i.operation == OP_BRANCH_CONDITIONAL).then(|| globals.of(i.words[1]))? {
@@ -401,7 +403,8 @@ impl Function {
         }
     }
 
-    /// The reachable successors of a block. A back edge to a loop header always counts: a loop must have one.
+    /// Returns the reachable successors of a block. A back edge to a loop header always counts, because a loop must have a back
+    /// edge.
     fn targets(&self, module: &[u32], block: usize, globals: &Globals) -> Vec<u32> {
         let i = last_of(module, &self.blocks[block]);
         match i.operation {
@@ -419,7 +422,7 @@ impl Function {
         }
     }
 
-    /// Whether a block branches to the header of a loop around it.
+    /// Whether a block branches to the header of an enclosing loop.
     fn closes_loop(&self, module: &[u32], block: usize, globals: &Globals) -> bool {
         last_of(module, &self.blocks[block]).words[2..4].iter().any(|label| globals.block(*label) <= block)
     }
@@ -443,7 +446,7 @@ impl Function {
         }
     }
 
-    /// Makes choices on unknown values varying. Returns whether there is one.
+    /// Marks unknown conditions of branches as varying. Returns whether there are any.
     fn open_choices(&self, module: &[u32], globals: &mut Globals) -> bool {
         let mut opened = false;
         for block in self.blocks.iter().filter(|block| block.reached) {
@@ -506,14 +509,14 @@ impl Function {
         changed
     }
 
-    /// Writes the reachable code. `undefined`: makes an undefined value of this type.
+    /// Writes the reachable code. `undefined` returns an undefined value of a type.
     fn write(&self, module: &[u32], globals: &mut Globals, out: &mut Vec<u32>, undefined: &mut impl FnMut(u32) -> u32) {
         if !self.reached {
             let gone = instructions(&module[..self.tail.end], self.head.start);
             gone.filter_map(|i| result_of(&i)).for_each(|id| globals.lost[id as usize] = true);
             return;
         }
-        // Blocks in merge instructions must exist, reached or not.
+        // Blocks named in merge instructions must exist, even if they are unreachable.
         let mut named: Vec<Option<u32>> = vec![None; self.blocks.len()];
         for block in self.blocks.iter().filter(|block| block.reached) {
             let Some(merge) = block.merge.filter(|_| !self.has_constant_branch(module, block, globals)) else {
@@ -543,7 +546,7 @@ impl Function {
         out.extend_from_slice(&module[self.tail.clone()]);
     }
 
-    /// Whether a block ends in a conditional branch that always takes the same way.
+    /// Whether a block ends in a conditional branch that always has the same target.
     fn has_constant_branch(&self, module: &[u32], block: &Block, globals: &Globals) -> bool {
         self.always(module, globals.block(block.label), globals).is_some()
             && block.merge.is_none_or(|merge| module[merge] & 0xffff == OP_SELECTION_MERGE)
@@ -559,7 +562,7 @@ impl Function {
     ) {
         let always = self.always(module, globals.block(block.label), globals);
         let constant_branch = self.has_constant_branch(module, block, globals);
-        // A loop with an unreachable continue block keeps a back edge for form only.
+        // A loop with an unreachable continue block keeps its back edge, because SPIR-V requires one.
         let lost_end =
             block.merge.filter(|&merge| module[merge] & 0xffff == OP_LOOP_MERGE).map(|merge| module[merge + 2]);
         let lost_end = lost_end.filter(|label| !self.blocks[globals.block(*label)].reached);
@@ -596,13 +599,13 @@ fn last_of<'a>(module: &'a [u32], block: &Block) -> Instruction<'a> {
     Instruction { operation: words[0] & 0xffff, at: block.last, words }
 }
 
-/// Target of a switch for a value.
+/// Returns the target of a switch for a value.
 fn case_of(words: &[u32], value: u32) -> u32 {
     let cases = words[3..].as_chunks::<2>().0;
     cases.iter().find(|[case, _]| *case == value).map_or(words[2], |[_, label]| *label)
 }
 
-/// The result identifier of a function's instruction.
+/// Returns the result identifier of an instruction in a function.
 fn result_of(i: &Instruction<'_>) -> Option<u32> {
     match i.operation {
         OP_LABEL => i.words.get(1).copied(),
@@ -624,7 +627,7 @@ fn result_of(i: &Instruction<'_>) -> Option<u32> {
     }
 }
 
-/// The module without names and decorations of removed identifiers.
+/// Returns the module without the names and decorations of removed identifiers.
 fn without_lost_names(module: &[u32], lost: &[bool]) -> Vec<u32> {
     let mut out = module[..HEADER].to_vec();
     for i in all_instructions(module) {
@@ -643,7 +646,7 @@ mod tests {
     use super::*;
     use crate::shaders::{ConstantKind, Shader};
 
-    /// The shaders of the renderer and the probes.
+    /// Returns the shaders of the renderer and the probes.
     fn shaders() -> impl Iterator<Item = &'static Shader> {
         leadr_shaders::SHADERS.iter().chain(leadr_probes::PROBES)
     }
@@ -652,7 +655,7 @@ mod tests {
         shaders().find(|shader| shader.name == name).unwrap()
     }
 
-    /// Inconsistencies in the functions of a module.
+    /// Returns the inconsistencies in the functions of a module.
     fn faults(module: &[u32]) -> Vec<String> {
         let mut faults = Vec::new();
         let mut before: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
@@ -699,7 +702,7 @@ mod tests {
         faults
     }
 
-    /// Every value of boolean constants and of small numbers, one at a time, with the rest at their defaults.
+    /// Returns the numbers of all constants, each with several test values.
     fn settings(shader: &Shader) -> Vec<(u32, u32)> {
         let of = |kind| match kind {
             ConstantKind::Bool => 0..2,
@@ -741,7 +744,7 @@ mod tests {
             let constant = shader.interface().constants.iter().find(|constant| constant.name == "FAMILY").unwrap();
             specialized(&module, |id| (id == constant.id).then_some(family)).len()
         };
-        // No light at all, and LEADR.
+        // Value 0 means no light at all, and value 4 means LEADR.
         assert!(of(0) < of(4) && of(4) < module.len(), "{} {} {}", of(0), of(4), module.len());
     }
 

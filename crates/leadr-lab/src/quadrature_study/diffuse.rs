@@ -1,4 +1,4 @@
-//! Diffuse facets under order-2 harmonics: moments of the visible normals.
+//! Measures the rules for diffuse facets under order-2 harmonics by moments of the visible normals.
 
 use super::Row;
 use super::surfaces::{Surface, surfaces};
@@ -11,17 +11,17 @@ use leadr_reflectance::slopes::grid::{grid_lambda, normal_of_slope};
 use leadr_reflectance::visible::diffuse::visible_diffuse_moments;
 use rayon::prelude::*;
 
-/// Panels of the converged integrals per axis: 96² slopes.
+/// Panels per axis of the converged integrals, which use 96² slopes.
 const PANELS: usize = 12;
 
-/// Surfaces, their converged moments, and environments.
+/// Random surfaces with their converged moments and environments.
 pub struct DiffuseSet {
     surfaces: Vec<Surface>,
     truth: Vec<NormalMoments>,
     environments: Vec<Environment>,
 }
 
-/// Irradiance over π as a function of the moments: `constant + linear·E[n] + (diag, off)·E[n nᵀ]`, of mean radiance 1.
+/// Irradiance over π as a function of the moments: `constant + linear·E[n] + (diag, off)·E[n nᵀ]`. The mean radiance is 1.
 #[derive(Clone, Copy, Debug)]
 pub struct Environment {
     constant: f64,
@@ -31,7 +31,7 @@ pub struct Environment {
 }
 
 impl Environment {
-    /// One to six von Mises–Fisher lobes of concentration 1–1000 over a constant.
+    /// Returns one to six von Mises–Fisher lobes of concentration 1–1000 over a constant.
     pub fn random(r: &mut Random) -> Self {
         let lobes = 1 + (r.unit() * 6.0) as usize;
         let ambient = r.range(0.0, 0.6) * if r.unit() < 0.7 { 1.0 } else { 0.0 };
@@ -43,7 +43,7 @@ impl Environment {
             let first = 1.0 / k.tanh() - 1.0 / k;
             let second = 1.0 - 3.0 * first / k;
             let q = weight * (1.0 - ambient) / sum;
-            // 1 + 2 A₁ c + 5/4 A₂ (3/2 c² − 1/2), c = n·d.
+            // The lobe's irradiance is 1 + 2 A₁ c + 5/4 A₂ (3/2 c² − 1/2), c = n·d.
             e.constant += q * (1.0 - 0.625 * second);
             e.linear += q * 2.0 * first * d;
             e.diag += q * 1.875 * second * d * d;
@@ -52,13 +52,13 @@ impl Environment {
         e
     }
 
-    /// Radiance of white facets of these moments.
+    /// Computes the radiance of white facets with these moments.
     pub fn radiance(&self, v: &NormalMoments) -> f64 {
         self.constant + self.linear.dot(v.mean) + self.diag.dot(v.diag) + self.off.dot(v.off)
     }
 }
 
-/// Converged moments, with `panels`² panels of 8×8 slopes.
+/// Computes converged moments with `panels`² panels of 8×8 slopes.
 pub fn converged_moments(surface: &Surface, panels: usize) -> NormalMoments {
     let Surface { wo, m, s } = *surface;
     let mean = |g: fn(DVec3) -> DVec3| visible_mean(wo, m, s, panels, |slope| g(normal_of_slope(slope)));
@@ -70,7 +70,7 @@ pub fn converged_moments(surface: &Surface, panels: usize) -> NormalMoments {
 }
 
 impl DiffuseSet {
-    /// `n` surfaces under `environments` environments each.
+    /// Returns `n` surfaces under `environments` environments each.
     pub fn new(n: usize, environments: usize, seed: u64) -> Self {
         let surfaces = surfaces(n, seed);
         let truth = surfaces.par_iter().map(|s| converged_moments(s, PANELS)).collect();
@@ -79,7 +79,7 @@ impl DiffuseSet {
         Self { surfaces, truth, environments }
     }
 
-    /// Errors of a rule for the moments, relative to the mean radiance.
+    /// Measures the errors of a moment rule, relative to the mean radiance.
     pub fn row(&self, name: &str, evaluations: u32, rule: impl Fn(&Surface) -> NormalMoments + Sync) -> Row {
         let errors: Vec<Vec<f64>> = self
             .surfaces
@@ -93,7 +93,7 @@ impl DiffuseSet {
         Row::new(name, evaluations, &self.surfaces, &errors)
     }
 
-    /// The mean normal alone, the paper's grids, and the rules of [`visible_diffuse`](leadr_reflectance::visible::diffuse).
+    /// Measures the mean normal alone, the paper's grids, and the rules of [`visible_diffuse`](leadr_reflectance::visible::diffuse).
     pub fn rows(&self) -> Vec<Row> {
         let grid = |n: u32| self.row(&format!("paper {n}x{n}"), n * n, |s| grid_moments(s, n));
         let terms = |n: u32| self.row(&format!("visible {n} terms"), n, |s| visible_diffuse_moments(s.wo, s.m, s.s, n));
@@ -101,7 +101,7 @@ impl DiffuseSet {
     }
 }
 
-/// The paper's grid as implemented in the renderer.
+/// Computes the moments by the paper's grid as implemented in the renderer.
 pub fn grid_moments(surface: &Surface, n: u32) -> NormalMoments {
     let lambda = grid_lambda(n);
     let m = face_viewer(surface.wo, surface.m, surface.s, lambda);

@@ -1,7 +1,7 @@
-//! Fits the constants of [`visible_diffuse`](leadr_reflectance::visible::diffuse): nonlinear least squares of the radiance of random
-//! surfaces under random environments ([`least_squares`]).
+//! Fits the constants of [`visible_diffuse`](leadr_reflectance::visible::diffuse) by nonlinear [`least_squares`] over the radiance of
+//! random surfaces under random environments.
 //!
-//! Run it with `cargo run --release --example 11_fit_diffuse_terms`.
+//! The command is `cargo run --release --example 11_fit_diffuse_terms`.
 
 use super::diffuse::{Environment, converged_moments};
 use super::surfaces::{Surface, surfaces, wild_surfaces};
@@ -13,10 +13,10 @@ use rayon::prelude::*;
 
 /// Environments per surface.
 const ENVIRONMENTS: usize = 16;
-/// Panels of the converged integrals per axis.
+/// Panels per axis of the converged integrals.
 const PANELS: usize = 12;
 
-/// Surfaces, their converged moments, and environments.
+/// Random surfaces with their converged moments and environments.
 pub struct Training {
     surfaces: Vec<Surface>,
     truth: Vec<NormalMoments>,
@@ -24,7 +24,7 @@ pub struct Training {
 }
 
 impl Training {
-    /// `tame` surfaces like those of the tables with another seed, and `wild` ones outside their ranges.
+    /// Returns `tame` surfaces like those of the tables with another seed, and `wild` ones outside their ranges.
     pub fn new(tame: usize, wild: usize, seed: u64) -> Self {
         let mut all = surfaces(tame, seed);
         all.extend(wild_surfaces(wild, seed + 1));
@@ -34,7 +34,7 @@ impl Training {
         Self { surfaces: all, truth, environments }
     }
 
-    /// Errors of the radiance, surfaces by environments, weighted by roughness.
+    /// Computes the radiance errors, for every surface and environment, weighted by roughness.
     fn residuals(&self, terms: &[Term]) -> Vec<f64> {
         self.surfaces
             .par_iter()
@@ -48,22 +48,22 @@ impl Training {
             .collect()
     }
 
-    /// RMS of the weighted radiance errors.
+    /// Computes the RMS of the weighted radiance errors.
     pub fn error(&self, terms: &[Term]) -> f64 {
         let r = self.residuals(terms);
         (r.iter().map(|e| e * e).sum::<f64>() / r.len() as f64).sqrt()
     }
 }
 
-/// Terms with geometrically spaced exponents that are exact for a smooth surface, as a start for a fit.
+/// Returns terms with geometrically spaced exponents that are exact for a smooth surface, as the start of a fit.
 pub fn plain_terms(n: usize) -> Vec<Term> {
-    // ∫ t^(−1/2) exp(−t x) dt and ∫ exp(−t x) dt give the two inverses of |N|, x = |N|².
+    // The integrals ∫ t^(−1/2) exp(−t x) dt and ∫ exp(−t x) dt give the two inverses of |N|, with x = |N|².
     let ladder = (0..n).map(|i| 0.2 * 6f64.powi(i as i32));
     let whole: f64 = ladder.clone().map(|t| t.sqrt() * (-t).exp()).sum();
     ladder.map(|t| Term { exponent: [t, 0.0], first: [t.sqrt() / whole, 0.0], second: [t / 0.2, 0.0] }).collect()
 }
 
-/// Sets the last weight of `1/|N|` to make the sum 1 at `|N|² = 1` without spread: exact for smooth surfaces.
+/// Sets the last weight of `1/|N|` so that the sum is 1 at `|N|² = 1` without spread, which makes the terms exact for smooth surfaces.
 fn exact_when_smooth(mut terms: Vec<Term>) -> Vec<Term> {
     if let Some((last, others)) = terms.split_last_mut() {
         let rest: f64 = others.iter().map(|t| t.first[0] * (-t.exponent[0]).exp()).sum();
@@ -72,7 +72,8 @@ fn exact_when_smooth(mut terms: Vec<Term>) -> Vec<Term> {
     terms
 }
 
-/// The free parameters: all but the last weight of `1/|N|` (above) and the first of `1/|N|²` (its unit is arbitrary).
+/// Returns the free parameters. The last weight of `1/|N|` follows from [`exact_when_smooth`], and the first weight of `1/|N|²` sets an
+/// arbitrary unit.
 fn unknowns(terms: &[Term]) -> Vec<f64> {
     let last = terms.len() - 1;
     let mut p = Vec::new();
@@ -102,7 +103,7 @@ fn terms_of(p: &[f64], n: usize) -> Vec<Term> {
     exact_when_smooth(terms)
 }
 
-/// Least-squares terms over `training`, from `start`, in at most `steps` Levenberg–Marquardt steps.
+/// Fits terms to `training` by least squares, from `start`, in at most `steps` Levenberg–Marquardt steps.
 pub fn fit_terms(training: &Training, start: &[Term], steps: u32) -> Vec<Term> {
     let n = start.len();
     terms_of(&least_squares(unknowns(start), steps, |p| training.residuals(&terms_of(p, n))), n)
@@ -130,7 +131,7 @@ mod tests {
         let start = plain_terms(2);
         let fitted = fit_terms(&training, &start, 20);
         let [before, after, ours] = [&start, &fitted, visible_diffuse_terms(2)].map(|t| training.error(t));
-        // Fitted to these few surfaces, it beats the default constants on them, but not by much.
+        // After a fit to these few surfaces, the terms beat the default constants on them, but not by much.
         assert!(after < 0.2 * before && after < ours && after > 0.5 * ours, "{before} {after} {ours}");
     }
 }

@@ -3,10 +3,10 @@
 //!
 //! The radius, weight and cover of each wide-lobe ring and the kernels' fraction are free; narrow lobes are fixed. Every surface is lit by
 //! [`POINTS`] lights without width, one at a time, from directions that it reflects. The reflected lobe is the truth; errors are relative
-//! to its RMS. A light without width reveals every pattern of a rule. Other errors: six radiance lobes, the lit part of a white room, and
-//! the mean Fresnel term.
+//! to its RMS. A light without width reveals every pattern of a rule. The fit also minimises errors of six radiance lobes, the lit fraction
+//! of a white room, and the mean Fresnel term.
 //!
-//! Run it with `cargo run --release --example 12_fit_probes`.
+//! The command is `cargo run --release --example 12_fit_probes`.
 
 use super::specular::{Lobes, Sharpness};
 use super::surfaces::{Surface, rough_surfaces, spherical, surfaces};
@@ -25,10 +25,11 @@ use std::f64::consts::{PI, TAU};
 
 /// Lights without width per surface.
 pub const POINTS: usize = 10;
-/// Error weights: one light without width, without and with shadows; lobes, likewise; the lit part of a white room; the Fresnel term.
+/// Error weights for one light without width and for lobes, each without and with shadows, then for the lit fraction of a white room and
+/// the Fresnel term.
 const FACTORS: [f64; 6] = [0.1, 1.5, 0.4, 6.0, 4.0, 5.0];
 
-/// Density of reflected directions about `wi`, per steradian, and its lit fraction.
+/// Computes the density of reflected directions about `wi`, per steradian, and its lit fraction.
 pub fn reflected_density(surface: &Surface, wi: DVec3) -> [f64; 2] {
     let Surface { wo, m, s } = *surface;
     let h = wo + wi;
@@ -49,7 +50,7 @@ pub fn reflected_density(surface: &Surface, wi: DVec3) -> [f64; 2] {
     [density, density * lit_fraction(Shadowing::Correlated, &area(wo), &area(wi))]
 }
 
-/// A kernel of this variance, per steradian, at an angle of this cosine from its axis.
+/// Evaluates a kernel of this variance, per steradian, at an angle with this cosine from its axis.
 pub fn kernel(variance: f64, cosine: f64) -> f64 {
     let k = Lobes::of_variance(variance.max(1e-7));
     k / (TAU * (1.0 - (-2.0 * k).exp())) * (k * (cosine - 1.0)).exp()
@@ -57,19 +58,19 @@ pub fn kernel(variance: f64, cosine: f64) -> f64 {
 
 struct Item {
     surface: Surface,
-    /// Directions of lights without width, with their reflection without and with shadows.
+    /// Directions of the lights without width, with the reflection of each without and with shadows.
     points: Vec<(DVec3, [f64; 2])>,
     lobes: Lobes,
-    /// Radiance without and with shadows, lit fraction, Schlick's weight.
+    /// Radiance without and with shadows, lit fraction, and Schlick's weight.
     truth: [f64; 4],
-    /// Units of the errors: points without and with shadows, then as in `truth`.
+    /// Units of the errors: two for the points, without and with shadows, then one for each entry of `truth`.
     unit: [f64; 6],
 }
 
-/// Surfaces, lights, and converged sums.
+/// Random surfaces with their lights and converged sums.
 pub struct ProbeTraining(Vec<Item>);
 
-/// The converged sums under lobes.
+/// Computes the converged sums under lobes.
 fn converged(surface: &Surface, lobes: &Lobes, finest: f64) -> [f64; 4] {
     let Surface { wo, m, s } = *surface;
     let panels = visible_extents(wo, s).map(|e| (4.0 + 2.5 * finest.sqrt() * e).ceil() as usize);
@@ -90,7 +91,7 @@ fn converged(surface: &Surface, lobes: &Lobes, finest: f64) -> [f64; 4] {
     [light.x, light.y, light.z, fresnel.x]
 }
 
-/// Random directions that a surface reflects.
+/// Returns random directions that a surface reflects.
 fn reflected(r: &mut Random, surface: &Surface) -> Vec<DVec3> {
     let Surface { wo, m, s } = *surface;
     let cholesky = slope_cholesky(s);
@@ -107,7 +108,7 @@ fn reflected(r: &mut Random, surface: &Surface) -> Vec<DVec3> {
     out
 }
 
-/// Round, mostly wide lobes without a mean slope.
+/// Returns surfaces with round, mostly wide lobes and no mean slope.
 fn round_surfaces(n: usize, r: &mut Random) -> Vec<Surface> {
     (0..n)
         .map(|_| {
@@ -122,8 +123,8 @@ fn round_surfaces(n: usize, r: &mut Random) -> Vec<Surface> {
 }
 
 impl ProbeTraining {
-    /// `n` surfaces like those of the tables with another seed, and twice `rough` ones, half of them with round lobes. Half of each are
-    /// under smooth lobes, half under sharp ones.
+    /// Returns `n` surfaces like those of the tables with another seed, and twice `rough` ones, half of them with round lobes. Half of each
+    /// group is under smooth lobes, half under sharp ones.
     pub fn new(n: usize, rough: usize, seed: u64) -> Self {
         let mut r = Random(seed + 2);
         let mut all = surfaces(n, seed);
@@ -146,8 +147,8 @@ impl ProbeTraining {
         Self(cases.into_par_iter().enumerate().map(item).collect())
     }
 
-    /// Errors of a rule in the module's units, six kinds per surface. The first two are RMS over the points; the errors of each point
-    /// follow.
+    /// Computes the errors of a rule in the module's units, six kinds per surface. The first two are RMS over the points, followed by the
+    /// errors of each point.
     fn errors(&self, rule: ProbeRule<'_>) -> Vec<Vec<f64>> {
         self.0
             .par_iter()
@@ -186,7 +187,8 @@ impl ProbeTraining {
             .collect()
     }
 
-    /// RMS errors of a rule: one light without width, without and with shadows; lobes, likewise; the lit fraction; the Fresnel term.
+    /// Returns the RMS errors of a rule for one light without width and for lobes, each without and with shadows, then for the lit fraction
+    /// and the Fresnel term.
     pub fn error(&self, rule: ProbeRule<'_>) -> [f64; 6] {
         let mut sums = [0.0; 6];
         for errors in self.errors(rule) {
@@ -198,28 +200,28 @@ impl ProbeTraining {
     }
 }
 
-/// The kind of the error at this index.
+/// Returns the kind of the error at an index.
 fn kind(i: usize) -> usize {
     if i < 2 * POINTS { i / POINTS } else { i - 2 * POINTS + 2 }
 }
 
-/// A rule that owns its rings.
+/// A probe rule that owns its rings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FittedRule {
-    /// The kernels.
+    /// Kernels of the rule.
     pub kernel: ProbeKernel,
-    /// The rings.
+    /// Rings of the rule.
     pub rings: Vec<ProbeRing>,
 }
 
 impl FittedRule {
-    /// Borrows it as a rule.
+    /// Returns a [`ProbeRule`] that borrows the rings.
     pub fn rule(&self) -> ProbeRule<'_> {
         ProbeRule { kernel: self.kernel, rings: &self.rings }
     }
 
-    /// The unknowns, as logarithms of ratios: wide rings and the kernels' fraction. The weight of the first ring and the radius of the last
-    /// one are the units; unit variance sets the scale.
+    /// Returns the unknowns, logarithms of ratios for the wide rings and the kernels' fraction. The weight of the first ring and
+    /// the radius of the last one are the units; unit variance sets the scale.
     fn unknowns(&self) -> Vec<f64> {
         let unit = self.rings[0].wide.weight;
         let last = self.rings.len() - 1;
@@ -232,7 +234,7 @@ impl FittedRule {
         self.rings.iter().enumerate().flat_map(of_ring).chain([(share / (1.0 - share)).ln()]).collect()
     }
 
-    /// The rule of these unknowns, with this rule's narrow rings.
+    /// Builds the rule of these unknowns, with this rule's narrow rings.
     fn with_unknowns(&self, p: &[f64]) -> Self {
         let mut out = self.clone();
         let mut p = p.iter().map(|p| p.exp());
@@ -258,7 +260,7 @@ impl FittedRule {
     }
 }
 
-/// The least-squares rule over `training`, from `start`, in at most `steps` steps. Large errors are down-weighted.
+/// Fits a rule to `training` by least squares, from `start`, in at most `steps` steps. Large errors are down-weighted.
 pub fn fit_probes(training: &ProbeTraining, start: &FittedRule, steps: u32) -> FittedRule {
     let residuals = |p: &[f64]| -> Vec<f64> {
         let errors = training.errors(start.with_unknowns(p).rule());
@@ -273,7 +275,7 @@ mod tests {
     use super::*;
     use leadr_reflectance::visible::specular::probe_rule;
 
-    /// The truth for a light without width is a density.
+    /// The truth for lights without width must be a density.
     #[test]
     fn reflected_directions_add_up() {
         let surface = Surface { wo: spherical(0.7, 0.3), m: DVec2::new(0.1, 0.0), s: DVec3::new(0.05, 0.02, 0.01) };

@@ -1,4 +1,4 @@
-//! Diffuse facets under one light, with the clamped cosine.
+//! Measures the rules for the clamped cosine of diffuse facets under one light.
 
 use super::Row;
 use super::surfaces::{Surface, spherical, surfaces};
@@ -12,10 +12,10 @@ use leadr_reflectance::visible::diffuse::{leadr_diffuse_light_visible, visible_d
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 
-/// Panels of the converged integrals between their kinks.
+/// Panels of the converged integrals between two kinks.
 const PANELS: usize = 6;
 
-/// Surfaces, one light each, and the converged cosine.
+/// Random surfaces with one light each and the converged cosine.
 pub struct LightSet {
     surfaces: Vec<Surface>,
     lights: Vec<DVec3>,
@@ -23,7 +23,7 @@ pub struct LightSet {
 }
 
 impl LightSet {
-    /// `n` surfaces; lights up to 88° from the displacement direction, an eighth of them below the horizon.
+    /// Returns `n` surfaces with lights up to 88° from the displacement direction, an eighth of them below the horizon.
     pub fn new(n: usize, seed: u64) -> Self {
         let surfaces = surfaces(n, seed);
         let mut r = Random(seed + 2);
@@ -41,7 +41,7 @@ impl LightSet {
         Self { surfaces, lights, truth }
     }
 
-    /// Absolute errors of a rule for the mean cosine; a facet that faces the light has 1.
+    /// Measures the absolute errors of a rule for the mean cosine, which is 1 for a facet that faces the light.
     pub fn row(&self, name: &str, evaluations: u32, rule: impl Fn(&Surface, DVec3) -> f64 + Sync) -> Row {
         let errors: Vec<Vec<f64>> = self
             .surfaces
@@ -53,7 +53,7 @@ impl LightSet {
         Row::new(name, evaluations, &self.surfaces, &errors)
     }
 
-    /// Harmonics with converged moments, the paper's grids, and the rules with two clamps.
+    /// Measures harmonics with converged moments, the paper's grids, and the rules with two clamps.
     pub fn rows(&self) -> Vec<Row> {
         let grid = |n: u32| self.row(&format!("paper {n}x{n}"), n * n, |s, wi| grid_cosine(s, wi, n));
         let terms = |n: u32| {
@@ -82,7 +82,7 @@ impl LightSet {
     }
 }
 
-/// The paper's grid as implemented in the renderer.
+/// Computes the cosine by the paper's grid as implemented in the renderer.
 pub fn grid_cosine(surface: &Surface, wi: DVec3, n: u32) -> f64 {
     let lambda = grid_lambda(n);
     let m = face_viewer(surface.wo, surface.m, surface.s, lambda);

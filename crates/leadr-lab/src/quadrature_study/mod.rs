@@ -1,9 +1,9 @@
-//! Accuracy of the library's rules for integrals over visible slopes, against converged integrals over random surfaces, viewers and
-//! environments. Source of the tables in `docs/measurements/quadrature.md`.
+//! Measures the accuracy of the library's rules for integrals over visible slopes, against converged integrals over random surfaces,
+//! viewers and environments. `docs/measurements/quadrature.md` has the tables.
 //!
-//! [`diffuse`]: order-2 irradiance. [`light`]: one light's clamped cosine. [`specular`]: an environment of smooth or sharp lobes,
-//! prefiltered like a mip chain. [`fit`], [`fit_probes`]: the constants of these rules. [`sweep`]: change of the result per step of a slow
-//! sweep.
+//! The module [`diffuse`] measures order-2 irradiance, and [`light`] one light's clamped cosine. The module [`specular`] measures
+//! environments of smooth or sharp lobes, prefiltered like a mip chain. The modules [`fit`] and [`fit_probes`] fit the constants of these
+//! rules. The module [`sweep`] measures the change of the result per step of a slow sweep.
 
 pub mod diffuse;
 pub mod fit;
@@ -15,13 +15,13 @@ pub mod sweep;
 
 use surfaces::Surface;
 
-/// Upper bounds of the roughness classes of [`Row::classes`], by the larger slope deviation; the last is open.
+/// Upper bounds of the roughness classes of [`Row::classes`], by the larger slope deviation. The last class is open.
 pub const CLASSES: [f64; 5] = [0.1, 0.3, 0.7, 1.2, 2.0];
 
-/// Errors of one rule.
+/// Errors of one quadrature rule.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// Name.
+    /// Name of the rule.
     pub rule: String,
     /// Slopes, terms or lookups per pixel.
     pub evaluations: u32,
@@ -29,18 +29,18 @@ pub struct Row {
     pub rms: f64,
     /// 95th percentile of the absolute error.
     pub p95: f64,
-    /// Largest error.
+    /// Largest absolute error.
     pub max: f64,
-    /// RMS error per class of [`CLASSES`]; NaN without surfaces.
+    /// RMS error per class of [`CLASSES`]; NaN for classes without surfaces.
     pub classes: [f64; 5],
 }
 
 impl Row {
-    /// The header of [`Row::line`].
+    /// Header line for [`Row::line`].
     pub const HEADER: &str =
         "rule                          n      rms      p95      max | rms by roughness <.1 <.3 <.7 <1.2 <2";
 
-    /// Statistics of the absolute errors `errors[surface]`, any number per surface.
+    /// Computes statistics of the absolute errors `errors[surface]`, with any number of errors per surface.
     pub fn new(rule: &str, evaluations: u32, surfaces: &[Surface], errors: &[Vec<f64>]) -> Self {
         let rms = |e: &mut dyn Iterator<Item = f64>| {
             let (sum, n) = e.fold((0.0, 0u32), |(s, n), e| (s + e * e, n + 1));
@@ -62,7 +62,7 @@ impl Row {
         }
     }
 
-    /// One line of text, with the columns of [`Row::HEADER`].
+    /// Formats one line of text, with the columns of [`Row::HEADER`].
     pub fn line(&self) -> String {
         let classes: Vec<String> = self.classes.iter().map(|c| format!("{c:.1e}")).collect();
         format!(

@@ -1,4 +1,4 @@
-//! Specular facets under an environment of lobes.
+//! Measures the rules for specular facets under an environment of lobes.
 
 use super::Row;
 use super::surfaces::{Surface, surfaces};
@@ -17,7 +17,7 @@ use std::f64::consts::PI;
 
 /// Texels per edge of the prefiltered environment.
 pub const SIZE: f64 = 128.0;
-/// Number of its box-filtered levels, and of the levels blurred for probes.
+/// Number of box-filtered mip levels, and of the levels blurred for probes.
 const LEVELS: usize = 8;
 const KERNELS: usize = 6;
 
@@ -39,17 +39,17 @@ impl Sharpness {
     }
 }
 
-/// A von Mises–Fisher lobe, and its blurred form at every mip level.
+/// A von Mises–Fisher lobe, with its blurred form at every mip level.
 #[derive(Clone, Debug)]
 struct Lobe {
     direction: DVec3,
-    /// Concentration and peak of the lobe itself, then per level.
+    /// Concentration and peak of the unblurred lobe, then of its blurred form at each mip level.
     levels: [(f64, f64); LEVELS + 1],
-    /// The same for the levels used by probes.
+    /// Concentration and peak at each level used by probes.
     kernels: [(f64, f64); KERNELS],
 }
 
-/// Lobes over a constant, mean radiance 1, with trilinear lookups in a box-filtered mip chain: level `l` with texels of size `h` adds a
+/// Lobes over a constant, with mean radiance 1 and trilinear lookups in a box-filtered mip chain. Level `l` with texels of size `h` adds a
 /// variance of `h²/4`.
 #[derive(Clone, Debug)]
 pub struct Lobes {
@@ -57,12 +57,12 @@ pub struct Lobes {
     lobes: Vec<Lobe>,
 }
 
-/// Mean cosine of a lobe of concentration `k`.
+/// Computes the mean cosine of a lobe of concentration `k`.
 fn mean_cosine(k: f64) -> f64 {
     1.0 / k.tanh() - 1.0 / k
 }
 
-/// Concentration of a lobe with mean cosine `a` (Banerjee's estimate, then Newton's method).
+/// Computes the concentration of a lobe with mean cosine `a` (Banerjee's estimate, then Newton's method).
 fn concentration(a: f64) -> f64 {
     let mut k = a * (3.0 - a * a) / (1.0 - a * a);
     for _ in 0..8 {
@@ -73,17 +73,17 @@ fn concentration(a: f64) -> f64 {
 }
 
 impl Lobes {
-    /// One lobe on black.
+    /// Returns one lobe on black.
     pub fn single(direction: DVec3, k: f64) -> Self {
         Self { ambient: 0.0, lobes: vec![Lobe::new(direction, k, 1.0)] }
     }
 
-    /// Concentration of a kernel of this variance.
+    /// Computes the concentration of a kernel of this variance.
     pub fn of_variance(variance: f64) -> f64 {
         if variance < 0.05 { 1.0 / variance + 0.5 } else { concentration((-variance).exp()) }
     }
 
-    /// Six lobes.
+    /// Returns six random lobes.
     pub fn random(r: &mut Random, sharpness: Sharpness) -> Self {
         let (low, high) = sharpness.range();
         let ambient = 0.3 * r.unit();
@@ -106,7 +106,7 @@ impl Lobes {
         self.sum(d, |l| l.levels[level])
     }
 
-    /// Lookup through a kernel of this variance, as used by probes.
+    /// Looks up the radiance through a kernel of this variance, as used by probes.
     pub fn seen(&self, d: DVec3, variance: f64) -> f64 {
         let lod = kernel_lod(variance, SIZE).min((KERNELS - 1) as f64);
         let level = (lod as usize).min(KERNELS - 2);
@@ -114,12 +114,12 @@ impl Lobes {
         (1.0 - f) * self.sum(d, |l| l.kernels[level]) + f * self.sum(d, |l| l.kernels[level + 1])
     }
 
-    /// Unfiltered radiance.
+    /// Computes the unfiltered radiance.
     pub fn radiance(&self, d: DVec3) -> f64 {
         self.level(d, 0)
     }
 
-    /// Trilinear lookup.
+    /// Looks up the radiance with trilinear filtering.
     pub fn lookup(&self, d: DVec3, lod: f64) -> f64 {
         let lod = lod.clamp(0.0, (LEVELS - 1) as f64);
         let level = (lod as usize).min(LEVELS - 2);
@@ -144,7 +144,7 @@ impl Lobe {
     }
 }
 
-/// Converged radiance of specular facets; `finest`: concentration of the narrowest lobe.
+/// Computes the converged radiance of specular facets. `finest` is the concentration of the narrowest lobe.
 pub fn converged_radiance(surface: &Surface, lobes: &Lobes, finest: f64) -> f64 {
     let Surface { wo, m, s } = *surface;
     let panels = visible_extents(wo, s).map(|e| (4.0 + 3.6 * finest.sqrt() * e).ceil() as usize);
@@ -155,7 +155,7 @@ pub fn converged_radiance(surface: &Surface, lobes: &Lobes, finest: f64) -> f64 
     .x
 }
 
-/// Surfaces, one environment each, and the converged radiance.
+/// Random surfaces with one environment each and the converged radiance.
 pub struct SpecularSet {
     surfaces: Vec<Surface>,
     environments: Vec<Lobes>,
@@ -163,7 +163,7 @@ pub struct SpecularSet {
 }
 
 impl SpecularSet {
-    /// `n` surfaces.
+    /// Returns `n` random surfaces and their environments.
     pub fn new(n: usize, sharpness: Sharpness, seed: u64) -> Self {
         let surfaces = surfaces(n, seed);
         let mut r = Random(seed + 3);
@@ -176,7 +176,7 @@ impl SpecularSet {
         Self { surfaces, environments, truth }
     }
 
-    /// Errors of a rule, relative to the radiance where that exceeds the mean radiance 1.
+    /// Measures the errors of a rule, relative to the radiance where it exceeds the mean radiance of 1.
     pub fn row(&self, name: &str, evaluations: u32, rule: impl Fn(&Surface, &Lobes) -> f64 + Sync) -> Row {
         let errors: Vec<Vec<f64>> = self
             .surfaces
@@ -188,8 +188,8 @@ impl SpecularSet {
         Row::new(name, evaluations, &self.surfaces, &errors)
     }
 
-    /// The paper's grids, with the supplement's level of detail if it gives one and with matched solid angles, and the rules with few
-    /// probes.
+    /// Measures the paper's grids and the rules with few probes. The grids use matched solid angles, and the supplement's level of detail
+    /// where it gives one.
     pub fn rows(&self) -> Vec<Row> {
         let grid = |n: u32, name: &str, constant: f64| {
             self.row(&format!("paper {n}x{n}{name}"), n * n, |s, lobes| grid_radiance(s, lobes, n, constant))
@@ -213,7 +213,7 @@ impl SpecularSet {
     }
 }
 
-/// The paper's grid as implemented in the renderer.
+/// Computes the radiance by the paper's grid as implemented in the renderer.
 pub fn grid_radiance(surface: &Surface, lobes: &Lobes, n: u32, constant: f64) -> f64 {
     let Surface { wo, m, s } = *surface;
     let lambda = grid_lambda(n);
@@ -226,7 +226,7 @@ pub fn grid_radiance(surface: &Surface, lobes: &Lobes, n: u32, constant: f64) ->
     .x
 }
 
-/// A rule with few probes.
+/// Computes the radiance by a rule with few probes.
 pub fn probe_radiance(surface: &Surface, lobes: &Lobes, rule: ProbeRule<'_>) -> f64 {
     let Surface { wo, m, s } = *surface;
     let radiance = |p: &VisibleProbe| DVec3::splat(lobes.seen(p.wi, p.variance));

@@ -1,4 +1,4 @@
-//! Random surfaces and viewers.
+//! Generates random surfaces and viewers.
 
 use glam::{DVec2, DVec3};
 use leadr_reflectance::facets::projected_area::{meso_area, slope_spread};
@@ -8,28 +8,28 @@ use std::f64::consts::TAU;
 /// A viewer and Gaussian slopes, in the tangent frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
-    /// Viewer, unit.
+    /// Unit vector to the viewer.
     pub wo: DVec3,
     /// Mean slope.
     pub m: DVec2,
-    /// Covariance `(s_xx, s_yy, s_xy)`.
+    /// Slope covariance `(s_xx, s_yy, s_xy)`.
     pub s: DVec3,
 }
 
 impl Surface {
-    /// The larger of the two slope standard deviations.
+    /// Returns the larger of the two slope standard deviations.
     pub fn roughness(&self) -> f64 {
         self.s.x.max(self.s.y).sqrt()
     }
 }
 
-/// The direction at polar angle `theta` and azimuth `phi`, in radians.
+/// Returns the direction at polar angle `theta` and azimuth `phi`, in radians.
 pub fn spherical(theta: f64, phi: f64) -> DVec3 {
     DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
 }
 
-/// Viewers up to 85°, log-uniform deviations in .01–2, correlations in ±.9, mean slopes in the unit disc. The mesosurface faces the viewer
-/// with a projected area above .01.
+/// Returns random surfaces: viewers up to 85°, log-uniform deviations in .01–2, correlations in ±.9, and mean slopes in the unit disc. The
+/// mesosurface faces the viewer with a projected area above .01.
 pub fn surfaces(n: usize, seed: u64) -> Vec<Surface> {
     let mut r = Random(seed);
     let mut out = Vec::with_capacity(n);
@@ -44,9 +44,9 @@ pub fn surfaces(n: usize, seed: u64) -> Vec<Surface> {
     out
 }
 
-/// Wide lobes. Viewers are distributed like the pixels of a sphere, to 83°. The larger deviation is log-uniform in .4–2, the smaller .15–1
-/// times as large. Two in five surfaces are isotropic; of the others half are axis-aligned and half correlated to ±.7. Half of the mean
-/// slopes are 0, the others up to .7 per axis.
+/// Returns surfaces with wide lobes. Viewers are distributed like the pixels of a sphere, to 83°. The larger deviation is log-uniform in
+/// .4–2, the smaller .15–1 times as large. Two in five surfaces are isotropic. Half of the others are axis-aligned and half correlated to
+/// ±.7. Half of the mean slopes are 0, the others up to .7 per axis.
 pub fn rough_surfaces(n: usize, seed: u64) -> Vec<Surface> {
     let mut r = Random(seed);
     let mut out = Vec::with_capacity(n);
@@ -64,8 +64,8 @@ pub fn rough_surfaces(n: usize, seed: u64) -> Vec<Surface> {
     out
 }
 
-/// Viewers to 88°, log-uniform deviations in .01–2.5, correlations in ±.95, mean slopes of any direction to 4. The mesosurface is turned
-/// away by at most one deviation.
+/// Returns surfaces with viewers to 88°, log-uniform deviations in .01–2.5, correlations in ±.95, and mean slopes of any direction to 4.
+/// The mesosurface faces away from the viewer by at most one deviation.
 pub fn wild_surfaces(n: usize, seed: u64) -> Vec<Surface> {
     let mut r = Random(seed);
     let mut out = Vec::with_capacity(n);

@@ -1,4 +1,4 @@
-//! Slow sweeps of viewer, roughness and azimuth: change of the result from step to step.
+//! Measures how much the result changes per step in slow sweeps of viewer, roughness and azimuth.
 
 use super::diffuse::{Environment, grid_moments};
 use super::light::grid_cosine;
@@ -15,21 +15,21 @@ use std::f64::consts::{PI, TAU};
 /// The quantity that a sweep changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Path {
-    /// The viewer's polar angle, −80° to 80° through the displacement direction, in steps of 0.1°.
+    /// Polar angle of the viewer, −80° to 80° through the displacement direction, in steps of 0.1°.
     Elevation,
-    /// The viewer's azimuth over a full turn, at 1° from the displacement direction, in steps of 0.25°.
+    /// Azimuth of the viewer over 360°, at 1° from the displacement direction, in steps of 0.25°.
     Azimuth,
-    /// The ratio of the deviations from 1/2 to 2 through isotropy, correlation ±.02, in 1600 steps.
+    /// Ratio of the deviations, from 1/2 to 2 through isotropy, with correlation ±.02, in 1600 steps.
     Anisotropy,
-    /// Both deviations from .02 to 1.5, in 1600 steps.
+    /// Both slope deviations, from .02 to 1.5, in 1600 steps.
     Roughness,
 }
 
 impl Path {
-    /// All paths.
+    /// All sweep paths.
     pub const ALL: [Self; 4] = [Self::Elevation, Self::Azimuth, Self::Anisotropy, Self::Roughness];
 
-    /// Name.
+    /// Returns the name of the path.
     pub fn name(self) -> &'static str {
         match self {
             Self::Elevation => "elevation",
@@ -39,7 +39,7 @@ impl Path {
         }
     }
 
-    /// The surfaces along the path from `base`.
+    /// Returns the surfaces along the path from `base`.
     #[must_use]
     pub fn surfaces(self, base: &Surface) -> Vec<Surface> {
         let sigma = base.roughness().clamp(0.05, 1.0);
@@ -76,11 +76,11 @@ impl Path {
 pub struct Steps {
     /// Largest change from one step to the next.
     pub step: f64,
-    /// Largest change of that change, visible as popping.
+    /// Largest difference between consecutive changes, visible as popping.
     pub bend: f64,
 }
 
-/// The steps of `value` along `path`, from each of `n` surfaces; `value` also gets the surface index.
+/// Measures the steps of `value` along `path`, from each of `n` surfaces. The surface index is also passed to `value`.
 pub fn steps(path: Path, n: usize, seed: u64, value: impl Fn(usize, &Surface) -> f64 + Sync) -> Steps {
     let one = |(i, base): (usize, &Surface)| {
         let values: Vec<f64> = path.surfaces(base).iter().map(|s| value(i, s)).collect();
@@ -96,17 +96,17 @@ pub fn steps(path: Path, n: usize, seed: u64, value: impl Fn(usize, &Surface) ->
 /// The steps of one rule along one path.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SweepRow {
-    /// The integral.
+    /// Name of the integral.
     pub integral: &'static str,
-    /// Path.
+    /// Path of the sweep.
     pub path: Path,
-    /// Rule.
+    /// Name of the rule.
     pub rule: String,
-    /// Its steps, in units of the environment's mean radiance or of the light's irradiance.
+    /// Largest steps, in units of the environment's mean radiance or of the light's irradiance.
     pub steps: Steps,
 }
 
-/// The paper's 5×5 grid and the visible-slope rules along every path, for `n` surfaces each.
+/// Measures the paper's 5×5 grid and the visible-slope rules along every path, for `n` surfaces each.
 pub fn sweep_rows(n: usize) -> Vec<SweepRow> {
     const SEED: u64 = 5;
     let mut r = Random(SEED);

@@ -1,28 +1,28 @@
-//! Rays against a [`Tile`]: first hits from above, and whether a ray from the surface escapes.
+//! Casts rays against a [`Tile`]: finds first hits from above, and whether a ray from the surface escapes.
 //!
 //! Between crossings of the lattice lines (and diagonals), the ray and the surface under it are straight. A ray is therefore below the
-//! surface on a segment exactly when it is below at one of its ends. There is no length tolerance, no gap between triangles, and no start
-//! offset. [`BELOW`] only absorbs rounding.
+//! surface on a segment exactly when it is below at one end of the segment. There is no length tolerance, no gap between triangles, and no
+//! start offset. [`BELOW`] only absorbs rounding.
 
 use glam::{DVec2, DVec3};
 
 use super::tile::Tile;
 
-/// Depth below the surface that counts as rounding, in cells; heights are at most tens of cells, in 53 bits.
+/// Depth below the surface that counts as rounding, in cells. Heights are at most tens of cells, in 53 bits.
 const BELOW: f64 = -1e-10;
 
 /// A point on the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SurfacePoint {
     pub cell: [i32; 2],
-    /// Whether it is on the triangle above the cell's diagonal.
+    /// Whether the point is on the triangle above the cell's diagonal.
     pub upper: bool,
-    /// Position on the lattice, with the height.
+    /// Position on the lattice, with the height as `z`.
     pub position: DVec3,
 }
 
 impl SurfacePoint {
-    /// The point above the corner of a cell plus `offset` (0 to 1).
+    /// Returns the surface point above the corner of a cell plus `offset` (0 to 1).
     pub fn over(tile: &Tile, cell: [i32; 2], offset: DVec2) -> Self {
         let upper = offset.y > offset.x;
         let [h00, h10, h01, h11] = tile.corners(cell[0], cell[1]);
@@ -35,8 +35,8 @@ fn surface([h00, h10, h01, h11]: [f64; 4], at: DVec2, upper: bool) -> f64 {
     if upper { h00 + (h11 - h01) * at.x + (h01 - h00) * at.y } else { h00 + (h10 - h00) * at.x + (h11 - h10) * at.y }
 }
 
-/// First intersection with the surface of a ray from `direction` (upward, any length) aimed at `over` on the plane `z = 0`. `None` for
-/// directions that are not upward.
+/// Finds the first intersection with the surface of a ray from `direction` (upward, any length) aimed at `over` on the plane `z = 0`.
+/// Returns `None` for directions that are not upward.
 pub(super) fn first_hit(tile: &Tile, over: DVec2, direction: DVec3) -> Option<SurfacePoint> {
     if direction.z <= 0.0 {
         return None;
@@ -51,7 +51,7 @@ pub(super) fn first_hit(tile: &Tile, over: DVec2, direction: DVec3) -> Option<Su
     walk(tile, origin, -direction, cell, tile.top())
 }
 
-/// Whether a ray from a surface point escapes in `direction`, which must leave the surface there.
+/// Whether a ray from a surface point escapes in `direction`, which must leave the surface at that point.
 pub(super) fn escapes(tile: &Tile, from: &SurfacePoint, direction: DVec3) -> bool {
     if direction.z <= 0.0 {
         return false;
@@ -59,12 +59,13 @@ pub(super) fn escapes(tile: &Tile, from: &SurfacePoint, direction: DVec3) -> boo
     direction.truncate().length() <= 1e-9 * direction.z || walk(tile, from.position, direction, from.cell, 0).is_none()
 }
 
-/// Follows a non-vertical ray from a point above or on the surface until it dips below; `None` once it is above the whole surface.
+/// Follows a non-vertical ray from a point above or on the surface to its first point below. Returns `None` once the ray is above the whole
+/// surface.
 fn walk(tile: &Tile, origin: DVec3, direction: DVec3, cell: [i32; 2], level: u32) -> Option<SurfacePoint> {
     let top = tile.top();
     let ceiling = tile.highest(top, 0, 0);
     let inverse = DVec2::new(direction.x.recip(), direction.y.recip());
-    // Per axis: whether the ray leaves cells through their far side.
+    // Whether the ray leaves cells through their far side, per axis.
     let forward = [direction.x > 0.0, direction.y > 0.0];
     let [mut x, mut y] = cell;
     let (mut level, mut t) = (level, 0.0f64);
@@ -96,14 +97,14 @@ fn walk(tile: &Tile, origin: DVec3, direction: DVec3, cell: [i32; 2], level: u32
             y = if forward[1] { (ny + 1) << level } else { (ny << level) - 1 };
             x = within(origin.x + direction.x * t, nx);
         }
-        // A new square of the next level: try to skip it.
+        // The ray enters a new square of the next level, which it may be able to skip.
         if level < top && ((x >> (level + 1)) != (nx >> 1) || (y >> (level + 1)) != (ny >> 1)) {
             level += 1;
         }
     }
 }
 
-/// The point where a ray in a cell from `t0` to `t1`, initially above the surface, dips below it.
+/// Finds the point where a ray in a cell from `t0` to `t1`, initially above the surface, falls below the surface.
 #[inline]
 fn meet(tile: &Tile, origin: DVec3, direction: DVec3, [x, y]: [i32; 2], t0: f64, t1: f64) -> Option<SurfacePoint> {
     let corners = tile.corners(x, y);
@@ -142,7 +143,7 @@ mod tests {
         DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
     }
 
-    /// The same test by brute force: every cell along the ray, in steps too small to miss one.
+    /// Tests by brute force whether a ray escapes: every cell along the ray, in steps too small to miss one.
     fn escapes_by_steps(tile: &Tile, from: &SurfacePoint, direction: DVec3) -> bool {
         let top = tile.highest(tile.top(), 0, 0);
         let step = 0.01;

@@ -1,4 +1,4 @@
-//! A [`Tile`] stretched, sheared and tilted to slopes of any mean and covariance, and its view by an observer.
+//! Stretches, shears and tilts a [`Tile`] to slopes of any mean and covariance, and computes what an observer sees of it.
 //!
 //! An affine map of the plane plus a plane added to the heights preserves triangles and rays. One tile therefore serves every surface, and
 //! its slope moments are exact rather than expected values.
@@ -15,28 +15,28 @@ use leadr_reflectance::frame::{frame_about, from_frame};
 use leadr_reflectance::random::Random;
 use leadr_reflectance::slopes::grid::normal_of_slope;
 
-/// An infinite displaced patch: the facets of a [`Tile`] with exactly this slope mean and covariance.
+/// An infinite displaced patch that consists of the facets of a [`Tile`], with exactly the given slope mean and covariance.
 #[derive(Clone, Copy, Debug)]
 pub struct Patch<'a> {
     tile: &'a Tile,
     mean: DVec2,
     covariance: DVec3,
-    /// Slopes are `mean + factor · (slope on the lattice)`.
+    /// Linear map from lattice slopes: slopes are `mean + factor · (slope on the lattice)`.
     factor: DMat2,
 }
 
 /// A facet hit by a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Facet {
-    /// Its slope.
+    /// Slope of the facet.
     pub slope: DVec2,
-    /// Its unit normal.
+    /// Unit normal of the facet.
     pub normal: DVec3,
     point: SurfacePoint,
 }
 
 impl Facet {
-    /// Hit position over the lattice of the tile, which repeats with its size.
+    /// Returns the hit position over the lattice of the tile, which repeats with its size.
     pub fn over(&self) -> DVec2 {
         self.point.position.truncate()
     }
@@ -47,8 +47,8 @@ impl Facet {
 pub struct Estimate<const K: usize> {
     /// Mean over all rays.
     pub mean: [f64; K],
-    /// Means over two disjoint halves of the rays. Their difference estimates ray noise, but not the variation between tiles; use several
-    /// seeds for that.
+    /// Means over two disjoint halves of the rays. Their difference estimates ray noise, but not the variation between tiles, which needs
+    /// several seeds.
     pub halves: [[f64; K]; 2],
 }
 
@@ -57,7 +57,7 @@ impl<const K: usize> Estimate<K> {
         Self { mean: std::array::from_fn(|k| 0.5 * (halves[0][k] + halves[1][k])), halves }
     }
 
-    /// Half the difference of the halves: one sample of the mean's standard error.
+    /// Returns half the difference of the halves, one sample of the mean's standard error.
     pub fn half_difference(&self) -> [f64; K] {
         std::array::from_fn(|k| 0.5 * (self.halves[0][k] - self.halves[1][k]))
     }
@@ -66,17 +66,17 @@ impl<const K: usize> Estimate<K> {
 /// Visibility and lighting of facets with one slope.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SeenAndLit {
-    /// Fraction visible to the viewer.
+    /// Fraction of the facets visible to the viewer.
     pub seen: f64,
-    /// Fraction reached by the light.
+    /// Fraction of the facets reached by the light.
     pub lit: f64,
-    /// Fraction both visible and lit.
+    /// Fraction of the facets that are both visible and lit.
     pub both: f64,
-    /// Triangles with the slope.
+    /// Number of triangles with the slope.
     pub facets: usize,
 }
 
-/// Lower triangular `C` with `C Cᵀ` the covariance.
+/// Returns the lower triangular `C` with `C Cᵀ` equal to the covariance.
 fn cholesky(s: DVec3) -> DMat2 {
     let x = s.x.max(0.0).sqrt();
     let k = if x > 0.0 { s.z / x } else { 0.0 };
@@ -84,12 +84,12 @@ fn cholesky(s: DVec3) -> DMat2 {
 }
 
 impl<'a> Patch<'a> {
-    /// A surface of mean slope `m` and slope covariance `s = (s_xx, s_yy, s_xy)`, which must be positive semidefinite.
+    /// Creates a surface of mean slope `m` and slope covariance `s = (s_xx, s_yy, s_xy)`, which must be positive semidefinite.
     pub fn new(tile: &'a Tile, m: DVec2, s: DVec3) -> Self {
         Self { tile, mean: m, covariance: s, factor: cholesky(s) * cholesky(tile.covariance()).inverse() }
     }
 
-    /// A direction in the lattice frame. Its height is the projected area of the mesosurface.
+    /// Transforms a direction to the lattice frame. The result's height is the projected area of the mesosurface.
     fn lattice(&self, w: DVec3) -> DVec3 {
         (self.factor.transpose() * w.xy()).extend(meso_area(w, self.mean))
     }
@@ -100,21 +100,21 @@ impl<'a> Patch<'a> {
         Facet { slope, normal: normal_of_slope(slope), point }
     }
 
-    /// `A(w)`: area of all facets facing `w`, projected along it, per unit of macrosurface. Exact for these triangles; for Gaussian slopes
-    /// it is [`visible_area`](leadr_reflectance::facets::projected_area::visible_area).
+    /// Computes `A(w)`, the area of all facets facing `w`, projected along it, per unit of macrosurface. It is exact for these triangles;
+    /// for Gaussian slopes it is [`visible_area`](leadr_reflectance::facets::projected_area::visible_area).
     pub fn facing_area(&self, w: DVec3) -> f64 {
         self.tile.mean_over_facets(|s| meso_area(w, self.mean + self.factor * s).max(0.0))
     }
 
-    /// Whether light from `wi` reaches a facet: the facet faces it and is not blocked.
+    /// Whether light from `wi` reaches a facet: the facet faces the light and is not blocked.
     pub fn is_lit(&self, facet: &Facet, wi: DVec3) -> bool {
         meso_area(wi, facet.slope) > 0.0 && escapes(self.tile, &facet.point, self.lattice(wi))
     }
 
-    /// Means of `f` over the visible surface from direction `wo`, with `n`² rays spread evenly over one repeat (jittered by `seed`). The
-    /// result is a pixel's mean if `f` is a facet's radiance. `f` may draw random numbers.
+    /// Computes means of `f` over the visible surface from direction `wo`, with `n`² rays spread evenly over one repeat (jittered by
+    /// `seed`). The result is a pixel's mean if `f` is a facet's radiance. `f` may draw random numbers.
     ///
-    /// `None` where the mesosurface turns away from the viewer, so that nothing of an infinite surface is visible.
+    /// The result is `None` where the mesosurface faces away from the viewer, so that nothing of an infinite surface is visible.
     pub fn mean_over_visible<const K: usize>(
         &self,
         wo: DVec3,
@@ -145,7 +145,7 @@ impl<'a> Patch<'a> {
                 sum
             })
             .collect();
-        // In row order, so that results do not depend on threads.
+        // Results are summed in row order, so that they do not depend on threads.
         let half = |first: usize| {
             let rows = rows.iter().skip(first).step_by(2);
             let count = f64::from(n) * rows.len() as f64;
@@ -155,7 +155,7 @@ impl<'a> Patch<'a> {
         Some(Estimate::new([half(0), half(1)]))
     }
 
-    /// Mean and covariance of the visible slopes: `x, y, xx, yy, xy`.
+    /// Computes mean and covariance of the visible slopes, with components `x, y` and `xx, yy, xy`.
     pub fn visible_slopes(&self, wo: DVec3, n: u32, seed: u64) -> Option<(DVec2, DVec3)> {
         let e = self.mean_over_visible(wo, n, seed, |f, _| {
             let s = f.slope - self.mean;
@@ -165,8 +165,8 @@ impl<'a> Patch<'a> {
         Some((self.mean + DVec2::new(x, y), DVec3::new(xx - x * x, yy - y * y, xy - x * y)))
     }
 
-    /// Hidden fraction of the area that faces `w`, projected along it. An infinite surface hides `1 − a(w) / A(w)`; here rays that start on
-    /// `n`² facets measure it.
+    /// Measures the hidden fraction of the area that faces `w`, projected along it, by rays that start on `n`² facets. An infinite surface
+    /// hides `1 − a(w) / A(w)`.
     pub fn masked_fraction(&self, w: DVec3, n: u32, seed: u64) -> f64 {
         let direction = self.lattice(w);
         let n = n.max(1);
@@ -194,8 +194,8 @@ impl<'a> Patch<'a> {
         hidden / all.max(f64::MIN_POSITIVE)
     }
 
-    /// Radiance of white diffuse facets under a directional light of unit irradiance on a plane facing it: with masking only (all facets
-    /// facing the light are lit), and with shadows.
+    /// Computes the radiance of white diffuse facets under a directional light of unit irradiance on a plane facing it. The first value has
+    /// masking only, with all facets facing the light lit; the second has shadows.
     pub fn diffuse_light(&self, wo: DVec3, wi: DVec3, n: u32, seed: u64) -> Option<Estimate<2>> {
         self.mean_over_visible(wo, n, seed, |facet, _| {
             let radiance = facet.normal.dot(wi).max(0.0) * FRAC_1_PI;
@@ -203,8 +203,8 @@ impl<'a> Patch<'a> {
         })
     }
 
-    /// Radiance of white diffuse facets under an environment, with `directions` rays from every facet: with masking only, and with shadows
-    /// (blocked light is black; light is not reflected twice).
+    /// Computes the radiance of white diffuse facets under an environment, with `directions` rays from every facet. The first value has
+    /// masking only; the second has shadows (blocked light is black; light is not reflected twice).
     pub fn diffuse_environment(
         &self,
         wo: DVec3,
@@ -227,7 +227,7 @@ impl<'a> Patch<'a> {
         })
     }
 
-    /// Radiance of perfect mirrors (`F = 1`) under an environment: with masking only, and with shadows.
+    /// Computes the radiance of ideal specular facets (`F = 1`) under an environment, with masking only and with shadows.
     pub fn specular_environment(
         &self,
         wo: DVec3,
@@ -242,9 +242,8 @@ impl<'a> Patch<'a> {
         })
     }
 
-    /// Visibility from `wo` and lighting from `wi` of facets near this slope (within `radius` standard deviations), from up to `rays`
-    /// starts on them.
-    /// `None` if no triangle has such a slope.
+    /// Measures the visibility from `wo` and the lighting from `wi` of facets with a slope within `radius` standard deviations of `slope`,
+    /// by up to `rays` rays that start on them. Returns `None` if no triangle has a slope in this range.
     pub fn visibility_of_slope(
         &self,
         slope: DVec2,
@@ -279,7 +278,7 @@ impl<'a> Patch<'a> {
             .into_par_iter()
             .map(|i| {
                 let mut random = Random::stream(seed, u64::from(i));
-                // Evenly through all of them, so that few rays spread as well as many.
+                // Ray starts are spread evenly over all found triangles, however few rays there are.
                 let at = (u64::from(i) * found.len() as u64 / u64::from(rays)) as usize;
                 let (cell, upper) = found[at];
                 let (a, b) = (random.unit(), random.unit());
@@ -293,9 +292,10 @@ impl<'a> Patch<'a> {
         Some(SeenAndLit { seen, lit, both, facets: found.len() })
     }
 
-    /// Radiance of perfect mirrors (`F = 1`) under a directional light of unit irradiance on a plane facing it. It is the density of
-    /// Gaussian slopes at the half vector, times the fraction of facets seen (masking only) or seen and lit (with shadows), per projected
-    /// area of the mesosurface: `P22 G / (4 a_o wh.z⁴)`. Arguments as in [`visibility_of_slope`](Self::visibility_of_slope).
+    /// Computes the radiance of ideal specular facets (`F = 1`) under a directional light of unit irradiance on a plane facing it. It is
+    /// the density of Gaussian slopes at the half vector, times the fraction of facets seen (masking only) or both seen and lit (with
+    /// shadows), per projected area of the mesosurface: `P22 G / (4 a_o wh.z⁴)`. The arguments are those of
+    /// [`visibility_of_slope`](Self::visibility_of_slope).
     pub fn specular_light(&self, wo: DVec3, wi: DVec3, radius: f64, rays: u32, seed: u64) -> Option<[f64; 2]> {
         let half = (wo + wi).normalize();
         let area = meso_area(wo, self.mean);

@@ -1,4 +1,4 @@
-//! Pictures of a sphere with infinitely fine relief: every pixel is a [`Patch`](super::Patch) at its own angle.
+//! Renders pictures of a sphere with infinitely fine relief, where every pixel is a [`Patch`](super::Patch) at its own angle.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -7,18 +7,18 @@ use super::patch::{Facet, Patch};
 use leadr_reflectance::frame::{Frame, to_frame};
 use leadr_reflectance::random::Random;
 
-/// One pixel of the sphere: an orthographic viewer at `+z` looks at a unit sphere, x to the right, y up.
+/// One pixel of a unit sphere, viewed by an orthographic viewer at `+z`, with x to the right and y up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpherePixel {
-    /// Tangents and the sphere's normal. x points up the pixel's meridian, towards the top of the sphere.
+    /// Tangents and the sphere's normal. The frame's x axis points along the pixel's meridian, towards the top of the sphere.
     pub frame: Frame,
-    /// View direction in that frame.
+    /// View direction in `frame`.
     pub wo: DVec3,
 }
 
 impl SpherePixel {
-    /// The centre of pixel `(x, y)` of `size`² pixels, with row 0 on top. `radius`: sphere radius in half picture widths. `None` outside
-    /// the sphere.
+    /// Returns the centre of pixel `(x, y)` of `size`² pixels, with row 0 on top, or `None` outside the sphere. `radius` is the sphere
+    /// radius in half picture widths.
     pub fn new(x: u32, y: u32, size: u32, radius: f64) -> Option<Self> {
         let at = |i: u32| ((2.0 * f64::from(i) + 1.0) / f64::from(size) - 1.0) / radius;
         let p = DVec2::new(at(x), -at(y));
@@ -47,8 +47,8 @@ pub struct SphereTruth<const K: usize> {
 /// Difference of a picture from the truth, relative to the truth's mean over the same pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SphereError {
-    /// RMSE without the truth's noise. It is negative if the noise estimate is larger (minus the root of the deficit): the difference is
-    /// then too small to measure.
+    /// RMSE without the truth's noise. If the noise estimate is larger than the difference, it is minus the root of the deficit: the
+    /// difference is then too small to measure.
     pub rmse: f64,
     /// RMSE including the noise.
     pub rmse_with_noise: f64,
@@ -56,13 +56,13 @@ pub struct SphereError {
     pub noise: f64,
     /// Mean difference, positive when the picture is too bright.
     pub bias: f64,
-    /// Mean difference over pixels with a normal of `z < 0.35`, relative to their own mean.
+    /// Mean difference over pixels with a normal of `z < 0.35`, relative to the mean of the same pixels.
     pub rim_bias: f64,
 }
 
 impl<const K: usize> SphereTruth<K> {
-    /// Casts `rays`² rays per pixel (an even number). `value` returns the radiance of a facet towards the viewer. It gets the pixel (with
-    /// normals and directions in its frame) and the `patch` for lighting tests.
+    /// Casts `rays`² rays per pixel (an even number) against `patch`. `value` returns the radiance of a facet towards the viewer; normals
+    /// and directions are in the pixel's frame.
     pub fn cast(
         patch: &Patch<'_>,
         size: u32,
@@ -84,7 +84,7 @@ impl<const K: usize> SphereTruth<K> {
         Self { size, radius, halves }
     }
 
-    /// The mean of both halves of picture `k` at a pixel.
+    /// Returns the mean of both halves of picture `k` at a pixel.
     pub fn at(&self, k: usize, x: u32, y: u32) -> Option<f64> {
         self.halves[(y * self.size + x) as usize].map(|h| 0.5 * (h[0][k] + h[1][k]))
     }

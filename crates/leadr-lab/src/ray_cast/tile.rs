@@ -1,4 +1,4 @@
-//! Periodic Gaussian height fields, and their pyramid of maxima for skipping empty space.
+//! Periodic Gaussian height fields, with a pyramid of maxima for skipping empty space.
 
 use std::f64::consts::{PI, TAU};
 
@@ -7,12 +7,12 @@ use rayon::prelude::*;
 
 use leadr_reflectance::random::Random;
 
-/// The energy spectrum of a random surface by wave number `k`, with correlation length `L`.
+/// Energy spectrum of a random surface by wave number `k`, with correlation length `L`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Spectrum {
-    /// Heights with autocorrelation `exp(−r²/L²)`: energy `exp(−k²L²/4)`.
+    /// Spectrum of heights with autocorrelation `exp(−r²/L²)`, with energy `exp(−k²L²/4)`.
     Gaussian,
-    /// Waves of nearly one length in all directions: equal energy within 15 % of `k = 2/L`, none elsewhere.
+    /// Spectrum of waves of nearly one length in all directions, with equal energy within 15 % of `k = 2/L` and none elsewhere.
     Ring,
 }
 
@@ -26,20 +26,20 @@ impl Spectrum {
     }
 }
 
-/// A periodic height field on a square lattice of unit cells, each split into two flat triangles by the diagonal from its lower to its
-/// upper corner. Slopes have standard deviation near 1 along both axes.
+/// A periodic height field on a square lattice of unit cells. The diagonal from a cell's lower to its upper corner splits the cell into two
+/// flat triangles. Slopes have standard deviation near 1 along both axes.
 #[derive(Clone, Debug)]
 pub struct Tile {
     size: u32,
     heights: Vec<f32>,
-    /// Highest corner of each cell, then of 2 × 2 cells, and so on.
+    /// Highest corner of each cell, then of each block of 2 × 2 cells, and so on.
     maxima: Vec<Vec<f32>>,
     covariance: DVec3,
 }
 
 impl Tile {
-    /// A random surface of `size`² cells (a power of two, at least 16) with a correlation length of `correlation` cells. The result is
-    /// deterministic.
+    /// Creates a random surface of `size`² cells (a power of two, at least 16) with a correlation length of `correlation` cells. The result
+    /// is deterministic.
     ///
     /// # Panics
     /// If the size is not a power of two or is below 16, or if the correlation length is below 2 or above an eighth of the size. A ring
@@ -65,14 +65,14 @@ impl Tile {
             field.par_chunks_mut(n).for_each(fourier);
             field = transpose(&field, n);
         }
-        // The real part has the spectrum's correlation; the imaginary part would be another surface.
+        // Only the real part is used, which has the spectrum's correlation; the imaginary part would be another surface.
         let raw: Vec<f64> = field.iter().map(|v| v.x).collect();
         let s = slope_covariance(n, |x, y| raw[y * n + x]);
         let scale = (0.5 * (s.x + s.y)).sqrt().recip();
         Self::from_heights(size, raw.iter().map(|h| (h * scale) as f32).collect())
     }
 
-    /// The periodic surface through `heights`, row by row, in cell units.
+    /// Creates the periodic surface through `heights`, row by row, in cell units.
     ///
     /// # Panics
     /// If the size is not a power of two, or the number of heights is not its square.
@@ -101,34 +101,34 @@ impl Tile {
         Self { size, heights, maxima, covariance }
     }
 
-    /// Cells along a side.
+    /// Returns the number of cells along a side.
     pub fn size(&self) -> u32 {
         self.size
     }
 
-    /// Heights of the lattice points, row by row, in cell units.
+    /// Returns the heights of the lattice points, row by row, in cell units.
     pub fn heights(&self) -> &[f32] {
         &self.heights
     }
 
-    /// Covariance `(s_xx, s_yy, s_xy)` of the slopes of its triangles; their mean is 0.
+    /// Returns the covariance `(s_xx, s_yy, s_xy)` of the slopes of all triangles, which have a mean of 0.
     pub fn covariance(&self) -> DVec3 {
         self.covariance
     }
 
-    /// Coarsest level of [`highest`](Self::highest): the whole tile.
+    /// Returns the coarsest level of [`highest`](Self::highest), which covers the whole tile.
     pub(super) fn top(&self) -> u32 {
         self.maxima.len() as u32 - 1
     }
 
-    /// The highest point of a square of `2^level` cells, with periodic coordinates.
+    /// Returns the highest point of a square of `2^level` cells, with periodic coordinates.
     #[inline]
     pub(super) fn highest(&self, level: u32, x: i32, y: i32) -> f64 {
         let (bits, mask) = (self.top() - level, (1i32 << (self.top() - level)) - 1);
         f64::from(self.maxima[level as usize][(((y & mask) as usize) << bits) + (x & mask) as usize])
     }
 
-    /// Heights of a cell's corners: `(0,0)`, `(1,0)`, `(0,1)`, `(1,1)`.
+    /// Returns the heights of a cell's corners: `(0,0)`, `(1,0)`, `(0,1)`, `(1,1)`.
     #[inline]
     pub(super) fn corners(&self, x: i32, y: i32) -> [f64; 4] {
         let (bits, mask) = (self.top(), (1i32 << self.top()) - 1);
@@ -137,14 +137,14 @@ impl Tile {
         [y0 + x0, y0 + x1, y1 + x0, y1 + x1].map(|i| f64::from(self.heights[i]))
     }
 
-    /// Slopes of the two triangles of a cell: below (`u > v`) and above the diagonal.
+    /// Returns the slopes of the two triangles of a cell: below (`u > v`) and above the diagonal.
     #[inline]
     pub(super) fn slopes(&self, x: i32, y: i32) -> [DVec2; 2] {
         let [h00, h10, h01, h11] = self.corners(x, y);
         [DVec2::new(h10 - h00, h11 - h10), DVec2::new(h11 - h01, h01 - h00)]
     }
 
-    /// Mean of `f` over the slopes of all triangles, which have equal areas on the plane.
+    /// Computes the mean of `f` over the slopes of all triangles, which have equal areas on the plane.
     pub fn mean_over_facets(&self, f: impl Fn(DVec2) -> f64 + Sync) -> f64 {
         let n = self.size as i32;
         let rows: Vec<f64> = (0..n)
@@ -155,7 +155,7 @@ impl Tile {
     }
 }
 
-/// Covariance of the slopes of all triangles of a periodic lattice. Its mean slope is 0.
+/// Computes the slope covariance over all triangles of a periodic lattice. The mean slope is 0.
 fn slope_covariance(n: usize, height: impl Fn(usize, usize) -> f64 + Sync) -> DVec3 {
     let next = |i: usize| (i + 1) % n;
     let rows: Vec<DVec3> = (0..n)
@@ -179,7 +179,7 @@ fn transpose(field: &[DVec2], n: usize) -> Vec<DVec2> {
     (0..n * n).map(|i| field[(i % n) * n + i / n]).collect()
 }
 
-/// Discrete Fourier transform in place, `Σ f_j exp(2πi jk/n)` (Cooley and Tukey); the length is a power of two.
+/// Computes the discrete Fourier transform in place, `Σ f_j exp(2πi jk/n)` (Cooley and Tukey). The length is a power of two.
 fn fourier(row: &mut [DVec2]) {
     let n = row.len();
     let bits = n.trailing_zeros();
@@ -225,7 +225,7 @@ mod tests {
         let n = 256usize;
         for (spectrum, want) in [
             (Spectrum::Gaussian, [(-0.25f64).exp(), (-1f64).exp(), (-4f64).exp()]),
-            // Bessel J₀(2 r/L), blurred by the width of the ring.
+            // The ring has the autocorrelation J₀(2 r/L) (Bessel), blurred by the width of the ring.
             (Spectrum::Ring, [0.765, 0.224, -0.397]),
         ] {
             let tile = Tile::new(spectrum, n as u32, 8.0, 3);

@@ -1,4 +1,4 @@
-//! A picture compared with the truth, kept for the last section, which lists the worst ones.
+//! Stores a picture compared with the truth for the last section, which lists the worst pictures.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,24 +6,24 @@ use super::nan::or_nan;
 use super::verdict::{Anatomy, Errors, Verdict};
 use leadr_tools::html::Figure;
 
-/// Measurements of one picture.
+/// Measured errors of one picture.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Case {
-    /// Section of the picture.
+    /// Name of the section that made the picture.
     pub section: String,
-    /// Subject, such as roughness and light.
+    /// Subject of the picture, such as roughness and light.
     pub subject: String,
-    /// Technique and rule.
+    /// Technique and rule of the picture.
     pub look: String,
-    /// Truth of the comparison.
+    /// Name of the truth in the comparison.
     pub truth: String,
     /// Errors over the object.
     pub object: Errors,
-    /// Errors over its interior.
+    /// Errors over the object's interior.
     pub interior: Errors,
     /// Distribution of the error.
     pub anatomy: Anatomy,
-    /// Interior errors against normal-map truth, if measured.
+    /// Interior errors against the normal-map truth, if measured.
     pub normal_map: Option<Errors>,
     /// Relative noise of the truth in the interior.
     #[serde(deserialize_with = "or_nan")]

@@ -16,14 +16,14 @@ pub struct Facts {
     pub driver: String,
     /// Start time of the run, UTC.
     pub date: String,
-    /// Command that repeats it.
+    /// Command that repeats the run.
     pub call: String,
-    /// Whether pictures are small and samples few, unlike the papers.
+    /// Whether pictures are smaller and samples fewer than in the papers.
     pub quick: bool,
 }
 
 impl Facts {
-    /// The facts of a run that starts now.
+    /// Gathers the facts of a run that starts now.
     pub fn gather(gpu: &Gpu, quick: bool) -> Self {
         let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs());
         let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -36,7 +36,7 @@ impl Facts {
         }
     }
 
-    /// Names and values for the head of the page.
+    /// Returns names and values for the head of the page.
     pub fn rows(&self) -> Vec<(String, String)> {
         let size = if self.quick { "quick: small pictures, few samples" } else { "full" };
         [
@@ -52,7 +52,7 @@ impl Facts {
     }
 }
 
-/// `2026-01-31 23:59 UTC` from seconds since 1970, by the Gregorian calendar.
+/// Formats seconds since 1970 as `2026-01-31 23:59 UTC`, by the Gregorian calendar.
 fn utc(seconds: u64) -> String {
     let (mut day, minute) = (seconds / 86_400, seconds / 60 % 1440);
     let leap = |year: u64| year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));

@@ -18,22 +18,22 @@ use leadr_tools::program::build;
 /// Folder of the stored sections, below the report's folder.
 const FOLDER: &str = "kept";
 
-/// A section with all its results.
+/// A finished section with all its results.
 #[derive(Debug)]
 pub struct Made {
-    /// The section's entry.
+    /// Entry of the section in the list of sections.
     pub entry: &'static SectionEntry,
-    /// Its content.
+    /// Content of the section.
     pub section: Section,
-    /// Time it took, seconds.
+    /// Time to build the section, seconds.
     pub seconds: f64,
-    /// Its pictures' comparisons with the truth.
+    /// Comparisons of the section's pictures with the truth.
     pub cases: Vec<Case>,
-    /// Its pictures, as paths from the page and PNG bytes.
+    /// Pictures of the section, as paths from the page and PNG bytes.
     pub pictures: BTreeMap<String, Vec<u8>>,
 }
 
-/// Requirements for sections to share a page: same build, same device, same quick flag.
+/// Build, device and quick flag, which must be equal for sections to share a page.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Origin {
     program: String,
@@ -43,13 +43,13 @@ pub struct Origin {
 }
 
 impl Origin {
-    /// The origin of this run.
+    /// Returns the origin of a run with these facts.
     pub fn of(facts: &Facts) -> Self {
         Self { program: build(), device: facts.device.clone(), driver: facts.driver.clone(), quick: facts.quick }
     }
 }
 
-/// The file of a stored section.
+/// Content of the file of a stored section.
 #[derive(Serialize, Deserialize)]
 struct File {
     origin: Origin,
@@ -85,7 +85,7 @@ pub fn keep(folder: &Path, origin: &Origin, made: &Made) -> Result<(), LabError>
     Ok(())
 }
 
-/// A section completely stored by an earlier run of the same origin.
+/// Finds a section that an earlier run of the same origin has stored completely.
 pub fn find(folder: &Path, origin: &Origin, entry: &'static SectionEntry) -> Option<Made> {
     let file: File = serde_json::from_slice(&read_file(&section_path(folder, entry)).ok()?).ok()?;
     let pictures = file.pictures.into_iter().map(|picture| {

@@ -1,4 +1,4 @@
-//! The report: the papers' tables, pictures and plots, measured again and extended, on one page.
+//! The report, which repeats and extends the papers' tables, pictures and plots on one page.
 
 mod case;
 mod configuration;

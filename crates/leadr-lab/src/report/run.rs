@@ -26,9 +26,9 @@ use leadr_tools::program::Stamped;
 /// Configuration of a report.
 #[derive(Clone, Debug)]
 pub struct ReportConfig {
-    /// Small pictures and few samples.
+    /// Whether to render small pictures with few samples.
     pub quick: bool,
-    /// Sections to run; all if empty.
+    /// Sections to run. An empty list runs all sections.
     pub only: Vec<&'static SectionEntry>,
     /// Whether to reuse sections stored in the folder by an earlier run of this build on this device.
     pub resume: bool,
@@ -36,7 +36,7 @@ pub struct ReportConfig {
     pub folder: PathBuf,
 }
 
-/// Findings of a report, and its location.
+/// Findings and location of a report.
 #[derive(Debug, Serialize)]
 pub struct ReportSummary {
     command: &'static str,
@@ -71,15 +71,14 @@ impl fmt::Display for ReportSummary {
 ///
 /// # Errors
 /// If the folder cannot be written, there is no device or it is lost, a section fails (its name is given), or there is any validation
-/// message.
-/// Nothing is written then.
+/// message. Nothing is written in these cases.
 pub fn report(
     config: &ReportConfig,
     open: impl FnOnce() -> Result<Arc<Gpu>, LabError>,
     progress: &Output,
 ) -> Result<ReportSummary, LabError> {
     let folder = &config.folder;
-    // Report an unwritable folder now instead of after half an hour.
+    // An unwritable folder is reported now instead of after half an hour.
     std::fs::create_dir_all(folder).map_err(|e| LabError::io("make the folder", folder, e))?;
     let page_file = folder.join("index.html");
     remove_abandoned([page_file.as_path(), &folder.join("report.json")]);
@@ -134,7 +133,7 @@ fn make(entry: &'static SectionEntry, studio: &mut Studio) -> Result<Made, LabEr
     Ok(Made { entry, section, seconds, cases, pictures })
 }
 
-/// Writes pictures and data, and the page last.
+/// Writes the pictures and the data, then the page.
 fn write(folder: &Path, facts: &Facts, made: &[Made]) -> Result<(), LabError> {
     let mut pictures = BTreeMap::new();
     for (file, bytes) in made.iter().flat_map(|made| &made.pictures) {

@@ -8,7 +8,7 @@ use leadr_tools::html::Html;
 /// The content of a section.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Section {
-    /// Content of the page.
+    /// HTML content for the page.
     pub html: Html,
     /// Machine-readable data.
     pub data: serde_json::Value,
@@ -17,7 +17,7 @@ pub struct Section {
 }
 
 impl Section {
-    /// A section with an introduction, its findings, and the supporting tables and plots.
+    /// Creates a section with an introduction, its findings, and the supporting tables and plots.
     ///
     /// # Errors
     /// If the data cannot be written as JSON.

@@ -1,8 +1,8 @@
-//! Third-party data in the folder of the variable `LEADR_SHARED`.
+//! Finds third-party data in the folder of the variable `LEADR_SHARED`.
 
 use std::path::PathBuf;
 
-/// A file or folder of the shared data, if it exists.
+/// Returns the path of a file or folder of the shared data, if it exists.
 pub fn shared(path: &str) -> Option<PathBuf> {
     let path = PathBuf::from(std::env::var_os("LEADR_SHARED")?).join("data").join(path);
     path.exists().then_some(path)

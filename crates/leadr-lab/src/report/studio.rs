@@ -25,23 +25,23 @@ pub const PICTURES: &str = "pictures";
 
 /// State shared by the sections of one run.
 pub struct Studio<'a> {
-    /// The device.
+    /// Device that renders the pictures.
     pub gpu: Arc<Gpu>,
-    /// Small pictures and few samples.
+    /// Whether to render small pictures with few samples.
     pub quick: bool,
-    /// Receives progress.
+    /// Output that receives progress.
     pub progress: &'a Output,
-    /// The pictures compared with the truth so far.
+    /// Pictures compared with the truth so far.
     pub cases: Vec<Case>,
     pictures: BTreeMap<String, Vec<u8>>,
     /// Progress bar of the current section, once it renders or reports steps.
     bar: OnceCell<Bar>,
-    /// Pictures rendered for the current section.
+    /// Number of pictures rendered for the current section.
     rendered: Cell<u32>,
 }
 
 impl<'a> Studio<'a> {
-    /// An empty studio.
+    /// Creates an empty studio.
     pub fn new(gpu: Arc<Gpu>, quick: bool, progress: &'a Output) -> Self {
         Self {
             gpu,
@@ -58,12 +58,12 @@ impl<'a> Studio<'a> {
         self.bar.get_or_init(|| self.progress.bar(0))
     }
 
-    /// Sets the number of steps of a section. Without it, progress counts pictures.
+    /// Sets the number of steps of a section. Progress counts pictures if this is never called.
     pub fn steps(&self, steps: usize) {
         self.bar().restart(steps);
     }
 
-    /// Completes a step.
+    /// Completes one step of the section's progress.
     pub fn step(&self) {
         self.bar().step();
     }
@@ -74,7 +74,7 @@ impl<'a> Studio<'a> {
         self.rendered.set(0);
     }
 
-    /// `quick` in a quick run, else `full`.
+    /// Returns `quick` in a quick run, otherwise `full`.
     pub fn pick<T>(&self, quick: T, full: T) -> T {
         if self.quick { quick } else { full }
     }
@@ -95,7 +95,7 @@ impl<'a> Studio<'a> {
     /// Renders a range of a picture's samples and returns their mean.
     ///
     /// # Errors
-    /// As [`shoot`](Self::shoot).
+    /// Like [`shoot`](Self::shoot).
     pub fn shoot_range(
         &self,
         renderer: &mut Renderer,
@@ -120,10 +120,10 @@ impl<'a> Studio<'a> {
         })
     }
 
-    /// Renders a truth in two halves with different seeds; their difference estimates the noise of the mean.
+    /// Renders a truth in two halves with different seeds. The difference of the halves estimates the noise of their mean.
     ///
     /// # Errors
-    /// As [`shoot`](Self::shoot).
+    /// Like [`shoot`](Self::shoot).
     pub fn shoot_truth(
         &self,
         renderer: &mut Renderer,
@@ -140,7 +140,7 @@ impl<'a> Studio<'a> {
     /// Stores a picture under `name` (letters, digits and dashes), with the factor `exposure` and the filmic curve.
     ///
     /// # Errors
-    /// If it cannot be encoded.
+    /// If the picture cannot be encoded.
     pub fn picture(
         &mut self,
         name: &str,
@@ -152,10 +152,10 @@ impl<'a> Studio<'a> {
         self.codes(name, &display_image(image, exposure, Tonemap::Filmic), alt, caption)
     }
 
-    /// Stores the picture of a verdict's FLIP errors: black is 0, pale yellow is 1.
+    /// Stores the picture of a verdict's FLIP errors. Black is 0, pale yellow is 1.
     ///
     /// # Errors
-    /// If it cannot be encoded.
+    /// If the picture cannot be encoded.
     pub fn error_picture(
         &mut self,
         name: &str,
@@ -181,7 +181,7 @@ impl<'a> Studio<'a> {
     }
 }
 
-/// An error of a picture without a file.
+/// Converts an error of a picture that has no file.
 pub fn fault(fault: MapFault) -> LabError {
     LabError(fault.to_string())
 }

@@ -1,4 +1,4 @@
-//! Subjects of the sections: a stage on the device with its light.
+//! Subjects of the sections, each a stage on the device with its lights.
 
 use super::studio::Studio;
 use leadr_maps::RgbImage;
@@ -14,9 +14,9 @@ use leadr_tools::error::LabError;
 
 /// A stage with uploaded objects.
 pub struct Subject {
-    /// Holds the objects.
+    /// Renderer that holds the objects.
     pub renderer: Renderer,
-    /// Their motion and the views.
+    /// Stage with the objects' motion and the views.
     pub stage: Stage,
     lights: Lights,
     time: f64,
@@ -40,7 +40,7 @@ impl Subject {
         Ok(Self { renderer, stage, lights, time: 0.0, objects })
     }
 
-    /// Uploads a stage under the sky and its sun; `time` is that of its motion, seconds.
+    /// Uploads a stage under the sky and its sun, with its motion at `time` seconds.
     ///
     /// # Errors
     /// If the device fails.
@@ -48,7 +48,7 @@ impl Subject {
         Self::kept_in(MomentFormat::default(), studio, stage, time)
     }
 
-    /// Like `under_the_sky`, with map slopes stored in `format`.
+    /// Like `under_the_sky`, but with map slopes stored in `format`.
     ///
     /// # Errors
     /// If the device fails.
@@ -61,7 +61,7 @@ impl Subject {
         Ok(Self { renderer, stage, lights: Lights::under(&sky), time, objects })
     }
 
-    /// Rock on a unit sphere under the sky, with atlas tiles of `tile` texels.
+    /// Uploads rock on a unit sphere under the sky, with atlas tiles of `tile` texels.
     ///
     /// # Errors
     /// If the device fails.
@@ -69,13 +69,13 @@ impl Subject {
         Self::under_the_sky(studio, sphere_stage(ReliefOptions { tile, ..ReliefOptions::default() }), 0.0)
     }
 
-    /// The T-rex in mid-step under the sky, without its ground, with atlas tiles of `tile` texels.
+    /// Uploads the T-rex in mid-step under the sky, without its ground, with atlas tiles of `tile` texels.
     ///
     /// # Errors
-    /// If it cannot be made or the device fails.
+    /// If the T-rex cannot be made or the device fails.
     pub fn trex(studio: &Studio, tile: u32) -> Result<Self, LabError> {
         let mut stage = trex_stage(tile, &|_| {}).map_err(|e| LabError(e.to_string()))?;
-        // The ground comes last.
+        // The ground is the last object.
         stage.objects.pop();
         Self::under_the_sky(studio, stage, 0.4)
     }
@@ -85,7 +85,7 @@ impl Subject {
         self.time = time;
     }
 
-    /// The stage's state from `camera`.
+    /// Returns the stage's state from `camera`.
     pub fn seen_by(&self, camera: &Camera) -> FrameState {
         let mut state = self.stage.state(self.time, camera, &self.lights);
         state.poses.truncate(self.objects);
@@ -93,8 +93,8 @@ impl Subject {
     }
 }
 
-/// `camera` moved to `factor` times its distance from its target, with a narrower field of view. A picture with `factor` times fewer pixels
-/// along each axis then shows the same.
+/// Returns `camera` moved to `factor` times its distance from its target, with a narrower field of view. A picture with `factor` times
+/// fewer pixels along each axis then shows the same region.
 pub fn framed_from(camera: &Camera, factor: f32) -> Camera {
     let distance = camera.position.distance(camera.target);
     let fov_y = 2.0 * ((0.5 * camera.fov_y).tan() / factor).atan();

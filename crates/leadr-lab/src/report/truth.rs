@@ -1,22 +1,22 @@
-//! The two truths of the LEADR paper's Figure 8, and a third with all shadows of the bumps.
+//! The two truths of the LEADR paper's Figure 8, and a third truth with all shadows of the bumps.
 
 use leadr_reflectance::masking::shadowing::Shadowing;
 use leadr_render::settings::{RenderSettings, ShadingOptions, Technique};
 use leadr_render::surfaces::tessellation::TessellationSettings;
 
-/// The reference of a comparison.
+/// The reference picture of a comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Truth {
-    /// The displaced surface itself, supersampled.
+    /// The displaced surface, supersampled.
     Displacement,
-    /// The same with shadows between bumps, from every light and the environment.
+    /// The displaced surface, supersampled, with shadows between bumps from every light and the environment.
     Shadowed,
     /// The smooth surface with the slopes of the displaced one, supersampled.
     NormalMap,
 }
 
 impl Truth {
-    /// Name in files and data.
+    /// Returns the name in files and data.
     pub fn name(self) -> &'static str {
         match self {
             Self::Displacement => "displacement",
@@ -25,7 +25,7 @@ impl Truth {
         }
     }
 
-    /// Name on the page.
+    /// Returns the name on the page.
     pub fn title(self) -> &'static str {
         match self {
             Self::Displacement => "displacement-map truth",
@@ -34,12 +34,12 @@ impl Truth {
         }
     }
 
-    /// Settings of a picture of this truth for surfaces with a Beckmann base.
+    /// Returns the settings of a picture of this truth for surfaces with a Beckmann base.
     pub fn settings(self, size: (u32, u32), samples: u32, seed: u64) -> RenderSettings {
         self.settings_for(Technique::Leadr, size, samples, seed)
     }
 
-    /// Settings of a picture of this truth for comparison with `technique`, with the same base material.
+    /// Returns the settings of a picture of this truth for comparison with `technique`, with the same base material.
     pub fn settings_for(self, technique: Technique, size: (u32, u32), samples: u32, seed: u64) -> RenderSettings {
         let default = ShadingOptions::default();
         RenderSettings {
@@ -50,7 +50,7 @@ impl Truth {
                 relief_shadows: self == Self::Shadowed,
                 shadowing: if self == Self::NormalMap { Shadowing::NormalMap } else { default.shadowing },
                 sky_occlusion: false,
-                // One truth has complete shadows, the others none; an estimate would alter both.
+                // The `Shadowed` truth has complete shadows, the other truths none; an estimate would alter all of them.
                 relief_occlusion: false,
                 ..default
             }),

@@ -1,4 +1,4 @@
-//! Differences of a shot from the truth, over the object and over its interior.
+//! Compares a shot with the truth, over the object and over its interior.
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
@@ -21,16 +21,16 @@ pub struct Shot {
     pub image: RgbImage,
     /// Fraction of each pixel covered by objects, 0 to 1.
     pub coverage: Vec<f32>,
-    /// Device time of all passes and samples.
+    /// Device time of all passes and samples, milliseconds.
     pub milliseconds: f64,
     /// Samples per pixel.
     pub samples: u32,
-    /// Noise of a truth: relative RMSE in the interior, from the difference of its two halves; 0 for other pictures.
+    /// Noise of a truth as relative RMSE in the interior, from the difference of its two halves; 0 for other pictures.
     pub noise: f64,
 }
 
 impl Shot {
-    /// The mean of shots with equal sample counts; sample counts and times are summed.
+    /// Returns the mean of shots with equal sample counts. Sample counts and times are summed.
     ///
     /// # Errors
     /// If sizes differ, or there is no shot.
@@ -56,27 +56,27 @@ impl Shot {
         })
     }
 
-    /// The mean of independent truths of different subjects, with its noise.
+    /// Returns the mean of independent truths of different subjects, with its noise.
     ///
     /// # Errors
-    /// As [`mean`](Self::mean).
+    /// Like [`mean`](Self::mean).
     pub fn mean_of_truths(truths: &[Self]) -> Result<Self, MapFault> {
         let noise = truths.iter().map(|truth| truth.noise.powi(2)).sum::<f64>().sqrt() / truths.len() as f64;
         Ok(Self { noise, ..Self::mean(truths)? })
     }
 
-    /// The mean of two independent shots of one subject, with its noise.
+    /// Returns the mean of two independent shots of one subject, with its noise.
     ///
     /// # Errors
     /// If sizes differ.
     pub fn mean_of(a: &Self, b: &Self) -> Result<Self, MapFault> {
         let mut mean = Self::mean(&[a.clone(), b.clone()])?;
-        // Independent halves differ by √2 of the noise of one, and their mean has 1/√2 of it.
+        // Independent halves differ by √2 times the noise of one half, and the noise of their mean is 1/√2 of the same value.
         mean.noise = 0.5 * rrmse_over(&a.image, &b.image, &mean.interior()?)?;
         Ok(mean)
     }
 
-    /// This shot with more samples.
+    /// Combines this shot with more samples.
     ///
     /// # Errors
     /// If sizes differ.
@@ -109,13 +109,13 @@ impl Shot {
             image: block_means(&self.image, side)?,
             coverage: coverage.texels.iter().map(|t| t[0]).collect(),
             samples: self.samples * side * side,
-            // The noise of its pixels is independent.
+            // The noise is independent between pixels.
             noise: self.noise / f64::from(side),
             ..*self
         })
     }
 
-    /// The pixels that objects touch.
+    /// Returns the pixels that objects touch.
     ///
     /// # Errors
     /// Never for a rendered picture.
@@ -123,7 +123,7 @@ impl Shot {
         Mask::covered(self.image.width, self.image.height, &self.coverage, 1e-4)
     }
 
-    /// The pixels fully covered by objects, at least [`SILHOUETTE`] pixels away from all others.
+    /// Returns the pixels fully covered by objects and at least [`SILHOUETTE`] pixels away from all others.
     ///
     /// # Errors
     /// Never for a rendered picture.
@@ -132,7 +132,7 @@ impl Shot {
         Ok(filled.eroded(SILHOUETTE))
     }
 
-    /// Mean luminance (Rec. 709) over the pixels of a mask; 0 when it is empty.
+    /// Computes the mean luminance (Rec. 709) over the pixels of a mask, or 0 when it is empty.
     pub fn luminance(&self, mask: &Mask) -> f64 {
         let pixels = self.image.texels.iter().zip(&mask.inside).filter(|&(_, &inside)| inside);
         let sum: f64 = pixels.map(|(t, _)| luminance(Vec3::from(*t).as_dvec3())).sum();
@@ -140,7 +140,7 @@ impl Shot {
     }
 }
 
-/// Errors over a set of pixels; NaN if it is empty.
+/// Errors over a set of pixels, or NaN if the set is empty.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
     /// Mean FLIP, 0 to 1.
@@ -149,28 +149,28 @@ pub struct Errors {
     /// Relative RMSE of linear radiance.
     #[serde(deserialize_with = "or_nan")]
     pub rrmse: f64,
-    /// Relative bias; positive is too bright.
+    /// Relative bias, positive where the picture is too bright.
     #[serde(deserialize_with = "or_nan")]
     pub bias: f64,
 }
 
-/// Distribution of a squared error.
+/// Distribution of the squared error between parts of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Anatomy {
-    /// Fraction of the object's squared error on its silhouette.
+    /// Fraction of the object's squared error that lies on its silhouette.
     pub outline: f64,
-    /// Fraction of the interior's squared error in the brightest twentieth of the reference's interior.
+    /// Fraction of the interior's squared error that lies in the brightest twentieth of the reference's interior.
     pub highlights: f64,
 }
 
-/// Differences of a test from a reference.
+/// Differences of a test picture from a reference.
 #[derive(Clone, Debug)]
 pub struct Verdict {
     /// Errors over the pixels that the reference's object touches, without the background.
     pub object: Errors,
     /// Errors over the interior, without the silhouette.
     pub interior: Errors,
-    /// Distribution of the error.
+    /// Distribution of the squared error.
     pub anatomy: Anatomy,
     /// Noise of the reference ([`Shot::noise`]).
     pub noise: f64,
@@ -178,14 +178,14 @@ pub struct Verdict {
     pub error_image: Rgb8Image,
 }
 
-/// Compares `test` with `reference`; FLIP uses both with the factor `exposure` and the filmic curve.
+/// Compares `test` with `reference`. FLIP uses both pictures with the factor `exposure` and the filmic curve.
 ///
 /// # Errors
 /// If sizes differ, or a pixel is NaN or infinite; its position is given.
 pub fn judge(reference: &Shot, test: &Shot, exposure: f32) -> Result<Verdict, MapFault> {
     let compared = compare(&reference.image, &test.image, exposure, Tonemap::Filmic)?;
     let errors = |mask: &Mask| -> Result<Errors, MapFault> {
-        // NaN, because zero would claim that missing pixels are correct.
+        // The result is NaN, because zero would claim that missing pixels are correct.
         if mask.count() == 0 {
             return Ok(Errors { flip: f64::NAN, rrmse: f64::NAN, bias: f64::NAN });
         }
@@ -206,7 +206,7 @@ pub fn judge(reference: &Shot, test: &Shot, exposure: f32) -> Result<Verdict, Ma
 }
 
 fn anatomy(reference: &RgbImage, test: &RgbImage, object: &Mask, interior: &Mask) -> Anatomy {
-    // Squared error and brightness of every pixel of a mask.
+    // Returns the squared error and brightness of every pixel of a mask.
     let pixels = |mask: &Mask| -> Vec<(f64, f64)> {
         let pairs = reference.texels.iter().zip(&test.texels).zip(&mask.inside).filter(|&(_, &inside)| inside);
         pairs
@@ -225,9 +225,9 @@ fn anatomy(reference: &RgbImage, test: &RgbImage, object: &Mask, interior: &Mask
     Anatomy { outline: share(whole - within, whole).max(0.0), highlights: share(total(&inside), within) }
 }
 
-/// Estimates the filter's error: that of the mean picture over several reliefs, minus the contribution of single ones. A pixel covers only
-/// a few random bumps, and the truth is noisy; both are independent between reliefs. A mean of n has 1/n of their squares, and (n mean² −
-/// single²) / (n − 1) removes it. With one relief they cannot be separated.
+/// Estimates the error of the filter from errors of the mean picture over several reliefs and of single pictures. A pixel covers only a few
+/// random bumps, and the truth is noisy; these two errors are independent between reliefs. The mean of n pictures has 1/n of their squared
+/// value, and (n mean² − single²) / (n − 1) removes it. One relief alone does not allow this separation.
 pub fn without_relief_noise(of_mean: f64, of_singles: &[f64]) -> f64 {
     let n = of_singles.len() as f64;
     if n < 2.0 {
@@ -266,7 +266,7 @@ mod tests {
         assert!((mean(&blocks) - mean(&shot)).abs() < 1e-5);
     }
 
-    /// Pictures with a known common error and independent random errors.
+    /// Tests pictures with a known common error and independent random errors.
     #[test]
     fn grain_is_separated_from_filter_error() {
         let (bias, grain, n) = (0.03, 0.1, 8);
@@ -282,7 +282,7 @@ mod tests {
             of_means += rms(&mean).powi(2) / f64::from(rounds);
         }
         assert!((found.sqrt() - bias).abs() < 0.001, "{}", found.sqrt());
-        // The error of the mean alone does not give the bias.
+        // The error of the mean alone overestimates the bias.
         assert!(of_means.sqrt() > 1.4 * bias, "{}", of_means.sqrt());
         assert_eq!(without_relief_noise(0.2, &[0.2]), 0.2);
         assert_eq!(without_relief_noise(0.1, &[0.5, 0.5]), 0.0);
@@ -315,7 +315,7 @@ mod tests {
         let edge = judge(&truth, &disc(1.0, 0.5), 1.0).unwrap();
         assert!(edge.object.rrmse > 5.0 * edge.interior.rrmse, "{:?} {:?}", edge.object, edge.interior);
         assert!(edge.anatomy.outline > 0.9 && dim.anatomy.outline < 0.2, "{:?} {:?}", edge.anatomy, dim.anatomy);
-        // Half the light is missing evenly; this is not an error of highlights.
+        // Half the light is missing evenly, which is not an error of highlights.
         assert!(dim.anatomy.highlights < 0.1, "{:?}", dim.anatomy);
         let mut lit = truth.clone();
         (790..795).for_each(|i| lit.image.texels[i] = [9.0; 3]);

@@ -63,7 +63,7 @@ fn forward_pass_matches_the_renderer() {
     ];
     for (name, kind, height_scale) in wrong {
         let rms = drawn(name, kind, height_scale);
-        faults.extend((rms < 5e-3).then(|| format!("{name} and {kind}, told apart by {rms} only")));
+        faults.extend((rms < 5e-3).then(|| format!("{name} and {kind} differ by only {rms}")));
     }
     assert!(faults.is_empty(), "{}", faults.join("\n"));
     gpu.assert_silent();

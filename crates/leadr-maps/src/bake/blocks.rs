@@ -1,24 +1,25 @@
-//! Block compression of baked maps: stored quantities, and encoding of rows into blocks.
+//! Block compression of baked maps: the quantities that blocks store, and the encoding of rows into blocks.
 //!
-//! **Stored quantities.** Raw second moments would not survive: `E[x²] − E[x]²` of values with errors of some percent is useless
-//! (measured in docs/measurements/maps.md). Blocks store deviations and correlation instead. The moments of a texel follow from
-//! these and from the means *as stored*. They are not linear: convert each texel to moments before interpolation.
+//! **Stored quantities.** Blocks are too coarse for raw second moments: if values have errors of some percent, `E[x²] − E[x]²`
+//! is useless (measured in docs/measurements/maps.md). Blocks therefore store deviations and correlation. The moments of a
+//! texel follow from these and from the means *as stored*. Stored quantities are not linear, so convert each texel to moments
+//! before interpolation.
 //!
-//! **Residual layers.** A BC5 block resolves a value to 1/14 of the block's range. Another layer stores the residual, a further
-//! one the residual of that. Heights, which are visible directly, and mean slopes use four layers; all others use two.
+//! **Residual layers.** A BC5 block resolves a value to 1/14 of the block's range. A second layer stores the residual of the
+//! first, and a third layer the residual of the second. Heights, which are visible directly, and mean slopes use four layers.
+//! All other quantities use two.
 
 use rayon::prelude::*;
 
 use super::Kind;
 use crate::bc5;
 
-/// Bound of a layer's residual relative to its range: the block error and a step of its bytes.
+/// Upper bound of a layer's residual, relative to the layer's range: the block error plus one step of the bytes.
 const REST: f32 = 1.0 / 7.0 + 1.0 / 127.0;
 
-/// Content of a layer's channel: the map's channel, and its residual index (0 for the value itself).
+/// Content of one channel of a layer: the map's channel, and the residual index (0 for the value itself).
 pub(crate) type Slot = (usize, usize);
 
-/// Number of layers for a channel.
 fn depth(name: &str) -> usize {
     match name {
         "height" | "x" | "y" | "B.x" | "B.y" => 4,
@@ -26,7 +27,8 @@ fn depth(name: &str) -> usize {
     }
 }
 
-/// Content of two-channel layers: pairs of the map's channels first, then the remaining residuals of single channels.
+/// Returns the content of the two-channel layers: first the pairs of map channels, then the remaining residuals of single
+/// channels.
 fn slots(channels: &[&str]) -> Vec<Option<Slot>> {
     let mut slots = Vec::new();
     for (pair, names) in channels.chunks(2).enumerate() {
@@ -41,7 +43,7 @@ fn slots(channels: &[&str]) -> Vec<Option<Slot>> {
     slots
 }
 
-/// The name of residual `rest` of a channel.
+/// Returns the name of the residual with index `rest` of a channel.
 pub(crate) fn rest_name(name: &str, rest: usize) -> String {
     match rest {
         0 => name.to_owned(),
@@ -50,7 +52,7 @@ pub(crate) fn rest_name(name: &str, rest: usize) -> String {
     }
 }
 
-/// The channel and residual index of a name; inverse of [`rest_name`].
+/// Parses a name into channel and residual index; inverse of [`rest_name`].
 pub(crate) fn of_rest_name(name: &str) -> Option<(&str, usize)> {
     Some(match name.split_once(".rest") {
         None => (name, 0),
@@ -59,7 +61,7 @@ pub(crate) fn of_rest_name(name: &str) -> Option<(&str, usize)> {
     })
 }
 
-/// Names of the stored quantities for the channels of a map.
+/// Returns the names of the stored quantities for the channels of a map.
 pub(crate) fn stored_names(kind: Kind, channels: &[String]) -> Vec<String> {
     let stored = |name: &String| match (kind, name.as_str()) {
         (Kind::Leadr, "xx") => "x.deviation".to_owned(),
@@ -104,7 +106,7 @@ fn of_stored(kind: Kind, texel: &mut [f32]) {
     }
 }
 
-/// Ranges of the stored quantities, for slopes up to `slope`, heights in `heights` and light up to `light`.
+/// Returns the ranges of the stored quantities, for slopes up to `slope`, heights in `heights` and radiance up to `light`.
 pub(super) fn ranges(kind: Kind, channels: &[&str], slope: f32, heights: [f32; 2], light: f32) -> Vec<[f32; 2]> {
     let wide = |[low, high]: [f32; 2]| if high > low { [low, high] } else { [low - 1e-6, low + 1e-6] };
     let range = |name: &str| match (kind, name) {
@@ -113,27 +115,26 @@ pub(super) fn ranges(kind: Kind, channels: &[&str], slope: f32, heights: [f32; 2
         (_, "red" | "green" | "blue") => [0.0, light],
         (Kind::Toksvig | Kind::Normal | Kind::Gloss | Kind::Cones, _) | (_, "xy" | "M.xy") => [-1.0, 1.0],
         (_, "xx" | "yy" | "M.xx" | "M.yy") => [0.0, slope],
-        // Deviation over both axes.
+        // A CLEAN deviation covers both axes.
         (_, "M") => [0.0, 1.5 * slope],
         _ => [-slope, slope],
     };
     channels.iter().map(|name| wide(range(name))).collect()
 }
 
-/// Layout of a map in two-channel layers.
+/// Layout of a map's channels in two-channel layers.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct BlockPlan {
     kind: Kind,
-    /// Channel count of the map.
     channels: usize,
-    /// Content of each channel of each layer; residuals follow their channel.
+    /// Content of each channel of each layer. The residuals of a channel follow its values.
     pub slots: Vec<Option<Slot>>,
-    /// A map channel is the sum of `value / factor + offset` over its slots.
+    /// Factor and offset of each slot. A map channel is the sum of `value / factor + offset` over its slots.
     pub scales: Vec<[f32; 2]>,
 }
 
 impl BlockPlan {
-    /// A layout for channels with these ranges.
+    /// Creates the layout for channels with these ranges.
     pub fn new(kind: Kind, channels: &[&str], ranges: &[[f32; 2]]) -> Self {
         let slots = slots(channels);
         let scale = |&slot: &Option<Slot>| {
@@ -145,18 +146,18 @@ impl BlockPlan {
         Self { kind, channels: channels.len(), scales: slots.iter().map(scale).collect(), slots }
     }
 
-    /// A layout read from a file: content, factor and offset of each slot.
+    /// Creates the layout that a file describes by the content, factor and offset of each slot.
     pub fn of_slots(kind: Kind, channels: usize, slots: Vec<Option<Slot>>, factors: &[f64], offsets: &[f64]) -> Self {
         let scales = factors.iter().zip(offsets).map(|(&factor, &offset)| [factor as f32, offset as f32]).collect();
         Self { kind, channels, slots, scales }
     }
 
-    /// Number of layers.
+    /// Returns the number of layers.
     pub fn layers(&self) -> usize {
         self.slots.len() / 2
     }
 
-    /// Encodes up to four rows of interleaved channels. Returns the blocks of each layer, and the rows as they will be decoded.
+    /// Encodes up to four rows of interleaved channels. Returns the blocks of each layer, and the same rows after decoding.
     pub fn encode(&self, rows: &[Vec<f32>]) -> (Vec<Vec<u8>>, Vec<Vec<f32>>) {
         let (channels, width) = (self.channels, rows[0].len() / self.channels);
         let across = width.div_ceil(bc5::SIDE);
@@ -178,7 +179,7 @@ impl BlockPlan {
         (layers, decoded)
     }
 
-    /// Encodes one block for every channel of every layer; edge texels repeat outside the map.
+    /// Encodes one block for every channel of every layer. Positions outside the map repeat the edge texels.
     fn encode_block(&self, rows: &[Vec<f32>], block: usize) -> Vec<[u8; bc5::BYTES]> {
         let width = rows[0].len() / self.channels;
         let texels: Vec<Vec<f32>> = (0..16)
@@ -202,8 +203,8 @@ impl BlockPlan {
         slots.collect()
     }
 
-    /// Decodes the blocks of all channels of all layers. Calls `put` for each of the 16 texels with its position in the block and
-    /// its channels.
+    /// Decodes the blocks of all channels of all layers. Calls `put` for each of the 16 texels with its position in the block
+    /// and its channel values.
     pub fn decode_block(&self, blocks: &[[u8; bc5::BYTES]], mut put: impl FnMut(usize, usize, &[f32])) {
         let mut texels = vec![vec![0.0; self.channels]; 16];
         for ((slot, &[factor, offset]), block) in self.slots.iter().zip(&self.scales).zip(blocks) {
@@ -225,7 +226,7 @@ mod tests {
 
     #[test]
     fn moments_come_back_with_their_variance() {
-        // Steep means with little variance, which raw second moments lose.
+        // These texels have steep mean slopes and little variance, which raw second moments lose.
         let texel = |i: usize| {
             let (x, y) = (3.0 + 0.2 * (i as f32 * 0.7).sin(), -2.0 + 0.1 * (i as f32 * 1.3).cos());
             let (sx, sy, rho) = (0.05 + 0.01 * (i % 5) as f32, 0.08, 0.5 - 0.1 * (i % 3) as f32);
@@ -238,7 +239,7 @@ mod tests {
         assert_eq!((layers.len(), layers[0].len()), (9, 2 * 16));
         for (row, decoded) in rows.iter().zip(&decoded) {
             for (a, b) in row.chunks_exact(6).zip(decoded.chunks_exact(6)) {
-                // Means in a range of 8, heights in a range of 0.2: within an eight-thousandth and a four-thousandth of it.
+                // Means span a range of 8 and heights a range of 0.2. The tolerances are 1/8000 and 1/4000 of these ranges.
                 assert!((a[0] - b[0]).abs() < 1e-3 && (a[5] - b[5]).abs() < 5e-5, "{a:?} {b:?}");
                 let variance = |m: &[f32]| [m[2] - m[0] * m[0], m[3] - m[1] * m[1], m[4] - m[0] * m[1]];
                 for (va, vb) in variance(a).into_iter().zip(variance(b)) {
@@ -246,7 +247,7 @@ mod tests {
                 }
             }
         }
-        // The same plan from a file.
+        // The plan that is read back from a file is identical.
         let [factors, offsets] = [0, 1].map(|i| plan.scales.iter().map(|s| f64::from(s[i])).collect::<Vec<_>>());
         assert_eq!(BlockPlan::of_slots(Kind::Leadr, 6, plan.slots.clone(), &factors, &offsets), plan);
     }
@@ -259,7 +260,8 @@ mod tests {
         assert!(["x.rest1", "x.rest0", "x.restless", "x.rest99"].iter().all(|name| of_rest_name(name).is_none()));
     }
 
-    /// RMS error of the variances along both axes, relative to variance plus that of a base with α = 0.35, for a level of a map.
+    /// Returns the RMS error of the variances along both axes for one map level. Each error is relative to the variance plus
+    /// that of a base with α = 0.35.
     fn variance_error(exact: &[Vec<f32>], stored: &[Vec<f32>], raw: bool) -> f64 {
         let channels = if raw { 5 } else { 6 };
         let (mut sum, mut count) = (0.0, 0.0);
@@ -279,7 +281,7 @@ mod tests {
     #[test]
     fn raw_second_moments_do_not_survive_blocks() {
         let mut map = crate::procedural::rock(256, 256, 1);
-        // Relief of the plane scene: .12 m times the factor of generated rock, over 2 m.
+        // The plane scene has 0.12 m of relief, times the factor of generated rock, over 2 m.
         map.texels.iter_mut().for_each(|height| *height *= 0.6 * 0.12 / 2.0);
         let leadr = crate::LeadrMap::new(&map, crate::Wrap::Repeat);
         println!("level   raw     raw twice   deviations   deviations twice");
@@ -294,7 +296,7 @@ mod tests {
             let [low, high] = [-most(5), most(5)];
             let deviations = ranges(Kind::Leadr, &["x", "y", "xx", "yy", "xy", "height"], slope, [low, high], 1.0);
             let square = slope * slope;
-            // A kind with unchanged stored channels.
+            // A kind whose channels are stored unchanged.
             let raw = [[-slope, slope], [-slope, slope], [0.0, square], [0.0, square], [-square, square]];
             let mut errors = Vec::new();
             for (kind, ranges, channels) in [(Kind::Toksvig, &raw[..], 5), (Kind::Leadr, &deviations[..], 6)] {

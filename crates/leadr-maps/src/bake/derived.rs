@@ -1,19 +1,19 @@
-//! Maps derived before baking: heights from normals, and ambient visibility.
+//! Maps that are derived before baking: heights from normals, and ambient visibility.
 
 use super::Inputs;
 use crate::derive::{About, Integrated, Integration, SLICES, Slopes, heights_of_slopes, visibility};
 use crate::{MapFault, limits};
 
-/// Fit of integrated heights to the normals' slopes.
+/// Quality of the fit between integrated heights and the normals' slopes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FoundHeights {
     /// RMS of the normals' slopes about their mean.
     pub slope_rms: f64,
-    /// Share of their squared slopes that is curl, which no heights can have.
+    /// Fraction of the squared slopes that is curl, which no height map can represent.
     pub curl_share: f64,
-    /// RMS of the slope residual.
+    /// RMS difference between the normals' slopes and the slopes of the heights.
     pub residual_rms: f64,
-    /// The mean slope, which repeating heights cannot have.
+    /// Mean slope of the normals, which repeating heights cannot represent.
     pub mean_slope: [f64; 2],
 }
 
@@ -29,10 +29,10 @@ impl std::fmt::Display for FoundHeights {
 }
 
 impl Inputs {
-    /// Integrates the slopes of the normals to heights, in texture widths.
+    /// Integrates the slopes of the normals to heights in texture widths.
     ///
     /// # Errors
-    /// If normals are missing, or memory is short.
+    /// Fails if normals are missing or memory runs out.
     pub fn find_heights(&mut self, progress: &dyn Fn(f32)) -> Result<FoundHeights, MapFault> {
         let Some(normals) = &self.normals else {
             return Err(MapFault::unsupported("there are no normals to compute heights from", "give a normal map"));
@@ -48,23 +48,23 @@ impl Inputs {
         Ok(FoundHeights { slope_rms, curl_share, residual_rms, mean_slope })
     }
 
-    /// Computes the visibility of each texel from the heights. It uses the slopes of the heights, since those of the normals
-    /// differ only by curl.
+    /// Computes the ambient visibility of each texel from the heights. The normals are not needed, since their slopes differ
+    /// only by curl.
     ///
     /// # Errors
-    /// If heights are missing, or memory is short.
+    /// Fails if heights are missing or memory runs out.
     pub fn compute_occlusion(&mut self, progress: &dyn Fn(f32)) -> Result<(), MapFault> {
         let Some(heights) = &self.heights else {
             let what = "there are no heights to compute occlusion from";
             return Err(MapFault::unsupported(what, "give a height map or a normal map"));
         };
-        // Heights without a known unit have no known steepness: assume the map is one unit wide.
+        // The steepness of heights in an unknown unit is unknown, so the map is assumed to be one unit wide.
         let scale = self.usual_height_scale();
         let found = visibility(heights, scale, self.wrap, About::Surface, SLICES, progress)?;
         let mut texels = limits::zeroed::<[f32; 4]>(found.visibility.len())?;
         for (i, texel) in texels.iter_mut().enumerate() {
             let [x, y, z] = [0, 1, 2].map(|axis| found.vectors[axis][i]);
-            // y up, as in normal maps.
+            // The y axis points up, as in normal maps.
             *texel = [x, -y, z, found.visibility[i]];
         }
         self.visibility = Some(texels);

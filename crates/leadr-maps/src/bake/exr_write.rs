@@ -1,7 +1,7 @@
-//! EXR with mip levels: tiles of 64 x 64, sizes rounded down, one channel for each of the plan's.
+//! EXR writer with mip levels: tiles of 64 x 64, level sizes rounded down, and one channel for each channel of the plan.
 //!
-//! The whole result stays in memory until it is written: the format stores the largest level first, and the `exr` crate takes a
-//! complete image.
+//! The whole result stays in memory until it is written, because the format stores the largest level first and the `exr` crate
+//! takes a complete image.
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -21,11 +21,10 @@ use crate::fault::one_line;
 use crate::pyramid::level_sizes;
 use crate::{MapFault, Wrap, limits};
 
-/// An EXR file in preparation.
+/// An EXR file that is being prepared.
 pub struct ExrFile<'a> {
     plan: &'a Plan,
     sizes: Vec<[u32; 2]>,
-    /// Samples of each channel, by level.
     planes: Vec<Vec<FlatSamples>>,
 }
 
@@ -33,7 +32,7 @@ impl<'a> ExrFile<'a> {
     /// Allocates the samples.
     ///
     /// # Errors
-    /// If memory is short.
+    /// Fails if memory runs out.
     pub fn new(plan: &'a Plan) -> Result<Self, MapFault> {
         let sizes = level_sizes(plan.size);
         let plane = |&[w, h]: &[u32; 2]| {
@@ -52,7 +51,7 @@ impl<'a> ExrFile<'a> {
     /// Writes the file.
     ///
     /// # Errors
-    /// If it cannot be written.
+    /// Fails if the file cannot be written.
     pub fn finish(self, file: &mut File, report: &Report) -> Result<(), MapFault> {
         let Self { plan, planes, .. } = self;
         let mut channels = SmallVec::new();

@@ -1,4 +1,4 @@
-//! Inputs of baking: heights, normals, roughness and colour of one size, read row by row.
+//! Inputs of baking: heights, normals, roughness and colour images of one size, read row by row.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -13,69 +13,69 @@ use leadr_reflectance::facets::shortened_normals::NormalArea;
 /// A roughness map.
 #[derive(Clone, Debug)]
 pub struct Roughness {
-    /// The texels.
+    /// Texels of the roughness map.
     pub raster: Raster,
-    /// Channel index.
+    /// Index of the raster channel that stores roughness.
     pub channel: usize,
-    /// Meaning of its values.
+    /// Meaning of the roughness values.
     pub meaning: RoughnessMeaning,
 }
 
 impl Roughness {
-    /// `α` at a texel.
     pub(super) fn alpha(&self, x: u32, y: u32) -> f64 {
         f64::from(self.meaning.alpha(self.raster.value(x, y, self.channel).clamp(0.0, 1.0)))
     }
 }
 
-/// A detail normal map, with optional roughness, that repeats over the surface.
+/// A detail normal map that repeats over the surface, with optional roughness.
 #[derive(Clone, Debug)]
 pub struct DetailNormals {
-    /// The normals.
+    /// Normals of the detail.
     pub normals: NormalMap,
-    /// Roughness of the detail; `None` uses that of the base.
+    /// Roughness of the detail. `None` uses the roughness of the base.
     pub roughness: Option<Roughness>,
-    /// Repeats per repeat of the surface.
+    /// Number of repeats of the detail within one repeat of the surface.
     pub repeat: u32,
-    /// Blends the base normal (first argument) with the detail normal ([`leadr_reflectance::slopes::normal_blending`]).
+    /// Function that blends the base normal (first argument) with the detail normal
+    /// ([`leadr_reflectance::slopes::normal_blending`]).
     pub blend: fn(DVec3, DVec3) -> DVec3,
 }
 
 /// Input images of one size. Heights or normals are required.
 #[derive(Clone, Debug, Default)]
 pub struct Inputs {
-    /// Heights.
+    /// Height map, if any.
     pub heights: Option<HeightMap>,
-    /// Normals. Their slopes replace those of the heights.
+    /// Normal map, if any. Its slopes replace the slopes of the heights.
     pub normals: Option<NormalMap>,
-    /// Roughness of the material, filtered with the slopes.
+    /// Roughness of the material, filtered together with the slopes.
     pub roughness: Option<Roughness>,
-    /// Colour, filtered as linear light.
+    /// Colour, filtered in linear light.
     pub color: Option<Raster>,
-    /// Factor from heights to texture widths. `None`: the best fit to the normals, or 1 without normals, which keeps the map's
-    /// own unit.
+    /// Factor from heights to texture widths. `None` uses the best fit to the normals, or 1 without normals, which keeps the
+    /// map's own unit.
     pub height_scale: Option<f32>,
-    /// Addressing outside the heights.
+    /// Addressing mode outside the height map.
     pub wrap: Wrap,
-    /// For kinds normal and gloss: the detail over the normals.
+    /// Detail that is blended over the normals, for kinds normal and gloss.
     pub detail: Option<DetailNormals>,
-    /// For kinds occlusion and cones: the cone and visible share of each texel ([`Inputs::compute_occlusion`]).
+    /// Cone and visible fraction of each texel, for kinds occlusion and cones ([`Inputs::compute_occlusion`]).
     pub visibility: Option<Vec<[f32; 4]>>,
-    /// For integrated heights: weight of the slope variance inside texels ([`crate::derive::Integration::smoothness`]).
+    /// Weight of the slope variance inside texels when heights are integrated ([`crate::derive::Integration::smoothness`]).
     pub smoothness: Option<f64>,
-    /// For kind gloss: the gloss scale.
+    /// Gloss scale, for kind gloss.
     pub gloss: Gloss,
-    /// For kind gloss: the area that normals represent.
+    /// Area that each normal represents, for kind gloss.
     pub area: NormalArea,
-    /// For kind gloss: meaning of a texel of the finest level.
+    /// Meaning of a texel of the finest level, for kind gloss.
     pub texels: Texels,
 }
 
 impl Inputs {
-    /// Width and height in texels.
+    /// Returns the width and height in texels.
     ///
     /// # Errors
-    /// If both heights and normals are missing, or sizes differ.
+    /// Fails if both heights and normals are missing, or if the sizes differ.
     pub fn size(&self) -> Result<[u32; 2], MapFault> {
         let sizes = [
             ("heights", self.heights.as_ref().map(|map| [map.width, map.height])),
@@ -97,12 +97,13 @@ impl Inputs {
         }
     }
 
-    /// Compares heights with normals; `None` if one is missing or flat.
+    /// Compares the heights with the normals. Returns `None` if one of them is missing or flat.
     pub fn agreement(&self) -> Option<Agreement> {
         agreement(self.heights.as_ref()?, self.normals.as_ref()?, self.wrap)
     }
 
-    /// Compares heights with normals and sets an unset `height_scale`, so that no kind repeats the comparison.
+    /// Compares the heights with the normals and sets `height_scale` if it is unset, so that the comparison runs only once for
+    /// all kinds.
     pub fn agree(&mut self) -> Option<Agreement> {
         let agreement = self.agreement();
         if agreement.is_some() {
@@ -111,31 +112,31 @@ impl Inputs {
         agreement
     }
 
-    /// The best-fitting height factor, or 1.
+    /// Returns the best-fitting height factor, or 1 without a comparison.
     fn scale_of(&self, agreement: Option<Agreement>) -> f32 {
         let agreed = agreement.filter(|agreed| agreed.scale_texels > 0.0);
         let width = self.heights.as_ref().map_or(1, |map| map.width);
         agreed.map_or(1.0, |agreed| (agreed.scale_texels / f64::from(width)) as f32)
     }
 
-    /// The height factor: the explicit one, else the best fit to the normals, else 1.
+    /// Returns the explicit height factor, else the best fit to the normals, else 1.
     pub(super) fn usual_height_scale(&self) -> f32 {
         self.height_scale.unwrap_or_else(|| self.scale_of(self.agreement()))
     }
 
-    /// Moments and mean heights of a row, ordered like [`crate::Moments`]. `scale`: factor on heights.
+    /// Returns the moments and mean heights of a row in the order of [`crate::Moments`]. Heights are multiplied by `scale`.
     pub(super) fn moments(&self, scale: f32, y: u32) -> Vec<[f32; 6]> {
         match (&self.heights, &self.normals) {
             (Some(heights), None) => row_moments(heights, self.wrap, scale, y),
             _ => {
-                // Slopes in 32 bits, because the renderer squares those.
+                // Slopes are in 32 bits, because the renderer squares 32-bit slopes.
                 let narrow = self.slopes(scale, y).into_iter().map(|slope| slope.map(|v| v as f32));
                 narrow.map(|[x, y, height]| [x, y, x * x, y * y, x * y, height]).collect()
             }
         }
     }
 
-    /// Slope `dh/ds`, `dh/dt` and height of each texel of a row, from normals or central differences.
+    /// Returns the slopes `dh/ds`, `dh/dt` and the height of each texel of a row, from normals or central differences.
     pub(super) fn slopes(&self, scale: f32, y: u32) -> Vec<[f64; 3]> {
         let [width, height] = self.size().expect("checked before baking");
         let texels = [f64::from(width), f64::from(height)];
@@ -157,7 +158,7 @@ impl Inputs {
         (0..width).map(texel).collect()
     }
 
-    /// Appends the additional channels of a texel: α² and α⁴, linear colour.
+    /// Appends the additional channels of a texel: α² and α⁴, then the linear colour.
     pub(super) fn beside(&self, kind: Kind, x: u32, y: u32, texel: &mut Vec<f32>) {
         if let Some(roughness) = self.roughness.as_ref().filter(|_| kind.stores_variance()) {
             let alpha = roughness.alpha(x, y);
@@ -168,14 +169,14 @@ impl Inputs {
         }
     }
 
-    /// Cone and visible share of a texel; fully open if visibility was not computed.
+    /// Returns the cone and visible fraction of a texel, or a fully open cone if visibility was not computed.
     pub(super) fn visible_from(&self, x: u32, y: u32) -> [f32; 4] {
         let width = self.size().map_or(0, |size| size[0]) as usize;
         let at = y as usize * width + x as usize;
         self.visibility.as_ref().map_or([0.0, 0.0, 1.0, 1.0], |texels| texels[at])
     }
 
-    /// The steepest slope `dh/ds` or `dh/dt`.
+    /// Returns the largest absolute slope `dh/ds` or `dh/dt`.
     pub(super) fn steepest(&self, scale: f32) -> f32 {
         if self.normals.is_none() {
             return self.bounds(scale.into())[0] as f32;
@@ -185,14 +186,14 @@ impl Inputs {
         (0..rows).into_par_iter().map(row).reduce(|| 0.0, f64::max) as f32
     }
 
-    /// Minimum and maximum height before scaling.
+    /// Returns the minimum and maximum height before scaling.
     pub(super) fn height_range(&self) -> [f32; 2] {
         let texels = self.heights.iter().flat_map(|map| &map.texels);
         let [low, high] = texels.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], &h| [low.min(h), high.max(h)]);
         if low <= high { [low, high] } else { [0.0; 2] }
     }
 
-    /// The largest colour value, at least 1.
+    /// Returns the largest colour value, at least 1.
     pub(super) fn brightest(&self) -> f32 {
         match self.color.as_ref().map(Raster::samples) {
             Some(Samples::F32(values)) => values.iter().fold(1.0, |most, &v| most.max(v)),
@@ -200,7 +201,7 @@ impl Inputs {
         }
     }
 
-    /// Bounds of all slopes `dh/ds`, `dh/dt` and heights.
+    /// Returns upper bounds of the absolute slopes `dh/ds`, `dh/dt` and of the absolute heights.
     pub(super) fn bounds(&self, scale: f64) -> [f64; 2] {
         let [width, height] = self.size().expect("checked before baking").map(f64::from);
         let highest =

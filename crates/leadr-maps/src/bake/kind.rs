@@ -1,30 +1,30 @@
-//! Content of a baked texel: the kinds of maps, and the layouts of other programs.
+//! Content of a baked texel: the kinds of maps, and the channel layouts of other programs.
 
 /// Kind of baked map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Kind {
-    /// LEADR mapping (LEADR section 4): `E[x], E[y], E[x²], E[y²], E[xy]` of `dh/ds`, `dh/dt`, and mean height. The surface
-    /// between texels consists of the drawn triangles.
+    /// LEADR mapping (LEADR section 4): `E[x], E[y], E[x²], E[y²], E[xy]` of the slopes `dh/ds`, `dh/dt`, and the mean height.
+    /// The surface between texels consists of the drawn triangles.
     #[default]
     Leadr,
-    /// LEAN mapping (Olano and Baker 2010): `B = n.xy / n.z` of one normal per texel in the tangent frame of the base, y up; its
-    /// second moments `M`; mean height.
+    /// LEAN mapping (Olano and Baker 2010): `B = n.xy / n.z` for one normal per texel in the tangent frame of the base, y up;
+    /// its second moments `M`; and the mean height.
     Lean,
     /// CLEAN mapping (Baker 2011): `B`, one second moment `E[B.x² + B.y²]`, and mean height.
     Clean,
-    /// Toksvig (2005): the mean normal, shortened by variation of the normals, and mean height.
+    /// Toksvig (2005): the mean normal, shortened by the variation of the normals, and the mean height.
     Toksvig,
-    /// Unit normals in the tangent frame of the base, y up. Levels hold renormalised mean normals.
+    /// Unit normals in the tangent frame of the base, y up. Mip levels hold renormalised mean normals.
     Normal,
-    /// Normals and gloss (Chan 2018, section 2.2). Levels average normals that roughness shortens: the mean's direction is the
-    /// normal, and its length gives the gloss.
+    /// Normals and gloss (Chan 2018, section 2.2). Mip levels average normals that are shortened by roughness. The direction of
+    /// the average is the normal, and its length gives the gloss.
     Gloss,
     /// Heights.
     Height,
-    /// Ambient occlusion: the visible, cosine-weighted share of the surroundings.
+    /// Ambient occlusion: the visible, cosine-weighted fraction of the hemisphere.
     Occlusion,
-    /// Visibility cones: the mean open direction in the tangent frame of the base, y up, longer for a narrower cone
-    /// ([`Cone::of_vector`](leadr_reflectance::masking::occlusion::Cone::of_vector)), and the visible share.
+    /// Visibility cones: the mean open direction in the tangent frame of the base, y up, and the visible fraction. The vector
+    /// is longer for a narrower cone ([`Cone::of_vector`](leadr_reflectance::masking::occlusion::Cone::of_vector)).
     Cones,
 }
 
@@ -42,12 +42,13 @@ impl Kind {
         Self::Cones,
     ];
 
-    /// The name on the command line and in files.
+    /// Returns the name on the command line and in files.
     pub const fn name(self) -> &'static str {
         self.name_and_channels().0
     }
 
-    /// Ordered channel names. Optional channels follow: `alpha2`, `alpha4` (means of α² and α⁴), `red`, `green`, `blue`.
+    /// Returns the channel names in order. Optional channels follow: `alpha2`, `alpha4` (means of α² and α⁴), `red`, `green`,
+    /// `blue`.
     pub const fn channels(self) -> &'static [&'static str] {
         self.name_and_channels().1
     }
@@ -66,18 +67,18 @@ impl Kind {
         }
     }
 
-    /// Whether texels contain slope variance. If so, roughness gets its own channels. Kind gloss includes roughness; other kinds
-    /// ignore it.
+    /// Whether texels contain slope variance. Roughness has separate channels in these kinds, is part of the gloss in kind
+    /// gloss, and is ignored in all others.
     pub const fn stores_variance(self) -> bool {
         matches!(self, Self::Leadr | Self::Lean | Self::Clean | Self::Toksvig)
     }
 
-    /// Whether an input colour is stored too. Kinds that engines use as single-purpose textures omit it.
+    /// Whether an input colour is stored too. Kinds that engines use as single-purpose textures omit the colour.
     pub const fn has_color(self) -> bool {
         !matches!(self, Self::Height | Self::Occlusion | Self::Cones)
     }
 
-    /// Exponent of the slope in each channel; `None` for heights.
+    /// Returns the exponent of the slope in a channel, or `None` for heights.
     pub(super) fn power(self, channel: usize) -> Option<i32> {
         match (self, self.channels()[channel]) {
             (_, "height") => None,
@@ -87,7 +88,7 @@ impl Kind {
         }
     }
 
-    /// Total slope variance of a texel, at least 0; 0 for kinds without variance.
+    /// Returns the total slope variance of a texel, at least 0. Kinds without variance return 0.
     pub fn variance(self, texel: &[f64]) -> f64 {
         if !self.stores_variance() {
             return 0.0;
@@ -98,7 +99,7 @@ impl Kind {
             Self::Clean => texel[2] - square,
             Self::Toksvig => {
                 let length = (square + texel[2] * texel[2]).sqrt().max(1e-6);
-                // Toksvig's σ² per axis, (1 - |N|) / |N|.
+                // Toksvig's σ² per axis is (1 - |N|) / |N|.
                 2.0 * (1.0 - length) / length
             }
             _ => 0.0,
@@ -107,47 +108,49 @@ impl Kind {
     }
 }
 
-/// Channel layout of the file.
+/// Channel layout of a baked file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Layout {
     /// The channels of [`Kind::channels`].
     #[default]
     Leadr,
-    /// The six channels of `maketx --bumpslopes` (OpenImageIO): height, slopes and their second moments, per texel.
+    /// The six channels of `maketx --bumpslopes` (OpenImageIO): height, slopes per texel, and second moments of the slopes.
     Oiio,
 }
 
-/// Channels of [`Layout::Oiio`], in `maketx` order and naming.
+/// Channel names of [`Layout::Oiio`], in the order of `maketx`.
 pub(super) const OIIO_CHANNELS: [&str; 6] = ["b0_h", "b1_dhds", "b2_dhdt", "b3_dhds2", "b4_dhdt2", "b5_dh2dsdt"];
 
-/// Last channel of 16-bit files with heights: the rounding residual of `height`. Displacement by 16-bit heights alone has visible
-/// steps and misplaces texels.
+/// Name of the last channel of 16-bit files with heights, which stores the rounding residual of `height`. Displacement by
+/// 16-bit heights alone has visible steps and misplaces texels.
 pub(crate) const HEIGHT_REST: &str = "height.rest";
 
 /// Meaning of a texel of the finest gloss level (Chan 2018, section 2.3).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Texels {
-    /// A plane with one normal: the finest level is as painted.
+    /// The texel is a plane with one normal, so the finest level is stored as painted.
     #[default]
     Facets,
-    /// A sample of a smooth surface. Normal variation towards neighbouring texels counts as roughness on the finest level too.
+    /// The texel is a sample of a smooth surface. Normal variation towards neighbouring texels counts as roughness even on the
+    /// finest level.
     Smooth,
 }
 
-/// Number format of the file.
+/// Number format of a baked file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Precision {
     /// 32-bit float.
     #[default]
     F32,
-    /// 16-bit float. Power-of-two factors, recorded in the file, make channels fill its range.
+    /// 16-bit float. Power-of-two factors, which the file records, scale the channels to fill the range of the format.
     F16,
-    /// Blocks of 4 x 4 texels, 8 bits per number. Second moments are stored as deviations and correlation. KTX2 only.
+    /// Blocks of 4 x 4 texels with 8 bits per number. Second moments are stored as deviations and correlation. Only KTX2
+    /// supports blocks.
     Bc,
 }
 
 impl Precision {
-    /// The name on the command line.
+    /// Returns the name on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Self::F32 => "f32",
@@ -156,7 +159,7 @@ impl Precision {
         }
     }
 
-    /// Bytes of one float.
+    /// Returns the number of bytes per float.
     pub const fn bytes(self) -> usize {
         match self {
             Self::F32 => 4,

@@ -1,9 +1,10 @@
-//! KTX2 writer (Khronos KTX file format 2.0). Order: header, level index, data format descriptor, keys, then levels from the
-//! smallest. All offsets are known in advance.
+//! KTX2 writer (Khronos KTX file format 2.0). The file contains the header, level index, data format descriptor and keys, then
+//! the levels from the smallest to the largest. All offsets are computed in advance.
 //!
-//! Layers of blocks hold two channels ([`super::blocks`]). Otherwise one or two channels form a one- or two-channel texture. More
-//! channels form an array texture with four channels per layer: first those of the kind, then `alpha2` and `alpha4`, colour in a
-//! new layer, and in 16 bits the residual of the height. Channels named `-` are zero.
+//! Block-compressed layers hold two channels ([`super::blocks`]). Uncompressed maps of one or two channels form a one- or
+//! two-channel texture. Maps with more channels form an array texture with four channels per layer: first the kind's own
+//! channels, then `alpha2` and `alpha4`, colour in a new layer, and in 16 bits the residual of the height. Channels named `-`
+//! are zero.
 
 use std::fs::File;
 use std::io::{Seek, SeekFrom, Write};
@@ -23,7 +24,7 @@ pub(crate) const FLOATS_32: [(usize, Format); 3] =
 pub(crate) const FLOATS_16: [(usize, Format); 3] =
     [(1, Format::R16_SFLOAT), (2, Format::R16G16_SFLOAT), (4, Format::R16G16B16A16_SFLOAT)];
 
-/// A KTX2 file in preparation.
+/// A KTX2 file that is being written.
 pub struct Ktx2File<'a> {
     file: &'a mut File,
     plan: &'a Plan,
@@ -33,7 +34,7 @@ pub struct Ktx2File<'a> {
     keys_at: u64,
 }
 
-/// The plan's channels in each layer; all layers have the same number.
+/// Returns the plan's channels in each layer. All layers have the same number of channels.
 fn layers(plan: &Plan) -> Vec<Vec<Option<usize>>> {
     let count = plan.channels.len();
     if count <= 2 {
@@ -42,16 +43,16 @@ fn layers(plan: &Plan) -> Vec<Vec<Option<usize>>> {
     packed(&plan.channels).chunks(4).map(<[_]>::to_vec).collect()
 }
 
-/// The basic data format descriptor block: two BC5 channels, or `channels` linear floats of one size.
+/// Returns the basic data format descriptor block for two BC5 channels, or for `channels` linear floats of one size.
 fn descriptor(precision: Precision, channels: usize) -> Vec<u8> {
     let in_blocks = precision == Precision::Bc;
     let channels = if in_blocks { 2 } else { channels };
     let bits = if in_blocks { 64 } else { 8 * precision.bytes() as u16 };
     let (size, bytes) = (24 + 16 * channels as u8, (channels as u16 * bits / 8) as u8);
-    // Colour model BC5 or RGBSDA; texel block dimension minus one.
+    // The colour model is BC5 or RGBSDA. The texel block dimension is stored minus one.
     let (model, last) = if in_blocks { (132, 3) } else { (1, 0) };
-    // Total size; vendor and type 0; version 2, block size; colour model, BT.709, linear, straight alpha; block dimensions;
-    // bytes.
+    // The block consists of: total size; vendor and type 0; version 2, block size; colour model, BT.709, linear, straight
+    // alpha; block dimensions; bytes.
     let mut block = [
         u32::from(size + 4).to_le_bytes(),
         [0; 4],
@@ -62,7 +63,7 @@ fn descriptor(precision: Precision, channels: usize) -> Vec<u8> {
         [0; 4],
     ]
     .concat();
-    // Signed normalised, or signed floats.
+    // Samples are signed normalised values or signed floats.
     let (sign, [low, high]) = if in_blocks {
         (0x40, [i32::MIN, i32::MAX].map(i32::to_le_bytes))
     } else {
@@ -76,13 +77,12 @@ fn descriptor(precision: Precision, channels: usize) -> Vec<u8> {
     block
 }
 
-/// The format for texels of 1, 2 or 4 floats.
 fn float_format(precision: Precision, channels: usize) -> Format {
     let of_counts = if precision == Precision::F32 { FLOATS_32 } else { FLOATS_16 };
     of_counts.into_iter().find(|(count, _)| *count == channels).expect("1, 2 or 4 channels").1
 }
 
-/// The encoded keys. Their length does not depend on `report`.
+/// Returns the encoded keys, whose length does not depend on `report`.
 fn encoded_keys(plan: &Plan, layers: &[Vec<Option<usize>>], report: Option<&Report>) -> Vec<u8> {
     let slots: Vec<Option<usize>> = layers.iter().flatten().copied().collect();
     let mut keys = keys(plan, &slots, report);
@@ -104,10 +104,10 @@ fn write_at(file: &mut File, offset: u64, bytes: &[u8]) -> Result<(), MapFault> 
 }
 
 impl<'a> Ktx2File<'a> {
-    /// Writes everything except the levels and reserves space for them.
+    /// Writes everything except the levels and reserves space for the levels.
     ///
     /// # Errors
-    /// If the file cannot be written.
+    /// Fails if the file cannot be written.
     pub fn new(file: &'a mut File, plan: &'a Plan) -> Result<Self, MapFault> {
         let layers = layers(plan);
         let sizes = level_sizes(plan.size);
@@ -115,14 +115,14 @@ impl<'a> Ktx2File<'a> {
         let (descriptor, keys) = (descriptor(plan.precision, channels), encoded_keys(plan, &layers, None));
         let descriptor_at = (Header::LENGTH + sizes.len() * LevelIndex::LENGTH) as u64;
         let keys_at = descriptor_at + descriptor.len() as u64;
-        // Bytes of a texel or block of one layer.
+        // Number of bytes in a texel or block of one layer.
         let unit = if plan.precision == Precision::Bc { 16 } else { (channels * plan.precision.bytes()) as u64 };
         let count = plan.blocks.as_ref().map_or(layers.len(), BlockPlan::layers);
         let bytes = |size: [u32; 2]| count as u64 * units(plan, size).iter().product::<u64>() * unit;
         let mut offsets = vec![0; sizes.len()];
         let mut end = keys_at + keys.len() as u64;
         for (offset, &size) in offsets.iter_mut().zip(&sizes).rev() {
-            // The format requires alignment to texels and to four bytes.
+            // The format requires levels to be aligned to texels and to four bytes.
             *offset = end.next_multiple_of(unit.max(4));
             end = *offset + bytes(size);
         }
@@ -135,7 +135,7 @@ impl<'a> Ktx2File<'a> {
             pixel_width: plan.size[0],
             pixel_height: plan.size[1],
             pixel_depth: 0,
-            // Zero means no array.
+            // A layer count of zero means that the texture is not an array.
             layer_count: if count > 1 { count as u32 } else { 0 },
             face_count: 1,
             level_count: sizes.len() as u32,
@@ -160,16 +160,15 @@ impl<'a> Ktx2File<'a> {
         Ok(Self { file, plan, layers, sizes, offsets, keys_at })
     }
 
-    /// Writes the keys that are known only after baking.
+    /// Writes the keys whose values are available only after baking.
     ///
     /// # Errors
-    /// If the file cannot be written.
+    /// Fails if the file cannot be written.
     pub fn finish(self, report: &Report) -> Result<(), MapFault> {
         write_at(self.file, self.keys_at, &encoded_keys(self.plan, &self.layers, Some(report)))
     }
 }
 
-/// Width and height of a level in texels or blocks.
 fn units(plan: &Plan, size: [u32; 2]) -> [u64; 2] {
     let side = if plan.precision == Precision::Bc { bc5::SIDE as u32 } else { 1 };
     size.map(|texels| u64::from(texels.div_ceil(side)))

@@ -1,4 +1,4 @@
-//! 16-bit PNG of the finest level, for artists to view and paint on. It has no mip levels.
+//! 16-bit PNG writer for the finest level, which artists can view and paint on. The PNG has no mip levels.
 
 use std::fs::File;
 use std::io::Write;
@@ -9,7 +9,7 @@ use super::{Kind, Plan, Report, Target};
 use crate::save::encode_png;
 use crate::{MapFault, limits};
 
-/// A PNG file in preparation.
+/// A PNG file that is being prepared.
 pub struct PngFile<'a> {
     plan: &'a Plan,
     texels: Vec<f32>,
@@ -24,17 +24,17 @@ impl<'a> PngFile<'a> {
     /// Allocates the texels.
     ///
     /// # Errors
-    /// If memory is short.
+    /// Fails if memory runs out.
     pub fn new(plan: &'a Plan) -> Result<Self, MapFault> {
         let texels = plan.size[0] as usize * plan.size[1] as usize;
         Ok(Self { plan, texels: limits::zeroed(texels * plan.kind.channels().len())? })
     }
 
-    /// Writes the file. Heights use the full code range ([`Report::height_range`] gives the limits), directions use -1 to 1, and
-    /// other values 0 to 1.
+    /// Writes the file. Heights use the full code range ([`Report::height_range`] gives the limits), directions use -1 to 1,
+    /// and other values use 0 to 1.
     ///
     /// # Errors
-    /// If it cannot be written.
+    /// Fails if the file cannot be written.
     pub fn finish(self, file: &mut File, report: &Report) -> Result<(), MapFault> {
         let channels = self.plan.kind.channels();
         let [low, high] = report.height_range;

@@ -1,12 +1,12 @@
 //! Statistics of a bake.
 
-/// Error of a level relative to 32-bit floats.
+/// Error of a stored level relative to 32-bit floats.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LevelError {
-    /// RMS difference of the worst channel, over its RMS on level 0.
+    /// RMS difference of the worst channel, relative to the channel's RMS on level 0.
     pub channels: f64,
-    /// RMS difference of the texels' variance (second moments minus squared means), over the variance of the whole map. Infinite
-    /// if that is 0.
+    /// RMS difference of the texels' variance (second moments minus squared means), relative to the variance of the whole map.
+    /// Infinite if the map has no variance.
     pub variance: f64,
 }
 
@@ -15,11 +15,11 @@ pub struct LevelError {
 pub struct Report {
     /// Size of each level in texels, largest first.
     pub levels: Vec<[u32; 2]>,
-    /// Mean slope.
+    /// Mean of the slopes along `s` and `t`.
     pub mean_slope: [f64; 2],
-    /// Variances of slope along `s` and `t`, and their covariance.
+    /// Variances of the slopes along `s` and `t`, and their covariance.
     pub slope_variance: [f64; 3],
-    /// Minimum and maximum mean slope of a texel, along `s` and `t`.
+    /// Minimum and maximum of the texels' mean slopes, along `s` and `t`.
     pub slope_range: [[f64; 2]; 2],
     /// Minimum and maximum height.
     pub height_range: [f64; 2],

@@ -1,11 +1,11 @@
-//! Resampling of a surface's images to one size.
+//! Resampling of a surface's input images to a common size.
 
 use super::Inputs;
 use crate::material::{Encoding, Raster, Samples};
 use crate::moments::{Wrap, coverage};
 
-/// For each texel of `to`, the source texels and weights that sum to 1: area-weighted when shrinking, linear between texel
-/// centres when enlarging.
+/// Returns, for each texel of `to`, the source texels and weights that sum to 1. Weights are area fractions when shrinking, and
+/// linear between texel centres when enlarging.
 fn taps(from: u32, to: u32, wrap: Wrap) -> Vec<Vec<(usize, f64)>> {
     if to < from {
         return coverage(from, to);
@@ -18,7 +18,6 @@ fn taps(from: u32, to: u32, wrap: Wrap) -> Vec<Vec<(usize, f64)>> {
     (0..to).map(tap).collect()
 }
 
-/// Resamples an image of `channels` interleaved values.
 fn resampled(
     value: impl Fn(u32, u32, usize) -> f32,
     from: [u32; 2],
@@ -41,7 +40,7 @@ fn resampled(
     texels
 }
 
-/// Resamples a raster to linear floats. `encoding`: encoding of the source.
+/// Resamples a raster of the given source `encoding` to linear floats.
 fn resampled_raster(raster: &Raster, to: [u32; 2], encoding: Encoding, wrap: Wrap) -> Raster {
     let value = |x, y, channel| match encoding {
         Encoding::Srgb => raster.color(x, y, encoding)[channel],
@@ -53,7 +52,7 @@ fn resampled_raster(raster: &Raster, to: [u32; 2], encoding: Encoding, wrap: Wra
 }
 
 impl Inputs {
-    /// Resamples all images to the size of the first and returns a message for each change.
+    /// Resamples all images to the size of the first image and returns a message for each change.
     pub fn resample(&mut self) -> Vec<String> {
         let heights = self.heights.as_ref().map(|map| [map.width, map.height]);
         let Some(size) = heights.or(self.normals.as_ref().map(|map| map.texture.raster.size())) else {
@@ -69,7 +68,7 @@ impl Inputs {
         if let Some(normals) = &mut self.normals
             && differs("normals", normals.texture.raster.size())
         {
-            // Resample slopes: codes with lengths other than 1 would weight texels.
+            // Normals are resampled as slopes, because stored vectors that are not unit length would weight texels.
             let map = normals.clone();
             let slope = |x, y, channel: usize| if channel < 2 { map.slope(x, y)[channel] as f32 } else { 0.0 };
             let texels = resampled(slope, map.texture.raster.size(), size, 3, self.wrap);

@@ -1,4 +1,4 @@
-//! Baking: bands of rows pass through the mip pyramid into a file.
+//! The baking loop: bands of rows pass through the mip pyramid into a file.
 
 use half::f16;
 use rayon::prelude::*;
@@ -11,11 +11,9 @@ use crate::halves::{self, half};
 use crate::pyramid::{Pyramid, Row, level_sizes};
 use crate::{HeightMap, MapFault, Wrap, bc5};
 
-/// Rows per band.
 const BAND: u32 = 64;
-/// Rows of a block.
 const SIDE: u32 = bc5::SIDE as u32;
-/// Target maximum of slopes in 16-bit floats; its square stays far below their limit of 65504.
+/// Target maximum of slopes in 16-bit floats. The square of a slope stays far below the format's maximum of 65504.
 const FULL_SLOPE: f64 = 128.0;
 /// Target maximum of heights in 16-bit floats.
 const FULL_HEIGHT: f64 = 16384.0;
@@ -35,35 +33,33 @@ pub struct Plan {
     pub channels: Vec<&'static str>,
     /// Power-of-two factors on the channels in the file.
     pub factors: Vec<f64>,
-    /// Factor on heights.
+    /// Factor on the input heights.
     pub height_scale: f32,
-    /// Height at the mesh surface: the mean height times the factor.
+    /// Height at the mesh surface: the mean height times the height factor.
     pub middle: f32,
-    /// Whether heights are in texture widths instead of their map's unit.
+    /// Whether heights are in texture widths instead of the unit of the height map.
     pub in_widths: bool,
-    /// Addressing outside the map.
+    /// Addressing mode outside the map.
     pub wrap: Wrap,
-    /// Whether heights and normals are present.
     pub(super) has_heights: bool,
     pub(super) has_normals: bool,
-    /// For kind gloss: conversion from mean normal length to gloss.
+    /// Conversion from mean normal length to gloss, for kind gloss.
     pub(super) gloss: Option<GlossOfShortening>,
-    /// Block layout, for block-compressed files.
     pub(super) blocks: Option<BlockPlan>,
 }
 
-/// Output of baking.
+/// Destination of baked rows.
 pub trait Target {
     /// Takes the next rows of a level: interleaved channels, multiplied by [`Plan::factors`].
     ///
     /// # Errors
-    /// If the rows cannot be written.
+    /// Fails if the rows cannot be written.
     fn rows(&mut self, level: usize, first: u32, rows: &[Vec<f32>]) -> Result<(), MapFault>;
 
-    /// Takes the next row of blocks of a level, for each layer. Only block-compressed files implement this.
+    /// Takes the next row of blocks of a level, for each layer. Only block-compressed files implement this method.
     ///
     /// # Errors
-    /// If the blocks cannot be written, or the file holds none.
+    /// Fails if the blocks cannot be written, or if the file is not block-compressed.
     fn blocks(&mut self, _level: usize, _row: u32, _layers: &[Vec<u8>]) -> Result<(), MapFault> {
         Err(MapFault::unsupported("this file format cannot hold blocks", "write a .ktx2 file"))
     }
@@ -73,7 +69,7 @@ impl Plan {
     /// Plans the bake of `inputs`.
     ///
     /// # Errors
-    /// If both heights and normals are missing, sizes differ, or the layout has no channels for an input.
+    /// Fails if both heights and normals are missing, if sizes differ, or if the layout has no channels for an input.
     pub fn new(inputs: &Inputs, kind: Kind, layout: Layout, precision: Precision) -> Result<Self, MapFault> {
         let size = inputs.size()?;
         if layout == Layout::Oiio && (kind != Kind::Leadr || inputs.roughness.is_some() || inputs.color.is_some()) {
@@ -92,7 +88,7 @@ impl Plan {
         if precision == Precision::F16 && layout == Layout::Leadr && has_heights {
             channels.push(HEIGHT_REST);
         }
-        // Normals give heights in texture widths; heights alone keep their own unit.
+        // Normals give heights in texture widths. A height map without normals keeps its own unit.
         let height_scale = inputs.usual_height_scale();
         let mut plan = Self {
             kind,
@@ -122,7 +118,7 @@ impl Plan {
         Ok(plan)
     }
 
-    /// Sets power-of-two factors that bring the steepest slope and the greatest height near the top of 16-bit floats.
+    /// Sets power-of-two factors that bring the steepest slope and the greatest height near the maximum of 16-bit floats.
     fn fill_half_floats(&mut self, [slope, height]: [f64; 2]) {
         let aspect = f64::from(self.size[0]) / f64::from(self.size[1]);
         let slope = if self.kind == Kind::Leadr { slope } else { slope * aspect.max(1.0) };
@@ -138,13 +134,13 @@ impl Plan {
         }
     }
 
-    /// Channel indices of the height and its 16-bit residual, if the file has both.
+    /// Returns the channel indices of the height and of its 16-bit residual, if the file has both.
     fn height_and_rest(&self) -> Option<(usize, usize)> {
         let rest = self.channels.iter().position(|name| *name == HEIGHT_REST)?;
         Some((self.kind.channels().len() - 1, rest))
     }
 
-    /// Value range of each stored channel in blocks.
+    /// Returns the value range of each channel that is stored in blocks.
     fn block_ranges(&self, inputs: &Inputs) -> Vec<[f32; 2]> {
         let aspect = self.size[0] as f32 / self.size[1] as f32;
         let slope = match self.kind {
@@ -155,7 +151,7 @@ impl Plan {
         blocks::ranges(self.kind, &self.channels, slope, scaled, inputs.brightest())
     }
 
-    /// A row of level 0, and the sums of its texture-space slopes and second moments.
+    /// Returns a row of level 0, and the sums of its texture-space slopes and second moments.
     fn row(&self, inputs: &Inputs, y: u32) -> (Row, Sums) {
         let mut sums = Sums::default();
         let mut row = Row::with_capacity(self.size[0] as usize * self.channels.len());
@@ -163,13 +159,13 @@ impl Plan {
         let aspect = width / height;
         let has_rest = self.height_and_rest().is_some();
         if self.kind == Kind::Leadr {
-            // Heights are in texels if normals give slopes, otherwise in their own unit, as in maketx.
+            // Heights are in texels if normals give the slopes, otherwise in the unit of the map, as in `maketx`.
             let unit = if self.has_normals { width } else { 1.0 };
             let [s, t] = [unit / width, unit / height].map(|v| v as f32);
             for (x, m) in inputs.moments(self.height_scale, y).into_iter().enumerate() {
                 let wide = m.map(f64::from);
                 let [a, b, .., h] = wide;
-                // The square of one slope is exact here but rounded in the texel.
+                // The square of one slope is exact here but would be rounded in the texel.
                 sums.add(if self.has_normals { [a, b, a * a, b * b, a * b, h] } else { wide });
                 if self.layout == Layout::Oiio {
                     let h = if self.has_heights { m[5] * unit as f32 } else { -1.0 };
@@ -189,7 +185,7 @@ impl Plan {
         };
         for (x, [s, t, h]) in inputs.slopes(self.height_scale, y).into_iter().enumerate() {
             sums.add([s, t, s * s, t * t, s * t, h]);
-            // n.xy / n.z, y up.
+            // Components of n.xy / n.z with y up.
             let (bx, by) = (-s, t * aspect);
             let mut put = |values: &[f64]| row.extend(values.iter().map(|&v| v as f32));
             match self.kind {
@@ -212,11 +208,11 @@ impl Plan {
     }
 }
 
-/// Sums and extremes over level 0.
+/// Sums and extremes of all texels of level 0.
 #[derive(Clone, Copy)]
 struct Sums {
     sums: [f64; 6],
-    /// Ranges of slopes along `s` and `t`, and of heights.
+    /// Ranges of the slopes along `s`, of the slopes along `t`, and of heights.
     ranges: [[f64; 2]; 3],
 }
 
@@ -242,7 +238,7 @@ impl Sums {
     }
 }
 
-/// Squared differences and squared values summed over a level: per channel, then for the variance.
+/// Sums over a level of squared differences and squared values: one pair per channel, then one for the variance.
 #[derive(Clone)]
 struct Differences(Vec<[f64; 2]>);
 
@@ -260,7 +256,7 @@ impl Differences {
                 let (a, mut b) = (f64::from(a), f64::from(b));
                 match height {
                     Some((height, rest)) if height == i => b += f64::from(stored[rest]),
-                    // The residual alone is meaningless.
+                    // The residual is only meaningful together with the height.
                     Some((_, rest)) if rest == i => continue,
                     _ => {}
                 }
@@ -274,7 +270,6 @@ impl Differences {
         Self(sums)
     }
 
-    /// Adds the sums of rows.
     fn add(&mut self, plan: &Plan, exact: &[Row], stored: &[Row]) {
         let of_rows: Vec<Self> = exact.par_iter().zip(stored).map(|(a, b)| Self::of_row(plan, a, b)).collect();
         for row in of_rows {
@@ -283,8 +278,8 @@ impl Differences {
         }
     }
 
-    /// Errors of a level of `texels` texels. Channels are relative to the finest level, where means have not cancelled; variance
-    /// is relative to the whole map.
+    /// Returns the errors of a level of `texels` texels. Channel errors are relative to the finest level, where means have not
+    /// cancelled. The variance error is relative to the whole map.
     fn error(&self, texels: f64, finest: &Self, finest_texels: f64, whole: &Self) -> LevelError {
         let relative =
             |difference: f64, value: f64| if difference > 0.0 { (difference / texels / value).sqrt() } else { 0.0 };
@@ -297,10 +292,10 @@ impl Differences {
     }
 }
 
-/// Bakes `inputs` into `target` as planned, in bands on all cores. `progress` receives the finished share, 0 to 1.
+/// Bakes `inputs` into `target` according to `plan`, in bands on all cores. `progress` receives the completed fraction, 0 to 1.
 ///
 /// # Errors
-/// If `target` cannot be written.
+/// Fails if `target` cannot be written.
 pub fn bake(inputs: &Inputs, plan: &Plan, target: &mut dyn Target, progress: &dyn Fn(f32)) -> Result<Report, MapFault> {
     let channels = plan.channels.len();
     let [width, height] = plan.size;
@@ -337,7 +332,7 @@ pub fn bake(inputs: &Inputs, plan: &Plan, target: &mut dyn Target, progress: &dy
                 differences[level].add(plan, &exact, &stored);
                 return target.rows(level, first, &stored);
             };
-            // Blocks need four rows; the last ones may have fewer.
+            // A row of blocks needs four rows of texels, except at the end of a level.
             let pending = &mut pending[level];
             let mut made = (first - pending.len() as u32) / SIDE;
             let all = first + exact.len() as u32 == levels[level][1];
@@ -370,11 +365,11 @@ pub fn bake(inputs: &Inputs, plan: &Plan, target: &mut dyn Target, progress: &dy
 }
 
 impl Plan {
-    /// Values times the factors as 32-bit floats. Factors are powers of two, so nothing is rounded twice.
+    /// Returns the values times the factors as 32-bit floats. Factors are powers of two, so nothing is rounded twice.
     fn stored(&self, row: &Row) -> Vec<f32> {
         let factors = self.factors.iter().cycle();
         let mut stored: Vec<f32> = row.iter().zip(factors).map(|(&v, &factor)| v * factor as f32).collect();
-        // Normals and gloss have factor 1.
+        // Normals and gloss are stored without a factor.
         let texels = stored.chunks_exact_mut(self.channels.len());
         match (self.kind, &self.gloss) {
             (Kind::Normal, _) => texels.for_each(normals::restore_length),
@@ -387,7 +382,7 @@ impl Plan {
         stored
     }
 
-    /// Values rounded to 16-bit floats. Second moments are corrected for the rounding of the means.
+    /// Returns the values rounded to 16-bit floats. Second moments are corrected for the rounding of the means.
     fn halves(&self, row: &Row) -> Vec<f32> {
         if self.layout == Layout::Oiio || !matches!(self.kind, Kind::Leadr | Kind::Lean) {
             return row.iter().map(|&v| half(v).to_f32()).collect();

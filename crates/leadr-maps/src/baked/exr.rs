@@ -1,4 +1,4 @@
-//! EXR reader for baked maps with all mip levels: one channel per map channel, keys as header texts.
+//! EXR reader for baked maps with all mip levels. A map channel is an EXR channel, and keys are header texts.
 
 use exr::meta::attribute::{AttributeValue, SampleType};
 
@@ -7,7 +7,6 @@ use super::map::{BakedLevel, BakedMap};
 use crate::bake::{Precision, packed};
 use crate::{MapFault, exr_read};
 
-/// Reads a file.
 pub(super) fn read(bytes: &[u8]) -> Result<BakedMap, MapFault> {
     let header = exr_read::header(bytes)?;
     let texts = &header.own_attributes.other;

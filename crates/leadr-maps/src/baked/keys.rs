@@ -5,18 +5,17 @@ use crate::bake::blocks::{BlockPlan, Slot, of_rest_name, stored_names};
 use crate::bake::{HEIGHT_REST, Kind, Precision};
 use crate::{MapFault, Wrap};
 
-/// Validated keys.
 pub(super) struct Keys {
-    /// The map without levels. Channels are in file order.
+    /// The map without its levels. Channels are in file order.
     pub map: BakedMap,
-    /// Factor of each channel.
+    /// Factor on each channel in the file.
     pub factors: Vec<f64>,
-    /// Block layout, if any; channels are then those of the map.
+    /// Block layout, if any. The channels of `map` are then the map's own channels.
     pub blocks: Option<BlockPlan>,
 }
 
 impl Keys {
-    /// Validates the keys of a file with `count` channels; `find` returns the text of a key.
+    /// Validates the keys of a file with `count` channels. `find` returns the text of a key.
     pub fn new<'a>(
         find: impl Fn(&str) -> Option<&'a str>,
         count: usize,
@@ -76,7 +75,7 @@ impl Keys {
         Ok(Self { map, factors, blocks })
     }
 
-    /// The map with these levels.
+    /// Returns the map with the given levels.
     pub fn map(self, mut levels: Vec<BakedLevel>) -> BakedMap {
         let mut channels = self.map.channels;
         let index_of = |name: &str| channels.iter().position(|channel| channel == name);
@@ -89,13 +88,13 @@ impl Keys {
             }
             channels[rest] = "-".to_owned();
         }
-        // Levels always have four-channel layers.
+        // Levels in memory always have four channels per layer.
         channels.resize(channels.len().next_multiple_of(4), "-".to_owned());
         BakedMap { channels, levels, ..self.map }
     }
 }
 
-/// The map channels in block layers with these names, and the content of each slot.
+/// Returns the map channels that the names of block-layer channels describe, and the content of each slot.
 fn channels_of_blocks(kind: Kind, names: &[String]) -> Option<(Vec<String>, Vec<Option<Slot>>)> {
     let mut channels: Vec<String> = kind.channels().iter().map(|&name| name.to_owned()).collect();
     for more in [&["alpha2", "alpha4"][..], &["red", "green", "blue"]] {
@@ -112,7 +111,7 @@ fn channels_of_blocks(kind: Kind, names: &[String]) -> Option<(Vec<String>, Vec<
         Some(Some((stored.iter().position(|stored| stored == name)?, rest)))
     };
     let slots = names.iter().map(slot).collect::<Option<Vec<_>>>()?;
-    // Every channel is present, with consecutive residuals.
+    // Every channel must be present, with consecutive residuals.
     let whole = |channel: usize| {
         let mut rests: Vec<usize> = slots.iter().flatten().filter(|s| s.0 == channel).map(|s| s.1).collect();
         rests.sort_unstable();
@@ -121,7 +120,6 @@ fn channels_of_blocks(kind: Kind, names: &[String]) -> Option<(Vec<String>, Vec<
     (0..channels.len()).all(whole).then_some((channels, slots))
 }
 
-/// Channel names of the slots.
 pub(super) fn names(channels: &[String], slots: &[Option<usize>]) -> Vec<String> {
     slots.iter().map(|slot| slot.map_or("-".to_owned(), |i| channels[i].clone())).collect()
 }

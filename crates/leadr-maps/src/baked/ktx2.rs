@@ -1,4 +1,4 @@
-//! KTX2 reader: header, levels and keys.
+//! KTX2 reader for baked maps: header, levels and keys.
 
 use std::io::{Read, Seek, SeekFrom};
 
@@ -16,10 +16,10 @@ use crate::{MapFault, bc5, limits};
 const MOST_LAYERS: u32 = 4;
 /// Maximum number of block layers, with two channels each.
 const MOST_LAYERS_OF_BLOCKS: u32 = 16;
-/// Maximum bytes of keys.
+/// Maximum total size of the keys in bytes.
 const MOST_KEYS: u32 = 1 << 16;
 
-/// Reads `length` bytes from `start`, after a check against the file length.
+/// Reads `length` bytes at offset `start`, after a check against the file length.
 fn part(
     file: &mut (impl Read + Seek),
     file_length: u64,
@@ -37,7 +37,6 @@ fn part(
     Ok(bytes)
 }
 
-/// Reads a file of `length` bytes.
 pub(super) fn read(mut file: impl Read + Seek, length: u64) -> Result<BakedMap, MapFault> {
     let start = part(&mut file, length, 0, (Header::LENGTH as u64).min(length), "header")?;
     if !start.starts_with(&ktx2::MAGIC) {
@@ -45,11 +44,11 @@ pub(super) fn read(mut file: impl Read + Seek, length: u64) -> Result<BakedMap, 
     }
     let header: [u8; Header::LENGTH] =
         start.try_into().map_err(|_| MapFault::damaged("it ends within its header (truncated?)"))?;
-    // Read it here, since the crate drops unknown values.
+    // The field is read here because the `ktx2` crate drops unknown values.
     let scheme = u32::from_le_bytes(header[44..48].try_into().expect("four bytes"));
     let header = Header::from_bytes(&header).map_err(|e| MapFault::damaged(format!("its header is wrong ({e:?})")))?;
     let of = |formats: [(usize, Format); 3]| formats.into_iter().find(|(_, format)| Some(*format) == header.format);
-    // Precision and channels per layer.
+    // Matches the format to precision and channels per layer.
     let (precision, channels) = match (of(FLOATS_32), of(FLOATS_16), header.format) {
         (Some((channels, _)), ..) => (Precision::F32, channels),
         (_, Some((channels, _)), _) => (Precision::F16, channels),
@@ -65,7 +64,7 @@ pub(super) fn read(mut file: impl Read + Seek, length: u64) -> Result<BakedMap, 
     }
     let (width, height, layers) = (header.pixel_width, header.pixel_height, header.layer_count.max(1));
     let in_blocks = precision == Precision::Bc;
-    // Bytes per texel or block, and their number per side.
+    // Number of bytes per texel or block, and number of texels or blocks per side.
     let unit = if in_blocks { 2 * bc5::BYTES } else { channels * precision.bytes() } as u64;
     let units = |side: u32| u64::from(if in_blocks { side.div_ceil(bc5::SIDE as u32) } else { side });
     let most_layers = if in_blocks { MOST_LAYERS_OF_BLOCKS } else { MOST_LAYERS };
@@ -157,7 +156,7 @@ fn of_blocks(
     fault.map_or(Ok(layers), |fault| Err(MapFault::damaged(fault)))
 }
 
-/// Decodes and checks the texels of a layer of `channels` channels.
+/// Decodes and checks the texels of a layer with `channels` channels.
 fn plane(
     keys: &Keys,
     bytes: &[u8],

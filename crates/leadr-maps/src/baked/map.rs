@@ -4,33 +4,33 @@ use crate::bake::{Kind, Precision};
 use crate::moments::{LeadrMap, MomentLevel, Moments};
 use crate::{HeightMap, MapFault, Wrap};
 
-/// A baked map. Values exclude the factors of 16-bit files.
+/// A baked map. Its values exclude the factors of 16-bit files.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BakedMap {
     /// Kind of map.
     pub kind: Kind,
     /// Number format of the file.
     pub precision: Precision,
-    /// Channel names: four per layer, `-` if unused.
+    /// Channel names, four per layer. Unused channels are named `-`.
     pub channels: Vec<String>,
-    /// Addressing outside the map.
+    /// Addressing mode outside the map.
     pub wrap: Wrap,
-    /// Factor on heights.
+    /// Factor that was applied to the input heights.
     pub height_scale: f32,
-    /// Unit of heights.
+    /// Unit of the heights.
     pub heights: HeightUnit,
-    /// Height at the mesh surface: the mean.
+    /// Height at the mesh surface: the mean height.
     pub middle: f32,
-    /// Whether slopes come from a normal map, one per texel of level 0.
+    /// Whether slopes come from a normal map, with one slope per texel of level 0.
     pub of_normals: bool,
-    /// Levels from the largest down to 1 x 1.
+    /// Mip levels from the largest down to 1 x 1.
     pub levels: Vec<BakedLevel>,
 }
 
 /// Unit of the heights of a baked map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HeightUnit {
-    /// No heights.
+    /// The map has no heights.
     None,
     /// The unknown unit of the source map.
     Map,
@@ -38,22 +38,23 @@ pub enum HeightUnit {
     Width,
 }
 
-/// A level of a baked map.
+/// A mip level of a baked map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BakedLevel {
-    /// Texels across.
+    /// Width in texels.
     pub width: u32,
-    /// Texels down.
+    /// Height in texels.
     pub height: u32,
-    /// Per layer, `width * height` row-major texels of four channels.
+    /// Row-major texels of each layer: `width * height` texels of four channels.
     pub layers: Vec<Vec<[f32; 4]>>,
 }
 
-/// Remedy for files of other programs.
+/// Remedy in error messages about files of other programs.
 pub(super) const REMEDY: &str = "give a file that leadr bake wrote";
 
 impl BakedMap {
-    /// The moments of a LEADR map: those of [`LeadrMap::new`], bit-exact for 32-bit files. `None` for other kinds.
+    /// Returns the moments of a LEADR map, or `None` for other kinds. For 32-bit files they equal [`LeadrMap::new`] to the last
+    /// bit.
     pub fn moments(&self) -> Option<LeadrMap> {
         let leadr = self.kind == Kind::Leadr;
         leadr.then(|| LeadrMap { levels: self.levels.iter().map(BakedLevel::moments).collect() })
@@ -66,21 +67,21 @@ impl BakedMap {
         leadr.then(|| LeadrMap { levels: self.levels.into_iter().map(|level| level.moments()).collect() })
     }
 
-    /// Values of the named channel on the finest level, if present.
+    /// Returns the values of the named channel on the finest level, if present.
     pub fn channel(&self, name: &str) -> Option<Vec<f32>> {
         let slot = self.channels.iter().position(|channel| channel == name)?;
         Some(self.levels[0].layers[slot / 4].iter().map(|texel| texel[slot % 4]).collect())
     }
 
-    /// Whether it holds data beyond heights: slopes of normals, roughness or colour.
+    /// Whether the map holds data beyond heights: slopes of normals, roughness or colour.
     pub fn is_material(&self) -> bool {
         self.of_normals || self.channels.iter().any(|name| name == "alpha2" || name == "red")
     }
 
-    /// Checks that surfaces can be drawn with the map: it needs kind LEADR and must repeat.
+    /// Checks that surfaces can be drawn with the map: it must be of kind LEADR and must repeat.
     ///
     /// # Errors
-    /// If the kind is not LEADR, or the map does not repeat.
+    /// Fails if the kind is not LEADR, or the map does not repeat.
     pub fn check_drawable(&self) -> Result<(), MapFault> {
         if self.kind != Kind::Leadr {
             let what = format!("it holds a map of kind {}, which cannot be drawn", self.kind.name());
@@ -93,10 +94,10 @@ impl BakedMap {
         Ok(())
     }
 
-    /// The heights; flat if there are none.
+    /// Returns the height map, which is flat if the file has no heights.
     ///
     /// # Errors
-    /// If a height is too large.
+    /// Fails if a height exceeds the limit.
     pub fn height_map(&self) -> Result<HeightMap, MapFault> {
         let BakedLevel { width, height, .. } = self.levels[0];
         let texels = self.channel("height").unwrap_or_else(|| vec![0.0; width as usize * height as usize]);

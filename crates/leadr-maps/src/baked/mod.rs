@@ -13,12 +13,12 @@ use std::path::Path;
 use super::guard::guarded;
 use super::{MapError, MapFault, exr_read, limits, reads};
 
-/// Whether the content of a file may come from `leadr bake`: any KTX2, or an EXR with a kind.
+/// Whether the content of a file may come from `leadr bake`: any KTX2, or an EXR that declares a kind.
 ///
 /// # Errors
-/// If it cannot be read.
+/// Fails if the file cannot be read.
 pub fn is_baked(path: impl AsRef<Path>) -> Result<bool, MapError> {
-    // In an EXR the kind is in the header.
+    // An EXR stores the kind in its header.
     let start = limits::open(path.as_ref()).and_then(|(file, _)| limits::first_bytes(&file, 1 << 16));
     let start = start.map_err(|fault| fault.in_file(path.as_ref()))?;
     Ok(start.starts_with(&::ktx2::MAGIC) || exr_read::is_exr(&start) && contains(&start, b"leadr.kind\0string\0"))
@@ -32,8 +32,8 @@ impl BakedMap {
     /// Reads a file that `leadr bake` wrote.
     ///
     /// # Errors
-    /// If the file cannot be read, is damaged, is not a baked map, or holds a number that is not finite (the error gives its
-    /// position).
+    /// Fails if the file cannot be read, is damaged, is not a baked map, or holds a number that is not finite (the error gives
+    /// the position of the number).
     pub fn load(path: impl AsRef<Path>) -> Result<Self, MapError> {
         let path = path.as_ref();
         let read = || {
@@ -47,10 +47,10 @@ impl BakedMap {
         read().map_err(|fault| fault.in_file(path))
     }
 
-    /// Reads a file from memory, like [`load`](Self::load).
+    /// Decodes a file in memory, like [`load`](Self::load).
     ///
     /// # Errors
-    /// The errors of [`load`](Self::load).
+    /// Returns the errors of [`load`](Self::load).
     pub fn decode(bytes: &[u8]) -> Result<Self, MapFault> {
         if exr_read::is_exr(bytes) {
             return exr::read(bytes);

@@ -1,15 +1,16 @@
-//! Heights from slopes by a direct least-squares solution of Poisson's equation, for maps of any size.
+//! Heights from slopes, by a direct least-squares solution of Poisson's equation, for maps of any size.
 //!
-//! Slopes are seldom integrable, so the heights `h` minimise the distance of their slopes `D h` to the given `s`. Alternating
-//! heights have no texel slope and would be unconstrained. The slope variance of triangles inside a texel therefore has a small
-//! weight:
+//! Slopes are seldom integrable, so the heights `h` minimise the distance of their slopes `D h` to the given slopes `s`.
+//! Heights that alternate between texels have no texel slope and would be unconstrained. The slope variance of triangles inside
+//! a texel therefore gets a small weight:
 //!
 //! `|D h − s|² + smoothness · (E[|∇h|²] − |E[∇h]|²)`, summed over texels.
 //!
-//! The mean square of the triangles' slopes is that of the differences between neighbours ([`moments`](crate::moments)). All
-//! operators are convolutions that are even along both axes, on a repeating map or with heights mirrored at the edges. A
-//! transform ([`spectral`](super::spectral)) reduces the solution to a division. Smoothness 0 is the pseudo-inverse of `D`.
-//! Smoothness 1 is the finite-element solution, with the five-point Laplacian as its normal equation.
+//! The mean square of the triangles' slopes equals the mean square of the differences between neighbours
+//! ([`moments`](crate::moments)). All operators are convolutions that are even along both axes, on a repeating map or with
+//! heights mirrored at the edges. A transform ([`spectral`](super::spectral)) reduces the solution to a division. Smoothness 0
+//! is the pseudo-inverse of `D`. Smoothness 1 is the finite-element solution, with the five-point Laplacian as its normal
+//! equation.
 
 use rayon::prelude::*;
 
@@ -23,10 +24,11 @@ use crate::{HeightMap, MapFault, Wrap};
 pub struct Integration {
     /// Whether the map repeats.
     pub wrap: Wrap,
-    /// Difference operator that the heights will be used with.
+    /// Difference operator that converts the heights back to slopes.
     pub difference: Difference,
-    /// Weight of the slope variance inside texels, 0 to 1. Less follows the normals more closely, up to their curl. More
-    /// suppresses two-texel waves, an artefact of 8-bit normals. At 1 the triangles are never rougher than the normals.
+    /// Weight of the slope variance inside texels, 0 to 1. A lower weight follows the normals more closely, up to their curl. A
+    /// higher weight suppresses two-texel waves, an artefact of 8-bit normals. At 1 the triangles are never rougher than the
+    /// normals.
     pub smoothness: f64,
 }
 
@@ -39,33 +41,34 @@ impl Default for Integration {
 /// Heights and their fit to the slopes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Integrated {
-    /// Heights in texture widths, mean about 0.
+    /// Heights in texture widths, with a mean of about 0.
     pub heights: HeightMap,
-    /// The mean slope. Repeating heights cannot contain it; others do.
+    /// Mean of the given slopes. Only heights that do not repeat can contain it.
     pub mean_slope: [f64; 2],
     /// RMS of the slopes about their mean.
     pub slope_rms: f64,
-    /// RMS of the curl of the slopes, which no heights have: the smallest possible error.
+    /// RMS of the curl of the slopes, which no heights can represent: the smallest possible error.
     pub curl_rms: f64,
-    /// RMS of the slope residual: the curl, and the effect of smoothness.
+    /// RMS difference between the given slopes and those of the heights, due to curl and smoothness.
     pub residual_rms: f64,
 }
 
 impl Integrated {
-    /// Share of curl in the squared slopes about their mean.
+    /// Returns the fraction of curl in the squared slopes about their mean.
     pub fn curl_share(&self) -> f64 {
         if self.slope_rms > 0.0 { (self.curl_rms / self.slope_rms).powi(2) } else { 0.0 }
     }
 }
 
-/// Squared responses of a difference below this are rounding; those of the longest waves of 65536 texels are 2e-9.
+/// Squared responses of a difference operator below this limit are rounding errors. The longest wave of 65536 texels has a
+/// response of 2e-9.
 const NO_RESPONSE: f64 = 1e-12;
 
-/// Heights with slopes nearest to the given ones. Needs 8 bytes per texel besides the result. Edge texels of non-repeating maps
-/// have weight 1/4. `progress` receives the finished share, 0 to 1.
+/// Returns the heights with the slopes nearest to the given ones. Needs 8 bytes per texel besides the result. Edge texels of
+/// non-repeating maps have weight 1/4. `progress` receives the completed fraction, 0 to 1.
 ///
 /// # Errors
-/// If memory is short.
+/// Fails if memory runs out.
 pub fn heights_of_slopes(slopes: &Slopes, how: &Integration, progress: &dyn Fn(f32)) -> Result<Integrated, MapFault> {
     let (width, height) = (slopes.width as usize, slopes.height as usize);
     let mean = slopes.mean();
@@ -112,11 +115,11 @@ pub fn heights_of_slopes(slopes: &Slopes, how: &Integration, progress: &dyn Fn(f
     })
 }
 
-/// Divides the transformed `Dᵀ s`, stored by columns, by the operator. Returns the sums of squares that heights can explain, and
-/// of the rest that these leave.
+/// Divides the transformed `Dᵀ s`, stored by columns, by the operator. Returns two sums of squares: of the slopes that heights
+/// can explain, and of the part of these that remains as residual.
 fn divide(columns: &mut [f32], [along, down]: [&Transform; 2], how: &Integration) -> [f64; 2] {
     let smoothness = if how.smoothness.is_nan() { 1.0 } else { how.smoothness.clamp(0.0, 1.0) };
-    // Per axis: squared responses of neighbour differences, central differences, and the mean over rows.
+    // Each axis has squared responses of neighbour differences, central differences, and the mean over rows.
     let responses = |transform: &Transform| -> Vec<[f64; 3]> {
         let of = |phase: f64| [2.0 - 2.0 * phase.cos(), phase.sin().powi(2), (0.75 + 0.25 * phase.cos()).powi(2)];
         transform.phases().into_iter().map(of).collect()
@@ -156,13 +159,13 @@ fn divide(columns: &mut [f32], [along, down]: [&Transform; 2], how: &Integration
     sums.into_iter().fold([0.0; 2], |a, b| [a[0] + b[0], a[1] + b[1]])
 }
 
-/// Slopes minus their mean, extended as differences of mirrored heights.
+/// The given slopes minus their mean, extended beyond the map as differences of mirrored heights.
 pub(super) struct Given<'a> {
     pub slopes: &'a Slopes,
     pub mean: [f32; 2],
     pub wrap: Wrap,
     pub difference: Difference,
-    /// Factors per axis: one over the texel size.
+    /// Factor per axis: the inverse of the texel size.
     pub per_texel: [f32; 2],
 }
 
@@ -171,9 +174,9 @@ impl Given<'_> {
         self.per_texel[axis] * (self.slopes.texels[texel][axis] - self.mean[axis])
     }
 
-    /// Slope along an axis (0: `s`) at a texel with indices that may lie outside the map. Across non-repeating edges, mirrored
-    /// heights have the opposite slope. At the edge the slope is halved, because one neighbour is the texel itself; forward
-    /// differences are 0 there.
+    /// Returns the slope along an axis (0: `s`) at a texel whose indices may lie outside the map. Beyond a non-repeating edge,
+    /// the mirrored heights have the opposite slope. At the edge the slope is halved, because one neighbour is the texel
+    /// itself; forward differences are 0 there.
     fn at(&self, axis: usize, x: i64, y: i64) -> f32 {
         let size = self.slopes.size();
         let (column, row) = (self.wrap.texel(x, size[0]), self.wrap.texel(y, size[1]));
@@ -191,7 +194,7 @@ impl Given<'_> {
         }
     }
 
-    /// `Dᵀ s` of a texel; `at` gives slopes by axis, column and row.
+    /// Returns `Dᵀ s` at a texel. `at` returns the slope by axis, column and row.
     fn transposed(&self, at: impl Fn(usize, i64, i64) -> f32, x: i64, y: i64) -> f32 {
         let across = |y: i64| 0.5 * (at(0, x - 1, y) - at(0, x + 1, y));
         let down = |x: i64| 0.5 * (at(1, x, y - 1) - at(1, x, y + 1));
@@ -254,7 +257,7 @@ mod tests {
         heights_of_slopes(slopes, &how, &|_| {}).unwrap()
     }
 
-    /// RMS difference of heights about their means, and RMS of the second.
+    /// Returns the RMS difference of two height maps about their means, and the RMS of the second map.
     fn apart(a: &HeightMap, b: &HeightMap) -> [f64; 2] {
         let (ma, mb) = (f64::from(a.mean()), f64::from(b.mean()));
         let mut sums = [0.0; 2];
@@ -267,7 +270,7 @@ mod tests {
 
     #[test]
     fn heights_come_back_from_their_slopes() {
-        // Odd sides: central differences lose only the mean, so two-texel waves are recovered too.
+        // With odd sides, central differences lose only the mean, so two-texel waves are recovered too.
         for (width, height) in [(63, 63), (63, 35), (1, 63), (63, 1), (3, 101), (1, 1)] {
             for difference in ALL {
                 for wrap in [Wrap::Repeat, Wrap::Clamp] {
@@ -305,7 +308,7 @@ mod tests {
 
     #[test]
     fn curl_remains_and_is_reported() {
-        // A gradient field and a curl field, which are orthogonal.
+        // The test field is the sum of a gradient field and a curl field, which are orthogonal.
         let n = 48u32;
         let waves = |i: u32| [i % n, i / n].map(|k| TAU * f64::from(k) / f64::from(n));
         let field = |gradient: f64, curl: f64| {
@@ -327,7 +330,7 @@ mod tests {
         assert!(gradient.curl_share() < 2e-3, "{gradient:?}");
         let [error, size] = apart(&both.heights, &gradient.heights);
         assert!(error < 1e-5 * size, "{error} of {size}");
-        // The reported residual is the actual one.
+        // The reported residual must equal the actual one.
         for smoothness in [0.0, 0.1, 1.0] {
             let how = Integration { smoothness, ..how };
             let slopes = field(0.1, 0.2);

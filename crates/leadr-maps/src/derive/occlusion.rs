@@ -1,17 +1,17 @@
 //! Ambient visibility of relief by horizons (Jimenez et al. 2016, "Practical Realtime Strategies for Accurate Indirect
-//! Occlusion", seen from straight above).
+//! Occlusion"), viewed from straight above.
 //!
-//! Every direction above a height field lies in one half of a slice through the z axis, and is free if it is above the horizon
-//! there. For a horizon at angle `h` from z, the sum of the free directions of half a slice is
+//! Every direction above a height field lies in one half of a vertical slice, and is free if it is above the horizon of that
+//! half. For a horizon at angle `h` from z, the sum of the free directions of half a slice is
 //!
 //! `∫ ω sin θ dθ = ½ (h − sin h cos h) along the slice, ½ sin² h along z`.
 //!
-//! Its dot product with a normal is GTAO's inner integral. The sum over slices, divided by π, is the visibility vector `b`, which
-//! gives all results ([`Cone`](leadr_reflectance::masking::occlusion::Cone)). Apart from interpolation between texels
-//! ([`sweep`](super::sweep)), the number of slices is the only approximation.
+//! The dot product of this sum with a normal is GTAO's inner integral. The sum over slices, divided by π, is the visibility
+//! vector `b`, which determines all results ([`Cone`](leadr_reflectance::masking::occlusion::Cone)). Apart from interpolation
+//! between texels ([`sweep`](super::sweep)), the number of slices is the only approximation.
 //!
-//! Directions below the horizontal are blocked: relief has no end on a repeating map, nor does the ground around a non-repeating
-//! one.
+//! Directions below the horizontal are blocked, because both repeating relief and the ground around a non-repeating map are
+//! unlimited.
 
 use std::f64::consts::PI;
 
@@ -24,37 +24,39 @@ use crate::horizon::{Heights, Sampled};
 use crate::limits::zeroed;
 use crate::{HeightMap, MapFault, Wrap};
 
-/// Enough slices for scanned materials: errors are below 0.01. Four times as many reduce them by a tenth to a third.
+/// Number of slices with errors below 0.01 on scanned materials. Four times as many slices reduce the errors by a tenth to a
+/// third.
 pub const SLICES: u32 = 8;
 
-/// Hemisphere of visibility.
+/// Hemisphere for which visibility is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum About {
-    /// Directions in front of the texel's own normal. The visible share is the occlusion map for use with the matching normal
-    /// map, as in glTF.
+    /// Directions in front of the texel's own normal. The visible fraction is the occlusion map for use with the matching
+    /// normal map, as in glTF.
     #[default]
     Surface,
-    /// All free directions, weighted by the mesh normal: the occlusion where the normal map is not used or is filtered away.
+    /// All free directions, weighted by the mesh normal. Use this occlusion where the normal map is not used or is filtered
+    /// away.
     Flat,
 }
 
 /// Visibility vectors of a map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VisibilityMap {
-    /// Texels across.
+    /// Width in texels.
     pub width: u32,
-    /// Texels down.
+    /// Height in texels.
     pub height: u32,
     /// Hemisphere of the vectors.
     pub about: About,
-    /// `b.x`, `b.y`, `b.z`, each row-major.
+    /// Components `b.x`, `b.y`, `b.z`, each row-major.
     pub vectors: [Vec<f32>; 3],
-    /// Visible share of the sky, cosine-weighted about the normal: 1 is unoccluded. The occlusion map.
+    /// Occlusion map: the visible fraction of the sky, cosine-weighted about the normal. 1 is unoccluded.
     pub visibility: Vec<f32>,
 }
 
 impl VisibilityMap {
-    /// The visibility vector of a texel. Panics outside the map.
+    /// Returns the visibility vector of a texel. Panics outside the map.
     pub fn at(&self, x: u32, y: u32) -> [f32; 3] {
         assert!(x < self.width, "column {x} of a map {} wide", self.width);
         let texel = y as usize * self.width as usize + x as usize;
@@ -62,14 +64,14 @@ impl VisibilityMap {
     }
 }
 
-/// Sums over slices: along columns, along rows, and along z.
+/// Sums over slices of the components along columns, along rows, and along z.
 type Planes = [Vec<f32>; 3];
 
-/// Computes the visibility of heights by `slices` slices per texel (at least 2; see [`SLICES`]). `scale` converts heights to
-/// texture widths. Needs some 44 bytes per texel. `progress` receives the finished share, 0 to 1.
+/// Computes the visibility of heights with `slices` slices per texel (at least 2; see [`SLICES`]). `scale` converts heights to
+/// texture widths. Needs some 44 bytes per texel. `progress` receives the completed fraction, 0 to 1.
 ///
 /// # Errors
-/// If memory is short.
+/// Fails if memory runs out.
 pub fn visibility(
     heights: &HeightMap,
     scale: f32,
@@ -81,7 +83,7 @@ pub fn visibility(
     let (width, height) = (heights.width as usize, heights.height as usize);
     let slices = slices.clamp(2, 1024);
     let azimuths: Vec<f64> = (0..slices).map(|k| PI * (f64::from(k) + 0.5) / f64::from(slices)).collect();
-    // Slices nearer to columns sweep the transposed map.
+    // Slices that are nearer to columns sweep the transposed map.
     let (along, down): (Vec<f64>, Vec<f64>) = azimuths.into_iter().partition(|a| a.cos().abs() >= a.sin().abs());
     let done = std::cell::Cell::new(0);
     let step = || {
@@ -89,7 +91,7 @@ pub fn visibility(
         progress(done.get() as f32 / (slices + 1) as f32);
     };
     let (range, middle) = (1e6, heights.mean());
-    // In texels about the mean, for precision in 32 bits; the clamp is steep enough to occlude everything.
+    // Heights are in texels about the mean, for precision in 32 bits. The clamp is steep enough to occlude everything.
     let in_texels = |h: &f32| (f64::from(h - middle) * f64::from(scale) * width as f64).clamp(-range, range) as f32;
     let texels: Vec<f32> = heights.texels.par_iter().map(in_texels).collect();
     let plane = || zeroed(width * height);
@@ -127,7 +129,7 @@ pub fn visibility(
     Ok(VisibilityMap { width: heights.width, height: heights.height, about, vectors: planes, visibility })
 }
 
-/// Adds slices with lines that rise `tangents` rows per column.
+/// Adds the slices whose lines rise `tangents` rows per column.
 fn accumulate(field: &Field, about: About, tangents: &[f64], slices: u32, planes: &mut Planes, step: &dyn Fn()) {
     let width = field.width;
     let heights = Heights::new(width, field.height, &field.texels, field.wrap);
@@ -147,12 +149,11 @@ fn accumulate(field: &Field, about: About, tangents: &[f64], slices: u32, planes
     }
 }
 
-/// A slice direction.
 struct Slice {
     tangent: f32,
-    /// Inverse distance of two columns along the slice.
+    /// Inverse distance between adjacent columns along the slice.
     per_column: f32,
-    /// Direction times share of the sum.
+    /// Slice direction times the slice's fraction of the sum.
     along: [f32; 2],
     share: f32,
 }
@@ -160,16 +161,15 @@ struct Slice {
 impl Slice {
     fn new(tangent: f64, slices: u32) -> Self {
         let per_column = 1.0 / (1.0 + tangent * tangent).sqrt();
-        // Half of the angle π / slices, over π.
+        // Half of the slice's angle π / slices, divided by π.
         let share = 0.5 / f64::from(slices);
         let along = [share * per_column, share * tangent * per_column].map(|v| v as f32);
         Self { tangent: tangent as f32, per_column: per_column as f32, along, share: share as f32 }
     }
 }
 
-/// Working state of a row of texels.
 struct Row {
-    /// Horizon rise per column, ahead and behind.
+    /// Rise per column of the horizons, ahead and behind.
     rises: [Vec<f32>; 2],
     plane: Vec<f32>,
     there: Sampled,
@@ -181,7 +181,6 @@ impl Row {
         Self { rises: [zeros(), zeros()], plane: zeros(), there: Sampled::new(width) }
     }
 
-    /// Computes the horizons as rise per column.
     fn measure(&mut self, heights: &Heights<'_>, horizons: &Horizons, about: About, slice: &Slice, y: usize) {
         horizons.row(y, &mut self.rises);
         let own = &heights.texels[y * heights.width..][..heights.width];
@@ -201,7 +200,7 @@ impl Row {
         }
     }
 
-    /// Rise per column of the mean-slope plane ([`Difference::Triangles`], along either axis).
+    /// Computes the rise per column of the mean-slope plane ([`Difference::Triangles`], along either axis).
     fn tilt(&mut self, heights: &Heights<'_>, tangent: f32, y: usize) {
         let clamped = heights.wrap == Wrap::Clamp;
         let edge = |k: usize, of: usize| if clamped && of > 1 && (k == 0 || k + 1 == of) { 1.0 } else { 0.5 };
@@ -211,7 +210,7 @@ impl Row {
         for (at, weight) in [(-1.0, 0.125), (0.0, 0.75), (1.0, 0.125)] {
             for sign in [-1.0, 1.0] {
                 self.there.fetch(heights, heights.texels, [0, y], [sign, at]);
-                // Only the outermost columns have other weights.
+                // Only the outermost columns have different weights.
                 for (plane, there) in self.plane.iter_mut().zip(&self.there.values) {
                     *plane += 0.5 * sign * weight * there;
                 }
@@ -228,7 +227,6 @@ impl Row {
         }
     }
 
-    /// Adds the free directions of the slice to the sums.
     fn add(&self, slice: &Slice, [x, y, z]: [&mut [f32]; 3]) {
         let rises = self.rises[0].iter().zip(&self.rises[1]);
         for ((x, y), (z, (ahead, behind))) in x.iter_mut().zip(y).zip(z.iter_mut().zip(rises)) {
@@ -241,13 +239,15 @@ impl Row {
     }
 }
 
-/// Twice the free sum of half a slice above a horizon of this slope (at least 0): along the slice, along z.
+/// Returns twice the sum of free directions of half a slice, along the slice and along z. `slope` is the slope of the horizon,
+/// at least 0.
 fn half(slope: f32) -> [f32; 2] {
     let square = 1.0 / (1.0 + slope * slope);
     [to_horizon(slope) - slope * square, square]
 }
 
-/// Angle from z to a horizon of this slope (at least 0): the arc cotangent. Polynomial error at most 1e-5.
+/// Returns the angle from z to a horizon of this slope (at least 0), which is the arc cotangent. The polynomial's error is at
+/// most 1e-5.
 fn to_horizon(slope: f32) -> f32 {
     let flat = slope <= 1.0;
     let v = if flat { slope } else { 1.0 / slope };
@@ -294,8 +294,8 @@ mod tests {
 
     #[test]
     fn tilted_plane_visibility_matches_closed_form() {
-        // A plane of slope 1, falling along t: half of the sky about its normal is above the horizontal, weighted (1 + cos 45°) /
-        // 2.
+        // The plane has slope 1 and falls along t. Half of the sky about its normal is above the horizontal, weighted by
+        // (1 + cos 45°)/2.
         let slope = map(65, 65, |_, y| -f64::from(y));
         for (slices, tolerance) in [(16, 3e-3), (64, 1e-3)] {
             let found = of(&slope, Wrap::Clamp, About::Surface, slices);
@@ -314,10 +314,10 @@ mod tests {
 
     #[test]
     fn trench_floor_visibility_matches_closed_form() {
-        // A repeating trench along t, 41 wide and 20 deep. By the view factor of a slot, cos² of the half angle is hidden from
-        // its middle.
+        // A repeating trench along t is 41 wide and 20 deep. By the view factor of a slot, a fraction cos² of the half angle is
+        // hidden at its middle.
         let trench = |x: u32| if x.abs_diff(64) <= 20 { 0.0 } else { 20.0 };
-        // On a non-repeating map its ends are open.
+        // On a non-repeating map the ends of the trench are open.
         for (transposed, wrap, tolerance) in
             [(false, Wrap::Repeat, 5e-3), (true, Wrap::Repeat, 5e-3), (false, Wrap::Clamp, 8e-3)]
         {

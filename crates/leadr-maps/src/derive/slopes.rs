@@ -1,4 +1,4 @@
-//! Texel slopes: from arbitrary normals, and from heights by the differences that integration inverts.
+//! Texel slopes, computed from arbitrary normals or from heights. Integration inverts the same difference operators.
 
 use rayon::prelude::*;
 
@@ -9,26 +9,26 @@ use crate::{HeightMap, MapFault, Wrap};
 /// Difference operator from heights to slopes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Difference {
-    /// Mean slope of the drawn triangles over a texel's square, as in a [LEADR map](crate::LeadrMap). These are central
-    /// differences with weight 3/4 on the texel's own row and 1/8 on each adjacent row.
+    /// Mean slope of the drawn triangles over a texel's square, as in a [LEADR map](crate::LeadrMap). The central differences
+    /// have weight 3/4 on the texel's own row and 1/8 on each adjacent row.
     #[default]
     Triangles,
     /// Half the difference of the two neighbours.
     Central,
-    /// Difference to the next texel, as in Chan 2018: heights lie half a texel before their slopes.
+    /// Difference to the next texel, as in Chan 2018. Heights lie half a texel before their slopes.
     Forward,
 }
 
-/// Counts of invalid normals. Each still gets a slope.
+/// Counts of invalid normals. Every invalid normal still gets a slope.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SlopeFaults {
-    /// Not finite, or zero length: slope 0.
+    /// Number of normals that are not finite or have zero length. Such normals get slope 0.
     pub broken: u64,
-    /// `z <= 0`: the maximum slope in their direction.
+    /// Number of normals with `z <= 0`, which get the maximum slope in their direction.
     pub below_horizon: u64,
-    /// Clamped to [`STEEPEST`]; excludes normals below the horizon.
+    /// Number of slopes clamped to [`STEEPEST`], excluding normals below the horizon.
     pub steep: u64,
-    /// Length differs from 1 by more than 1/20. Only the direction is used.
+    /// Number of normals whose length differs from 1 by more than 1/20. Only their direction is used.
     pub not_unit: u64,
 }
 
@@ -42,7 +42,6 @@ impl SlopeFaults {
         }
     }
 
-    /// Counts the faults of a normal and returns its slope.
     fn slope(&mut self, normal: [f32; 3]) -> [f32; 2] {
         let [x, y, z] = normal.map(f64::from);
         let length = (x * x + y * y + z * z).sqrt();
@@ -63,24 +62,24 @@ impl SlopeFaults {
     }
 }
 
-/// Limit of slopes from heights, so that squares and sums stay finite.
+/// Upper limit of slopes from heights, so that squares and sums stay finite.
 const STEEPEST_OF_HEIGHTS: f64 = 1e6;
 
-/// Finite slopes per texel, at most [`STEEPEST`] if they come from normals.
+/// Finite slopes of all texels, at most [`STEEPEST`] if they come from normals.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Slopes {
     pub(super) width: u32,
     pub(super) height: u32,
     pub(super) texels: Vec<[f32; 2]>,
-    /// Faults of the normals.
+    /// Counts of invalid normals.
     pub faults: SlopeFaults,
 }
 
 impl Slopes {
-    /// Row-major slopes. Values that are not finite become 0 and count as broken; values beyond 1e6 are clamped.
+    /// Takes row-major slopes. Values that are not finite become 0 and count as broken. Values beyond 1e6 are clamped.
     ///
     /// # Errors
-    /// If a side is 0, or the length is not their product.
+    /// Fails if a side is 0, or if the number of texels is not `width * height`.
     pub fn new(width: u32, height: u32, mut texels: Vec<[f32; 2]>) -> Result<Self, MapFault> {
         check(width, height, texels.len())?;
         let mut faults = SlopeFaults::default();
@@ -95,19 +94,19 @@ impl Slopes {
         Ok(Self { width, height, texels, faults })
     }
 
-    /// Slopes of row-major normals with y along `t` (down). Any values are accepted; see [`SlopeFaults`].
+    /// Computes slopes from row-major normals with y along `t` (down). Any values are accepted; see [`SlopeFaults`].
     ///
     /// # Errors
-    /// If a side is 0, or the length is not their product.
+    /// Fails if a side is 0, or if the number of texels is not `width * height`.
     pub fn of_normals(width: u32, height: u32, normals: &[[f32; 3]]) -> Result<Self, MapFault> {
         check(width, height, normals.len())?;
         Self::of_texels(width, height, |x, y, faults| faults.slope(normals[y as usize * width as usize + x as usize]))
     }
 
-    /// Slopes of a normal map, as read by [`NormalMap::slope`].
+    /// Computes the slopes of a normal map by [`NormalMap::slope`].
     ///
     /// # Errors
-    /// If memory is short.
+    /// Fails if memory runs out.
     pub fn of_normal_map(map: &NormalMap) -> Result<Self, MapFault> {
         let [width, height] = map.texture.raster.size();
         Self::of_texels(width, height, |x, y, faults| {
@@ -123,7 +122,6 @@ impl Slopes {
         })
     }
 
-    /// Computes the slope of each texel and counts faults.
     fn of_texels(
         width: u32,
         height: u32,
@@ -161,10 +159,10 @@ impl Slopes {
         sum.map(|v| v / self.texels.len() as f64)
     }
 
-    /// RMS angle between the normals of these and other slopes, degrees.
+    /// Returns the RMS angle in degrees between the normals of these slopes and of `other`.
     ///
     /// # Panics
-    /// If sizes differ.
+    /// Panics if sizes differ.
     pub fn angle_to(&self, other: &Self) -> f64 {
         assert_eq!(self.size(), other.size(), "slopes of two sizes");
         let unit = |[x, y]: [f32; 2]| {
@@ -175,7 +173,7 @@ impl Slopes {
         let rows = self.texels.par_chunks(self.width as usize).zip(other.texels.par_chunks(self.width as usize));
         let square = |(a, b): (&[f32; 2], &[f32; 2])| {
             let (a, b) = (unit(*a), unit(*b));
-            // By the chord, since the arc cosine is inaccurate for small angles.
+            // The angle is computed from the chord, since the arc cosine is inaccurate for small angles.
             let chord = (0..3).map(|i| (a[i] - b[i]).powi(2)).sum::<f64>().sqrt();
             (2.0 * (0.5 * chord).min(1.0).asin()).powi(2)
         };
@@ -192,8 +190,8 @@ fn check(width: u32, height: u32, len: usize) -> Result<(), MapFault> {
     Ok(())
 }
 
-/// Slopes of heights; `scale` converts heights to texture widths. At the edges of a non-repeating map, differences use the single
-/// neighbour.
+/// Computes the slopes of heights. `scale` converts heights to texture widths. At the edges of a non-repeating map, differences
+/// use the single neighbour.
 pub fn slopes_of_heights(heights: &HeightMap, scale: f32, wrap: Wrap, difference: Difference) -> Slopes {
     let (width, height) = (heights.width, heights.height);
     let per_texel = f64::from(scale) * f64::from(width);
@@ -207,7 +205,7 @@ pub fn slopes_of_heights(heights: &HeightMap, scale: f32, wrap: Wrap, difference
     Slopes { width, height, texels, faults: SlopeFaults::default() }
 }
 
-/// Heights per texel.
+/// Returns the slopes at a texel in units of height per texel.
 fn differences(map: &HeightMap, wrap: Wrap, difference: Difference, x: u32, y: u32) -> [f64; 2] {
     let at = |x: usize, y: usize| f64::from(map.texels[y * map.width as usize + x]);
     let near = |k: u32, of: u32| match k {

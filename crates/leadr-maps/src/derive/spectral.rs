@@ -1,7 +1,8 @@
-//! Orthonormal transforms of real images of any size. They turn convolutions by kernels that are even along both axes into
-//! products. Repeating images use the Hartley transform; images mirrored at their edges use the cosine transform (DCT-II).
+//! Orthonormal transforms of real images of any size, which turn convolutions by kernels that are even along both axes into
+//! products. Repeating images use the Hartley transform. Images mirrored at their edges use the cosine transform (DCT-II).
 //!
-//! Two rows form the real and imaginary parts of one complex transform, so nothing is computed twice or stored besides the image.
+//! Two rows form the real and imaginary parts of one complex transform. Nothing is therefore computed twice or stored besides
+//! the image.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -12,17 +13,15 @@ use rustfft::{Fft, FftPlanner};
 
 use crate::Wrap;
 
-/// Transform of rows of one length.
 pub(super) struct Transform {
     length: usize,
     wrap: Wrap,
     forward: Arc<dyn Fft<f32>>,
     backward: Arc<dyn Fft<f32>>,
-    /// `exp(-i pi k / 2 n)`.
+    /// Table of `exp(-i pi k / 2 n)`.
     twiddles: Vec<Complex<f32>>,
 }
 
-/// Scratch buffers of a worker.
 #[derive(Clone)]
 pub(super) struct Scratch {
     pair: Vec<Complex<f32>>,
@@ -46,7 +45,7 @@ impl Transform {
         }
     }
 
-    /// Phase per texel of each basis function, in the order of the coefficients.
+    /// Returns the phase per texel of each basis function, in the order of the coefficients.
     pub fn phases(&self) -> Vec<f64> {
         let step = if self.wrap == Wrap::Repeat { TAU } else { PI } / self.length as f64;
         (0..self.length).map(|k| step * k as f64).collect()
@@ -58,12 +57,12 @@ impl Transform {
         Scratch { pair: vec![zero; self.length], own: vec![zero; own], blank: vec![0.0; self.length] }
     }
 
-    /// Position of a texel in Makhoul's (1980) order: even columns, then odd columns reversed.
+    /// Returns the position of a texel in Makhoul's (1980) order: even columns, then odd columns reversed.
     fn slot(&self, x: usize) -> usize {
         if x.is_multiple_of(2) { x / 2 } else { self.length - 1 - x / 2 }
     }
 
-    /// Transforms one or two consecutive rows; inverse unless `forward`.
+    /// Transforms one or two consecutive rows in place. The transform is inverse unless `forward` is set.
     pub fn rows(&self, rows: &mut [f32], scratch: &mut Scratch, forward: bool) {
         let pair = if forward { Self::forward } else { Self::backward };
         let (a, b) = rows.split_at_mut(self.length);
@@ -88,7 +87,7 @@ impl Transform {
         let unit = (1.0 / n as f64).sqrt() as f32;
         for k in 0..n {
             let (here, other) = (z[k], z[if k == 0 { 0 } else { n - k }]);
-            // Twice the spectra of the two rows.
+            // The result is twice the spectra of the two rows.
             let of_a = Complex::new(here.re + other.re, here.im - other.im);
             let of_b = Complex::new(here.im + other.im, other.re - here.re);
             if self.wrap == Wrap::Repeat {
@@ -127,7 +126,6 @@ impl Transform {
     }
 }
 
-/// Transposes an image.
 pub(super) fn transpose(from: &[f32], width: usize, to: &mut [f32]) {
     const BLOCK: usize = 32;
     let height = from.len() / width.max(1);
@@ -178,7 +176,7 @@ mod tests {
         for n in [1, 2, 5, 64, 97] {
             for wrap in [Wrap::Repeat, Wrap::Clamp] {
                 let transform = Transform::new(n, wrap);
-                // A pair of rows, and a single row.
+                // Test both a pair of rows and a single row.
                 for count in [2 * n, n] {
                     let given = &rows(n)[..count];
                     let mut found = given.to_vec();

@@ -1,28 +1,29 @@
 //! Horizons along parallel lines, by convex hulls (Timonen and Westerholm 2010, "Scalable height field self-shadowing").
 //!
-//! Parallel lines cross every column of the map; a texel belongs to its closest line. Along a line, heights between two texels of
-//! a column are interpolated on the edge that joins them. The passed points are kept as their upper hull. A texel's horizon is
-//! the tangent to that hull, found in a step or two. Reach is unlimited, and the cost per texel does not depend on the relief.
+//! Parallel lines cross every column of the map, and a texel belongs to its closest line. Where a line passes between two
+//! texels of a column, their heights are interpolated. The upper hull of the passed points is kept. A texel's horizon is the
+//! tangent to that hull, found in one or two steps. Reach is unlimited, and the cost per texel does not depend on the relief.
 //!
-//! A texel uses its own height, not the line's, extrapolated along its slope to the line. The two columns beside it do not use
-//! the line: the crossings of a ray from the texel itself are known exactly there ([`occlusion`](super::occlusion)).
+//! A texel uses its own height, extrapolated along its slope to the line, and not the height of the line. The two nearest
+//! columns on either side do not use the line, because the crossings of a ray from the texel itself are exact there
+//! ([`occlusion`](super::occlusion)).
 
 use rayon::prelude::*;
 
 use crate::Wrap;
 
-/// Columns beside a texel with exact ray crossings; hulls begin beyond them.
+/// Number of columns on either side of a texel with exact ray crossings. Hulls begin beyond these columns.
 pub(super) const NEAR: usize = 2;
-/// Cell size ratio of successive coarser copies of the map, and the distance in cells at which each takes over.
+/// Ratio of cell sizes between successive coarser copies of the map. Each copy takes over at this distance, in its own cells.
 const COARSER: usize = 8;
 
-/// Row-major heights in texels.
+/// A height field: row-major heights in units of texels.
 pub(super) struct Field {
     pub width: usize,
     pub height: usize,
     pub texels: Vec<f32>,
     pub wrap: Wrap,
-    /// Means over 8 x 8, 64 x 64 … texels, for distant ground before the start of a line.
+    /// Means over 8 x 8, 64 x 64 … texels, which approximate distant ground before the start of a line.
     coarse: Vec<Coarse>,
 }
 
@@ -32,7 +33,7 @@ struct Coarse {
     texels: Vec<f32>,
 }
 
-/// Horizons as rise per column, ahead (towards higher columns) and behind; negative rises are 0.
+/// Horizons as rise per column, ahead (towards higher columns) and behind. Negative rises become 0.
 pub(super) struct Horizons {
     /// Row offset of lines in each column, relative to column 0.
     pub shifts: Vec<i64>,
@@ -59,7 +60,7 @@ impl Field {
         Self { width, height, texels, wrap, coarse }
     }
 
-    /// Interpolated height at a fractional row of a column, which may lie outside the map.
+    /// Returns the interpolated height at a fractional row of a column, which may lie outside the map.
     fn at(&self, x: i64, y: f32) -> f32 {
         let low = y.floor();
         let part = y - low;
@@ -69,7 +70,7 @@ impl Field {
         a + part * (b - a)
     }
 
-    /// Mean height of a coarse cell.
+    /// Returns the mean height of the coarse cell at a position.
     fn far(&self, level: usize, x: f64, y: f64) -> f32 {
         let coarse = &self.coarse[level];
         let cell = |v: f64, of: usize, cells: usize| {
@@ -79,11 +80,11 @@ impl Field {
         coarse.texels[cell(y, self.height, coarse.height) * coarse.width + cell(x, self.width, coarse.width)]
     }
 
-    /// Horizons along all lines that rise `tangent` rows per column, -1 to 1.
+    /// Returns the horizons along all lines that rise `tangent` rows per column, -1 to 1.
     pub fn horizons(&self, tangent: f64) -> Horizons {
         let shifts: Vec<i64> = (0..self.width).map(|x| (x as f64 * tangent).round() as i64).collect();
         let (low, high) = (shifts[self.width - 1].min(0), shifts[self.width - 1].max(0));
-        // Without repeats, lines also enter through the top and bottom edges.
+        // On a non-repeating map, lines also enter through the top and bottom edges.
         let (first, lines) =
             if self.wrap == Wrap::Repeat { (0, self.height) } else { (-high, self.height + (high - low) as usize) };
         let mut values = vec![[0.0; 2]; lines * self.width];
@@ -115,7 +116,7 @@ impl Field {
                         hull.push(passed as f32, z);
                     }
                 }
-                // Reverse direction: columns are counted from the end.
+                // In the reverse direction, columns are counted from the end.
                 hull.clear();
                 let last = self.width as f32 - 1.0;
                 for &[distance, level] in before.iter().rev() {
@@ -133,8 +134,8 @@ impl Field {
         Horizons { shifts, first, width: self.width, lines, wrap: self.wrap, values }
     }
 
-    /// Distances before the first column, with the copy of the map to read there (0: the map itself). Near to far, while a rise
-    /// of 1/64 is possible.
+    /// Returns sample distances before the first column, near to far, each with the index of the coarse copy to sample (0: the
+    /// map itself). The list ends where no rise of 1/64 is possible.
     fn before(&self, tangent: f64, range: f64) -> Vec<[f32; 2]> {
         let mut found = Vec::new();
         if self.wrap == Wrap::Clamp {
@@ -142,7 +143,7 @@ impl Field {
         }
         let reach = 64.0 * range / (1.0 + tangent * tangent).sqrt();
         let (mut distance, mut level, mut cell) = ((NEAR + 1) as f64, 0, 1usize);
-        // The coarsest copy is a single height.
+        // The coarsest copy consists of a single height.
         while distance <= reach && level < self.coarse.len() {
             if distance >= (COARSER * COARSER * cell) as f64 {
                 level += 1;
@@ -155,7 +156,7 @@ impl Field {
         found
     }
 
-    /// Height of a texel, extrapolated along its slope to a line's crossing of its column.
+    /// Returns the height of a texel, extrapolated along its slope to the point where a line crosses its column.
     fn moved(&self, x: usize, row: i64, line: f32) -> f32 {
         let aside = line - row as f32;
         let [a, own, b] = [-1, 0, 1].map(|step| {
@@ -166,7 +167,7 @@ impl Field {
         own + 0.5 * aside * (b - a)
     }
 
-    /// Height of a line before the first or after the last column.
+    /// Returns the height of a line before the first or after the last column.
     fn beyond(&self, start: i64, tangent: f64, x: f32, level: f32) -> f32 {
         let y = start as f64 + f64::from(x) * tangent;
         match level as usize {
@@ -175,7 +176,6 @@ impl Field {
         }
     }
 
-    /// Fills `line` with heights of a range of columns.
     fn fill(&self, line: &mut Vec<f32>, start: i64, tangent: f64, columns: std::ops::Range<i64>) {
         line.clear();
         let (height, width) = (self.height as i64, self.width);
@@ -228,7 +228,7 @@ impl Horizons {
     }
 }
 
-/// Upper hull of points with increasing `x`.
+/// Upper hull of points in order of increasing `x`.
 #[derive(Default)]
 struct Hull {
     points: Vec<[f32; 2]>,
@@ -249,7 +249,7 @@ impl Hull {
         self.points.push([x, z]);
     }
 
-    /// Steepest rise from a position beyond the last point, at least 0.
+    /// Returns the steepest rise from a position beyond the last point, at least 0.
     fn rise(&self, x: f32, z: f32) -> f32 {
         let mut best = f32::MIN;
         for point in self.points.iter().rev() {
@@ -272,7 +272,7 @@ mod tests {
         Field::new(width, height, (0..width * height).map(texel).collect(), wrap)
     }
 
-    /// Compares with a search over all columns.
+    /// Compares the hulls with a search over all columns.
     #[test]
     fn hulls_match_exhaustive_search() {
         for wrap in [Wrap::Repeat, Wrap::Clamp] {
@@ -288,7 +288,7 @@ mod tests {
                             let start = y as i64 - horizons.shifts[x];
                             let line = (start as f64 + x as f64 * tangent) as f32;
                             let own = field.moved(x, start + horizons.shifts[x], line);
-                            // Up to the range that reads the map itself.
+                            // The search covers the range in which the hulls read the map itself.
                             let seen = |side: i64| {
                                 let columns = match (wrap, side) {
                                     (Wrap::Repeat, 1) => x as i64 + 3..width as i64 + 63,
@@ -308,7 +308,7 @@ mod tests {
                             };
                             let (ahead, behind) = (seen(1), seen(-1));
                             let apart = (found[0] - ahead).abs().max((found[1] - behind).abs());
-                            // More distant ground is approximated by blocks.
+                            // More distant ground is approximated by coarse cells.
                             let far = if wrap == Wrap::Repeat { 0.13 } else { 1e-4 };
                             assert!(
                                 apart < 1e-4 || found[0].max(found[1]) < far,

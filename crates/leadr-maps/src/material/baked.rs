@@ -5,10 +5,10 @@ use crate::MapFault;
 use crate::baked::{BakedMap, HeightUnit};
 
 impl Material {
-    /// The finest level of a baked map as a material: heights, slopes from normals, roughness, colour.
+    /// Converts the finest level of a baked map to a material: heights, slopes from normals, roughness, colour.
     ///
     /// # Errors
-    /// If its kind is not LEADR, it does not repeat, or a height is too large.
+    /// Fails if the map is not of kind LEADR, does not repeat, or has a height that is too large.
     pub fn of_baked(map: &BakedMap) -> Result<Self, MapFault> {
         map.check_drawable()?;
         let mut material = Self::new("baked map");
@@ -23,14 +23,14 @@ impl Material {
             material.relief = Some(Relief { map: map.height_map()?, scale: None, in_widths, middle: map.middle });
         }
         if let (true, Some(across), Some(mut down)) = (map.of_normals, map.channel("x"), map.channel("y")) {
-            // From per texture height to per texture width.
+            // Converts slopes from per texture height to per texture width.
             down.iter_mut().for_each(|slope| *slope *= width as f32 / height as f32);
             let none = vec![0.0; down.len()];
             let texture = texture(&[across, down, none], Encoding::Slopes)?;
             material.normal_map = Some(NormalMap { texture, green: GreenAxis::Up, scale: 1.0 });
         }
         if let Some(mut roughness) = map.channel("alpha2") {
-            // Back to perceptual roughness, which is interpolated.
+            // The roughness is converted back to perceptual roughness, which is interpolated.
             roughness.iter_mut().for_each(|square| *square = as_code(square.max(0.0).sqrt().sqrt()));
             material.roughness = Input::texture(texture(&[roughness], Encoding::Linear)?, 0);
             material.roughness_meaning = RoughnessMeaning::Perceptual;

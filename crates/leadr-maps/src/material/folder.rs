@@ -1,4 +1,4 @@
-//! Material folders as downloaded: file names give the role of each picture.
+//! Material folders as downloaded. The file names determine the role of each picture.
 
 use std::path::{Path, PathBuf};
 
@@ -39,7 +39,7 @@ pub enum Role {
     Emission,
 }
 
-/// Words of each role, in lower case without separators.
+/// File name words that indicate each role, in lower case without separators.
 const WORDS: &[(Role, &[&str])] = &[
     (Role::Color, &["color", "colour", "col", "albedo", "basecolor", "basecolour", "diffuse", "diff", "basemap"]),
     (Role::Roughness, &["roughness", "rough", "rgh"]),
@@ -61,13 +61,13 @@ const EXTENSIONS: [&str; 4] = ["png", "jpg", "jpeg", "exr"];
 /// Maximum number of folder entries to examine.
 const MOST_ENTRIES: usize = 10_000;
 
-/// The role given by a file name: that of its last recognised word.
+/// Returns the role of a file: the role of the last recognised word in its name.
 pub fn role_of(file: &Path) -> Option<Role> {
     let stem = file.file_stem()?.to_str()?.to_ascii_lowercase();
     let words: Vec<&str> = stem.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty()).collect();
     let found = |word: &str| WORDS.iter().find(|(_, words)| words.contains(&word)).map(|(role, _)| *role);
     (0..words.len()).rev().find_map(|last| {
-        // Word pairs first: "nor_gl" before "nor".
+        // Word pairs come first: "nor_gl" before "nor".
         let pair = (last > 0).then(|| [words[last - 1], words[last]].concat());
         pair.and_then(|pair| found(&pair)).or_else(|| found(words[last]))
     })
@@ -78,7 +78,7 @@ pub fn role_of(file: &Path) -> Option<Role> {
 pub struct MaterialFolder {
     /// The folder's name.
     pub name: String,
-    /// One picture for each role, in the order of roles.
+    /// Pictures in the order of roles, one for each role.
     pub pictures: Vec<(Role, PathBuf)>,
     /// One message for each ignored file.
     pub remarks: Vec<String>,
@@ -88,7 +88,7 @@ impl MaterialFolder {
     /// Reads the file names of a folder.
     ///
     /// # Errors
-    /// If the folder is missing or unreadable, two pictures have the same role, or none has a role.
+    /// Fails if the folder is missing or unreadable, two pictures have the same role, or no picture has a role.
     pub fn open(folder: impl AsRef<Path>) -> Result<Self, MapError> {
         let folder = folder.as_ref();
         Self::find(folder).map_err(|fault| fault.in_file(folder))
@@ -126,7 +126,7 @@ impl MaterialFolder {
         Ok(this)
     }
 
-    /// Keeps the most specific of several pictures with the same information.
+    /// Keeps only the most specific of several pictures with the same information.
     fn leave_aside(&mut self) {
         use Role::{Gloss, Metalness, Normal, NormalDown, NormalUp, Packed, Roughness};
         for (kept, other) in [
@@ -151,7 +151,7 @@ impl MaterialFolder {
         }
     }
 
-    /// The picture with a role.
+    /// Returns the picture with a role.
     pub fn picture(&self, role: Role) -> Option<&Path> {
         self.pictures.iter().find(|(other, _)| *other == role).map(|(_, file)| file.as_path())
     }
@@ -159,7 +159,7 @@ impl MaterialFolder {
     /// Reads the pictures.
     ///
     /// # Errors
-    /// If one is damaged, too large or of the wrong kind.
+    /// Fails if a picture is damaged, too large or of the wrong kind.
     pub fn load(&self) -> Result<Material, MapError> {
         let mut material = Material::new(&self.name);
         for (role, file) in &self.pictures {
@@ -194,7 +194,7 @@ impl Material {
     /// Reads base colours.
     ///
     /// # Errors
-    /// If it is damaged, too large or of the wrong kind.
+    /// Fails if the picture is damaged, too large or of the wrong kind.
     pub fn set_colors(&mut self, file: &Path) -> Result<(), MapError> {
         self.base_color = Input::colors(texture(file, Encoding::Srgb)?);
         Ok(())
@@ -203,7 +203,7 @@ impl Material {
     /// Reads a perceptual roughness or a gloss.
     ///
     /// # Errors
-    /// If it is damaged, too large or of the wrong kind.
+    /// Fails if the picture is damaged, too large or of the wrong kind.
     pub fn set_roughness(&mut self, file: &Path, gloss: bool) -> Result<(), MapError> {
         self.roughness = numbers(file)?;
         self.roughness_meaning =
@@ -211,10 +211,10 @@ impl Material {
         Ok(())
     }
 
-    /// Reads a normal map. `green`: direction of its green channel; `None` detects it.
+    /// Reads a normal map. `green` is the direction of its green channel; `None` detects the direction.
     ///
     /// # Errors
-    /// If it is damaged, too large or has one channel.
+    /// Fails if the picture is damaged, too large or has one channel.
     pub fn set_normals(&mut self, file: &Path, green: Option<GreenAxis>) -> Result<(), MapError> {
         let texture = texture(file, Encoding::Linear)?;
         if texture.raster.channels() == 1 {
@@ -226,10 +226,10 @@ impl Material {
         Ok(())
     }
 
-    /// Reads ambient occlusion: the visible share of the surroundings.
+    /// Reads ambient occlusion: the visible fraction of the hemisphere.
     ///
     /// # Errors
-    /// If it is damaged, too large or of the wrong kind.
+    /// Fails if the picture is damaged, too large or of the wrong kind.
     pub fn set_occlusion(&mut self, file: &Path) -> Result<(), MapError> {
         self.occlusion = numbers(file)?;
         Ok(())
@@ -238,7 +238,7 @@ impl Material {
     /// Reads visibility cones from a picture of `leadr bake --kind cones`.
     ///
     /// # Errors
-    /// If they are damaged, too large, or do not have four channels.
+    /// Fails if the picture is damaged, too large, or does not have four channels.
     pub fn set_cones(&mut self, file: &Path) -> Result<(), MapError> {
         let texture = texture(file, Encoding::Linear)?;
         if texture.raster.channels() != 4 {
@@ -253,7 +253,7 @@ impl Material {
     /// Reads heights with an unknown unit.
     ///
     /// # Errors
-    /// If they are damaged, too large or of the wrong kind.
+    /// Fails if the picture is damaged, too large or of the wrong kind.
     pub fn set_heights(&mut self, file: &Path) -> Result<(), MapError> {
         let map = load_height_map(file)?;
         let middle = map.mean();
@@ -262,7 +262,6 @@ impl Material {
     }
 }
 
-/// An input from the first channel of a picture.
 fn numbers(file: &Path) -> Result<Input<f32>, MapError> {
     Ok(Input::texture(texture(file, Encoding::Linear)?, 0))
 }

@@ -1,7 +1,7 @@
 //! Materials: one type for everything that is drawn, and for all file formats.
 //!
-//! Each property is a constant or a texture ([`Input`]). Textures have their own coordinates, transform, addressing and encoding.
-//! Filtering happens later, where a material meets its mesh and relief.
+//! Each material property is a constant or a texture ([`Input`]). Textures have their own coordinates, transform, addressing
+//! mode and encoding. Filtering happens later, when a material is combined with a mesh and relief.
 
 mod baked;
 mod folder;
@@ -18,44 +18,45 @@ use super::HeightMap;
 use leadr_reflectance::facets::gloss::Gloss;
 use leadr_reflectance::materials::fitted_table::FittedTable;
 
-/// A property: a constant, or a texture times a constant factor.
+/// A material property: a constant, or a texture times a constant factor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Input<T> {
-    /// The constant, or the factor on the texture.
+    /// The constant value, or the factor on the texture.
     pub factor: T,
     /// Optional texture.
     pub texture: Option<Texture>,
-    /// Channel of a scalar property, 0 to 3; colours use the first three.
+    /// Channel of a scalar property, 0 to 3. Colours use the first three channels.
     pub channel: usize,
 }
 
 impl<T> Input<T> {
-    /// A constant property.
+    /// Creates a constant property.
     pub const fn constant(value: T) -> Self {
         Self { factor: value, texture: None, channel: 0 }
     }
 }
 
 impl Input<f32> {
-    /// A scalar property from a channel of a texture.
+    /// Creates a scalar property from a channel of a texture.
     pub const fn texture(texture: Texture, channel: usize) -> Self {
         Self { factor: 1.0, texture: Some(texture), channel }
     }
 }
 
 impl Input<[f32; 3]> {
-    /// A colour property from a texture.
+    /// Creates a colour property from a texture.
     pub const fn colors(texture: Texture) -> Self {
         Self { factor: [1.0; 3], texture: Some(texture), channel: 0 }
     }
 }
 
-/// Code, 0 to 255, of a roughness `α` in 0..1 in colour maps. It stores the square root, for precision on smooth surfaces.
+/// Returns the code, 0 to 255, of a roughness `α` in 0..1 in colour maps. The code stores the square root of `α`, for precision
+/// on smooth surfaces.
 pub fn alpha_code(alpha: f32) -> u8 {
     (alpha.clamp(0.0, 1.0).sqrt() * 255.0 + 0.5) as u8
 }
 
-/// The roughness `α` of a code; inverse of [`alpha_code`].
+/// Returns the roughness `α` of a code; inverse of [`alpha_code`].
 pub fn alpha_of(code: u8) -> f32 {
     (f32::from(code) / 255.0).powi(2)
 }
@@ -63,17 +64,17 @@ pub fn alpha_of(code: u8) -> f32 {
 /// Meaning of roughness values.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub enum RoughnessMeaning {
-    /// Perceptual: `α` is its square, as in glTF and most texture libraries.
+    /// Perceptual roughness, whose square is `α`, as in glTF and most texture libraries.
     #[default]
     Perceptual,
-    /// `α` of the microfacet distribution: `√2` times the standard deviation of a Beckmann surface's slopes.
+    /// Roughness `α` of the microfacet distribution: `√2` times the standard deviation of a Beckmann surface's slopes.
     Alpha,
     /// Gloss or smoothness on a given scale.
     Gloss(Gloss),
 }
 
 impl RoughnessMeaning {
-    /// `α` of a value in 0..1.
+    /// Returns the roughness `α` of a value in 0..1.
     pub fn alpha(self, value: f32) -> f32 {
         match self {
             Self::Perceptual => value * value,
@@ -86,20 +87,20 @@ impl RoughnessMeaning {
 /// Anisotropic roughness, as in `KHR_materials_anisotropy`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Anisotropy {
-    /// 0 (isotropic) to 1. Along the direction, `α` is interpolated towards 1 by the squared strength.
+    /// Strength, 0 (isotropic) to 1. Along the direction, `α` is interpolated towards 1 by the squared strength.
     pub strength: Input<f32>,
-    /// Rotation of the direction from the tangent towards the bitangent, radians.
+    /// Rotation of the direction from the tangent towards the bitangent, in radians.
     pub rotation: f32,
-    /// Directions in the tangent plane (red and green as -1..1), rotated by `rotation`. `None`: the tangent.
+    /// Directions in the tangent plane (red and green as -1..1), rotated by `rotation`. `None` uses the tangent.
     pub direction: Option<Texture>,
 }
 
 /// Normal map in the tangent frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NormalMap {
-    /// Red and green as -1..1 are x and y. Blue is z; two-channel images derive it.
+    /// Normals as a texture. Red and green as -1..1 are x and y. Blue is z, which two-channel images derive.
     pub texture: Texture,
-    /// Direction of green.
+    /// Direction of the green channel.
     pub green: GreenAxis,
     /// Factor on x and y.
     pub scale: f32,
@@ -108,10 +109,10 @@ pub struct NormalMap {
 /// Direction of a normal map's green channel in the image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum GreenAxis {
-    /// Up (OpenGL, glTF).
+    /// Green points up (OpenGL, glTF).
     #[default]
     Up,
-    /// Down (DirectX).
+    /// Green points down (DirectX).
     Down,
 }
 
@@ -120,7 +121,7 @@ pub enum GreenAxis {
 pub struct Relief {
     /// The heights, over the first texture coordinates.
     pub map: HeightMap,
-    /// Metres per unit of the map; `None` if unknown.
+    /// Metres per unit of the map. `None` if unknown.
     pub scale: Option<f32>,
     /// Whether the unit is the texture width, if `scale` is unknown.
     pub in_widths: bool,
@@ -128,21 +129,20 @@ pub struct Relief {
     pub middle: f32,
 }
 
-/// A detail material over another one that repeats more often.
+/// A detail material that repeats more often than its base material.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MaterialDetail {
     /// The detail material. Its heights and normals affect only shading.
     pub material: Material,
-    /// Whether colour and roughness apply besides slopes; true if files define them.
+    /// Whether the detail affects colour and roughness as well as slopes. True if its files define them.
     pub colored: bool,
-    /// Repeats per repeat of the base material.
+    /// Number of repeats within one repeat of the base material.
     pub repeat: f32,
-    /// Counter-clockwise rotation, degrees.
+    /// Counter-clockwise rotation in degrees.
     pub rotation: f32,
-    /// Factor on its heights and slopes.
+    /// Factor on the heights and slopes of the detail.
     pub height_scale: f32,
-    /// Coverage, 0 to 1, over one repeat of the base material. `None`: the detail modulates the base everywhere instead of
-    /// covering it.
+    /// Coverage, 0 to 1, over one repeat of the base material. `None` modulates the base everywhere instead of covering it.
     pub mask: Option<Texture>,
 }
 
@@ -156,17 +156,17 @@ pub enum Opacity {
     Mask {
         /// Mask value, usually the base colour's alpha.
         mask: Input<f32>,
-        /// Smallest visible value.
+        /// Smallest mask value that is visible.
         cutoff: f32,
     },
-    /// Partial opacity. Drawn where it is at least one half, since transparency is not supported.
+    /// Partial opacity. The surface is drawn where the opacity is at least one half, since transparency is not supported.
     Blend {
         /// Opacity, 0 to 1.
         share: Input<f32>,
     },
 }
 
-/// A surface material. Colours are linear Rec.709, 0 to 1 except for emission.
+/// A surface material. Colours are linear Rec.709, from 0 to 1 except for emission.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
     /// Name in messages and on the command line.
@@ -179,13 +179,13 @@ pub struct Material {
     pub roughness: Input<f32>,
     /// Meaning of the roughness values.
     pub roughness_meaning: RoughnessMeaning,
-    /// Facets of a measured material. Roughness scales their slopes; they have their own reflectance.
+    /// Facet distribution of a measured material, with its own reflectance. Roughness scales the slopes of the facets.
     pub fit: Option<Arc<FittedTable>>,
     /// Anisotropy, if any.
     pub anisotropy: Option<Anisotropy>,
     /// Reflectance at normal incidence of dielectrics. The product of factor and texture is clamped to 1.
     pub f0: Input<[f32; 3]>,
-    /// Metals: F82 tint, the reduction of reflectance below Schlick's curve towards grazing incidence, 0 to 4
+    /// F82 tint of metals, 0 to 4: the reduction of reflectance below Schlick's curve towards grazing incidence
     /// ([`fresnel_edge_tint`](leadr_reflectance::facets::fresnel::fresnel_edge_tint)). 0 if not given.
     pub edge_tint: [f32; 3],
     /// Normal map.
@@ -196,12 +196,12 @@ pub struct Material {
     pub detail: Option<Box<MaterialDetail>>,
     /// Factor on the Fresnel reflectance of dielectrics at every angle, 0 to 1.
     pub specular: Input<f32>,
-    /// Ambient occlusion: visible share of the surroundings, 0 to 1.
+    /// Ambient occlusion: the visible fraction of the hemisphere, 0 to 1.
     pub occlusion: Input<f32>,
     /// Strength of the occlusion, 0 to 1; 0 disables it.
     pub occlusion_strength: f32,
-    /// Visibility cones instead of occlusion. Red, green and blue as -1..1 are the mean open direction in the tangent frame with
-    /// y up, longer for a narrower cone. Alpha is the visible share
+    /// Visibility cones, which replace the occlusion. Red, green and blue as -1..1 are the mean open direction in the tangent
+    /// frame with y up, longer for a narrower cone. Alpha is the visible fraction
     /// ([`Cone::of_vector`](leadr_reflectance::masking::occlusion::Cone::of_vector)).
     pub cones: Option<Texture>,
     /// Emitted radiance.
@@ -210,7 +210,7 @@ pub struct Material {
     pub opacity: Opacity,
     /// Whether back faces are visible.
     pub double_sided: bool,
-    /// Whether to show only the base colour, independent of light.
+    /// Whether only the base colour is shown, independent of light.
     pub unlit: bool,
 }
 
@@ -244,7 +244,7 @@ impl Material {
         }
     }
 
-    /// Number of texture coordinate sets in use: one more than the largest index, 0 without textures.
+    /// Returns the number of texture coordinate sets in use: one more than the largest index, or 0 without textures.
     pub fn coordinate_sets(&self) -> u32 {
         let colors = [&self.base_color, &self.f0, &self.emission].map(|input| input.texture.as_ref());
         let numbers =

@@ -12,7 +12,7 @@ pub enum Samples {
     U8(Vec<u8>),
     /// 16-bit codes: 65535 is 1.
     U16(Vec<u16>),
-    /// Values as stored.
+    /// Floats as stored.
     F32(Vec<f32>),
 }
 
@@ -26,7 +26,7 @@ impl Samples {
     }
 }
 
-/// An image of one to four channels, row 0 on top; its users define its meaning. At least 1 x 1; floats are finite.
+/// An uninterpreted image of one to four channels, with row 0 on top. The image has at least one texel, and floats are finite.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Raster {
     width: u32,
@@ -36,11 +36,11 @@ pub struct Raster {
 }
 
 impl Raster {
-    /// An image of `width * height` texels of 1 to 4 channels.
+    /// Creates an image of `width * height` texels with 1 to 4 channels.
     ///
     /// # Errors
-    /// If a side is 0, there are 0 or more than 4 channels, the samples do not fill the size, or a float is not finite (the error
-    /// gives its position).
+    /// Fails if a side is 0, there are 0 or more than 4 channels, the samples do not fill the size, or a float is not finite
+    /// (the error gives its position).
     pub fn new(width: u32, height: u32, channels: usize, samples: Samples) -> Result<Self, MapFault> {
         if width == 0 || height == 0 {
             return Err(MapFault::Empty { width: width.into(), height: height.into() });
@@ -59,17 +59,17 @@ impl Raster {
         Ok(Self { width, height, channels, samples })
     }
 
-    /// Texels across.
+    /// Width in texels.
     pub const fn width(&self) -> u32 {
         self.width
     }
 
-    /// Texels down.
+    /// Height in texels.
     pub const fn height(&self) -> u32 {
         self.height
     }
 
-    /// Texels across and down.
+    /// Width and height in texels.
     pub const fn size(&self) -> [u32; 2] {
         [self.width, self.height]
     }
@@ -84,7 +84,7 @@ impl Raster {
         &self.samples
     }
 
-    /// The value of a channel at a texel: codes as 0..1, floats as stored. Grey images return grey for each colour; images
+    /// Returns a channel of a texel: codes as 0..1, floats as stored. Grey images return grey for each colour, and images
     /// without alpha return 1 for alpha. Panics outside the image.
     pub fn value(&self, x: u32, y: u32, channel: usize) -> f32 {
         assert!(x < self.width && y < self.height && channel < 4, "({x}, {y}), channel {channel} of {self:?}");
@@ -102,7 +102,7 @@ impl Raster {
         }
     }
 
-    /// The linear colour at a texel. `encoding` applies to codes; floats are always linear.
+    /// Returns the linear colour of a texel. `encoding` applies to codes; floats are always linear.
     pub fn color(&self, x: u32, y: u32, encoding: Encoding) -> [f32; 3] {
         let codes = [0, 1, 2].map(|channel| self.value(x, y, channel));
         match (encoding, &self.samples) {
@@ -137,7 +137,7 @@ pub enum TextureWrap {
 }
 
 impl TextureWrap {
-    /// The texel for index `i` in a side of `length`.
+    /// Returns the texel for index `i` on a side of `length` texels.
     pub fn texel(self, i: i64, length: u32) -> u32 {
         let length = i64::from(length);
         (match self {
@@ -156,20 +156,20 @@ impl TextureWrap {
 pub struct Texture {
     /// The texels, shared between textures.
     pub raster: Arc<Raster>,
-    /// Name in messages: that of the file, or of file and image.
+    /// Name in messages: the file name, or the names of file and image.
     pub name: String,
-    /// Encoding of its codes.
+    /// Encoding of the texel codes.
     pub encoding: Encoding,
     /// Index of the mesh's texture coordinate set, from 0.
     pub coordinates: u32,
     /// Transform from mesh coordinates to texture space, where the image covers `[0, 1]²` with `t` down.
     pub transform: glam::Affine2,
-    /// Addressing along `s` and `t`.
+    /// Addressing modes along `s` and `t`.
     pub wrap: [TextureWrap; 2],
 }
 
 impl Texture {
-    /// A repeating image over the first coordinate set.
+    /// Creates a repeating image over the first coordinate set.
     pub fn new(raster: Raster, name: impl Into<String>, encoding: Encoding) -> Self {
         Self {
             raster: Arc::new(raster),

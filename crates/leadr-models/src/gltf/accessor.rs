@@ -6,24 +6,22 @@ use super::json::{Item, Location, Read};
 use crate::fault::{ModelFault, shown};
 use crate::limits::Budget;
 
-/// A buffer: declared length and bytes; `None` if an extension defines them.
+/// A buffer's declared length and bytes. The bytes are `None` if an extension defines them.
 pub(super) struct Buffer<'a> {
     pub(super) length: u64,
     pub(super) bytes: Option<Cow<'a, [u8]>>,
 }
 
-/// A slice of a buffer.
 #[derive(Clone, Copy)]
 pub(super) struct BufferView<'a> {
     location: Location,
     length: u64,
     bytes: Option<&'a [u8]>,
-    /// Bytes between elements, if specified.
+    /// Byte stride between elements, if specified.
     stride: Option<usize>,
 }
 
 impl<'a> BufferView<'a> {
-    /// Reads a buffer view.
     pub(super) fn read(item: &Item<'_>, buffers: &'a [Buffer<'_>]) -> Read<Self> {
         let buffer = item.index("buffer", "buffer", buffers.len())?;
         let whole = &buffers[item.required("buffer", buffer)?];
@@ -45,12 +43,12 @@ impl<'a> BufferView<'a> {
         Ok(Self { location: item.location, length, bytes, stride: stride.map(|s| s as usize) })
     }
 
-    /// The bytes; an error if the buffer has none.
+    /// Returns the bytes, or an error if the buffer has none.
     pub(super) fn bytes(&self) -> Read<&'a [u8]> {
         self.bytes.ok_or_else(|| self.location.fault("is needed, but its buffer has no readable data"))
     }
 
-    /// A part of the view, if it has bytes. `what` describes its content in errors.
+    /// Returns a range of the view, if it has bytes. `what` describes the content in errors.
     fn part(&self, item: &Item<'_>, offset: u64, length: u64, what: &str) -> Read<Option<&'a [u8]>> {
         let end = offset.saturating_add(length);
         if end > self.length {
@@ -66,7 +64,6 @@ fn slice(bytes: &[u8], offset: u64, length: u64) -> Option<&[u8]> {
     bytes.get(start..start.checked_add(usize::try_from(length).ok()?)?)
 }
 
-/// Component type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Component {
     I8,
@@ -92,7 +89,7 @@ impl Component {
         self.facts().2
     }
 
-    /// glTF code, size in bytes, and description.
+    /// Returns the glTF code, the size in bytes, and a description.
     const fn facts(self) -> (u64, usize, &'static str) {
         match self {
             Self::I8 => (5120, 1, "signed bytes"),
@@ -105,16 +102,15 @@ impl Component {
     }
 }
 
-/// Element type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Shape {
-    /// `SCALAR`, `VEC3` …
+    /// Name of the type: `SCALAR`, `VEC3` …
     pub(super) name: &'static str,
     rows: usize,
     columns: usize,
 }
 
-/// All element types by name: rows and columns.
+/// Names of all element types, with rows and columns.
 const SHAPES: [(&str, usize, usize); 7] =
     [("SCALAR", 1, 1), ("VEC2", 2, 1), ("VEC3", 3, 1), ("VEC4", 4, 1), ("MAT2", 2, 2), ("MAT3", 3, 3), ("MAT4", 4, 4)];
 
@@ -124,25 +120,24 @@ impl Shape {
         found.map(|&(name, rows, columns)| Self { name, rows, columns })
     }
 
-    /// Numbers per element.
+    /// Count of numbers per element.
     pub(super) const fn numbers(self) -> usize {
         self.rows * self.columns
     }
 
-    /// Bytes between elements; matrix columns start at multiples of four.
+    /// Byte stride between elements. Matrix columns start at multiples of four.
     const fn stride(self, component: Component) -> usize {
         let column = self.rows * component.bytes();
         if self.columns == 1 { column } else { column.next_multiple_of(4) * self.columns }
     }
 
-    /// Bytes of an element without trailing padding.
+    /// Size in bytes of an element without trailing padding.
     const fn bytes(self, component: Component) -> usize {
         let column = self.rows * component.bytes();
         column.next_multiple_of(4) * (self.columns - 1) + column
     }
 }
 
-/// Sparse substitutions.
 struct Sparse<'a> {
     count: usize,
     indices: &'a [u8],
@@ -150,17 +145,16 @@ struct Sparse<'a> {
     values: &'a [u8],
 }
 
-/// Values of an accessor without sparse substitutions.
+/// Values of an accessor without its sparse substitutions.
 #[derive(Clone, Copy)]
 enum Base<'a> {
     Zeros,
-    /// Bytes from the first element.
+    /// Bytes, starting at the first element.
     Bytes(&'a [u8]),
     /// The buffer has no data.
     Absent,
 }
 
-/// A typed list of elements.
 pub(super) struct Accessor<'a> {
     location: Location,
     /// Number of elements, at least 1.
@@ -226,24 +220,21 @@ impl<'a> Accessor<'a> {
         Ok(())
     }
 
-    /// A violated rule at this accessor.
     pub(super) fn fault(&self, what: impl Into<String>) -> ModelFault {
         self.location.fault(what)
     }
 
-    /// Description of the content.
     pub(super) fn format(&self) -> String {
         let shape = self.shape.map_or("an unknown type", |s| s.name);
         let component = self.component.map_or("unknown components", Component::name);
         format!("{shape} of {}{component}", if self.normalized { "normalised " } else { "" })
     }
 
-    /// Whether its elements have this type.
     pub(super) fn is_of(&self, shape: &str) -> bool {
         self.shape.is_some_and(|s| s.name == shape)
     }
 
-    /// Fails unless `good`. `user` and `name` locate the reference; `wanted` describes a valid accessor.
+    /// Fails unless `good`. `user` and `name` locate the reference, and `wanted` describes a valid accessor.
     pub(super) fn expect(&self, good: bool, user: Location, name: &str, wanted: &str) -> Read<()> {
         if good {
             return Ok(());
@@ -252,8 +243,8 @@ impl<'a> Accessor<'a> {
         Err(user.fault(what))
     }
 
-    /// All elements as floats. Integers keep their value, or become 0..1 or -1..1 if normalised. Fails on values that are not
-    /// finite. `N` must match the element type; matrices of small integers are unsupported.
+    /// Reads all elements as floats. Integers keep their value, or become 0..1 or -1..1 if normalised. Fails on values that are
+    /// not finite. `N` must match the element type. Matrices of small integers are unsupported.
     pub(super) fn floats<const N: usize>(&self, budget: &Budget) -> Read<Vec<[f32; N]>> {
         assert!(self.shape.is_some_and(|s| s.numbers() == N), "{} is read as {N} numbers", self.format());
         let (most, least) = match self.component {
@@ -287,7 +278,7 @@ impl<'a> Accessor<'a> {
         }
     }
 
-    /// All elements as integers; `None` if they are not unsigned.
+    /// Reads all elements as integers; `None` if they are not unsigned.
     pub(super) fn whole_numbers<const N: usize>(&self, budget: &Budget) -> Read<Option<Vec<[u32; N]>>> {
         match self.component {
             Some(Component::U8) => self.elements(budget, [0; N], |b: [u8; 1]| u32::from(b[0])),
@@ -330,7 +321,7 @@ impl<'a> Accessor<'a> {
 }
 
 impl<'a> Sparse<'a> {
-    /// `None` if its buffers have no data.
+    /// Reads the substitutions; `None` if their buffers have no data.
     fn read(item: &Item<'_>, count: usize, element: usize, views: &[BufferView<'a>]) -> Read<Option<Self>> {
         let changed = item.required("count", item.whole("count")?)?;
         if changed == 0 || changed > count as u64 {

@@ -18,7 +18,6 @@ use crate::model::{Node, Transform};
 /// Deviation of a quaternion's length from 1 above which a repair is reported.
 const ROUNDING: f32 = 0.01;
 
-/// Reads all animations.
 pub(super) fn read(source: &Source<'_>, nodes: &[Node], meshes: &[Mesh]) -> Read<Vec<Animation>> {
     let items = source.root.items("animations", "animation")?;
     items.iter().map(|item| Reader { source, nodes, meshes }.read(item)).collect()
@@ -33,13 +32,12 @@ struct Reader<'a> {
     meshes: &'a [Mesh],
 }
 
-/// A sampler of the file.
 struct Sampler<'a> {
     item: Item<'a>,
     interpolation: Interpolation,
     times: Vec<f32>,
     output: &'a Accessor<'a>,
-    /// Curve and property created from it.
+    /// Curve and property created from the sampler.
     curve: Option<(usize, Property)>,
 }
 
@@ -89,7 +87,7 @@ impl Reader<'_> {
         Ok(animation)
     }
 
-    /// Target of a channel; `None` if it is not a core property or has no effect.
+    /// Returns the target of a channel. `None` if it is not a core property or has no effect.
     fn target(&self, target: &Item<'_>) -> Read<Option<(usize, Property)>> {
         let node = target.index("node", "node", self.nodes.len())?;
         let path = target.required("path", target.string("path")?)?;
@@ -112,7 +110,6 @@ impl Reader<'_> {
         Ok(Some((node, property)))
     }
 
-    /// Numbers per value.
     fn width(&self, target: &Item<'_>, node: usize, property: Property) -> Read<usize> {
         let targets = self.nodes[node].mesh.map_or(0, |mesh| self.meshes[mesh].target_count);
         match property {
@@ -188,7 +185,7 @@ impl Reader<'_> {
         Ok(Curve { interpolation: sampler.interpolation, times: sampler.times.clone(), width, values })
     }
 
-    /// Normalises the rotations of keys; tangents do not change.
+    /// Normalises the rotations at keys. Tangents do not change.
     fn unit_rotations(&self, sampler: &Sampler<'_>, values: &mut [f32], per_key: usize) -> Read<()> {
         let mut uneven = 0;
         let (keys, _) = values.as_chunks_mut::<4>();

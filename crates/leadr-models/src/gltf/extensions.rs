@@ -3,19 +3,15 @@
 use super::json::{Item, Read};
 use crate::fault::{ModelFault, shown};
 
-/// Quantised vertex attributes.
 pub(super) const QUANTIZATION: &str = "KHR_mesh_quantization";
 /// Offset, rotation and scale of texture coordinates.
 pub(super) const TEXTURE_TRANSFORM: &str = "KHR_texture_transform";
 /// Emission above 1.
 pub(super) const EMISSIVE_STRENGTH: &str = "KHR_materials_emissive_strength";
-/// Index of refraction.
 pub(super) const IOR: &str = "KHR_materials_ior";
 /// Strength and colour of dielectric specular reflection.
 pub(super) const SPECULAR: &str = "KHR_materials_specular";
-/// Anisotropic roughness.
 pub(super) const ANISOTROPY: &str = "KHR_materials_anisotropy";
-/// Unlit surfaces.
 pub(super) const UNLIT: &str = "KHR_materials_unlit";
 /// Directional, point and spot lights.
 pub(super) const LIGHTS: &str = "KHR_lights_punctual";
@@ -27,7 +23,7 @@ pub const READ: [&str; 8] =
 /// Maximum number of extensions in one message.
 const MAX_NAMES: usize = 12;
 
-/// Refuses other glTF versions and unsupported required extensions. Returns the unsupported extensions in use.
+/// Refuses unsupported glTF versions and required extensions. Returns the unsupported extensions in use.
 pub(super) fn check(root: &Item<'_>) -> Read<Vec<String>> {
     let asset = root.required("asset", root.item("asset")?)?;
     let version = asset.required("version", asset.string("version")?)?;

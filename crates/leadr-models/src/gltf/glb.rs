@@ -7,11 +7,9 @@ const MAGIC: &[u8] = b"glTF";
 const JSON: u32 = 0x4e4f_534a;
 const BIN: u32 = 0x004e_4942;
 
-/// The parts of a file.
 pub(super) struct Container<'a> {
-    /// The JSON text.
     pub(super) json: &'a [u8],
-    /// The first buffer, in a GLB that has one.
+    /// The first buffer, if a GLB contains it.
     pub(super) binary: Option<&'a [u8]>,
 }
 

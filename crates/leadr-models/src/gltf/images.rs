@@ -1,4 +1,4 @@
-//! Images of a model from files, data URIs or buffers, each decoded once, on all cores.
+//! Images of a model from files, data URIs or buffers. Each is decoded once, on all cores.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -13,24 +13,21 @@ use crate::limits::Budget;
 use leadr_maps::decode_raster;
 use leadr_maps::material::{Raster, Samples};
 
-/// Location of an image's bytes.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 enum Origin<'a> {
     Uri(&'a str),
     View(usize),
 }
 
-/// An image entry of the file.
 struct Entry<'a> {
     item: Item<'a>,
     origin: Option<Origin<'a>>,
     name: String,
 }
 
-/// An image used by textures.
 pub(super) struct Image {
     pub(super) name: String,
-    /// `None` if it is unreadable.
+    /// Decoded image; `None` if it is unreadable.
     pub(super) raster: Option<Arc<Raster>>,
 }
 
@@ -46,7 +43,7 @@ pub(super) fn read<'a>(source: &Source<'a>) -> Read<Vec<Image>> {
             wanted.entry(origin).or_insert(image);
         }
     }
-    // Fields for other threads, since `Source` as a whole is not `Sync`.
+    // Other threads need these fields, since `Source` as a whole is not `Sync`.
     let (views, folder, budget) = (&source.views, source.folder, &source.image_budget);
     let decode = |(origin, image): (Origin<'a>, usize)| {
         let entry = &entries[image];

@@ -5,10 +5,10 @@ use crate::mesh::Influences;
 /// Joints and weights of all vertices from one pair of attributes.
 pub(super) type Set = (Vec<[u32; 4]>, Vec<[f32; 4]>);
 
-/// Deviation of the sum of weights from 1 above which a repair is reported: four bytes rounded down.
+/// Deviation from 1 of a sum of weights above which a repair is reported. The limit allows four weights rounded down to bytes.
 const ROUNDING: f32 = 4.5 / 255.0;
 
-/// Per vertex the four strongest joints with weights of sum 1, and messages about repairs.
+/// Returns the four strongest joints of each vertex with weights of sum 1, and messages about repairs.
 ///
 /// Negative weights and NaN are errors, since their meaning is unclear.
 pub(super) fn strongest(sets: &[Set]) -> Result<(Vec<Influences>, Vec<String>), String> {

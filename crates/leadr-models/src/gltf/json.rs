@@ -1,4 +1,4 @@
-//! Strict JSON access: every value is read with its type and range. Errors give its place.
+//! Strict JSON access: every value is read with its type and range. Errors give its location.
 
 use std::fmt;
 use std::ops::RangeInclusive;
@@ -7,10 +7,10 @@ use super::value::{Object, Value};
 use crate::fault::{ModelFault, shown};
 use crate::limits::MAX_COORDINATE;
 
-/// Result of reading a part.
+/// Result of reading a part of the model.
 pub(super) type Read<T> = Result<T, ModelFault>;
 
-/// Place of a value in the model, such as `mesh 2, primitive 0`.
+/// Location of a value in the model, such as `mesh 2, primitive 0`.
 #[derive(Clone, Copy)]
 pub(super) struct Location {
     parts: [(&'static str, Option<usize>); 5],
@@ -18,10 +18,9 @@ pub(super) struct Location {
 }
 
 impl Location {
-    /// The model as a whole.
     pub(super) const ROOT: Self = Self { parts: [("", None); 5], depth: 0 };
 
-    /// A part of this place; parts deeper than five are omitted.
+    /// Returns the location of a part. Parts deeper than five are omitted.
     pub(super) fn below(mut self, kind: &'static str, number: Option<usize>) -> Self {
         if let Some(part) = self.parts.get_mut(self.depth) {
             *part = (kind, number);
@@ -30,7 +29,6 @@ impl Location {
         self
     }
 
-    /// A violated rule at this place.
     pub(super) fn fault(self, what: impl Into<String>) -> ModelFault {
         ModelFault::invalid(self, what)
     }
@@ -52,21 +50,18 @@ impl fmt::Display for Location {
     }
 }
 
-/// A JSON object and its place.
+/// A JSON object and its location.
 #[derive(Clone, Copy)]
 pub(super) struct Item<'a> {
     object: &'a Object<'a>,
-    /// Its place.
     pub(super) location: Location,
 }
 
 impl<'a> Item<'a> {
-    /// The whole model.
     pub(super) fn root(object: &'a Object<'a>) -> Self {
         Self { object, location: Location::ROOT }
     }
 
-    /// A violated rule in this object.
     pub(super) fn fault(&self, what: impl Into<String>) -> ModelFault {
         self.location.fault(what)
     }
@@ -80,48 +75,45 @@ impl<'a> Item<'a> {
         value.ok_or_else(|| self.fault(format!("`{key}` is missing")))
     }
 
-    /// Whether the property is present.
     pub(super) fn has(&self, key: &str) -> bool {
         self.object.get(key).is_some()
     }
 
-    /// The names of all properties.
     pub(super) fn keys(&self) -> impl Iterator<Item = &'a str> {
         self.object.keys()
     }
 
-    /// A property converted by `read`; `wanted` describes the valid values.
+    /// Returns a property converted by `read`. `wanted` describes the valid values.
     fn get<T>(&self, key: &str, wanted: &str, read: impl Fn(&'a Value<'a>) -> Option<T>) -> Read<Option<T>> {
         let read = |value| read(value).ok_or_else(|| self.wrong(key, wanted));
         self.object.get(key).map(read).transpose()
     }
 
-    /// The values of an array; empty if missing.
+    /// Returns the values of an array; empty if missing.
     fn list(&self, key: &str, wanted: &str) -> Read<&'a [Value<'a>]> {
         Ok(self.get(key, wanted, Value::as_list)?.unwrap_or_default())
     }
 
-    /// A string.
     pub(super) fn string(&self, key: &str) -> Read<Option<&'a str>> {
         self.get(key, "a string", Value::as_str)
     }
 
-    /// The name of the object; empty if missing.
+    /// Reads the name of the object; empty if missing.
     pub(super) fn name(&self) -> Read<String> {
         Ok(self.string("name")?.unwrap_or_default().to_owned())
     }
 
-    /// A boolean; false if missing.
+    /// Reads a boolean; false if missing.
     pub(super) fn flag(&self, key: &str) -> Read<bool> {
         Ok(self.get(key, "true or false", Value::as_bool)?.unwrap_or(false))
     }
 
-    /// A non-negative integer; `2.0` is valid too.
+    /// Reads a non-negative integer. `2.0` is valid too.
     pub(super) fn whole(&self, key: &str) -> Read<Option<u64>> {
         self.get(key, "a whole number, 0 or more", Value::as_whole)
     }
 
-    /// A 32-bit number within a range.
+    /// Reads a 32-bit number within a range.
     pub(super) fn number(&self, key: &str, range: RangeInclusive<f32>) -> Read<Option<f32>> {
         let number = |value: &Value<'_>| {
             let number = value.as_number().map(|v| v as f32).filter(|v| range.contains(v));
@@ -130,14 +122,14 @@ impl<'a> Item<'a> {
         self.object.get(key).map(number).transpose()
     }
 
-    /// `N` numbers, each within a range.
+    /// Reads `N` numbers, each within a range.
     pub(super) fn vector<const N: usize>(&self, key: &str, range: RangeInclusive<f32>) -> Read<Option<[f32; N]>> {
         let Some(numbers) = self.numbers(key, range.clone())? else { return Ok(None) };
         let vector = <[f32; N]>::try_from(numbers);
         vector.map(Some).map_err(|_| self.wrong(key, &format!("an array of {N} numbers")))
     }
 
-    /// An array of numbers, each within a range.
+    /// Reads an array of numbers, each within a range.
     pub(super) fn numbers(&self, key: &str, range: RangeInclusive<f32>) -> Read<Option<Vec<f32>>> {
         let Some(value) = self.object.get(key) else { return Ok(None) };
         let wrong = || self.wrong(key, &format!("an array of numbers, each {}", in_range(&range)));
@@ -146,13 +138,12 @@ impl<'a> Item<'a> {
         value.as_list().ok_or_else(wrong)?.iter().map(number).collect::<Read<_>>().map(Some)
     }
 
-    /// Index of another object in a list of `count`.
+    /// Reads the index of another object in a list of `count`.
     pub(super) fn index(&self, key: &str, kind: &str, count: usize) -> Read<Option<usize>> {
         let Some(index) = self.whole(key)? else { return Ok(None) };
         self.in_list(key, index, kind, count).map(Some)
     }
 
-    /// Indices of other objects.
     pub(super) fn indices(&self, key: &str, kind: &str, count: usize) -> Read<Vec<usize>> {
         let wanted = "an array of whole numbers";
         let index = |value: &Value<'_>| {
@@ -168,19 +159,18 @@ impl<'a> Item<'a> {
             .ok_or_else(|| self.fault(format!("`{}` refers to {kind} {index}, but there are only {count}", shown(key))))
     }
 
-    /// A nested object.
     pub(super) fn item(&self, key: &'static str) -> Read<Option<Item<'a>>> {
         let object = self.get(key, "an object", Value::as_object)?;
         Ok(object.map(|object| Item { object, location: self.location.below(key, None) }))
     }
 
-    /// A nested object; `None` if the value has another type.
+    /// Returns a nested object, or `None` if the value has another type.
     pub(super) fn object_or_nothing(&self, key: &'static str) -> Option<Item<'a>> {
         let object = self.object.get(key)?.as_object()?;
         Some(Item { object, location: self.location.below(key, None) })
     }
 
-    /// The objects of an array, called `kind 0`, `kind 1` … in messages; empty if missing.
+    /// Returns the objects of an array; empty if missing. Messages call them `kind 0`, `kind 1` …
     pub(super) fn items(&self, key: &str, kind: &'static str) -> Read<Vec<Item<'a>>> {
         let item = |(i, value): (usize, &'a Value<'a>)| {
             let location = self.location.below(kind, Some(i));
@@ -190,26 +180,24 @@ impl<'a> Item<'a> {
         self.list(key, "an array")?.iter().enumerate().map(item).collect()
     }
 
-    /// Length of an array; 0 if missing.
+    /// Returns the length of an array; 0 if missing.
     pub(super) fn length(&self, key: &str) -> Read<usize> {
         Ok(self.list(key, "an array")?.len())
     }
 
-    /// The strings of an array.
     pub(super) fn strings(&self, key: &str) -> Read<Vec<&'a str>> {
         let wanted = "an array of strings";
         let text = |value: &'a Value<'a>| value.as_str().ok_or_else(|| self.wrong(key, wanted));
         self.list(key, wanted)?.iter().map(text).collect()
     }
 
-    /// The extension object of this object.
+    /// Returns the named extension of this object.
     pub(super) fn extension(&self, name: &'static str) -> Read<Option<Item<'a>>> {
         let Some(all) = self.item("extensions")? else { return Ok(None) };
         Item { object: all.object, location: self.location }.item(name)
     }
 }
 
-/// A range as text.
 fn in_range(range: &RangeInclusive<f32>) -> String {
     let (start, end) = (*range.start(), *range.end());
     match (start > -MAX_COORDINATE, end < MAX_COORDINATE) {

@@ -13,14 +13,13 @@ use leadr_maps::material::{Anisotropy, GreenAxis, Input, Material, NormalMap, Op
 /// Key of the displacement map in a material's `extras`.
 const DISPLACEMENT: &str = "leadr_displacement";
 
-/// All materials of a model.
 pub(super) fn read(source: &Source<'_>) -> Read<Vec<Material>> {
     let items = source.root.items("materials", "material")?;
     let textures = Textures::read(source)?;
     items.iter().enumerate().map(|(i, item)| Reader { source, textures: &textures, item }.read(i)).collect()
 }
 
-/// The material of primitives without one.
+/// Returns the material of primitives without one.
 pub(super) fn default() -> Material {
     Material {
         base_color: Input::constant([1.0; 3]),
@@ -58,7 +57,7 @@ impl<'a> Reader<'a> {
         Ok(material)
     }
 
-    /// Base colour, metalness and roughness; returns alpha.
+    /// Reads base colour, metalness and roughness. Returns the opacity.
     fn base(&self, material: &mut Material) -> Read<Input<f32>> {
         let mut alpha = Input::constant(1.0);
         let Some(item) = self.item.item("pbrMetallicRoughness")? else { return Ok(alpha) };
@@ -111,11 +110,11 @@ impl<'a> Reader<'a> {
         Ok(Input { factor: factor.map(|f: f32| f * strength), texture, channel: 0 })
     }
 
-    /// Dielectric reflectance: index of refraction, then specular colour and strength.
+    /// Reads the dielectric reflectance: index of refraction, then specular colour and strength.
     fn dielectric(&self, material: &mut Material) -> Read<()> {
         if let Some(extension) = self.item.extension(IOR)? {
             let ior = extension.number("ior", 0.0..=MAX_COORDINATE)?.unwrap_or(1.5);
-            // 0 means a perfect mirror, which the formula also gives.
+            // An index of refraction of 0 means a perfect mirror, which the formula also gives.
             if ior > 0.0 && ior < 1.0 {
                 return Err(extension.fault(format!("`ior` is {ior}, but must be 0, or at least 1")));
             }
@@ -148,7 +147,7 @@ impl<'a> Reader<'a> {
         Ok(Some(Anisotropy { strength, rotation, direction }))
     }
 
-    /// Displacement map of `extras`: `"leadr_displacement": {"uri": "bark.png", "scale": 0.02, "middle": 0.5}`.
+    /// Reads the displacement map of `extras`: `"leadr_displacement": {"uri": "bark.png", "scale": 0.02, "middle": 0.5}`.
     fn relief(&self) -> Read<Option<Relief>> {
         // Other `extras` belong to other programs and need not be an object.
         let Some(extras) = self.item.object_or_nothing("extras") else { return Ok(None) };

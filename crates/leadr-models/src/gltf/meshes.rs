@@ -10,15 +10,14 @@ use crate::deform::flat_normals;
 use crate::limits::{COORDINATES, MAX_COORDINATE, MAX_TARGETS};
 use crate::mesh::{Influences, Mesh, MorphTarget, Primitive};
 
-/// The meshes of a model, and the rest weights of their morph targets.
+/// The meshes of a model, and the default weights of their morph targets.
 pub(super) struct Meshes {
     pub(super) meshes: Vec<Mesh>,
     pub(super) weights: Vec<Vec<f32>>,
-    /// Whether a primitive needs the default material, which follows those of the file.
+    /// Whether a primitive needs the default material, which follows the file's own materials.
     pub(super) use_default_material: bool,
 }
 
-/// Reads all meshes.
 pub(super) fn read(source: &Source<'_>) -> Read<Meshes> {
     let mut all = Meshes { meshes: Vec::new(), weights: Vec::new(), use_default_material: false };
     let materials = source.root.length("materials")?;
@@ -38,7 +37,7 @@ fn read_mesh(source: &Source<'_>, item: &Item<'_>, materials: usize) -> Read<(Me
     if target_count > MAX_TARGETS {
         return Err(item.fault(format!("has {target_count} morph targets; the limit is {MAX_TARGETS}")));
     }
-    // A convention of exporters, not in the specification.
+    // Target names are a convention of exporters, not in the specification.
     let names = item.object_or_nothing("extras").and_then(|extras| extras.strings("targetNames").ok());
     let names = names.filter(|names| names.len() == target_count).unwrap_or_default();
     let target_names = names.into_iter().map(str::to_owned).collect();
@@ -53,7 +52,7 @@ fn read_mesh(source: &Source<'_>, item: &Item<'_>, materials: usize) -> Read<(Me
     Ok((mesh, weights))
 }
 
-/// The `weights` of a mesh or node, one per morph target.
+/// Reads the `weights` of a mesh or node, one per morph target.
 pub(super) fn morph_weights(item: &Item<'_>, targets: usize) -> Read<Option<Vec<f32>>> {
     let weights = item.numbers("weights", COORDINATES)?;
     match &weights {
@@ -162,7 +161,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Unused attributes must still refer to valid accessors.
+    /// Checks unused attributes, which must still refer to valid accessors.
     fn check_unread(&self, attributes: &Item<'_>) -> Read<()> {
         for key in attributes.keys() {
             attributes.index(key, "accessor", self.source.accessors.len())?;
@@ -199,8 +198,8 @@ impl Reader<'_> {
         let count = indices.as_ref().map_or(vertices, Vec::len);
         let (triangles, left) = mode.triangles(count);
         if left > 0 {
-            let rest = if left == 1 { "the last index does".into() } else { format!("the last {left} indices do") };
-            self.remark(&format!("{rest} not complete a triangle and is ignored"));
+            let rest = if left == 1 { "index was".into() } else { format!("{left} indices were") };
+            self.remark(&format!("the last {rest} ignored, because a triangle needs three"));
         }
         self.source.budget.take::<[u32; 3]>(triangles)?;
         Ok(match indices {
@@ -282,11 +281,11 @@ impl Reader<'_> {
         self.item.items("targets", "target")?.into_iter().map(read).collect()
     }
 
-    /// Gives every triangle its own vertices with the normal of its plane.
+    /// Gives every triangle separate vertices with the normal of its plane.
     fn flatten(&self, primitive: &mut Primitive) -> Read<()> {
         let triangles = std::mem::take(&mut primitive.triangles);
         let corners = 3 * triangles.len();
-        // The largest possible vertex, and each target.
+        // The budget covers the largest possible vertex, and each target.
         self.source.budget.take::<[f32; 32]>(corners)?;
         self.source.budget.take::<[f32; 3]>(corners.saturating_mul(primitive.targets.len()))?;
         if u32::try_from(corners).is_err() {

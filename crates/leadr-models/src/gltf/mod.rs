@@ -28,12 +28,12 @@ use super::model::Model;
 
 pub use extensions::READ as EXTENSIONS_READ;
 
-/// Reads a model from the bytes of its file; other files are read from `folder`.
+/// Decodes a model from the bytes of its file. Other files are read from `folder`.
 pub(super) fn decode(bytes: &[u8], name: &str, folder: Option<&Path>, lenient: bool) -> Read<Model> {
     let container = glb::open(bytes)?;
     let json = value::parse(container.json)?;
     let root = Item::root(&json);
-    // Checked before files are read, so that a fault of the model itself takes precedence over a missing file.
+    // The scene is checked before files are read, so that a fault of the model itself takes precedence over a missing file.
     nodes::default_scene(&root)?;
     let buffers = source::buffers(&root, container.binary, folder)?;
     let source = Source::open(root, &buffers, folder, lenient)?;
@@ -43,7 +43,7 @@ pub(super) fn decode(bytes: &[u8], name: &str, folder: Option<&Path>, lenient: b
     Ok(model)
 }
 
-/// Reads each part after those it refers to.
+/// Reads each part of the model after the parts that it refers to.
 fn read_parts(source: &Source<'_>, model: &mut Model) -> Read<()> {
     model.materials = materials::read(source)?;
     let meshes = meshes::read(source)?;
@@ -64,7 +64,7 @@ fn read_parts(source: &Source<'_>, model: &mut Model) -> Read<()> {
     Ok(())
 }
 
-/// Reports textures with coordinates that a mesh does not have.
+/// Reports textures that use coordinate sets missing from a mesh.
 fn remark_on_coordinates(source: &Source<'_>, model: &Model) {
     let sets: Vec<usize> = model.materials.iter().map(|m| m.coordinate_sets() as usize).collect();
     for (number, mesh) in model.meshes.iter().enumerate() {

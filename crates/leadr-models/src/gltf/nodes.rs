@@ -1,4 +1,4 @@
-//! The node hierarchy: transforms, node contents, and the check for a forest.
+//! The node hierarchy: transforms, node contents, and the check that nodes form a forest.
 
 use std::f32::consts::SQRT_2;
 
@@ -14,7 +14,7 @@ use crate::model::{Model, Node, SceneRoots, Transform};
 /// Deviation of a quaternion's length from 1 above which a repair is reported.
 const ROUNDING: f32 = 0.005;
 
-/// Reads all nodes; `lights` is the number of lights.
+/// Reads all nodes. `lights` is the number of lights.
 pub(super) fn read(source: &Source<'_>, meshes: &Meshes, lights: usize) -> Read<Vec<Node>> {
     let items = source.root.items("nodes", "node")?;
     let reader = Reader { source, meshes, lights, count: items.len() };
@@ -104,7 +104,7 @@ pub(super) fn unit_rotation(given: Quat) -> Option<Quat> {
     (length > f64::from(f32::MIN_POSITIVE) * f64::from(SQRT_2)).then(|| (unit / length).as_quat())
 }
 
-/// A column-major matrix with last row 0 0 0 1, up to rounding.
+/// Converts a column-major matrix, whose last row must be 0 0 0 1 up to rounding.
 pub(super) fn affine(columns: &[f32; 16]) -> Result<Mat4, String> {
     const ROUNDING: f32 = 1e-3;
     let mut matrix = *columns;
@@ -118,7 +118,7 @@ pub(super) fn affine(columns: &[f32; 16]) -> Result<Mat4, String> {
     Ok(Mat4::from_cols_array(&matrix))
 }
 
-/// Node indices, parents before children. Fails if a node is its own ancestor.
+/// Orders node indices with parents before children. Fails if a node is its own ancestor.
 pub(super) fn order(nodes: &[Node]) -> Read<Vec<usize>> {
     let mut order: Vec<usize> = (0..nodes.len()).filter(|&node| nodes[node].parent.is_none()).collect();
     let mut next = 0;
@@ -148,7 +148,6 @@ pub(super) fn check_reach(model: &Model) -> Read<()> {
     }
 }
 
-/// Reads all scenes and the default scene.
 pub(super) fn scenes(source: &Source<'_>, nodes: &[Node]) -> Read<(Vec<SceneRoots>, Option<usize>)> {
     let mut scenes = Vec::new();
     for item in source.root.items("scenes", "scene")? {
@@ -163,7 +162,6 @@ pub(super) fn scenes(source: &Source<'_>, nodes: &[Node]) -> Read<(Vec<SceneRoot
     Ok((scenes, default_scene(&source.root)?))
 }
 
-/// The default scene, if given.
 pub(super) fn default_scene(root: &Item<'_>) -> Read<Option<usize>> {
     root.index("scene", "scene", root.length("scenes")?)
 }

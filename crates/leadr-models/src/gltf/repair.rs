@@ -1,11 +1,11 @@
-//! Repairs of directions and colours with an obvious meaning.
+//! Repairs of directions and colours whose meaning is obvious.
 
 use glam::{DVec3, Vec3, Vec4, Vec4Swizzles};
 
 use crate::deform::plane_normal;
 use crate::mesh::Primitive;
 
-/// Deviation of a length from 1 above which a repair is reported; normalised bytes deviate by up to 0.7 %.
+/// Deviation of a length from 1 above which a repair is reported. Normalised bytes deviate by up to 0.7 %.
 const ROUNDING: f32 = 0.01;
 
 /// Normalises normals and tangents, and replaces those without a direction. Returns messages.
@@ -47,12 +47,12 @@ pub(super) fn directions(primitive: &mut Primitive) -> Vec<String> {
     remarks
 }
 
-/// The unit vector of a direction, if any. Squares of very small and very large vectors exceed 32 bits.
+/// Returns the unit vector of a direction, if any. Squares of very small and very large vectors exceed 32 bits.
 fn unit(direction: Vec3) -> Option<Vec3> {
     direction.as_dvec3().try_normalize().map(|unit| unit.as_vec3())
 }
 
-/// Per vertex, the area-weighted mean normal of its triangles; +z without triangles.
+/// Returns the area-weighted mean normal of the triangles at each vertex, or +z without triangles.
 fn normals_around(primitive: &Primitive) -> Vec<[f32; 3]> {
     let mut sums = vec![DVec3::ZERO; primitive.positions.len()];
     for triangle in &primitive.triangles {
@@ -62,7 +62,7 @@ fn normals_around(primitive: &Primitive) -> Vec<[f32; 3]> {
     sums.into_iter().map(|sum| sum.normalize_or(DVec3::Z).as_vec3().to_array()).collect()
 }
 
-/// Clamps colours to 0..1; returns whether any changed.
+/// Clamps colours to 0..1. Returns whether any colour changed.
 pub(super) fn clamp(colors: &mut [[f32; 4]]) -> bool {
     let mut changed = false;
     for value in colors.as_flattened_mut() {

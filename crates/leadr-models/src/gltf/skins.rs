@@ -1,4 +1,4 @@
-//! Skins, and the check of their vertices' joint indices.
+//! Skins, and the check of the joint indices in vertices.
 
 use std::collections::{HashMap, HashSet};
 
@@ -13,7 +13,6 @@ use crate::limits::MAX_JOINTS;
 use crate::mesh::{Mesh, Primitive};
 use crate::model::{Node, Skin};
 
-/// Reads all skins.
 pub(super) fn read(source: &Source<'_>) -> Read<Vec<Skin>> {
     source.root.items("skins", "skin")?.iter().map(|item| read_skin(source, item)).collect()
 }
@@ -74,7 +73,7 @@ pub(super) fn check_joints(source: &Source<'_>, nodes: &[Node], meshes: &[Mesh],
     Ok(())
 }
 
-/// The largest joint index in a mesh, and its primitive.
+/// Returns the largest joint index in a mesh, and the index of its primitive.
 fn most_joint(mesh: &Mesh) -> Option<(u16, usize)> {
     let of_primitive = |(number, primitive): (usize, &Primitive)| {
         let influences = primitive.influences.as_ref()?;

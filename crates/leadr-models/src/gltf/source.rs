@@ -11,7 +11,7 @@ use crate::fault::ModelFault;
 use crate::limits::{Budget, MAX_BUFFER_BYTES};
 use leadr_maps::limits::format_bytes;
 
-/// Maximum number of stored remarks; further ones are only counted.
+/// Maximum number of stored remarks. Further remarks are only counted.
 const MAX_REMARKS: usize = 64;
 
 /// Reads all buffers, embedded or from other files.
@@ -32,7 +32,7 @@ pub(super) fn buffers<'a>(root: &Item<'_>, binary: Option<&'a [u8]>, folder: Opt
         let bytes = match (item.string("uri")?, binary) {
             (Some(uri), _) => Some(Cow::Owned(uri::fetch(uri, folder, item.location, length)?)),
             (None, Some(binary)) if i == 0 => Some(Cow::Borrowed(binary)),
-            // Defined by an extension: an error only if the data are used.
+            // The buffer is defined by an extension, which is an error only if the data are used.
             (None, _) => None,
         };
         if let Some(bytes) = bytes.as_ref().filter(|bytes| (bytes.len() as u64) < length) {
@@ -45,19 +45,17 @@ pub(super) fn buffers<'a>(root: &Item<'_>, binary: Option<&'a [u8]>, folder: Opt
 
 /// Shared state of the readers.
 pub(super) struct Source<'a> {
-    /// The whole model.
     pub(super) root: Item<'a>,
     /// Folder of external files; `None` for a model in memory.
     pub(super) folder: Option<&'a Path>,
     /// Whether unreadable images are replaced.
     pub(super) lenient: bool,
-    /// All buffer views.
     pub(super) views: Vec<BufferView<'a>>,
     /// All accessors, checked against their views.
     pub(super) accessors: Vec<Accessor<'a>>,
     /// Whether `KHR_mesh_quantization` is declared.
     pub(super) quantized: bool,
-    /// Remaining bytes to unpack.
+    /// Remaining bytes that may be unpacked.
     pub(super) budget: Budget,
     /// Remaining bytes of images.
     pub(super) image_budget: Budget,
@@ -109,7 +107,6 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// All remarks.
     pub(super) fn into_remarks(self) -> Vec<String> {
         let mut remarks = self.remarks.into_inner();
         if self.more_remarks.get() > 0 {
@@ -118,7 +115,6 @@ impl<'a> Source<'a> {
         remarks
     }
 
-    /// The accessor of a property, if present.
     pub(super) fn accessor(&self, item: &Item<'_>, key: &str) -> Read<Option<&Accessor<'a>>> {
         let index = item.index(key, "accessor", self.accessors.len())?;
         Ok(index.map(|i| &self.accessors[i]))

@@ -12,7 +12,6 @@ use super::source::Source;
 use crate::limits::COORDINATES;
 use leadr_maps::material::{Encoding, Raster, Samples, Texture, TextureWrap};
 
-/// Use of a texture.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Purpose {
     Color,
@@ -20,14 +19,12 @@ pub(super) enum Purpose {
     Direction,
 }
 
-/// All textures of a model.
 pub(super) struct Textures<'a> {
     source: &'a Source<'a>,
     images: Vec<Image>,
     entries: Vec<Entry>,
 }
 
-/// A texture entry of the file.
 struct Entry {
     extended: bool,
     image: Option<usize>,
@@ -35,7 +32,6 @@ struct Entry {
 }
 
 impl<'a> Textures<'a> {
-    /// Decodes the images and checks the textures.
     pub(super) fn read(source: &'a Source<'a>) -> Read<Self> {
         let images = images::read(source)?;
         let samplers = source.root.items("samplers", "sampler")?;
@@ -53,8 +49,8 @@ impl<'a> Textures<'a> {
         Ok(Self { source, images, entries })
     }
 
-    /// The texture of a material property, with its info object. `None` if missing, or if it holds directions and its image may
-    /// be omitted.
+    /// Returns the texture of a material property, with its info object. `None` if it is missing, or if it holds directions and
+    /// its image may be omitted.
     pub(super) fn get(
         &self,
         material: &Item<'a>,
@@ -93,7 +89,6 @@ impl<'a> Textures<'a> {
     }
 }
 
-/// Coordinate set and transform of a texture.
 fn coordinates(info: &Item<'_>) -> Read<(u32, Affine2)> {
     const MAX_SET: usize = 1 << 10;
     let set = info.index("texCoord", "texture coordinates", MAX_SET)?.unwrap_or(0);
@@ -116,14 +111,14 @@ fn wrap(sampler: &Item<'_>, key: &str) -> Read<TextureWrap> {
     }
 }
 
-/// Replacement for a missing colour image: a conspicuous check without glare.
+/// Returns the replacement for a missing colour image: a conspicuous check without glare.
 fn checks() -> Arc<Raster> {
     const SIDE: u32 = 8;
     let texel = |i: u32| if (i % SIDE + i / SIDE).is_multiple_of(2) { [200, 0, 200] } else { [40, 40, 40] };
     made(SIDE, (0..SIDE * SIDE).flat_map(texel).collect())
 }
 
-/// Replacement for a missing data image: only the material's factor applies.
+/// Returns the replacement for a missing data image, so that only the material's factor applies.
 fn white() -> Arc<Raster> {
     made(1, vec![255; 3])
 }

@@ -1,6 +1,5 @@
 //! Triangles from lists, strips and fans, and unshared vertices for flat shading.
 
-/// Primitive topology.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Mode {
     Points,
@@ -11,7 +10,6 @@ pub(super) enum Mode {
 }
 
 impl Mode {
-    /// The topology of a glTF `mode` code.
     pub(super) fn of_code(code: u64) -> Option<Self> {
         Some(match code {
             0 => Self::Points,
@@ -23,7 +21,7 @@ impl Mode {
         })
     }
 
-    /// Number of triangles for `indices` indices, and number of unused indices.
+    /// Returns the number of triangles for `indices` indices, and the number of unused indices.
     pub(super) const fn triangles(self, indices: usize) -> (usize, usize) {
         match self {
             Self::Points | Self::Lines => (0, 0),
@@ -33,7 +31,7 @@ impl Mode {
         }
     }
 
-    /// The triangles with consistent winding. `index(i)` is the i-th of `count` indices.
+    /// Returns the triangles with consistent winding. `index(i)` is the i-th of `count` indices.
     pub(super) fn wind(self, count: usize, index: impl Fn(usize) -> u32) -> Vec<[u32; 3]> {
         let triangles = 0..self.triangles(count).0;
         let triangle = |i: usize| match self {

@@ -6,7 +6,7 @@ use super::json::{Location, Read};
 use crate::fault::{ModelFault, shown};
 use leadr_maps::{MapFault, limits};
 
-/// The first `most` bytes of a `data:` URI or of a file inside the model's folder.
+/// Fetches the first `most` bytes of a `data:` URI or of a file inside the model's folder.
 ///
 /// Other schemes, absolute paths and `..` are refused, because an untrusted model must not read other files. Links inside the
 /// folder are followed.
@@ -29,7 +29,7 @@ pub(super) fn fetch(uri: &str, folder: Option<&Path>, location: Location, most: 
     })
 }
 
-/// The path of a URI, or the reason for refusal.
+/// Returns the path of a URI, or the reason for refusal.
 fn relative_path(uri: &str) -> Result<PathBuf, &'static str> {
     let decoded = percent_decoded(uri).and_then(|bytes| String::from_utf8(bytes).ok());
     let decoded = decoded.ok_or("has a name that is not percent-encoded UTF-8")?;

@@ -1,4 +1,4 @@
-//! JSON values that borrow the text: small, and fast to search even for hostile input.
+//! JSON values that borrow the text. Values are small, and fast to search even for hostile input.
 
 use std::borrow::Cow;
 use std::cell::Cell;
@@ -9,7 +9,6 @@ use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Visi
 use crate::fault::ModelFault;
 use crate::limits::{MAX_OBJECTS, MAX_VALUES};
 
-/// A JSON value.
 pub(super) enum Value<'a> {
     Null,
     Flag(bool),
@@ -20,14 +19,14 @@ pub(super) enum Value<'a> {
     Object(Object<'a>),
 }
 
-/// Properties, sorted by name if there are more than [`FEW`].
+/// Properties of an object, sorted by name if there are more than [`FEW`].
 pub(super) struct Object<'a>(Vec<(Cow<'a, str>, Value<'a>)>);
 
-/// Up to this number, linear search is as fast.
+/// Number of properties up to which a linear search is as fast as a binary search.
 const FEW: usize = 16;
 
 impl<'a> Object<'a> {
-    /// `None` if two properties have the same name.
+    /// Creates the object; `None` if two properties have the same name.
     fn new(mut all: Vec<(Cow<'a, str>, Value<'a>)>) -> Option<Self> {
         let twice = if all.len() > FEW {
             all.sort_by(|(a, _), (b, _)| a.cmp(b));
@@ -38,7 +37,6 @@ impl<'a> Object<'a> {
         (!twice).then_some(Self(all))
     }
 
-    /// The property with this name.
     pub(super) fn get(&self, key: &str) -> Option<&Value<'a>> {
         if self.0.len() <= FEW {
             return self.0.iter().find(|(name, _)| *name == key).map(|(_, value)| value);
@@ -47,7 +45,6 @@ impl<'a> Object<'a> {
         Some(&self.0[index].1)
     }
 
-    /// All names.
     pub(super) fn keys(&self) -> impl Iterator<Item = &str> {
         self.0.iter().map(|(name, _)| &**name)
     }
@@ -78,7 +75,7 @@ impl<'a> Value<'a> {
         }
     }
 
-    /// A non-negative integer, in any notation.
+    /// Returns a non-negative integer, in any notation.
     pub(super) fn as_whole(&self) -> Option<u64> {
         const EXACT: f64 = (1u64 << 53) as f64;
         match self {
@@ -106,7 +103,6 @@ pub(super) fn parse(text: &[u8]) -> Result<Object<'_>, ModelFault> {
     }
 }
 
-/// Counts of parsed items.
 #[derive(Default)]
 struct Amount {
     objects: Cell<usize>,
@@ -114,7 +110,7 @@ struct Amount {
 }
 
 impl Amount {
-    /// Counts one item. An error ends the parsing; [`parse`] reports the reason.
+    /// Counts one item. An error ends the parsing, and [`parse`] reports the reason.
     fn count<E: Error>(counter: &Cell<usize>, limit: usize) -> Result<(), E> {
         counter.set(counter.get() + 1);
         if counter.get() > limit { Err(E::custom("too much")) } else { Ok(()) }
@@ -179,12 +175,12 @@ impl<'de> Visitor<'de> for Seed<'_> {
     fn visit_map<A: MapAccess<'de>>(self, mut items: A) -> Result<Value<'de>, A::Error> {
         Amount::count(&self.0.objects, MAX_OBJECTS)?;
         let mut all = Vec::new();
-        // Names are read like values, which borrows those without escapes.
+        // Names are read like values, which borrows names without escapes.
         while let Some(Value::Text(name)) = items.next_key_seed(Self(self.0))? {
             Amount::count(&self.0.values, MAX_VALUES)?;
             all.push((name, items.next_value_seed(Self(self.0))?));
         }
-        // With duplicate names, programs differ in the one they use.
+        // Programs differ in which of two properties with the same name they use.
         let object = Object::new(all);
         object.map(Value::Object).ok_or_else(|| A::Error::custom("an object has two properties of the same name"))
     }

@@ -9,13 +9,12 @@ use crate::fault::shown;
 use crate::limits::{COORDINATES, MAX_COORDINATE};
 use crate::model::{Camera, Light, LightKind, Projection};
 
-/// Smallest positive value of camera distances and sizes.
+/// Smallest positive camera distance or size.
 const LEAST: f32 = f32::MIN_POSITIVE;
 
 /// Replacement for a field of view of 180° or more, which cannot be projected: 170°.
 const WIDEST: f32 = PI * 170.0 / 180.0;
 
-/// Reads all cameras.
 pub(super) fn cameras(source: &Source<'_>) -> Read<Vec<Camera>> {
     source.root.items("cameras", "camera")?.iter().map(|item| camera(source, item)).collect()
 }
@@ -60,7 +59,6 @@ fn camera(source: &Source<'_>, item: &Item<'_>) -> Read<Camera> {
     Ok(Camera { name: item.name()?, projection, near, far })
 }
 
-/// Reads all lights.
 pub(super) fn lights(source: &Source<'_>) -> Read<Vec<Light>> {
     match source.root.extension(LIGHTS)? {
         Some(extension) => extension.items("lights", "light")?.iter().map(light).collect(),
@@ -87,7 +85,7 @@ fn light(item: &Item<'_>) -> Read<Light> {
 fn spot(item: &Item<'_>) -> Read<LightKind> {
     let (mut inner_angle, mut outer_angle) = (0.0, FRAC_PI_4);
     if let Some(spot) = item.item("spot")? {
-        // π/2 from other programs may be rounded slightly above ours.
+        // Other programs may round π/2 slightly above ours.
         inner_angle = spot.number("innerConeAngle", 0.0..=FRAC_PI_2 + 1e-5)?.unwrap_or(0.0);
         outer_angle = spot.number("outerConeAngle", 0.0..=FRAC_PI_2 + 1e-5)?.unwrap_or(FRAC_PI_4).min(FRAC_PI_2);
         if inner_angle >= outer_angle {

@@ -72,7 +72,7 @@ fn pose_is_the_product_of_ancestor_transforms() {
     let root = Mat4::from_translation(Vec3::Z);
     assert_eq!(rest.world_from_node[2], root * Mat4::from_scale(Vec3::splat(2.0)));
     assert_eq!(rest.weights[0], [0.5]);
-    // At 1.5 s: stepped to the second key's position; half-way between a quarter and half a turn about z, on the tip's axes.
+    // At 1.5 s: stepped to the second key's position; node 2 is half-way between a quarter and half a turn about z.
     let pose = model.pose(Some(0), 1.5);
     assert_eq!(pose.world_from_node[1].w_axis.truncate(), Vec3::new(1.0, 2.0, 3.0));
     assert_eq!(pose.world_from_bind[0], [pose.world_from_node[1], pose.world_from_node[2]]);

@@ -1,4 +1,4 @@
-//! Complete fit of a material: extraction, Fresnel term, refinement, and the equivalent roughnesses and lobes.
+//! The complete fit of a material: extraction, Fresnel term, refinement, equivalent roughnesses, and lobes.
 
 use std::f64::consts::TAU;
 
@@ -25,23 +25,23 @@ use crate::materials::brdf::Brdf;
 use crate::materials::fitted::FittedBrdf;
 use crate::materials::microfacet::Microfacet;
 
-/// Options of a fit.
+/// The options of a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FitOptions {
-    /// Masking-shadowing model of the backscattering. [`Backscattering::Smith`] with `refine` picks the better of both Smith models.
+    /// The masking-shadowing model of the backscattering. [`Backscattering::Smith`] with `refine` selects the better Smith model.
     pub hiding: Backscattering,
-    /// Number of angles at which backscattering is sampled; at least 3.
+    /// Number of angles at which backscattering is sampled, at least 3.
     pub angles: usize,
-    /// Number of azimuths for an anisotropic material; at least 4.
+    /// Number of azimuths for an anisotropic material, at least 4.
     pub azimuths: usize,
     /// Number of Gaussian lobes, at most [`MOST_LOBES`](crate::facets::gaussian_mixture::MOST_LOBES).
     pub lobes: usize,
-    /// Whether to refine the backscattering fit over all directions; disable it if only backscattering data exist.
+    /// Whether to refine the backscattering fit over all directions. Disable the refinement if only backscattering data exist.
     pub refine: bool,
 }
 
 impl Default for FitOptions {
-    /// As in the thesis: 90 angles and azimuths. Four lobes, refined.
+    /// Returns the options of the thesis, 90 angles and azimuths, with four lobes and with refinement.
     fn default() -> Self {
         Self { hiding: Backscattering::Smith, angles: 90, azimuths: 90, lobes: 4, refine: true }
     }
@@ -50,55 +50,55 @@ impl Default for FitOptions {
 /// A material fitted by microfacets.
 #[derive(Clone, Debug)]
 pub struct Fit {
-    /// Masking-shadowing model of the backscattering.
+    /// The masking-shadowing model of the backscattering.
     pub backscattering: Backscattering,
-    /// Slopes and `F₀` from backscattering only.
+    /// The slopes and `F₀` extracted from backscattering only.
     pub extracted: Extracted<Tabulated>,
-    /// Beckmann roughness matrix of the extracted slopes, `α²` terms.
+    /// The Beckmann roughness matrix of the extracted slopes, in `α²` terms.
     pub beckmann: DVec3,
-    /// GGX roughness matrix of the extracted slopes, `α²` terms.
+    /// The GGX roughness matrix of the extracted slopes, in `α²` terms.
     pub ggx: DVec3,
-    /// The thesis' material: extracted slopes with the mean Fresnel term.
+    /// The thesis' material, which has the extracted slopes and the mean Fresnel term.
     pub thesis: FittedBrdf,
-    /// The best material found.
+    /// The best fitted material.
     pub fitted: FittedBrdf,
-    /// Gaussian lobes of the best material's slopes.
+    /// The Gaussian lobes fitted to the slopes of the best material.
     pub lobes: Vec<Lobe>,
-    /// Published parametric curves nearest to its slopes if these are isotropic: the shifted gamma distribution and ABC.
+    /// The nearest published parametric curves if the slopes are isotropic, a shifted gamma distribution and an ABC curve.
     pub curves: Option<[ParametricCurve; 2]>,
-    /// Misfit of the thesis' material to the measured one.
+    /// The misfit of the thesis' material to the measured material.
     pub thesis_misfit: Misfit,
-    /// Misfit of the best material.
+    /// The misfit of the best material to the measured material.
     pub misfit: Misfit,
 }
 
-/// Progress of a fit.
+/// A step of a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
-    /// Power iteration.
+    /// Power iteration for the slopes.
     Slopes,
-    /// The Fresnel term.
+    /// Extraction of the Fresnel term.
     Fresnel,
     /// Refinement over all directions.
     Refinement,
-    /// Fit of lobes.
+    /// Fit of Gaussian lobes to the slopes.
     Lobes,
 }
 
 impl Fit {
-    /// The thesis' material with Gaussian slopes of the same second moments.
+    /// Returns the thesis' material with Gaussian slopes of the same second moments.
     pub fn as_beckmann(&self) -> Microfacet<Beckmann> {
         let covariance = covariance_from_roughness(self.beckmann);
         self.thesis_with(Beckmann::new(self.extracted.slopes.mean_slope(), covariance))
     }
 
-    /// The best material with the slopes of another curve; `None` if the curve has no table.
+    /// Returns the best material with the slopes of a parametric curve, or `None` if the curve has no table.
     pub fn with_curve(&self, curve: &ParametricCurve) -> Option<FittedBrdf> {
         let facets = Microfacet { distribution: Tabulated::Radial(curve.table()?), ..self.fitted.facets.clone() };
         Some(FittedBrdf { facets, diffuse: self.fitted.diffuse })
     }
 
-    /// The thesis' material with GGX slopes of the same mean absolute slopes.
+    /// Returns the thesis' material with GGX slopes of the same mean absolute slopes.
     pub fn as_ggx(&self) -> Microfacet<Ggx> {
         self.thesis_with(Ggx::new(self.extracted.slopes.mean_slope(), self.ggx))
     }
@@ -111,7 +111,7 @@ impl Fit {
 
 /// Fits a material. `watch` is called at the start of each step.
 ///
-/// `None` if nothing is backscattered.
+/// Returns `None` if nothing is backscattered.
 pub fn fit(brdf: &dyn Brdf, isotropic: bool, options: &FitOptions, watch: &mut dyn FnMut(Step)) -> Option<Fit> {
     watch(Step::Slopes);
     let angles = options.angles.max(3);
@@ -146,7 +146,7 @@ pub fn fit(brdf: &dyn Brdf, isotropic: bool, options: &FitOptions, watch: &mut d
         let found = extract(kind)?;
         let material = with_mean_fresnel(brdf, &found.slopes, masking, angles);
         let wrong = misfit(&all, &material);
-        // Measured materials are close to either model; rendered ones match one exactly.
+        // Measured materials are close to both Smith models, but rendered materials match one model exactly.
         if wrong.divergence < RENDERED * thesis_misfit.divergence {
             (backscattering, extracted, thesis, thesis_misfit) = (kind, found, material, wrong);
         }
@@ -182,7 +182,7 @@ pub fn fit(brdf: &dyn Brdf, isotropic: bool, options: &FitOptions, watch: &mut d
 
 /// Divergence below which refinement is skipped.
 const PERFECT: f64 = 1e-6;
-/// Factor by which the rendered model must reduce the divergence.
+/// Factor by which the Smith model of renderers must reduce the divergence to be selected.
 const RENDERED: f64 = 0.5;
 
 fn with_mean_fresnel(brdf: &dyn Brdf, slopes: &Tabulated, masking: Masking, count: usize) -> FittedBrdf {
@@ -201,7 +201,7 @@ mod tests {
         fit(brdf, isotropic, &FitOptions::default(), &mut |_| ()).unwrap()
     }
 
-    /// Schlick's form with a different F0 per channel.
+    /// Returns Schlick's form with a different F0 per channel.
     fn fresnel() -> Fresnel {
         Fresnel::Schlick(DVec3::new(0.9, 0.6, 0.3))
     }
@@ -231,7 +231,7 @@ mod tests {
         assert!((found.alpha / alpha - DVec2::ONE).length() < 1e-2 && (found.rho - rho).abs() < 0.01, "{found:?}");
     }
 
-    /// A diffuse term that backscattering attributes to facets is separated from them.
+    /// The fit separates a diffuse term that backscattering attributes to facets.
     #[test]
     fn diffuse_terms_are_separated_from_facets() {
         struct Paint(Microfacet<Ggx>);
@@ -257,7 +257,7 @@ mod tests {
         Microfacet { distribution, masking: Masking::SmithCorrelated, fresnel: Fresnel::Schlick(DVec3::splat(0.05)) }
     }
 
-    /// Throughputs of tabulated facets: at most 1 under Smith's masking, and all energy is conserved without shadowing.
+    /// The throughput of tabulated facets is at most 1 under Smith's masking, and all energy is conserved without shadowing.
     #[test]
     fn samples_are_worth_what_they_reflect() {
         let distribution = Ggx::isotropic(DVec2::ZERO, 0.4);

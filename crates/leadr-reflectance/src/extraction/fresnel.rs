@@ -1,4 +1,4 @@
-//! Fresnel term of a material with known facets (thesis algorithm 2).
+//! Extraction of the Fresnel term of a material whose slope distribution has been fitted (thesis algorithm 2).
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -12,11 +12,11 @@ use crate::masking::variants::Masking;
 use crate::materials::brdf::Brdf;
 use crate::materials::microfacet::microfacet_eval;
 
-/// Reflectance of ideal facets below which a ratio is unreliable.
+/// The reflectance of ideal facets below which ratios to this reflectance are unreliable.
 const LEAST: f64 = 1e-4;
 
-/// Mean ratio of the material to ideal specular facets with these slopes, over the half vectors, at `count` difference angles from 0 to
-/// 90°, clamped to 0..1.
+/// Returns the mean ratio of the material to ideal specular facets with these slopes, averaged over the half vectors. The table has `count`
+/// difference angles from 0 to 90°, and the ratios are clamped to 0..1.
 pub fn mean_ratio_fresnel(brdf: &dyn Brdf, slopes: &Tabulated, masking: Masking, count: usize) -> FresnelTable {
     let count = count.max(2);
     let azimuths = if matches!(slopes, Tabulated::Radial(_)) { 1 } else { 8 };

@@ -1,4 +1,4 @@
-//! Gaussian lobes for any slope distribution: a maximum-likelihood mixture by expectation maximisation (Dempster, Laird and Rubin 1977).
+//! Gaussian lobes for any slope distribution, fitted for maximum likelihood by expectation maximisation (Dempster, Laird and Rubin 1977).
 
 use std::f64::consts::{PI, TAU};
 
@@ -14,14 +14,14 @@ use crate::slopes::statistics::outer_square;
 
 const ITERATIONS: u32 = 300;
 
-/// Lobes about a slope of zero, the smoothest first. Those of an isotropic table are round.
+/// Fits lobes about a slope of zero and returns them from the smoothest to the roughest. The lobes of an isotropic table are round.
 ///
-/// `count` is clamped to 1..=[`MOST_LOBES`]. Lobes with no share are left out.
+/// `count` is clamped to 1..=[`MOST_LOBES`]. Lobes of negligible weight are left out.
 pub fn fit_lobes(slopes: &Tabulated, count: usize) -> Vec<Lobe> {
     let count = count.clamp(1, MOST_LOBES);
     let points = points(slopes);
     let total: f64 = points.iter().map(|(_, mass)| mass).sum();
-    // Initialise from quantiles of the squared slopes.
+    // Initialise the variances from quantiles of the squared slopes.
     let mut squares: Vec<(f64, f64)> = points.iter().map(|(s, mass)| (s.length_squared(), *mass)).collect();
     squares.sort_by(|a, b| a.0.total_cmp(&b.0));
     let quantile = |share: f64| {
@@ -52,7 +52,7 @@ pub fn fit_lobes(slopes: &Tabulated, count: usize) -> Vec<Lobe> {
                 *density = share * gaussian.density(square);
                 all += *density;
             }
-            // Far beyond all lobes every density underflows; the widest lobe then gets the weight.
+            // Far beyond all lobes every density underflows, so the widest lobe gets the weight.
             if all <= 0.0 {
                 densities[count - 1] = 1.0;
                 all = 1.0;
@@ -96,7 +96,7 @@ impl Gaussian {
     }
 }
 
-/// Slopes of the table with their masses.
+/// Returns the slopes of the table with their masses.
 fn points(slopes: &Tabulated) -> Vec<(DVec2, f64)> {
     let (mut angles, azimuths) = slopes.nodes();
     if azimuths == 1 {
@@ -110,7 +110,7 @@ fn points(slopes: &Tabulated) -> Vec<(DVec2, f64)> {
         for k in 0..azimuths {
             let phi = TAU * k as f64 / azimuths as f64;
             let mass = ring * slopes.ndf(direction(theta, phi));
-            // For an isotropic table one azimuth is enough: the slope on the diagonal has the mean squares of the ring.
+            // For an isotropic table one azimuth is enough, because the slope on the diagonal has the mean squares of the ring.
             let slope = if azimuths == 1 {
                 DVec2::splat(0.5f64.sqrt()) * theta.tan()
             } else {
@@ -175,7 +175,7 @@ mod tests {
             let found = fit_lobes(&radial(&one), count);
             assert!(found.len() == 1 && (found[0].covariance.x / 0.03 - 1.0).abs() < 1e-3, "{found:?}");
         }
-        // Extra lobes are harmless: together they equal the one.
+        // Extra lobes are harmless, because their sum equals the one lobe.
         let many = fit_lobes(&radial(&one), 9);
         let variance: f64 = many.iter().map(|lobe| lobe.share * lobe.covariance.x).sum();
         assert!(many.len() <= MOST_LOBES && (variance / 0.03 - 1.0).abs() < 1e-3, "{many:?}");

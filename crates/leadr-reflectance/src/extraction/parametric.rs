@@ -5,37 +5,37 @@ use std::f64::consts::TAU;
 
 use crate::facets::radial_table::{RadialTable, angle_at, angle_rule};
 
-/// Nodes in a curve's table.
+/// Number of nodes in the table of a curve.
 const NODES: usize = 180;
-/// Step size at which the search stops.
+/// The step size at which the search stops.
 const FINEST: f64 = 1e-5;
-/// Range of the exponent search; curves outside it are not realistic facets.
+/// The range of the exponent search. Curves with exponents outside this range are not realistic facets.
 const EXPONENTS: (f64, f64) = (-2.0, 20.0);
 
-/// A family of curves.
+/// A family of parametric curves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Family {
-    /// `P22 ∝ e^(−x) / x^p`, `x = α + tan² θ / α`.
+    /// The shifted gamma distribution `P22 ∝ e^(−x) / x^p`, `x = α + tan² θ / α`.
     ShiftedGamma,
-    /// `D ∝ (1 + B (1 − cos θ))^(−C)`.
+    /// The ABC model `D ∝ (1 + B (1 − cos θ))^(−C)`.
     Abc,
 }
 
-/// A normal density, up to a factor.
+/// A parametric curve of normal density, up to a factor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ParametricCurve {
-    /// [`Family::ShiftedGamma`].
+    /// A curve of [`Family::ShiftedGamma`].
     ShiftedGamma {
-        /// Width, > 0.
+        /// The width `α`, > 0.
         alpha: f64,
-        /// Exponent.
+        /// The exponent `p`.
         p: f64,
     },
-    /// [`Family::Abc`].
+    /// A curve of [`Family::Abc`].
     Abc {
-        /// Inverse width, > 0.
+        /// The inverse width `B`, > 0.
         b: f64,
-        /// Exponent.
+        /// The exponent `C`.
         c: f64,
     },
 }
@@ -48,20 +48,20 @@ impl ParametricCurve {
         }
     }
 
-    /// `ln D` at the angle `theta` to the macrosurface normal, up to a constant.
+    /// Returns `ln D` at the angle `theta` to the macrosurface normal, up to a constant.
     pub fn ln_density(&self, theta: f64) -> f64 {
         match *self {
             Self::ShiftedGamma { alpha, p } => {
                 let cosine = theta.cos().max(1e-9);
                 let x = alpha + theta.tan().powi(2) / alpha;
-                // Relative to the value at 0, which can be huge.
+                // The logarithm is relative to the value at 0, which can be huge.
                 -(x - alpha) - p * (x / alpha).ln() - 4.0 * cosine.ln()
             }
             Self::Abc { b, c } => -c * (b * 2.0 * (0.5 * theta).sin().powi(2)).ln_1p(),
         }
     }
 
-    /// The curve's slopes as a table.
+    /// Builds a table of the curve's slopes.
     pub fn table(&self) -> Option<RadialTable> {
         RadialTable::new(
             &(0..NODES).map(|i| self.ln_density(angle_at(i as f64 / NODES as f64)).exp()).collect::<Vec<_>>(),
@@ -69,7 +69,7 @@ impl ParametricCurve {
     }
 }
 
-/// Maximum-likelihood curve of a family for the slopes of a table.
+/// Returns the maximum-likelihood curve of a family for the slopes of a table.
 pub fn nearest(slopes: &RadialTable, family: Family) -> ParametricCurve {
     let rule: Vec<(f64, f64)> =
         angle_rule(slopes.nodes()).into_iter().map(|(theta, w)| (theta, TAU * w * theta.sin() * theta.cos())).collect();
@@ -94,7 +94,7 @@ pub fn nearest(slopes: &RadialTable, family: Family) -> ParametricCurve {
     ParametricCurve::of(family, best.map_or(starts[0], |(parameters, _)| parameters))
 }
 
-/// Pattern search: steps along each direction shrink when none improves.
+/// Runs a pattern search. The steps along each direction shrink when none improves the divergence.
 fn search(family: Family, mut parameters: [f64; 2], divergence: &impl Fn(&ParametricCurve) -> f64) -> ([f64; 2], f64) {
     let value = |parameters: [f64; 2]| {
         let inside = (EXPONENTS.0..=EXPONENTS.1).contains(&parameters[1]) && parameters[0].abs() < 20.0;
@@ -144,7 +144,7 @@ mod tests {
         }
     }
 
-    /// Near its peak GGX is `D ∝ (1 + 2 (1 − cos θ) / α²)⁻²`.
+    /// Near its peak, GGX is `D ∝ (1 + 2 (1 − cos θ) / α²)⁻²`.
     #[test]
     fn ggx_is_nearly_an_abc_curve() {
         let alpha = 0.1;

@@ -1,4 +1,4 @@
-//! Slope distribution of any material, from its backscattering only (thesis 4.2).
+//! Extraction of the slope distribution of any material from its backscattering only (thesis 4.2).
 //!
 //! With the viewer along the light, all visible facets are lit and reflect with `F₀`:
 //!
@@ -6,9 +6,9 @@
 //! f_r(o, o) = F₀ D(o) G₁(o) / (4 cos² θ_o)                                              (eq. 4.3)
 //! ```
 //!
-//! With Smith's `G₁ = cos θ_o / A(o)` and `A = ∫ max(0, o·h) D(h) dω_h` this is a linear equation for D with a nonnegative kernel. Its
-//! only nonnegative solution is the limit of the power iteration from any start, and `F₀` is its eigenvalue (eq. 4.9). Here the integrals
-//! use a smooth curve through `ln D` instead of rectangles, and iteration stops at convergence.
+//! With Smith's `G₁ = cos θ_o / A(o)` and `A = ∫ max(0, o·h) D(h) dω_h` eq. 4.3 is a linear equation for `D` with a nonnegative kernel. The
+//! only nonnegative solution of this equation is the limit of the power iteration from any start, and `F₀` is the eigenvalue (eq. 4.9).
+//! Here the integrals use a smooth curve through `ln D` instead of rectangles, and iteration stops at convergence.
 
 use std::f64::consts::{PI, TAU};
 
@@ -17,22 +17,22 @@ use crate::facets::polar_table::{AreaKernel, PolarTable, ring_harmonics, rows_of
 use crate::facets::radial_table::{RadialTable, angle_at, angle_rule, logarithms, u_of_angle};
 use crate::masking::variants::Masking;
 
-/// Masking-shadowing model of a material's backscattering.
+/// The masking-shadowing model of a material's backscattering.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Backscattering {
     /// Smith's masking. All visible facets are lit (thesis eq. 4.2).
     Smith,
-    /// Smith's height-correlated form without direction correlation, as in renderers, so `G = 1 / (1 + 2 Λ)`. Use it for materials from a
-    /// renderer.
+    /// Smith's height-correlated form without direction correlation, `G = 1 / (1 + 2 Λ)`, as in renderers. Use this model for materials
+    /// from a renderer.
     SmithRendered,
-    /// V-grooves (thesis eq. 4.17).
+    /// Masking and shadowing by V-grooves (thesis eq. 4.17).
     VGroove,
     /// Facets that hide nothing, as in a normal map (thesis eq. 4.18).
     NormalMap,
 }
 
 impl Backscattering {
-    /// `cos² θ / G` for facets of visible area `area`, viewed along the light.
+    /// Returns `cos² θ / G` for facets of visible area `area`, viewed along the light.
     fn unhidden(self, cosine: f64, area: f64) -> f64 {
         match self {
             Self::Smith => cosine * area,
@@ -42,7 +42,7 @@ impl Backscattering {
         }
     }
 
-    /// The masking-shadowing form for rendering fits.
+    /// Returns the masking-shadowing model for rendering a fitted material.
     #[must_use]
     pub const fn masking(self) -> Masking {
         match self {
@@ -52,32 +52,32 @@ impl Backscattering {
         }
     }
 
-    /// Whether the model needs the visible area, and so iterations.
+    /// Whether the model depends on the visible area, and so needs iterations.
     pub const fn iterates(self) -> bool {
         matches!(self, Self::Smith | Self::SmithRendered)
     }
 }
 
-/// Limit on power iterations.
+/// Maximum number of power iterations.
 const MOST_ITERATIONS: u32 = 200;
-/// Relative density change at which iteration stops.
+/// The relative change of density at which iteration stops.
 const SETTLED: f64 = 1e-9;
 
-/// Result of an extraction.
+/// The result of an extraction.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Extracted<T> {
-    /// The slope distribution.
+    /// The extracted slope distribution.
     pub slopes: T,
-    /// `F₀`, in the unit of the backscattering.
+    /// The reflectance `F₀`, in the unit of the backscattering.
     pub reflectance: f64,
-    /// Number of iterations.
+    /// The number of iterations used.
     pub iterations: u32,
-    /// Relative change of the largest density in the last iteration.
+    /// The largest change of density in the last iteration, relative to the largest density.
     pub change: f64,
 }
 
 impl<T> Extracted<T> {
-    /// The same result with the slopes converted by `form`.
+    /// Returns the same result with the slopes converted by `form`.
     #[must_use]
     pub fn map<U>(self, form: impl FnOnce(T) -> U) -> Extracted<U> {
         let Self { slopes, reflectance, iterations, change } = self;
@@ -85,16 +85,16 @@ impl<T> Extracted<T> {
     }
 }
 
-/// `∫₀^{2π} max(0, cos θ_o cos θ + sin θ_o sin θ cos φ) dφ` (the inner integral of thesis eq. 4.14).
+/// Computes `∫₀^{2π} max(0, cos θ_o cos θ + sin θ_o sin θ cos φ) dφ`, the inner integral of thesis eq. 4.14.
 pub fn ring_area(theta_o: f64, theta: f64) -> f64 {
     let (a, b) = (theta_o.cos() * theta.cos(), theta_o.sin() * theta.sin());
     ring_harmonics(a, b, 1)[0]
 }
 
-/// The isotropic distribution of a material with backscatter `f_r(o, o)` at the angles [`angle_at`]`(i / n)` for `n` values. Negative
-/// values and NaN count as 0.
+/// Extracts the isotropic distribution of a material with backscatter `f_r(o, o)` at the angles [`angle_at`]`(i / n)` for `n` values.
+/// Negative values and NaN count as 0.
 ///
-/// `None` for fewer than 3 values, or if nothing is reflected.
+/// Returns `None` for fewer than 3 values, or if nothing is reflected.
 pub fn extract_radial(backscatter: &[f64], hiding: Backscattering) -> Option<Extracted<RadialTable>> {
     let n = backscatter.len();
     let values: Vec<f64> = backscatter.iter().map(|&f| if f.is_finite() { f.max(0.0) } else { 0.0 }).collect();
@@ -108,7 +108,7 @@ pub fn extract_radial(backscatter: &[f64], hiding: Backscattering) -> Option<Ext
         .iter()
         .map(|&theta_o| rule.iter().map(|&(theta, w)| w * theta.sin() * ring_area(theta_o, theta)).collect())
         .collect();
-    // ∫ D cos θ dω
+    // Weights of the normalisation ∫ D cos θ dω.
     let all: Vec<f64> = rule.iter().map(|&(theta, w)| w * TAU * theta.sin() * theta.cos()).collect();
     let sum = |weights: &[f64], d: &[f64]| weights.iter().zip(d).map(|(w, d)| w * d).sum::<f64>();
 
@@ -131,10 +131,10 @@ pub fn extract_radial(backscatter: &[f64], hiding: Backscattering) -> Option<Ext
     Some(Extracted { slopes: RadialTable::new(&density)?, reflectance, iterations, change })
 }
 
-/// The distribution of a material with `f_r(o, o)` = `backscatter[k][i]` at the azimuth `2π k / azimuths` and the angle [`angle_at`]`(i /
-/// n)`.
+/// Extracts the distribution of a material with backscatter `f_r(o, o)`. `backscatter[k][i]` is the value at the azimuth `2π k / azimuths`
+/// and the angle [`angle_at`]`(i / n)`.
 ///
-/// `None` for fewer than 4 azimuths or 3 angles, for rows of different lengths, or if nothing is reflected.
+/// Returns `None` for fewer than 4 azimuths or 3 angles, for rows of different lengths, or if nothing is reflected.
 pub fn extract_polar(backscatter: &[Vec<f64>], hiding: Backscattering) -> Option<Extracted<PolarTable>> {
     let (azimuths, n) = (backscatter.len(), backscatter.first()?.len());
     let valid = |f: f64| if f.is_finite() { f.max(0.0) } else { 0.0 };
@@ -147,7 +147,7 @@ pub fn extract_polar(backscatter: &[Vec<f64>], hiding: Backscattering) -> Option
     let angles: Vec<f64> = (0..n).map(|i| angle_at(i as f64 / n as f64)).collect();
     let rule = angle_rule(n);
     let kernel = AreaKernel::new(&angles, &rule, azimuths);
-    // [angle of the rule][azimuth]
+    // The values are indexed by [angle of the rule][azimuth].
     let at_rule = |rows: &[Vec<f64>]| -> Vec<Vec<f64>> {
         let largest = rows.iter().flatten().copied().fold(0.0, f64::max);
         let curves: Vec<Curve> = rows_of_logarithms(rows).into_iter().map(Curve::new).collect();
@@ -184,7 +184,7 @@ pub fn extract_polar(backscatter: &[Vec<f64>], hiding: Backscattering) -> Option
     Some(Extracted { slopes: PolarTable::new(&density)?, reflectance, iterations, change })
 }
 
-/// Densities between nodes, interpolated as in a [`RadialTable`].
+/// Returns densities between nodes, interpolated as in a [`RadialTable`].
 fn densities_at(density: &[f64], positions: &[f64]) -> Vec<f64> {
     let largest = density.iter().copied().fold(0.0, f64::max);
     let curve = Curve::new(logarithms(density, largest));
@@ -213,7 +213,8 @@ mod tests {
         (0..n).map(at).collect()
     }
 
-    /// Table 4.I of the thesis and more. The paper has errors of .03 to .0005 with 360 samples; this test uses 90.
+    /// Checks the distributions of the thesis' Table 4.I and more. The paper has errors of .03 to .0005 with 360 samples. This test uses
+    /// 90.
     #[test]
     fn extraction_undoes_reflection() {
         use Backscattering::{NormalMap, Smith, SmithRendered, VGroove};

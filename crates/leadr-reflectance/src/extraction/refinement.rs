@@ -1,10 +1,10 @@
-//! Refinement beyond backscattering: alternating updates of slopes, Fresnel term and a diffuse term that increase the likelihood of the
-//! whole material.
+//! Refinement of a fit beyond backscattering. Alternating updates of the slopes, the Fresnel term and a diffuse term increase the
+//! likelihood of the whole material.
 //!
 //! The thesis takes the slopes from the configuration where instruments are least accurate, has no diffuse term, and puts all residuals
-//! into the Fresnel term. Here `f_r = F(θ_d) D(h) g + k/π`, with the geometric factor `g` of the previous slopes, is fitted to all pairs
-//! of directions. The multiplicative Richardson–Lucy steps keep every factor positive and lower the Kullback–Leibler divergence. This
-//! measure lies between absolute errors, which highlights dominate, and relative ones, which shadows dominate.
+//! into the Fresnel term. Here `f_r = F(θ_d) D(h) g + k/π`, with the geometric factor `g` of the previous slopes, is fitted to all pairs of
+//! directions. The multiplicative Richardson–Lucy steps keep every factor positive and lower the Kullback–Leibler divergence. This
+//! divergence lies between absolute errors, which highlights dominate, and relative errors, which shadows dominate.
 
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, TAU};
 
@@ -18,15 +18,15 @@ use crate::facets::tabulated::Tabulated;
 use crate::materials::fitted::FittedBrdf;
 use crate::materials::microfacet::{Microfacet, microfacet_eval};
 
-/// Outer rounds, each of which updates the visible areas, and steps per round.
+/// Number of outer rounds, each of which updates the visible areas, and number of steps per round.
 const ROUNDS: usize = 6;
 const STEPS: usize = 12;
-/// Nodes of the Fresnel term.
+/// Number of intervals between the nodes of the Fresnel term.
 const ANGLES: usize = 45;
-/// Share of the pairs that may initially be darker than the diffuse term.
+/// Fraction of the direction pairs that may initially be darker than the diffuse term.
 const DARK: f64 = 0.02;
 
-/// Improves a fit over all directions; the slope nodes stay the same.
+/// Improves a fit over all directions. The slope nodes stay the same.
 pub fn refine(samples: &[Sample], start: &FittedBrdf) -> FittedBrdf {
     let mut grid = Grid::of(&start.facets.distribution);
     let mut fresnel: Vec<DVec3> =
@@ -68,24 +68,24 @@ pub fn refine(samples: &[Sample], start: &FittedBrdf) -> FittedBrdf {
     fit
 }
 
-/// Initial diffuse term: a lower bound of nearly all pairs.
+/// Returns the initial diffuse term, a lower bound of the reflectance of nearly all direction pairs.
 fn darkest(samples: &[Sample]) -> DVec3 {
     let channel = |c: usize| {
         let mut all: Vec<f64> = samples.iter().filter(|s| s.wo.z > 0.2 && s.wi.z > 0.2).map(|s| s.value[c]).collect();
         all.sort_by(f64::total_cmp);
-        // Never 0, because multiplicative steps keep 0.
+        // The term is never 0, because multiplicative steps cannot change 0.
         all.get((DARK * all.len() as f64) as usize).map_or(1e-4, |f| (f / FRAC_1_PI).clamp(1e-4, 1.0))
     };
     DVec3::new(channel(0), channel(1), channel(2))
 }
 
-/// Contributions of the unknowns to a pair of directions.
+/// The contributions of the unknowns to the reflectance of a pair of directions.
 struct Facet {
-    /// Slope nodes and their weights.
+    /// The slope nodes and their interpolation weights.
     around: [(usize, f64); 4],
-    /// The lower node of the Fresnel term and the fraction beyond it.
+    /// The lower node of the Fresnel term and the fraction of the interval beyond it.
     angle: (usize, f64),
-    /// `D g`.
+    /// The reflectance of ideal facets, `D g`.
     ideal: f64,
 }
 
@@ -136,11 +136,11 @@ fn step(samples: &[Sample], facets: &mut [Facet], changes: &mut [f64], fresnel: 
     }
 }
 
-/// Normal densities at the nodes of a table.
+/// A grid of normal densities at the nodes of a table.
 struct Grid {
-    /// Number of angles and azimuths; one azimuth for an isotropic table.
+    /// Number of angles and of azimuths, with one azimuth for an isotropic table.
     size: (usize, usize),
-    /// Azimuths are contiguous per angle.
+    /// The densities, with contiguous azimuths per angle.
     densities: Vec<f64>,
 }
 

@@ -8,16 +8,16 @@ use crate::facets::radial_table::angle_at;
 use crate::materials::brdf::Brdf;
 use crate::materials::half_difference::{HalfDifference, half_difference_to_directions};
 
-/// Steps over `θ_h` (dense at the highlight), `θ_d` and `φ_d`, and over `φ_h` for anisotropic materials.
+/// Number of steps over `θ_h` (dense at the highlight), `θ_d` and `φ_d`. `AZIMUTHS` adds steps over `φ_h` for anisotropic materials.
 const STEPS: [usize; 3] = [72, 24, 8];
 const AZIMUTHS: usize = 24;
 
-/// The direction at the angle `theta` to z and the azimuth `phi`.
+/// Returns the direction at the angle `theta` to z and the azimuth `phi`.
 pub fn direction(theta: f64, phi: f64) -> DVec3 {
     DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
 }
 
-/// Viewer, light and half vector for half and difference angles.
+/// Returns the viewer, the light and the half vector for half and difference angles.
 pub fn pair(theta_h: f64, phi_h: f64, theta_d: f64, phi_d: f64) -> (DVec3, DVec3, DVec3) {
     let wh = direction(theta_h, phi_h);
     let (wo, wi) = half_difference_to_directions(&HalfDifference { wh, wd: direction(theta_d, phi_d) });
@@ -27,19 +27,19 @@ pub fn pair(theta_h: f64, phi_h: f64, theta_d: f64, phi_d: f64) -> (DVec3, DVec3
 /// A direction pair and its reflectance.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample {
-    /// Towards the viewer.
+    /// The direction towards the viewer.
     pub wo: DVec3,
-    /// Towards the light.
+    /// The direction towards the light.
     pub wi: DVec3,
     /// The half vector.
     pub wh: DVec3,
-    /// `f_r`.
+    /// The reflectance `f_r` of the material.
     pub value: DVec3,
-    /// Weight: the pair's share of all pairs of visible and lit directions, each weighted by its cosine.
+    /// The weight of the pair, proportional to the solid angles and the cosines of the two directions. The weights sum to one.
     pub weight: f64,
 }
 
-/// Pairs over both hemispheres.
+/// Samples a material at pairs of directions over both hemispheres.
 pub fn samples(brdf: &dyn Brdf, isotropic: bool) -> Vec<Sample> {
     let azimuths = if isotropic { 1 } else { AZIMUTHS };
     let mut all = Vec::new();
@@ -55,7 +55,7 @@ pub fn samples(brdf: &dyn Brdf, isotropic: bool) -> Vec<Sample> {
                     if wo.z <= 0.01 || wi.z <= 0.01 {
                         continue;
                     }
-                    // dω_i dω_o = 4 cos θ_d dω_h dω_d
+                    // The solid angles are related by dω_i dω_o = 4 cos θ_d dω_h dω_d.
                     let weight = u * theta_h.sin() * theta_d.sin() * theta_d.cos() * wo.z * wi.z;
                     all.push(Sample { wo, wi, wh, value: brdf.eval(wo, wi), weight });
                 }
@@ -67,14 +67,14 @@ pub fn samples(brdf: &dyn Brdf, isotropic: bool) -> Vec<Sample> {
     all
 }
 
-/// Distance of a fit from the samples.
+/// The distance of a fit from the samples of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Misfit {
-    /// Rms difference of `f_r`, relative to the rms of `f_r`.
+    /// The rms difference of `f_r`, relative to the rms of `f_r`.
     pub rrmse: f64,
-    /// The same for the cube root of `f_r cos θ_i`, which is perceptually more uniform.
+    /// The relative rms difference of the cube root of `f_r cos θ_i`, which is perceptually more uniform.
     pub perceptual: f64,
-    /// Generalised Kullback–Leibler divergence, per unit of `f_r`.
+    /// The generalised Kullback–Leibler divergence, per unit of `f_r`.
     pub divergence: f64,
 }
 

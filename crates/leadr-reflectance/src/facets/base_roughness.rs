@@ -1,29 +1,33 @@
-//! Base material roughness on steep facets.
+//! Roughness of the base material on steep facets.
 //!
-//! A base of Beckmann roughness `α` lies on the *facets*: its normals spread by the same angles about each facet's normal. The paper adds
-//! `α²/2` to the slope variances, as if the base lay on the macrosurface ([`add_roughness`](crate::slopes::statistics::add_roughness)).
+//! A base of Beckmann roughness `α` lies on the *facets*, and its normals spread by the same angles about each facet's normal. The paper
+//! adds `α²/2` to the slope variances, as if the base lay on the macrosurface
+//! ([`add_roughness`](crate::slopes::statistics::add_roughness)).
 //!
-//! **First-order transform (rms error 0.19).** To first order a facet of slope `m` turns the base's slope variance `α²/2` into `(1 +
-//! |m|²)(I + m mᵀ) α²/2`. Its mean over a Gaussian relief is closed: with `A = S + μ μᵀ` it is `(1 + tr A) I + A + tr(A) A + 2 A² − 2 |μ|²
-//! μ μᵀ`. That is the correct *variance*, but most of it is in a long tail of steep microfacets that reflect the ground or are hidden. As
-//! a Gaussian it is less accurate than the paper's form (rms 0.16).
+//! **First-order transform (rms error 0.19).** To first order, a facet of slope `m` changes the base's slope variance `α²/2` to
+//! `(1 + |m|²)(I + m mᵀ) α²/2`. The mean over a Gaussian relief has a closed form. With `A = S + μ μᵀ` the mean is
+//! `(1 + tr A) I + A + tr(A) A + 2 A² − 2 |μ|² μ μᵀ`. This *variance* is correct, but most of it is in a long tail of steep microfacets
+//! that reflect the ground or are hidden. A Gaussian of this variance is less accurate than the paper's form (rms 0.16).
 //!
 //! **Fitted form (rms error 0.04).** At normal incidence the true distribution is *narrower* than the paper's form, because the tail takes
-//! its weight from the flanks. At grazing angles it is wider, because each facet hides its own far side. The fit uses closed forms of
-//! values that a shader has anyway. The reference is Monte Carlo ray casts, with shadowing, of Gaussian facets with a Beckmann base:
-//! `crates/leadr-reflectance/tests/reflectance/base_roughness.rs` repeats them. The form depends on the view only, so specular light is
-//! not reciprocal; with the paper's form it is.
+//! its weight from the flanks. At grazing angles the true distribution is wider, because each facet hides its own far side. The fit uses
+//! closed forms of values that a shader computes anyway. The reference is Monte Carlo ray casting, with shadowing, of Gaussian facets with
+//! a Beckmann base in `crates/leadr-reflectance/tests/reflectance/base_roughness.rs`. The fitted form depends on the view only, so specular
+//! light is not reciprocal, unlike with the paper's form.
 
 use super::projected_area::{meso_area, slope_spread};
 use glam::{DVec2, DVec3};
 
-/// Covariance of the specular microfacets visible from `wo` (unit, tangent frame) on a relief of mean slope `m` and covariance `s = (xx,
-/// yy, xy)`. Each facet has a base of Beckmann roughness `alpha` (0 to 1) in its own frame.
+/// Returns the covariance of the specular microfacets visible from `wo` (unit, tangent frame) on a relief of mean slope `m` and covariance
+/// `s = (xx, yy, xy)`. Each facet has a base of Beckmann roughness `alpha` (0 to 1) in its own frame.
 ///
-/// Three terms: the relief, divided by one plus `6 · α²/2 · cos²θ · v²/(v² + 0.05)`, `v` its mean variance; the base, widened by `1 + 1.5
-/// g²/(g + 1)`, `g` the slope deviation along `wo` over the projected area; and, for relief of nearly one slope, the contribution of a
-/// facet of that slope (up to 2). All are continuous and positive definite for any argument. At `α = 0` the result is `s`, and without
-/// relief or tilt it is `s + α²/2`.
+/// The sum has three terms:
+/// * The relief term is `s` divided by one plus `6 · α²/2 · cos²θ · v²/(v² + 0.05)`, where `v` is the mean of the variances in `s`.
+/// * The base term is `α²/2` widened by `1 + 1.5 g²/(g + 1)`, where `g` is the slope deviation along `wo` over the projected area.
+/// * The tilt term is the contribution of a facet of the mean slope (up to 2), for relief of nearly one slope.
+///
+/// All terms are continuous and positive definite for any argument. At `α = 0` the result is `s`, and without relief or tilt it is
+/// `s + α²/2`.
 pub fn add_facet_roughness(s: DVec3, alpha: f64, wo: DVec3, m: DVec2) -> DVec3 {
     let variance = 0.5 * alpha * alpha;
     let relief = 0.5 * (s.x + s.y);

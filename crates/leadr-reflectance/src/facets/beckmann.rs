@@ -12,16 +12,17 @@ use crate::slopes::statistics::{covariance_from_moments, slope_scales, widened_c
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
-/// `P22(slope)`: slope density. Variances are clamped to at least [`MIN_VARIANCE`](crate::limits::MIN_VARIANCE).
+/// Returns the slope density `P22(slope)`. Variances are clamped to at least [`MIN_VARIANCE`](crate::limits::MIN_VARIANCE).
 pub fn beckmann_p22(slope: DVec2, m: DVec2, s: DVec3) -> f64 {
     let (sigma, r, q) = slope_scales(s);
-    // Whitened: x, then y given x. More precise than the adjugate for strong correlation.
+    // Whitening x, then y given x, is more precise than the adjugate for strong correlation.
     let u = (slope - m) / sigma;
     let v = (u.y - r * u.x) / q;
     (-0.5 * (u.x * u.x + v * v)).exp() / (2.0 * PI * sigma.x * sigma.y * q)
 }
 
-/// `D(wh) = P22(slope of wh) / wh.z⁴`: normal density per unit of macrosurface and solid angle (LEADR eq. 10); 0 for `wh.z ≤ 0`.
+/// Returns the normal density `D(wh) = P22(slope of wh) / wh.z⁴` per unit of macrosurface and solid angle (LEADR eq. 10). The density is 0
+/// for `wh.z ≤ 0`.
 pub fn beckmann_ndf(wh: DVec3, m: DVec2, s: DVec3) -> f64 {
     if wh.z <= 0.0 {
         return 0.0;
@@ -30,12 +31,12 @@ pub fn beckmann_ndf(wh: DVec3, m: DVec2, s: DVec3) -> f64 {
     beckmann_p22(DVec2::new(-wh.x / z, -wh.y / z), m, s) / (z * z * z * z)
 }
 
-/// Density of visible normals, `max(0, wo·wn) D(wn) / A(wo)`, per solid angle; at most 1e37.
+/// Returns the density of visible normals `max(0, wo·wn) D(wn) / A(wo)` per solid angle, at most 1e37.
 pub fn beckmann_vndf(wo: DVec3, wn: DVec3, m: DVec2, s: DVec3) -> f64 {
     visible_density(wo, wn, beckmann_ndf(wn, m, s), visible_area(wo, m, s))
 }
 
-/// A Beckmann surface: Gaussian slopes of any mean and covariance.
+/// A Beckmann surface with Gaussian slopes of any mean and covariance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Beckmann {
     mean: DVec2,
@@ -43,7 +44,7 @@ pub struct Beckmann {
 }
 
 impl Beckmann {
-    /// Creates it from the mean slope and the covariance `(s_xx, s_yy, s_xy)`. Variances are clamped to
+    /// Creates a surface from the mean slope and the covariance `(s_xx, s_yy, s_xy)`. Variances are clamped to
     /// [`MIN_VARIANCE`](crate::limits::MIN_VARIANCE)..[`MAX_SLOPE`](crate::limits::MAX_SLOPE)², the correlation to
     /// ±[`MAX_CORRELATION`](crate::limits::MAX_CORRELATION).
     pub fn new(mean: DVec2, covariance: DVec3) -> Self {
@@ -55,27 +56,27 @@ impl Beckmann {
         Self::new(mean, DVec3::new(0.5 * alpha * alpha, 0.5 * alpha * alpha, 0.0))
     }
 
-    /// Creates it from roughness radii and angle.
+    /// Creates a surface from roughness radii and an angle.
     pub fn from_ellipse(mean: DVec2, ellipse: &Ellipse) -> Self {
         Self::new(mean, covariance_from_roughness(roughness_from_ellipse(ellipse)))
     }
 
-    /// Creates it from roughness scales and correlation.
+    /// Creates a surface from roughness scales and a correlation.
     pub fn from_bivariate(mean: DVec2, bivariate: &Bivariate) -> Self {
         Self::new(mean, covariance_from_roughness(roughness_from_bivariate(bivariate)))
     }
 
-    /// Creates it from the slope moments `(E[x], E[y])` and `(E[xx], E[yy], E[xy])`.
+    /// Creates a surface from the slope moments `(E[x], E[y])` and `(E[xx], E[yy], E[xy])`.
     pub fn from_moments(first: DVec2, second: DVec3) -> Self {
         Self::new(first, covariance_from_moments(first, second))
     }
 
-    /// The moments `(E[x], E[y])` and `(E[xx], E[yy], E[xy])` of the slopes.
+    /// Returns the slope moments `(E[x], E[y])` and `(E[xx], E[yy], E[xy])`.
     pub fn moments(&self) -> (DVec2, DVec3) {
         moments_from_covariance(self.mean, self.covariance)
     }
 
-    /// Slope covariance `(s_xx, s_yy, s_xy)`.
+    /// Returns the slope covariance `(s_xx, s_yy, s_xy)`.
     pub fn covariance(&self) -> DVec3 {
         self.covariance
     }
@@ -134,7 +135,7 @@ mod tests {
 
     #[test]
     fn ndf_projects_to_one() {
-        // ∫ (wn·wg) D dω = 1.
+        // Check the normalisation ∫ (wn·wg) D dω = 1.
         let (m, s) = (DVec2::new(0.2, 0.1), DVec3::new(0.2, 0.3, -0.1));
         let mut sum = 0.0;
         for (u, w) in gauss_legendre(400) {

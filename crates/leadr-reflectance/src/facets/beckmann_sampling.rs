@@ -1,12 +1,13 @@
 //! Exact sampling of visible normals of a noncentral anisotropic Beckmann surface (thesis 2.2, eq. 2.35 and 3.4).
 //!
-//! The affine map `slope = m + C s`, `C Cᵀ = S`, relates the surface to the unit surface with slopes `s ~ N(0, 1)²`. There the facet of
-//! slope `s` has the projected area `a − t·s` towards the viewer, with `t = Cᵀ wo.xy`. Let `b = |t|` and `ν = a/b`. The coordinate `x` of
-//! a visible slope along `t` has the density `(ν − x)⁺ φ(x) / g(ν)`, and the other coordinate is an independent normal variable. The
-//! cumulative distribution has a closed form, `F(x) = ν Φ(x) + φ(x)` up to `F(ν) = g(ν)`, which is inverted here.
+//! The affine map `slope = m + C s`, `C Cᵀ = S`, relates the surface to the unit surface with slopes `s ~ N(0, 1)²`. On the unit surface,
+//! the facet of slope `s` has the projected area `a − t·s` towards the viewer, with `t = Cᵀ wo.xy`. Let `b = |t|` and `ν = a/b`. The
+//! coordinate `x` of a visible slope along `t` has the density `(ν − x)⁺ φ(x) / g(ν)`, and the coordinate across `t` is an independent
+//! normal variable. The sampler inverts the integral of `(ν − x)⁺ φ(x)`, which has the closed form `F(x) = ν Φ(x) + φ(x)` up to
+//! `F(ν) = g(ν)`.
 //!
-//! This is valid for every `ν`: for a front-facing (`ν > 0`), edge-on or back-facing mesosurface, where only the tail below `ν` is
-//! visible. Inversions in the literature are parametrised by the viewer's angle and stop at the horizon.
+//! The method is valid for every `ν`, that is for a front-facing (`ν > 0`), edge-on or back-facing mesosurface. Only the tail below `ν` of
+//! a back-facing mesosurface is visible. Inversions in the literature are parametrised by the viewer's angle and stop at the horizon.
 
 use super::normal_distribution::{MIN_PROBABILITY, mills_ratio, normal_quantile, tail_mean_ratio};
 use super::projected_area::meso_area;
@@ -15,22 +16,22 @@ use crate::slopes::statistics::with_least_variance;
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
-/// Limit on Newton steps; 3 to 6 are used. The shader always does 5.
+/// Maximum number of Newton steps. The solver uses 3 to 6, and the shader always does 5.
 const STEPS: u32 = 60;
 
-/// The visible slope `x ≤ ν` of the unit surface with `(ν Φ(x) + φ(x)) / (ν Φ(ν) + φ(ν)) = u`: the quantile of the visible slopes along
-/// the viewer's azimuth. `−∞ < ν ≤ ∞` is the mesosurface's projected area in units of the spread.
+/// Returns the quantile of the visible slopes of the unit surface along the viewer's azimuth. The result `x ≤ ν` solves
+/// `(ν Φ(x) + φ(x)) / (ν Φ(ν) + φ(ν)) = u`, where `−∞ < ν ≤ ∞` is the mesosurface's projected area in units of the spread.
 ///
-/// `u` is clamped to `[2⁻³², 1 − 2⁻³²]`. The solver is a bracketed Newton method. It starts from Wilson and Hilferty's estimate for the
-/// gamma distribution with the mean and variance of `y = ν − x`. In the lower half it solves for the logarithm of `F`, which is concave,
-/// so every start converges. In the upper half it solves for the root of `g − F`, which is linear where `F` touches `g`. All values are in
-/// units of `φ(min(ν, 0))` and sum terms of one sign, so the tail at `ν = −10` is equally accurate.
+/// `u` is clamped to `[2⁻³², 1 − 2⁻³²]`. The solver is a bracketed Newton method. The solver starts from Wilson and Hilferty's estimate for
+/// the gamma distribution with the mean and variance of `y = ν − x`. In the lower half of the range it solves for the logarithm of `F`,
+/// which is concave, so every start converges. In the upper half of the range it solves for the root of `g − F`, which is linear where `F`
+/// touches `g`. All values are in units of `φ(min(ν, 0))` and sum terms of one sign, so the tail at `ν = −10` is equally accurate.
 pub fn visible_slope_quantile(u: f64, nu: f64) -> f64 {
     let u = u.clamp(MIN_PROBABILITY, 1.0 - MIN_PROBABILITY);
     let (positive, negative) = (nu.clamp(0.0, 1e15), nu.clamp(-1e15, 0.0));
     let root_2pi = (2.0 * PI).sqrt();
     let z = normal_quantile(u);
-    // g, the mean of y, and a starting value for w = x − min(ν, 0).
+    // Compute g, the mean of y, and a starting value for w = x − min(ν, 0).
     let (total, start) = if nu > 0.0 {
         let e = (-0.5 * positive * positive).exp();
         let total = root_2pi * positive + e * tail_mean_ratio(positive);
@@ -43,7 +44,7 @@ pub fn visible_slope_quantile(u: f64, nu: f64) -> f64 {
         let t = -negative;
         let total = tail_mean_ratio(t);
         let mean = if t > 8.0 { 2.0 * t / (t * t + 3.0) } else { mills_ratio(t) / total - t };
-        // y ≥ √(2 (1 − u) g), because the density of y is y times a factor below 1.
+        // The bound y ≥ √(2 (1 − u) g) holds because the density of y is y times a factor below 1.
         let least = (2.0 * (1.0 - u) * total).sqrt();
         (total, -gamma_quantile(z, mean, 2.0 - mean * (mean + t)).max(least))
     };
@@ -57,7 +58,7 @@ pub fn visible_slope_quantile(u: f64, nu: f64) -> f64 {
             let rest = (total - part).max(0.0);
             2.0 * (rest - rest.sqrt() * ((1.0 - u) * total).sqrt())
         };
-        // The sign of the step updates the bracket: at the root its rounding differs from that of `part`.
+        // The sign of the step updates the bracket, because at the root the rounding of the step differs from the rounding of `part`.
         *(if change > 0.0 { &mut low } else { &mut high }) = w;
         let next = w + change / density;
         // Bisect if the step leaves the bracket or is NaN.
@@ -71,7 +72,7 @@ pub fn visible_slope_quantile(u: f64, nu: f64) -> f64 {
     negative + w
 }
 
-/// `(F(x), F'(x)) / φ(min(ν, 0))` at `x = min(ν, 0) + w`.
+/// Returns `(F(x), F'(x)) / φ(min(ν, 0))` at `x = min(ν, 0) + w`.
 fn visible_part(w: f64, positive: f64, negative: f64) -> (f64, f64) {
     let (x, y) = (negative + w, positive - w);
     let e = (-w * (negative + 0.5 * w)).exp();
@@ -83,23 +84,23 @@ fn visible_part(w: f64, positive: f64, negative: f64) -> (f64, f64) {
     (part, y * e)
 }
 
-/// Upper-tail quantile of a gamma distribution at the normal deviate `z`, by the Wilson–Hilferty cube. Shapes below 2 occur only through
-/// rounding and are treated as 2.
+/// Returns the upper-tail quantile of a gamma distribution at the normal deviate `z`, by the Wilson–Hilferty cube. Shape parameters below 2
+/// occur only through rounding and are treated as 2.
 fn gamma_quantile(z: f64, mean: f64, variance: f64) -> f64 {
     let shape = (mean * mean / variance.max(1e-30)).max(2.0);
     let cube = (1.0 - 1.0 / (9.0 * shape) - z / (3.0 * shape.sqrt())).max(0.02);
     mean * cube * cube * cube
 }
 
-/// A visible normal for `u` in `[0, 1)²`: `u.x` gives the slope along the viewer's azimuth, `u.y` the slope across it.
+/// Samples a visible normal from `u` in `[0, 1)²`. `u.x` selects the slope along the viewer's azimuth, `u.y` the slope across it.
 ///
 /// The density is `max(0, wo·wn) D(wn) / A(wo)` for [`beckmann_ndf`](super::beckmann::beckmann_ndf) with the same statistics. A viewer
-/// exactly opposite the displacement direction sees no facets; the result is then an arbitrary finite normal.
+/// exactly opposite the displacement direction sees no facets, so the result is an arbitrary finite normal.
 pub fn beckmann_sample_visible(wo: DVec3, u: DVec2, m: DVec2, s: DVec3) -> DVec3 {
     let c = slope_cholesky(with_least_variance(s));
     let t = DVec2::new(c.x * wo.x + c.y * wo.y, c.z * wo.y);
     let nu = (meso_area(wo, m) / t.length().max(1e-18)).clamp(-1e15, 1e15);
-    // Rotate the visible slope of the standard surface from the azimuth of `t` to the axes.
+    // Rotate the visible slope of the unit surface from the azimuth of `t` to the axes.
     let along = t.try_normalize().unwrap_or(DVec2::X);
     let standard = along.rotate(DVec2::new(visible_slope_quantile(u.x, nu), normal_quantile(u.y)));
     normal_of_slope(slope_at(standard, m, c))
@@ -110,7 +111,7 @@ mod tests {
     use super::*;
     use crate::facets::normal_distribution::{normal_cdf, normal_pdf, normal_tail_mean};
 
-    /// `F(x) / g` from functions that can underflow, in the range where they do not.
+    /// Returns `F(x) / g` from functions that can underflow, in the range where they do not.
     fn cdf(x: f64, nu: f64) -> f64 {
         let g = nu.max(0.0) + normal_tail_mean(nu.abs());
         let part =
@@ -153,7 +154,7 @@ mod tests {
 
     #[test]
     fn limits_of_the_quantile() {
-        // A smooth or distant surface gives a plain normal variable, a far back-facing one a gamma distribution of shape 2.
+        // A smooth or distant surface gives a plain normal variable. A far back-facing surface gives a gamma distribution of shape 2.
         for u in [0.001, 0.3, 0.5, 0.999] {
             assert!((visible_slope_quantile(u, 1e12) - normal_quantile(u)).abs() < 1e-11);
             let y = 1e4 * (-1e4 - visible_slope_quantile(u, -1e4));

@@ -2,7 +2,7 @@
 
 use crate::limits::held;
 
-/// A monotone cubic without extrema between nodes (Fritsch and Carlson 1980), with fourth-order slopes where allowed.
+/// A monotone cubic without extrema between nodes (Fritsch and Carlson 1980). Slopes are of fourth order where monotonicity allows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
     values: Vec<f64>,
@@ -10,7 +10,7 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// Interpolates `values` at 0, 1, 2, …; at least two.
+    /// Interpolates at least two `values` at the positions 0, 1, 2, ….
     ///
     /// # Panics
     /// If there are fewer than two values.
@@ -23,7 +23,7 @@ impl Curve {
                 let (end, next) =
                     if i == 0 { (step(0), step(1.min(last - 1))) } else { (step(last - 1), step(last.max(2) - 2)) };
                 let slope = 1.5 * end - 0.5 * next;
-                // Do not overshoot the last value.
+                // Clamp the slope so that the cubic does not overshoot the end value.
                 return if slope * end <= 0.0 { 0.0 } else { slope.clamp(-3.0 * end.abs(), 3.0 * end.abs()) };
             }
             let (before, after) = (step(i - 1), step(i));
@@ -43,17 +43,17 @@ impl Curve {
         Self { values, slopes }
     }
 
-    /// The interpolated values.
+    /// Returns the interpolated values.
     pub fn values(&self) -> &[f64] {
         &self.values
     }
 
-    /// Each value and its slope.
+    /// Returns an iterator over each value and the slope at its position.
     pub fn knots(&self) -> impl Iterator<Item = [f64; 2]> {
         self.values.iter().zip(&self.slopes).map(|(value, slope)| [*value, *slope])
     }
 
-    /// Value at `x`, clamped to the ends.
+    /// Returns the value of the curve at `x`, which is clamped to the ends of the curve.
     pub fn at(&self, x: f64) -> f64 {
         let last = self.values.len() - 1;
         let x = held(x, 0.0, last as f64);
@@ -62,7 +62,7 @@ impl Curve {
     }
 }
 
-/// The cubic from `a` with slope `slope_a` to `b` with slope `slope_b`, at `t` in 0..1.
+/// Evaluates the cubic from `a` with slope `slope_a` to `b` with slope `slope_b`, at `t` in 0..1.
 pub fn hermite(a: f64, slope_a: f64, b: f64, slope_b: f64, t: f64) -> f64 {
     let s = 1.0 - t;
     (1.0 + 2.0 * t) * s * s * a + t * s * s * slope_a + t * t * (3.0 - 2.0 * t) * b - t * t * s * slope_b

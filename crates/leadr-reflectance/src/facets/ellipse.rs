@@ -1,43 +1,42 @@
 //! Parametrisations of anisotropic roughness and lossless conversions between them (thesis 2.3, eq. 2.25–2.34).
 //!
-//! Distributions are evaluated from the roughness matrix `A = (a_xx, a_yy, a_xy)`: slopes are `m + C s` with `C Cᵀ = A` and `s` from the
+//! Distributions are evaluated from the roughness matrix `A = (a_xx, a_yy, a_xy)`. Slopes are `m + C s` with `C Cᵀ = A` and `s` from the
 //! standard distribution. The matrix can be written as an [`Ellipse`] (radii and angle) or as a [`Bivariate`] (scales and correlation). A
-//! Beckmann surface has the slope covariance `S = A / 2` (`α² = 2σ²`). A GGX surface has no finite covariance; its matrix is the roughness
-//! itself.
+//! Beckmann surface has the slope covariance `S = A / 2` (`α² = 2σ²`). A GGX surface has no finite covariance, only the roughness matrix.
 //!
-//! Sign convention: the printed eq. 2.31 contradicts eq. 2.25 and 2.34. Here the major axis is at the angle `φ` counter-clockwise in the
-//! slope plane, `A = R(φ) diag(α₁², α₂²) R(φ)ᵀ`, so a positive angle is a positive correlation (2.31).
+//! The sign convention follows eq. 2.25 and 2.34, because the printed eq. 2.31 contradicts them. The major axis is at the angle `φ`
+//! counter-clockwise in the slope plane, `A = R(φ) diag(α₁², α₂²) R(φ)ᵀ`, so a positive angle gives a positive correlation (2.31).
 
 use glam::{DVec2, DVec3};
 
 /// Roughness as an ellipse in the slope plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ellipse {
-    /// `(α₁, α₂)`, each at least 0; conversions to an ellipse give `α₁ ≥ α₂`.
+    /// The radii `(α₁, α₂)`, each at least 0. Conversions to an ellipse give `α₁ ≥ α₂`.
     pub radii: DVec2,
-    /// Angle from the x slope to the first axis, radians; conversions give `(−π/2, π/2]`, and 0 for a circle.
+    /// The angle from the x slope to the first axis, in radians. Conversions give `(−π/2, π/2]`, and 0 for a circle.
     pub angle: f64,
 }
 
 /// Roughness as scales and a correlation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bivariate {
-    /// `(αx, αy)`, each at least 0.
+    /// The scales `(αx, αy)`, each at least 0.
     pub alpha: DVec2,
-    /// `ρ`, −1..1.
+    /// The correlation `ρ`, −1..1.
     pub rho: f64,
-    /// `√(1 − ρ²)`, 0..1. Stored separately, because near 1 `ρ` lacks the digits for the minor radius of a thin ellipse.
+    /// The value of `√(1 − ρ²)`, 0..1, stored because `ρ` near 1 lacks the digits for the minor radius of a thin ellipse.
     pub independence: f64,
 }
 
 impl Bivariate {
-    /// Creates it from scales and a correlation in −1..1.
+    /// Creates the roughness from scales and a correlation in −1..1.
     pub fn new(alpha: DVec2, rho: f64) -> Self {
         Self { alpha, rho, independence: ((1.0 - rho) * (1.0 + rho)).max(0.0).sqrt() }
     }
 }
 
-/// Thesis eq. 2.29–2.31, without differences of squares, so a minor radius of 1e-12 of the major one is preserved.
+/// Converts an ellipse by thesis eq. 2.29–2.31, without differences of squares. Minor radii of 1e-12 of the major one are preserved.
 pub fn bivariate_from_ellipse(e: &Ellipse) -> Bivariate {
     let (sin, cos) = e.angle.sin_cos();
     let alpha = DVec2::new((e.radii.x * cos).hypot(e.radii.y * sin), (e.radii.x * sin).hypot(e.radii.y * cos));
@@ -54,7 +53,7 @@ pub fn bivariate_from_ellipse(e: &Ellipse) -> Bivariate {
     }
 }
 
-/// Thesis eq. 2.32–2.34, with `α₂ = αx αy √(1 − ρ²) / α₁` instead of a difference.
+/// Converts scales and correlation by thesis eq. 2.32–2.34, with `α₂ = αx αy √(1 − ρ²) / α₁` instead of a difference.
 pub fn ellipse_from_bivariate(b: &Bivariate) -> Ellipse {
     let product = b.alpha.x * b.alpha.y;
     let difference = (b.alpha.x - b.alpha.y) * (b.alpha.x + b.alpha.y);
@@ -66,12 +65,12 @@ pub fn ellipse_from_bivariate(b: &Bivariate) -> Ellipse {
     }
 }
 
-/// `atan2`, but 0 at the origin and π for `y = −0`, `x < 0`.
+/// Returns `atan2`, but 0 at the origin and π for `y = −0`, `x < 0`.
 fn angle_of(y: f64, x: f64) -> f64 {
     if y == 0.0 { if x < 0.0 { std::f64::consts::PI } else { 0.0 } } else { y.atan2(x) }
 }
 
-/// `A` of an ellipse.
+/// Returns the roughness matrix `A` of an ellipse.
 pub fn roughness_from_ellipse(e: &Ellipse) -> DVec3 {
     let (sin, cos) = e.angle.sin_cos();
     let (x, y) = (e.radii.x * e.radii.x, e.radii.y * e.radii.y);
@@ -82,14 +81,14 @@ pub fn roughness_from_ellipse(e: &Ellipse) -> DVec3 {
     )
 }
 
-/// `A = (αx², αy², ρ αx αy)`.
+/// Returns the roughness matrix `A = (αx², αy², ρ αx αy)`.
 pub fn roughness_from_bivariate(b: &Bivariate) -> DVec3 {
     DVec3::new(b.alpha.x * b.alpha.x, b.alpha.y * b.alpha.y, b.rho * b.alpha.x * b.alpha.y)
 }
 
-/// Scales and correlation of `A`; a matrix that rounding has made indefinite is treated as fully correlated.
+/// Returns the scales and the correlation of `A`. A matrix that rounding has made indefinite is treated as fully correlated.
 ///
-/// The determinant cancels: minor radii below 1e-8 of the major one are lost in rounding.
+/// The determinant cancels, so minor radii below 1e-8 of the major one are lost in rounding.
 pub fn bivariate_from_roughness(a: DVec3) -> Bivariate {
     let alpha = DVec2::new(a.x.max(0.0).sqrt(), a.y.max(0.0).sqrt());
     let product = alpha.x * alpha.y;
@@ -104,19 +103,18 @@ pub fn bivariate_from_roughness(a: DVec3) -> Bivariate {
     }
 }
 
-/// Radii and angle of `A`.
+/// Returns the radii and the angle of `A`.
 pub fn ellipse_from_roughness(a: DVec3) -> Ellipse {
     ellipse_from_bivariate(&bivariate_from_roughness(a))
 }
 
-/// Slope covariance of a Beckmann surface with the roughness matrix `A`: `S = A / 2` (`α² = 2σ²`).
+/// Returns the slope covariance `S = A / 2` of a Beckmann surface with the roughness matrix `A` (`α² = 2σ²`).
 pub fn covariance_from_roughness(a: DVec3) -> DVec3 {
     0.5 * a
 }
 
-/// Moments `(E[x], E[y])` and `(E[xx], E[yy], E[xy])` of slopes with mean `m` and covariance `s` (LEADR eq. 9); the
-/// inverse of [`covariance_from_moments`](crate::slopes::statistics::covariance_from_moments), up to the
-/// rounding of `m²`.
+/// Returns the moments `(E[x], E[y])` and `(E[xx], E[yy], E[xy])` of slopes with mean `m` and covariance `s` (LEADR eq. 9). The conversion
+/// is the inverse of [`covariance_from_moments`](crate::slopes::statistics::covariance_from_moments), up to the rounding of `m²`.
 pub fn moments_from_covariance(m: DVec2, s: DVec3) -> (DVec2, DVec3) {
     (m, DVec3::new(m.x.mul_add(m.x, s.x), m.y.mul_add(m.y, s.y), m.x.mul_add(m.y, s.z)))
 }
@@ -152,10 +150,10 @@ mod tests {
             let back = ellipse_from_bivariate(&b);
             let relative = |a: f64, b: f64| if a == b { 0.0 } else { (a - b).abs() / b.abs() };
             worst[0] = worst[0].max(relative(back.radii.x, e.radii.x));
-            // A minor radius of exactly zero returns as a rounding error unless the ellipse is axis-aligned.
+            // A minor radius of exactly zero is converted back to a rounding error unless the ellipse is axis-aligned.
             let minor = if e.radii.y > 0.0 { relative(back.radii.y, e.radii.y) } else { back.radii.y / e.radii.x };
             worst[1] = worst[1].max(minor);
-            // The angle of a circle is meaningless.
+            // The angle of a circle is undefined.
             let eccentric = 1.0 - e.radii.y / e.radii.x;
             let rotation = (back.angle - e.angle).rem_euclid(2.0 * FRAC_PI_2);
             worst[2] = worst[2].max(rotation.min(2.0 * FRAC_PI_2 - rotation) * eccentric);
@@ -171,7 +169,7 @@ mod tests {
                 for rho in [0.0, 0.5, -0.95, 1.0 - 1e-9, -1.0 + 1e-15, 1.0, -1.0] {
                     let b = Bivariate::new(DVec2::new(x, y), if x * y == 0.0 { 0.0 } else { rho });
                     let back = bivariate_from_ellipse(&ellipse_from_bivariate(&b));
-                    // A scale below 1e-16 of the other is lost in the angle, so compare absolutely.
+                    // A scale below 1e-16 of the larger one is lost in the angle, so compare absolutely.
                     let floor = 1e-15 * x.max(y);
                     assert!((back.alpha - b.alpha).abs().max_element() <= 1e-14 * x.max(y) + floor, "{b:?} {back:?}");
                     let (a, a_back) = (roughness_from_bivariate(&b), roughness_from_bivariate(&back));
@@ -185,7 +183,7 @@ mod tests {
         }
     }
 
-    /// `independence` is stored because recomputing it from `ρ` loses thin ellipses.
+    /// Thin ellipses are lost if `independence` is recomputed from `ρ`.
     #[test]
     fn the_correlation_alone_is_lossy() {
         let e = Ellipse { radii: DVec2::new(1.0, 1e-10), angle: 0.7 };
@@ -221,7 +219,7 @@ mod tests {
                 let back = covariance_from_moments(first, second);
                 let rounding = 4e-16 * (m.length_squared() + s.x + s.y);
                 assert!((back - s).abs().truncate().max_element() <= rounding, "{m} {s}");
-                // Beyond MAX_CORRELATION the inverse clamps.
+                // Beyond MAX_CORRELATION the inverse clamps the correlation.
                 if clamp_covariance(s) == s && s.x.min(s.y) > 1e-3 {
                     compared += 1;
                     assert!((back.z - s.z).abs() <= rounding, "{m} {s}");

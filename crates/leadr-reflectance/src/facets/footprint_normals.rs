@@ -1,34 +1,34 @@
-//! Filtering of normals and roughness through mean normal length: averages shortened normals and reads back a normal and a roughness (Chan
-//! 2018, Algorithms 1–3).
+//! Filtering of normals and roughness through the mean normal length. The filter averages shortened normals, then decodes the normal and
+//! the roughness from the mean (Chan 2018, Algorithms 1–3).
 //!
 //! A texel of unit normal `n` and roughness `α` becomes four numbers that any linear filter may average: the sum of its facet normals, and
-//! the area that weights them. Per unit of texture, with the length `L(α)` of [`Shortening`],
+//! the area that weights them. Per unit of texture, with the length `L(α)` of [`Shortening`], the numbers are
 //!
 //! ```text
 //! macro:  (L n, 1)                      facets weighted by macrosurface area
 //! micro:  (n, 1/L) / cos θ              by their own area: 1/cos θ of plane, times 1/L of facets
 //! ```
 //!
-//! By microsurface area the sum has `z = 1`: its direction is the normal of the mean slope, LEADR's mesosurface. Algorithm 1 uses the
-//! plane area `1/cos θ` only, and ignores the larger facet area of rough texels. Macro sums have weight 1 and micro sums have `z = 1`, so
-//! both need only three numbers.
+//! In the sum weighted by microsurface area, `z = 1`, so its direction is the normal of the mean slope, LEADR's mesosurface. Algorithm 1
+//! uses the plane area `1/cos θ` only, and ignores the larger facet area of rough texels. Macro sums have weight 1 and micro sums have
+//! `z = 1`, so either sum needs only three numbers.
 
 use super::shortened_normals::{NormalArea, Shortening};
 use crate::limits::{MAX_SLOPE, MIN_NORMAL_Z};
 use crate::quadrature::gauss_legendre;
 use glam::{DVec3, DVec4};
 
-/// A texel of a normal map and its roughness map.
+/// A texel of a normal map with its roughness.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NormalTexel {
-    /// Unit normal.
+    /// The unit normal.
     pub normal: DVec3,
-    /// Roughness `α`.
+    /// The roughness `α`.
     pub alpha: f64,
 }
 
 impl NormalTexel {
-    /// The normalised normal, raised above the horizon; z if it has no direction.
+    /// Returns the normalised normal, raised above the horizon. A normal without a direction becomes z.
     fn direction(&self) -> DVec3 {
         let n = self.normal;
         let length = n.length();
@@ -44,10 +44,10 @@ impl NormalTexel {
     }
 }
 
-/// The normal sum and the area of a texel, per unit of texture.
+/// Returns the normal sum and the area of a texel, per unit of texture.
 ///
-/// Averages of this represent a footprint; [`texel_of_sum`] decodes them. Normals below the horizon are clamped to [`MIN_NORMAL_Z`]. A
-/// normal without a direction becomes z, and a NaN roughness becomes the largest.
+/// The average of these sums represents a footprint, and [`texel_of_sum`] decodes it. Normals below the horizon are clamped to
+/// [`MIN_NORMAL_Z`]. A normal without a direction becomes z, and a NaN roughness becomes the largest roughness.
 pub fn normal_sum(texel: &NormalTexel, shortening: Shortening) -> DVec4 {
     let (normal, length) = (texel.direction(), shortening.length(texel.alpha()));
     match shortening.area {
@@ -56,7 +56,7 @@ pub fn normal_sum(texel: &NormalTexel, shortening: Shortening) -> DVec4 {
     }
 }
 
-/// Normal and roughness of a sum or mean of [`normal_sum`]s. Without area or direction the result is z with the largest roughness.
+/// Decodes a sum or mean of [`normal_sum`]s to a normal and roughness. A sum without area or direction gives z and the largest roughness.
 pub fn texel_of_sum(sum: DVec4, shortening: Shortening) -> NormalTexel {
     let mean = sum.truncate() / sum.w;
     let length = mean.length();
@@ -67,23 +67,24 @@ pub fn texel_of_sum(sum: DVec4, shortening: Shortening) -> NormalTexel {
     }
 }
 
-/// The mean texel of several texels of equal size: a box filter (Chan's Algorithm 3).
+/// Returns the mean of texels of equal size, a box filter (Chan's Algorithm 3).
 pub fn mean_texel(texels: &[NormalTexel], shortening: Shortening) -> NormalTexel {
     texel_of_sum(texels.iter().map(|t| normal_sum(t, shortening)).sum(), shortening)
 }
 
-/// The sum of a texel of a smooth surface, rather than one facet per texel (Chan 2018, section 2.3). Normals and roughness are
-/// interpolated between texel centres, and the footprint is one texel wide.
+/// Returns the normal sum of a texel of a smooth surface, rather than of one facet per texel (Chan 2018, section 2.3). Normals and
+/// roughness are interpolated between texel centres, and the footprint is one texel wide.
 ///
-/// `around`: the texel at the centre and its eight neighbours, rows along `t`. Bilinear unit normals and bilinear roughness are integrated
-/// by 4 × 4 Gauss–Legendre points per quarter. The error of `1 − L` is 3e-5 if neighbours differ by 120°. Under magnification a pixel
-/// covers less than a texel, so this overestimates roughness.
+/// `around` holds the texel at the centre and its eight neighbours, in rows along `t`. The function integrates bilinear normals and
+/// bilinear roughness at 4 × 4 Gauss–Legendre points per quarter of the texel. The error of `1 − L` is 3e-5 if neighbours differ by 120°.
+/// Under magnification a pixel covers less than a texel, so this sum overestimates roughness.
 pub fn continuous_normal_sum(around: &[[NormalTexel; 3]; 3], shortening: Shortening) -> DVec4 {
     let normals = around.map(|row| row.map(|t| t.direction()));
     let alphas = around.map(|row| row.map(|t| t.alpha()));
     let rule = gauss_legendre(4);
     let mut sum = DVec4::ZERO;
-    // From the centre to (column, row) = (i, j), half of the way: x and y are fractions of it.
+    // Integrate the quarter between the centre and the texel at (column, row) = (i, j). The fractions x and y of the distance between texel
+    // centres are at most one half.
     for (i, j) in [(0, 0), (2, 0), (0, 2), (2, 2)] {
         for &(x, wx) in &rule {
             for &(y, wy) in &rule {
@@ -126,7 +127,7 @@ mod tests {
         }
     }
 
-    /// Algorithms 1 and 2 over specular texels, written out.
+    /// Sums of specular texels equal Algorithms 1 and 2 of the paper.
     #[test]
     fn sums_are_the_paper_s_algorithms() {
         let texels = [texel(0.3, -0.2, 0.0), texel(-1.0, 0.4, 0.0), texel(0.1, 0.9, 0.0)];
@@ -143,14 +144,14 @@ mod tests {
         }
     }
 
-    /// Texels with the normal distribution of a roughness give this roughness, by either area.
+    /// Decoding texels with the normal distribution of a roughness gives this roughness, for either area measure.
     #[test]
     fn facets_as_texels_give_their_roughness() {
         for alpha in [0.05, 0.3, 0.8] {
             for shortening in Shortening::ALL {
                 let texels: Vec<NormalTexel> = (0..4000 * 4)
                     .map(|i| {
-                        // Quantiles of slopes, denser in the tail.
+                        // Evenly spaced quantiles of the slope length.
                         let v = (f64::from(i / 4) + 0.5) / 4000.0;
                         let slope = alpha
                             * match shortening.facets {
@@ -162,20 +163,20 @@ mod tests {
                     })
                     .collect();
                 let found = mean_texel(&texels, shortening).alpha;
-                // The last quantile truncates part of GGX's long tail.
+                // The highest quantile truncates GGX's long tail.
                 assert!((found / alpha - 1.0).abs() < 0.04, "{shortening:?} {alpha}: {found}");
             }
         }
     }
 
-    /// By microsurface area the mean normal is that of the mean slope, for any texel roughness.
+    /// The mean normal by microsurface area is the normal of the mean slope, for any texel roughness.
     #[test]
     fn microsurface_sums_keep_the_mean_slope() {
         let shortening = Shortening { area: NormalArea::Micro, ..Shortening::default() };
         let texels = [texel(0.3, -0.2, 0.7), texel(-1.0, 0.4, 0.01), texel(0.1, 0.9, 0.2)];
         let found = mean_texel(&texels, shortening);
         assert!((slope_of_normal(found.normal) - DVec2::new(-0.2, 1.1 / 3.0)).length() < 1e-12);
-        // By macrosurface area it is biased towards the smoother texel (Chan's Figure 7).
+        // The mean normal by macrosurface area is biased towards the smoother texel (Chan's Figure 7).
         let macro_area = mean_texel(&[texel(0.5, 0.0, 0.05), texel(-0.5, 0.0, 0.9)], Shortening::default());
         assert!(slope_of_normal(macro_area.normal).x > 0.05);
     }
@@ -183,7 +184,7 @@ mod tests {
     #[test]
     fn continuous_texels_spread_by_their_neighbours() {
         let shortening = Shortening { facets: NormalFacets::Beckmann, area: NormalArea::Macro };
-        // A paraboloid: slopes change by d per texel, so the variance within one is d²/12 per axis.
+        // On a paraboloid, slopes change by d per texel, so their variance within a texel is d²/12 per axis.
         for d in [0.01, 0.05] {
             let around = [-1.0, 0.0, 1.0].map(|y| [-1.0, 0.0, 1.0].map(|x| texel(d * x, d * y, 0.05)));
             let found = texel_of_sum(continuous_normal_sum(&around, shortening), shortening);
@@ -191,7 +192,7 @@ mod tests {
             assert!((found.alpha.powi(2) / want - 1.0).abs() < 2e-3, "{d}: {} {want}", found.alpha.powi(2));
             assert!((found.normal - DVec3::Z).length() < 1e-12);
         }
-        // Flat neighbours change nothing, and both axes behave alike.
+        // Neighbours equal to the centre change nothing, and both axes give the same result.
         let flat = [[texel(0.2, 0.1, 0.3); 3]; 3];
         let back = texel_of_sum(continuous_normal_sum(&flat, shortening), shortening);
         assert!((back.normal - flat[0][0].normal).length() < 1e-12 && (back.alpha - 0.3).abs() < 1e-9);
@@ -201,7 +202,7 @@ mod tests {
         assert!((a.x - b.y).abs() < 1e-14 && a.x < -0.05 && a.y.abs() < 1e-14 && (a.z - b.z).abs() < 1e-14);
     }
 
-    /// The texel quadrature against one with 64 times as many points.
+    /// Compares the texel quadrature with a rule of 64 times as many points.
     #[test]
     fn the_quadrature_of_a_texel_has_converged() {
         let shortening = Shortening::default();

@@ -5,37 +5,39 @@ use crate::limits::unit;
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
 
-/// Schlick's approximation. `f0`: reflectance at normal incidence, linear RGB; `cosine`: `wi·wh`, clamped to 0..1.
+/// Returns Schlick's approximation of the reflectance. `f0` is the reflectance at normal incidence, linear RGB. The `cosine` of `wi` and
+/// `wh` is clamped to 0..1.
 pub fn fresnel_schlick(f0: DVec3, cosine: f64) -> DVec3 {
     f0 + (grazing_reflectance(f0) - f0) * schlick_weight(cosine)
 }
 
-/// Weight of the grazing reflectance in Schlick's approximation, `(1 − cos)⁵`.
+/// Returns the weight of the grazing reflectance in Schlick's approximation, `(1 − cos)⁵`.
 pub fn schlick_weight(cosine: f64) -> f64 {
     (1.0 - cosine).clamp(0.0, 1.0).powi(5)
 }
 
-/// Reflectance at grazing incidence: 1 for every real surface. No real material has an `f0` below 2 %, so smaller values mean that only
-/// part of the surface reflects (Lagarde & de Rousiers 2014). 0 disables specular reflection: bare diffuse facets.
+/// Returns the reflectance at grazing incidence, which is 1 for every real surface. No real material has an `f0` below 2 %, so a smaller
+/// `f0` means that only a fraction of the surface reflects (Lagarde & de Rousiers 2014). An `f0` of 0 disables specular reflection and
+/// leaves diffuse facets.
 pub fn grazing_reflectance(f0: DVec3) -> DVec3 {
     DVec3::splat((50.0 * f0.max_element()).min(1.0))
 }
 
-/// Schlick's approximation with the F82 edge tint. Most metals' reflectance falls before it rises towards grazing incidence: `F = schlick
-/// − edge_tint · cos (1 − cos)⁶` (Lazányi and Szirmay-Kalos 2005, with the exponent of Hoffman 2019). `edge_tint`:
-/// [`Metal::edge_tint`](super::metals::Metal::edge_tint); 0 gives Schlick's approximation.
+/// Returns Schlick's approximation with the F82 edge tint. The reflectance of most metals falls before it rises towards grazing incidence:
+/// `F = schlick − edge_tint · cos (1 − cos)⁶` (Lazányi and Szirmay-Kalos 2005, with the exponent of Hoffman 2019). `edge_tint` is a
+/// [`Metal::edge_tint`](super::metals::Metal::edge_tint), and 0 gives Schlick's approximation.
 pub fn fresnel_edge_tint(f0: DVec3, edge_tint: DVec3, cosine: f64) -> DVec3 {
     fresnel_schlick(f0, cosine) - edge_tint * edge_tint_weight(cosine)
 }
 
-/// Weight of a conductor's edge tint, `cos (1 − cos)⁶`: at most 0.057, at a cosine of 1/7.
+/// Returns the weight of a conductor's edge tint, `cos (1 − cos)⁶`. The weight is at most 0.057, at a cosine of 1/7.
 pub fn edge_tint_weight(cosine: f64) -> f64 {
     let c = cosine.clamp(0.0, 1.0);
     c * (1.0 - c).powi(6)
 }
 
-/// Unpolarised reflectance of a smooth dielectric (Walter et al. 2007, eq. 22). `eta`: transmitted over incident refractive index, > 0.
-/// Gives 1 at total internal reflection.
+/// Returns the unpolarised reflectance of a smooth dielectric (Walter et al. 2007, eq. 22). `eta` is the ratio of the transmitted to the
+/// incident refractive index, > 0. The result is 1 at total internal reflection.
 pub fn fresnel_dielectric(cosine: f64, eta: f64) -> f64 {
     let c = cosine.abs().min(1.0);
     let g2 = eta * eta - 1.0 + c * c;
@@ -48,14 +50,14 @@ pub fn fresnel_dielectric(cosine: f64, eta: f64) -> f64 {
     (0.5 * s * s * (1.0 + p * p)).min(1.0)
 }
 
-/// Largest component of a refractive index; above it, [`fresnel_conductor`] equals a perfect mirror.
+/// The largest component of a refractive index, above which [`fresnel_conductor`] equals a perfect mirror.
 const MAX_INDEX: f64 = 1e4;
 
-/// Unpolarised reflectance of a smooth conductor in vacuum. `eta`, `k`: real part and extinction coefficient of the complex index `η + i
-/// k` per colour channel, both ≥ 0 and clamped to 1e4; `k = 0` is a dielectric.
+/// Returns the unpolarised reflectance of a smooth conductor in vacuum. `eta` and `k` are the real part and the extinction coefficient of
+/// the complex index `η + i k` per colour channel, ≥ 0 and clamped to 1e4. `k = 0` gives a dielectric.
 ///
-/// With `a + i b = √((η + i k)² − sin²θ)`, the amplitude formulas become quotients of sums of squares, `R_s = ((a − c)² + b²) / ((a +
-/// c)² + b²)` and `R_p = R_s ((a c − s²)² + (b c)²) / ((a c + s²)² + (b c)²)` for `c = cos θ`, `s = sin θ`. Nothing cancels, and `0/0` is
+/// With `a + i b = √((η + i k)² − sin²θ)`, `c = cos θ` and `s = sin θ`, the amplitude formulas become quotients of sums of squares:
+/// `R_s = ((a − c)² + b²) / ((a + c)² + b²)` and `R_p = R_s ((a c − s²)² + (b c)²) / ((a c + s²)² + (b c)²)`. Nothing cancels, and `0/0` is
 /// replaced by its limit, 1.
 pub fn fresnel_conductor(cosine: f64, eta: DVec3, k: DVec3) -> DVec3 {
     let c = cosine.abs().min(1.0);
@@ -63,7 +65,7 @@ pub fn fresnel_conductor(cosine: f64, eta: DVec3, k: DVec3) -> DVec3 {
     let channel = |eta: f64, k: f64| {
         let (eta, k) = (eta.clamp(0.0, MAX_INDEX), k.clamp(0.0, MAX_INDEX));
         let (re, im) = ((eta - k) * (eta + k) - s2, eta * k);
-        // Compute the larger component of the root first and the other from their product, to avoid cancellation.
+        // To avoid cancellation, compute the larger component of the root first and the smaller one from their product.
         let larger = (0.5 * ((re * re + 4.0 * im * im).sqrt() + re.abs())).sqrt();
         let smaller = im / larger.max(1e-15);
         let (a, b) = if re >= 0.0 { (larger, smaller) } else { (smaller, larger) };
@@ -75,13 +77,13 @@ pub fn fresnel_conductor(cosine: f64, eta: DVec3, k: DVec3) -> DVec3 {
     DVec3::new(channel(eta.x, k.x), channel(eta.y, k.y), channel(eta.z, k.z))
 }
 
-/// Fresnel table over difference angles in equal steps from 0° to 90°, interpolated linearly (thesis 4.2 extracts one from a measured
-/// material).
+/// A Fresnel table over difference angles in equal steps from 0° to 90°, interpolated linearly. Thesis 4.2 extracts such a table from a
+/// measured material.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FresnelTable(Vec<DVec3>);
 
 impl FresnelTable {
-    /// Creates the table from `values`, linear RGB, the first at 0° (normal incidence) and the last at 90°.
+    /// Creates the table from linear RGB `values`. The first value is at 0° (normal incidence) and the last at 90°.
     ///
     /// # Errors
     /// If there are fewer than two entries, or an entry is not finite or is outside 0..1. The message names the entry.
@@ -99,7 +101,7 @@ impl FresnelTable {
         }
     }
 
-    /// Reflectance at the cosine of a difference angle; the cosine is clamped to 0..1.
+    /// Returns the reflectance at the cosine of a difference angle. The cosine is clamped to 0..1.
     pub fn at(&self, cosine: f64) -> DVec3 {
         let last = self.0.len() - 1;
         // NaN is treated as grazing.
@@ -112,26 +114,26 @@ impl FresnelTable {
 /// The Fresnel term of a microfacet BRDF (thesis eq. 2.2 and Table 2.I).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Fresnel {
-    /// `F = 1`: ideal reflectors, as in the white furnace (thesis eq. 2.3).
+    /// Ideal reflectors with `F = 1`, as in the white furnace (thesis eq. 2.3).
     #[default]
     Ideal,
-    /// [`fresnel_schlick`] with this reflectance at normal incidence, linear RGB, 0..1.
+    /// Schlick's approximation, [`fresnel_schlick`], with this linear RGB reflectance at normal incidence, 0..1.
     Schlick(DVec3),
-    /// [`fresnel_dielectric`] with this interior index divided by the exterior index, > 0.
+    /// A dielectric, [`fresnel_dielectric`], with this ratio of the interior to the exterior refractive index, > 0.
     Dielectric(f64),
-    /// [`fresnel_conductor`].
+    /// A conductor in vacuum, [`fresnel_conductor`].
     Conductor {
-        /// Real part of the index per colour channel, ≥ 0.
+        /// Real part of the refractive index per colour channel, ≥ 0.
         eta: DVec3,
         /// Extinction coefficient per colour channel, ≥ 0.
         k: DVec3,
     },
-    /// [`FresnelTable::at`].
+    /// A table, evaluated by [`FresnelTable::at`].
     Tabulated(FresnelTable),
 }
 
 impl Fresnel {
-    /// Reflectance, linear RGB within 0..1, at `cosine = wo·wh`.
+    /// Returns the reflectance at `cosine = wo·wh`, linear RGB within 0..1.
     pub fn at(&self, cosine: f64) -> DVec3 {
         match self {
             Self::Ideal => DVec3::ONE,
@@ -148,7 +150,7 @@ mod tests {
     use super::*;
     use glam::Vec3Swizzles as _;
 
-    /// Complex arithmetic for the amplitude formulas.
+    /// Complex arithmetic to evaluate the amplitude formulas.
     mod complex {
         pub type C = (f64, f64);
         pub fn mul(a: C, b: C) -> C {
@@ -174,7 +176,7 @@ mod tests {
     fn conductor_agrees_with_complex_amplitudes() {
         use complex::{add, mul, norm2, sqrt, sub};
         let mut worst = 0.0f64;
-        // Gold-like, silver-like, iron-like, nearly dielectric, dielectric, thin.
+        // Gold-like, silver-like and iron-like metals, a nearly dielectric conductor, a dielectric, and optically thinner media.
         for (eta, k) in [(0.14, 4.0), (0.05, 3.1), (2.9, 3.1), (1.5, 1e-9), (1.5, 0.0), (0.6, 0.0), (0.6, 1e-6)] {
             for i in 0..=900 {
                 let t = (0.1 * f64::from(i)).to_radians();

@@ -1,5 +1,5 @@
-//! Mixture of Gaussian slope lobes about one mean. Convolved with the slopes of a relief it stays a mixture (LEADR 4.1, thesis 5.1): the
-//! relief's covariance adds to that of each lobe, and each lobe has its own visible area.
+//! A mixture of Gaussian slope lobes about one mean. The convolution of the mixture with the slopes of a relief is also a mixture (LEADR
+//! 4.1, thesis 5.1). The relief's covariance adds to the covariance of each lobe, and each lobe has its own visible area.
 
 use glam::{DVec2, DVec3};
 
@@ -9,16 +9,16 @@ use super::slope_distribution::SlopeDistribution;
 /// Maximum number of lobes in a fit.
 pub const MOST_LOBES: usize = 4;
 
-/// One lobe.
+/// One Gaussian lobe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lobe {
-    /// Share of the facets, 0 to 1.
+    /// The fraction of the facets in this lobe, 0 to 1.
     pub share: f64,
-    /// Slope covariance, `(xx, yy, xy)`.
+    /// The slope covariance `(xx, yy, xy)`.
     pub covariance: DVec3,
 }
 
-/// Lobes whose shares sum to one.
+/// A mixture of lobes with weights that sum to one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GaussianMixture {
     lobes: Vec<(f64, Beckmann)>,
@@ -27,7 +27,7 @@ pub struct GaussianMixture {
 }
 
 impl GaussianMixture {
-    /// Creates a mixture about a mean slope; shares are normalised to sum to one.
+    /// Creates a mixture about a mean slope. The weights of the lobes are normalised to sum to one.
     pub fn new(mean: DVec2, lobes: &[Lobe]) -> Self {
         let all = lobes.iter().map(|lobe| lobe.share).sum::<f64>().max(f64::MIN_POSITIVE);
         let covariance = lobes.iter().map(|lobe| lobe.share / all * lobe.covariance).sum();
@@ -35,7 +35,7 @@ impl GaussianMixture {
         Self { lobes, mean, covariance }
     }
 
-    /// The lobes' shares and distributions.
+    /// Returns the weight and the distribution of each lobe.
     pub fn lobes(&self) -> &[(f64, Beckmann)] {
         &self.lobes
     }
@@ -67,7 +67,7 @@ impl SlopeDistribution for GaussianMixture {
     }
 
     fn sample_visible(&self, wo: DVec3, u: DVec2) -> DVec3 {
-        // Select a lobe by visible area, and reuse the rest of the number for its facets.
+        // Select a lobe by visible area, and rescale the random number to sample that lobe.
         let mut left = u.x * self.visible_area(wo);
         let last = self.lobes.len() - 1;
         for (i, (share, lobe)) in self.lobes.iter().enumerate() {
@@ -103,7 +103,7 @@ mod tests {
             let area = 0.75 * a.visible_area(w) + 0.25 * b.visible_area(w);
             assert!((mixture.visible_area(w) - area).abs() < 1e-12);
             sampled += mixture.sample_visible(wo, DVec2::new(random.unit(), random.unit())) / count as f64;
-            // Samples of each lobe, weighted by visible area.
+            // Average the samples of each lobe, weighted by visible area.
             for (share, lobe) in [(0.75, &a), (0.25, &b)] {
                 let part = share * lobe.visible_area(wo);
                 exact += part * lobe.sample_visible(wo, DVec2::new(random.unit(), random.unit()));

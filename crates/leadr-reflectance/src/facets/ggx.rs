@@ -1,10 +1,10 @@
 //! The noncentral GGX distribution with a full roughness matrix (thesis Table 2.II and eq. 3.2; IGSA supplement 1).
 //!
 //! Slopes are `m + C s` with `C Cᵀ = A = (a_xx, a_yy, a_xy)`. `s` has the standard density `1 / (π (1 + s²)²)`, the bivariate t
-//! distribution with two degrees of freedom. `A` holds `α²` terms; the variance is infinite.
+//! distribution with two degrees of freedom. `A` holds `α²` terms, because the variance of GGX slopes is infinite.
 //!
-//! The standard surface is a hemisphere (`D = 1/π`). Its visible area is that of a hemisphere viewed at `cos θ'`, `(1 + cos θ') / 2`, both
-//! above and below the horizon. Let `a` be the mesosurface's projected area and `b² = w.xyᵀ A w.xy`; then `A(w) = (a + √(a² + b²)) / 2`
+//! The standard surface is a hemisphere (`D = 1/π`). A hemisphere viewed at `cos θ'` has the visible area `(1 + cos θ') / 2`, above and
+//! below the horizon. With the mesosurface's projected area `a` and `b² = w.xyᵀ A w.xy`, the visible area is `A(w) = (a + √(a² + b²)) / 2`
 //! for every sign of `a`.
 
 use super::ellipse::{Bivariate, Ellipse, roughness_from_bivariate, roughness_from_ellipse};
@@ -16,7 +16,8 @@ use crate::slopes::statistics::{slope_scales, widened_covariance};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 use std::f64::consts::PI;
 
-/// `P22(slope)`: slope density (thesis eq. 3.2). Diagonal elements are clamped to at least [`MIN_VARIANCE`](crate::limits::MIN_VARIANCE).
+/// Returns the slope density `P22(slope)` (thesis eq. 3.2). Diagonal elements are clamped to at least
+/// [`MIN_VARIANCE`](crate::limits::MIN_VARIANCE).
 pub fn ggx_p22(slope: DVec2, m: DVec2, a: DVec3) -> f64 {
     let (alpha, r, q) = slope_scales(a);
     let u = (slope - m) / alpha;
@@ -25,10 +26,10 @@ pub fn ggx_p22(slope: DVec2, m: DVec2, a: DVec3) -> f64 {
     g * g / (PI * alpha.x * alpha.y * q)
 }
 
-/// `D(wh) = P22(slope of wh) / wh.z⁴`: normal density per unit of macrosurface and solid angle; 0 for `wh.z ≤ 0`.
+/// Returns the normal density `D(wh) = P22(slope of wh) / wh.z⁴` per unit of macrosurface and solid angle. The density is 0 for `wh.z ≤ 0`.
 ///
-/// Computed without division by `wh.z`: `1 / (π √|A| (z² + d²)²)`, where `d` is the whitened `-wh.xy − wh.z m`. It does not vanish towards
-/// the horizon.
+/// The formula `1 / (π √|A| (z² + d²)²)`, where `d` is the whitened `-wh.xy − wh.z m`, avoids the division by `wh.z`. The density does not
+/// vanish towards the horizon.
 pub fn ggx_ndf(wh: DVec3, m: DVec2, a: DVec3) -> f64 {
     if wh.z <= 0.0 {
         return 0.0;
@@ -40,30 +41,30 @@ pub fn ggx_ndf(wh: DVec3, m: DVec2, a: DVec3) -> f64 {
     g * g / (PI * alpha.x * alpha.y * q)
 }
 
-/// `A − max(a, 0) = b² / (2 (|a| + √(a² + b²)))`: the area that only roughness makes visible; `a Λ` for `a > 0`.
+/// Returns the area that only roughness makes visible, `A − max(a, 0) = b² / (2 (|a| + √(a² + b²)))`. The area equals `a Λ` for `a > 0`.
 pub fn ggx_rough_area(a: f64, b: f64) -> f64 {
     0.5 * b * (b / (a.abs() + a.hypot(b)).max(1e-18))
 }
 
-/// `A(w) = (a + √(a² + b²)) / 2`, the visible projected area per unit of macrosurface, computed without cancellation.
+/// Returns the visible projected area per unit of macrosurface, `A(w) = (a + √(a² + b²)) / 2`, computed without cancellation.
 pub fn ggx_visible_area(w: DVec3, m: DVec2, a: DVec3) -> f64 {
     let meso = meso_area(w, m);
     meso.max(0.0) + ggx_rough_area(meso, slope_spread(w, a))
 }
 
-/// `Λ(w) = (√(1 + b²/a²) − 1) / 2` (thesis Table 2.III). A large finite value where it is `+∞` (`a ≤ 0`).
+/// Returns `Λ(w) = (√(1 + b²/a²) − 1) / 2` (thesis Table 2.III). The result is large but finite where `Λ` is `+∞` (`a ≤ 0`).
 pub fn ggx_lambda(w: DVec3, m: DVec2, a: DVec3) -> f64 {
     let meso = meso_area(w, m);
     ggx_rough_area(meso, slope_spread(w, a)) / meso.max(MIN_AREA)
 }
 
-/// `1 / A(wo)`: masking alone, with the projected area of LEADR eq. 16.
+/// Returns `1 / A(wo)`, the masking without shadowing, with the projected area of LEADR eq. 16.
 pub fn ggx_masking(wo: DVec3, m: DVec2, a: DVec3) -> f64 {
     1.0 / ggx_visible_area(wo, m, a).max(MIN_AREA)
 }
 
-/// `1 / (a_o (1 + Λo + Λi))`, LEADR eq. 13 with the `Λ` of GGX: height-correlated masking and shadowing. 0 for a light below the
-/// mesosurface. Without `shadowing`, equals [`ggx_masking`].
+/// Returns the height-correlated masking and shadowing `1 / (a_o (1 + Λo + Λi))`, LEADR eq. 13 with the `Λ` of GGX. The result is 0 for a
+/// light below the mesosurface, and equals [`ggx_masking`] without `shadowing`.
 pub fn ggx_masking_shadowing(wo: DVec3, wi: DVec3, m: DVec2, a: DVec3, shadowing: bool) -> f64 {
     if !shadowing {
         return ggx_masking(wo, m, a);
@@ -74,7 +75,7 @@ pub fn ggx_masking_shadowing(wo: DVec3, wi: DVec3, m: DVec2, a: DVec3, shadowing
     ai / (ai * visible + ao * ggx_rough_area(ai, slope_spread(wi, a))).max(1e-30)
 }
 
-/// Density of visible normals, `max(0, wo·wn) D(wn) / A(wo)`, per solid angle; at most 1e37.
+/// Returns the density of visible normals `max(0, wo·wn) D(wn) / A(wo)` per solid angle, at most 1e37.
 pub fn ggx_vndf(wo: DVec3, wn: DVec3, m: DVec2, a: DVec3) -> f64 {
     visible_density(wo, wn, ggx_ndf(wn, m, a), ggx_visible_area(wo, m, a))
 }
@@ -87,29 +88,29 @@ pub struct Ggx {
 }
 
 impl Ggx {
-    /// Creates it from the mean slope and the roughness matrix `A = (a_xx, a_yy, a_xy)` of `α²` terms. The diagonal is clamped to
+    /// Creates a surface from the mean slope and the roughness matrix `A = (a_xx, a_yy, a_xy)` of `α²` terms. The diagonal is clamped to
     /// [`MIN_VARIANCE`](crate::limits::MIN_VARIANCE)..[`MAX_SLOPE`](crate::limits::MAX_SLOPE)², the correlation to
     /// ±[`MAX_CORRELATION`](crate::limits::MAX_CORRELATION).
     pub fn new(mean: DVec2, roughness: DVec3) -> Self {
         Self { mean, roughness: widened_covariance(roughness) }
     }
 
-    /// Creates an isotropic distribution of roughness `α`.
+    /// Creates an isotropic surface of roughness `α`.
     pub fn isotropic(mean: DVec2, alpha: f64) -> Self {
         Self::new(mean, DVec3::new(alpha * alpha, alpha * alpha, 0.0))
     }
 
-    /// Creates it from roughness radii and angle.
+    /// Creates a surface from roughness radii and an angle.
     pub fn from_ellipse(mean: DVec2, ellipse: &Ellipse) -> Self {
         Self::new(mean, roughness_from_ellipse(ellipse))
     }
 
-    /// Creates it from roughness scales and correlation.
+    /// Creates a surface from roughness scales and a correlation.
     pub fn from_bivariate(mean: DVec2, bivariate: &Bivariate) -> Self {
         Self::new(mean, roughness_from_bivariate(bivariate))
     }
 
-    /// Roughness matrix `(a_xx, a_yy, a_xy)`.
+    /// Returns the roughness matrix `(a_xx, a_yy, a_xy)`.
     pub fn roughness(&self) -> DVec3 {
         self.roughness
     }
@@ -146,13 +147,13 @@ mod tests {
     use super::*;
     use crate::quadrature::composite_gauss;
 
-    /// By quadrature of the standard density in polar coordinates about the mean, `s = tan t (cos p, sin p)`.
+    /// Integrates the standard density in polar coordinates about the mean, `s = tan t (cos p, sin p)`.
     fn area_by_quadrature(w: DVec3, m: DVec2, a: DVec3) -> f64 {
         let c = crate::slopes::grid::slope_cholesky(a);
         let along = DVec2::new(c.x * w.x + c.y * w.y, c.z * w.y);
         let (meso, b) = (meso_area(w, m), along.length());
-        // Mean of max(0, meso − b x), where x has the marginal 1 / (2 (1 + x²)^1.5). With x = tan t it is ½ ∫ max(0, meso cos t − b sin t)
-        // dt.
+        // Mean of max(0, meso − b x), where x has the marginal density 1 / (2 (1 + x²)^1.5). Substituting x = tan t gives ½ ∫ max(0, meso
+        // cos t − b sin t) dt.
         let top = meso.atan2(b);
         composite_gauss(-0.5 * PI, top, 4, 16)
             .into_iter()

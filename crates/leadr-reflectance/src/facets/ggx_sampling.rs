@@ -1,14 +1,14 @@
 //! Exact sampling of visible normals of a noncentral anisotropic GGX surface, by spherical caps (Dupuy & Benyoub 2023), for viewers above
 //! and below the mesosurface.
 //!
-//! The affine map `slope = m + C s`, `C Cᵀ = A`, relates the surface to the standard one. A facet has the projected area `a − t·s` towards
-//! the viewer, with `t = Cᵀ wo.xy`. Up to a constant factor this is its area on the standard surface in the direction `o = (t, a) / √(b² +
-//! a²)`.
+//! The affine map `slope = m + C s`, `C Cᵀ = A`, relates the surface to the standard surface. A facet has the projected area `a − t·s`
+//! towards the viewer, with `t = Cᵀ wo.xy`. Up to a constant factor, this area equals the facet's projected area on the standard surface in
+//! the direction `o = (t, a) / √(b² + a²)`.
 //!
 //! Caps also work below the horizon. Normals of the standard surface are uniform over the upper hemisphere (`D = 1/π`), so visible normals
-//! have the density `(o·h) / (π A)`, `A = (1 + o.z) / 2`, on `h.z > 0, o·h > 0`. The reflection `i = 2 (o·h) h − o` has the Jacobian `4
-//! (o·h)`, so `i` is uniform with the density `1 / (2π (1 + o.z))`. Since `i + o = 2 (o·h) h`, the condition `h.z > 0` equals `i.z >
-//! −o.z`: a spherical cap for either sign of `o.z`. The sampler draws `i` uniformly in that cap and normalises `h = i + o`.
+//! have the density `(o·h) / (π A)`, `A = (1 + o.z) / 2`, on `h.z > 0, o·h > 0`. The reflection `i = 2 (o·h) h − o` has the Jacobian
+//! `4 (o·h)`, so `i` is uniform with the density `1 / (2π (1 + o.z))`. Since `i + o = 2 (o·h) h`, the condition `h.z > 0` equals
+//! `i.z > −o.z`, which is a spherical cap for either sign of `o.z`. The sampler draws `i` uniformly in that cap and normalises `h = i + o`.
 
 use super::projected_area::meso_area;
 use crate::slopes::grid::slope_cholesky;
@@ -16,12 +16,12 @@ use crate::slopes::statistics::with_least_variance;
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
-/// A visible normal for `u` in `[0, 1)²`, of density `max(0, wo·wn) D(wn) / A(wo)` for the [`ggx_ndf`](super::ggx::ggx_ndf) with the same
-/// mean slope and roughness matrix.
+/// Samples a visible normal from `u` in `[0, 1)²`. The density is `max(0, wo·wn) D(wn) / A(wo)` for the [`ggx_ndf`](super::ggx::ggx_ndf)
+/// with the same mean slope and roughness matrix.
 ///
-/// The azimuth of `i` is relative to the viewer's, `φ = 2π u.y`. The sum `i + o` would cancel opposite the viewer (`u.x → 1, u.y → ½`). It
-/// is computed without cancellation from `sin²θ_o − sin²θ_i = (i.z − o.z)(i.z + o.z)` and `1 + cos φ = 2 cos²(φ/2)`. A viewer exactly
-/// opposite the displacement direction sees no facets; the result is then an arbitrary finite normal.
+/// The azimuth of `i` relative to the viewer's azimuth is `φ = 2π u.y`. The sum `i + o` would cancel opposite the viewer
+/// (`u.x → 1, u.y → ½`). The sum is computed without cancellation from `sin²θ_o − sin²θ_i = (i.z − o.z)(i.z + o.z)` and
+/// `1 + cos φ = 2 cos²(φ/2)`. A viewer exactly opposite the displacement direction sees no facets and gets an arbitrary finite normal.
 pub fn ggx_sample_visible(wo: DVec3, u: DVec2, m: DVec2, a: DVec3) -> DVec3 {
     let u = DVec2::new(u.x.clamp(0.0, 1.0 - 1.0 / 16_777_216.0), u.y);
     let c = slope_cholesky(with_least_variance(a));
@@ -29,18 +29,18 @@ pub fn ggx_sample_visible(wo: DVec3, u: DVec2, m: DVec2, a: DVec3) -> DVec3 {
     let (meso, b) = (meso_area(wo, m), t.length());
     let e = if b > 1e-18 { t / b } else { DVec2::X };
     let length = meso.hypot(b).max(1e-18);
-    // 1 + o.z and 1 − o.z, each without cancellation.
+    // Compute 1 + o.z and 1 − o.z, each without cancellation.
     let (cosine, sine) = (meso / length, b / length);
     let above = if meso > 0.0 { 1.0 + cosine } else { sine * (b / (length - meso)) }.max(1e-12);
     let below = if meso > 0.0 { sine * (b / (length + meso)) } else { 1.0 - cosine };
-    // h.z = i.z + o.z; 1 − i.z = u.x (1 + o.z), 1 + i.z = h.z + (1 − o.z), i.z − o.z = (1 − o.z) − u.x (1 + o.z).
+    // By h.z = i.z + o.z and 1 − i.z = u.x (1 + o.z): 1 + i.z = h.z + (1 − o.z) and i.z − o.z = (1 − o.z) − u.x (1 + o.z).
     let height = (1.0 - u.x) * above;
     let sine_i = (u.x * above * (height + below)).sqrt();
     let (half_cos, half_sin) = (PI * (0.5 - u.y)).sin_cos();
     let along = height * (below - u.x * above) / (sine + sine_i).max(1e-18) + 2.0 * sine_i * half_cos * half_cos;
     let across = 2.0 * sine_i * half_sin * half_cos;
     let h = e.rotate(DVec2::new(along, across));
-    // The slope m + C (−h / h.z), times −h.z.
+    // The normal is the slope m + C (−h / h.z), times −h.z.
     let n = DVec2::new(c.x * h.x, c.y * h.x + c.z * h.y) - m * height;
     n.extend(height).normalize()
 }
@@ -49,7 +49,7 @@ pub fn ggx_sample_visible(wo: DVec3, u: DVec2, m: DVec2, a: DVec3) -> DVec3 {
 mod tests {
     use super::*;
 
-    /// The direct sum `i + o`, valid where it does not cancel.
+    /// Computes the direct sum `i + o`, valid where it does not cancel.
     #[test]
     fn the_half_vector_of_a_uniform_cap() {
         for (o, u) in [

@@ -1,39 +1,41 @@
-//! Gloss: texture values from 0 (rough) to 1 (smooth), and their GGX roughness `α`.
+//! Conversions between gloss, a texture value from 0 (rough) to 1 (smooth), and GGX roughness `α`.
 //!
-//! Two families are in use. The exponential one spaces highlights evenly over the scale. With a curve `(c, r, o)`
+//! Two families of scales are in use. The exponential family spaces highlights evenly over the scale. For a curve `(c, r, o)`, the
+//! roughness follows from
 //!
 //! ```text
 //! α² = 2 / (c + 2^(r g + o))
 //! ```
 //!
-//! it is Chan's eq. 1 for `c = 2, r = 16, o = 0` (*Advanced Warfare*), and his eq. 2 for `c = 1, r = 18, o = 0` (*WWII*). For `c = 2` it
-//! is the roughness of a Blinn-Phong exponent `n = 2^(r g + o)`, since `α² = 2 / (n + 2)` has the same curvature at the peak (Walter et
-//! al. 2007). The perceptual one is `α = (1 − g)²` (Disney, Unreal, glTF).
+//! This formula is Chan's eq. 1 for `c = 2, r = 16, o = 0` (*Advanced Warfare*), and Chan's eq. 2 for `c = 1, r = 18, o = 0` (*WWII*). For
+//! `c = 2` the result is the roughness of a Blinn-Phong exponent `n = 2^(r g + o)`, since `α² = 2 / (n + 2)` has the same curvature at the
+//! peak (Walter et al. 2007). The perceptual family is `α = (1 − g)²` (Disney, Unreal, glTF).
 
 use crate::limits::{MAX_SLOPE, MIN_VARIANCE, held, unit};
 use glam::DVec3;
 
-/// Curve of Chan's eq. 1: `α = √(2 / (2 + 2^(16 g)))`, from .816 to .0055.
+/// The curve of Chan's eq. 1, `α = √(2 / (2 + 2^(16 g)))`, with `α` from .816 to .0055.
 pub const GLOSS_ADVANCED_WARFARE: DVec3 = DVec3::new(2.0, 16.0, 0.0);
 
-/// Curve of Chan's eq. 2: `α = √(2 / (1 + 2^(18 g)))`, from 1 to .0028.
+/// The curve of Chan's eq. 2, `α = √(2 / (1 + 2^(18 g)))`, with `α` from 1 to .0028.
 pub const GLOSS_WWII: DVec3 = DVec3::new(1.0, 18.0, 0.0);
 
-/// Curve of the Blinn-Phong exponents `2^(10 g + 1)`, 2 to 2048: `α` from .707 to .031.
+/// The curve of the Blinn-Phong exponents `2^(10 g + 1)`, 2 to 2048, with `α` from .707 to .031.
 pub const GLOSS_BLINN_PHONG: DVec3 = DVec3::new(2.0, 10.0, 1.0);
 
-/// The roughness clamped to the usable range, 1e-4 to 100; the smallest for NaN.
+/// Clamps a roughness to the usable range, 1e-4 to 100, with 1e-4 for NaN.
 pub(super) fn usable_alpha(alpha: f64) -> f64 {
     held(alpha, MIN_VARIANCE.sqrt(), MAX_SLOPE)
 }
 
-/// `α = √(2 / (c + 2^(r g + o)))` for a curve `(c, r, o)`, 1e-4 to 100. Gloss is clamped to 0..1; NaN counts as 0.
+/// Returns `α = √(2 / (c + 2^(r g + o)))` for a curve `(c, r, o)`, 1e-4 to 100. Gloss is clamped to 0..1, and NaN counts as 0.
 pub fn gloss_alpha(gloss: f64, curve: DVec3) -> f64 {
     let power = (curve.y * unit(gloss) + curve.z).clamp(-60.0, 60.0).exp2();
     usable_alpha((2.0 / (curve.x + power).max(1e-9)).sqrt())
 }
 
-/// The inverse of [`gloss_alpha`], 0 to 1; roughness outside the curve's range gives the nearer end.
+/// Returns the gloss of a roughness, 0 to 1: the inverse of [`gloss_alpha`]. A roughness outside the range of the curve gives the nearer
+/// end, 0 or 1.
 pub fn alpha_gloss(alpha: f64, curve: DVec3) -> f64 {
     if alpha.is_nan() {
         return 0.0;
@@ -43,12 +45,12 @@ pub fn alpha_gloss(alpha: f64, curve: DVec3) -> f64 {
     unit((power.log2() - curve.z) / curve.y)
 }
 
-/// `α = (1 − g)²`, at least 1e-4 (Burley 2012, as roughness). Gloss is clamped to 0..1; NaN counts as 0.
+/// Returns `α = (1 − g)²`, at least 1e-4 (Burley 2012, as roughness). Gloss is clamped to 0..1, and NaN counts as 0.
 pub fn perceptual_gloss_alpha(gloss: f64) -> f64 {
     usable_alpha((1.0 - unit(gloss)).powi(2))
 }
 
-/// The inverse of [`perceptual_gloss_alpha`], 0 to 1; 0 for `α ≥ 1` and NaN.
+/// Returns the inverse of [`perceptual_gloss_alpha`], 0 to 1. The result is 0 for `α ≥ 1` and for NaN.
 pub fn perceptual_alpha_gloss(alpha: f64) -> f64 {
     if alpha.is_nan() { 0.0 } else { unit(1.0 - usable_alpha(alpha).sqrt()) }
 }
@@ -60,14 +62,14 @@ pub enum Gloss {
     AdvancedWarfare,
     /// [`GLOSS_WWII`], Chan's eq. 2.
     Wwii,
-    /// One minus a perceptual roughness, whose square is `α`.
+    /// One minus the perceptual roughness `√α`.
     #[default]
     Perceptual,
-    /// One minus `α`.
+    /// One minus the roughness `α`.
     Linear,
-    /// Blinn-Phong exponents `2^(range g + offset)`; 10 and 1 are [`GLOSS_BLINN_PHONG`].
+    /// Blinn-Phong exponents `2^(range g + offset)`. A range of 10 and an offset of 1 give [`GLOSS_BLINN_PHONG`].
     Exponent {
-        /// Doublings of the exponent from gloss 0 to 1, not 0.
+        /// Number of times the exponent doubles from gloss 0 to 1, nonzero.
         range: f64,
         /// Base-2 logarithm of the exponent at gloss 0.
         offset: f64,
@@ -75,7 +77,7 @@ pub enum Gloss {
 }
 
 impl Gloss {
-    /// The curve of an exponential scale.
+    /// Returns the curve of an exponential scale, or `None` for other scales.
     fn curve(self) -> Option<DVec3> {
         match self {
             Self::AdvancedWarfare => Some(GLOSS_ADVANCED_WARFARE),
@@ -85,7 +87,7 @@ impl Gloss {
         }
     }
 
-    /// GGX roughness `α` of a gloss, 1e-4 to 100. Gloss is clamped to 0..1; NaN counts as 0.
+    /// Returns the GGX roughness `α` of a gloss, 1e-4 to 100. Gloss is clamped to 0..1, and NaN counts as 0.
     pub fn alpha(self, gloss: f64) -> f64 {
         match self.curve() {
             Some(curve) => gloss_alpha(gloss, curve),
@@ -94,7 +96,7 @@ impl Gloss {
         }
     }
 
-    /// Gloss of a GGX roughness `α`, 0 to 1: the nearest if none is exact; 0 for NaN.
+    /// Returns the gloss of a GGX roughness `α`, 0 to 1. The result is the nearest gloss if none is exact, and 0 for NaN.
     pub fn gloss(self, alpha: f64) -> f64 {
         match self.curve() {
             Some(curve) => alpha_gloss(alpha, curve),
@@ -134,7 +136,7 @@ mod tests {
             for i in 0..=255 {
                 let gloss = f64::from(i) / 255.0;
                 let alpha = kind.alpha(gloss);
-                // The last steps of the perceptual and the linear scale are below the smallest roughness.
+                // The highest gloss values of the perceptual and the linear scale are below the smallest roughness.
                 if alpha > 1e-4 {
                     assert!((kind.gloss(alpha) - gloss).abs() < 1e-12, "{kind:?} {gloss}");
                 }
@@ -145,7 +147,7 @@ mod tests {
     #[test]
     fn exponents_are_those_of_blinn_phong() {
         for gloss in [0.0, 0.3, 1.0] {
-            // The exponent of Walter et al. 2007.
+            // The relation of exponent and roughness in Walter et al. 2007.
             let exponent = 2.0 / gloss_alpha(gloss, GLOSS_BLINN_PHONG).powi(2) - 2.0;
             assert!((exponent / (10.0 * gloss + 1.0).exp2() - 1.0).abs() < 1e-12);
         }

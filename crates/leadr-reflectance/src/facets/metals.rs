@@ -1,21 +1,21 @@
-//! Named metals: complex indices of refraction, and an edge-tint approximation of their reflectance.
+//! Named metals with complex indices of refraction, and an edge-tint approximation of their reflectance.
 //!
-//! The indices are tabulated spectra (Palik, *Handbook of Optical Constants of Solids*; Johnson and Christy 1972 for noble metals),
+//! The indices are tabulated spectra (Palik, *Handbook of Optical Constants of Solids*, and Johnson and Christy 1972 for noble metals),
 //! reduced to linear Rec.709 primaries. Renderers use two values: the reflectance at normal incidence, and the edge tint, which lowers
 //! Schlick's curve before it rises ([`fresnel_edge_tint`](super::fresnel::fresnel_edge_tint)). `docs/measurements/materials.md` lists the
-//! remaining errors.
+//! errors.
 
 use super::fresnel::{edge_tint_weight, fresnel_conductor, fresnel_schlick};
 use glam::DVec3;
 
-/// A metal.
+/// A named metal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Metal {
-    /// Command-line name.
+    /// The name of the metal on the command line.
     pub name: &'static str,
     /// Real part of the refractive index for linear Rec.709 red, green and blue.
     pub eta: DVec3,
-    /// Imaginary part of the refractive index: extinction.
+    /// Imaginary part of the refractive index, the extinction coefficient, for the same primaries.
     pub k: DVec3,
 }
 
@@ -36,23 +36,23 @@ pub const METALS: [Metal; 8] = [
 ];
 
 impl Metal {
-    /// The metal of this name, if any.
+    /// Returns the metal with this name, if any.
     pub fn named(name: &str) -> Option<&'static Self> {
         METALS.iter().find(|metal| metal.name == name)
     }
 
-    /// Reflectance at a cosine of incidence, linear RGB (Fresnel equations for conductors).
+    /// Returns the linear RGB reflectance at a cosine of incidence by the Fresnel equations for conductors.
     pub fn reflectance(&self, cosine: f64) -> DVec3 {
         fresnel_conductor(cosine, self.eta, self.k)
     }
 
-    /// Reflectance at normal incidence.
+    /// Returns the reflectance at normal incidence.
     pub fn f0(&self) -> DVec3 {
         self.reflectance(1.0)
     }
 
-    /// Edge tint: the factor of [`fresnel_edge_tint`](super::fresnel::fresnel_edge_tint) that is exact at a cosine of 1/7, where its
-    /// weight peaks. Clamped to 0..4.
+    /// Returns the edge tint, clamped to 0..4. With this factor [`fresnel_edge_tint`](super::fresnel::fresnel_edge_tint) is exact at a
+    /// cosine of 1/7, where the weight of the tint peaks.
     pub fn edge_tint(&self) -> DVec3 {
         let cosine = 1.0 / 7.0;
         let below = fresnel_schlick(self.f0(), cosine) - self.reflectance(cosine);
@@ -65,7 +65,7 @@ mod tests {
     use super::*;
     use crate::facets::fresnel::fresnel_edge_tint;
 
-    /// Reflectances at normal incidence from artists' charts (Lagarde 2011 and later, from the same measurements, rounded).
+    /// Compares with the reflectances at normal incidence in artists' charts (Lagarde 2011 and later, from the same measurements, rounded).
     #[test]
     fn colours_are_those_of_the_charts() {
         for (name, chart) in [
@@ -83,8 +83,8 @@ mod tests {
         assert!(Metal::named("wood").is_none());
     }
 
-    /// Errors of an approximation, a function of the cosine: the largest one in any channel at any angle, and that of the mean over the
-    /// cosine-weighted hemisphere.
+    /// Returns the errors of an approximation, a function of the cosine. The first error is the largest in any channel at any angle. The
+    /// second is the error of the mean over the cosine-weighted hemisphere.
     fn error_of(metal: &Metal, form: impl Fn(f64) -> DVec3) -> (f64, f64) {
         let (mut most, mut mean) = (0.0f64, DVec3::ZERO);
         let steps = 4000;

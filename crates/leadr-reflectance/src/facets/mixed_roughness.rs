@@ -1,28 +1,30 @@
-//! Mixture of two base roughnesses under a pixel, such as polished and dusty, or wet and dry.
+//! Mixture of two base roughnesses under a pixel, such as polished and dusty areas, or wet and dry areas.
 //!
-//! LEADR (section 4.1) filters roughness as the variance `α²/2`. Under a pixel with both kinds the base is then one lobe of the mean
-//! square, without the sharp highlight of the smoother part, for any number of samples. Here each texel belongs to one of two classes,
-//! below or above a threshold. The filtered values are linear again: the rougher class' share `p` of the surface, and both classes' parts
-//! of the mean `α²`, `E[α² 1_rough]` and `E[α² 1_smooth]`. Each class has a lobe of its own mean square. For surfaces with two values this
-//! is exact under every footprint. For others the lobes keep the mean `α²`, and all of its variance except that within the classes.
+//! LEADR (section 4.1) filters roughness as the variance `α²/2`. Under a pixel with both roughnesses, the base is then one lobe of the mean
+//! square. The sharp highlight of the smoother area is lost, for any number of samples. Here each texel belongs to one of two classes,
+//! below or above a threshold. The filtered values are linear: the fraction `p` of the surface in the rougher class, and the contributions
+//! of each class to the mean `α²`, `E[α² 1_rough]` and `E[α² 1_smooth]`. Each class has a lobe of its own mean square. For surfaces with
+//! two roughness values the result is exact under every footprint. For other surfaces the lobes keep the mean `α²`, and all of its variance
+//! except the variance within the classes.
 
 use glam::DVec3;
 
-/// Smallest share of a class; below it the class is ignored.
+/// The fraction of the surface below which a class is ignored.
 pub const LEAST_SHARE: f64 = 1.0 / 512.0;
 
-/// Two roughnesses under one pixel.
+/// A mixture of two roughnesses under one pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MixedRoughness {
-    /// Share of the rougher class, 0 to 1.
+    /// The fraction of the surface in the rougher class, 0 to 1.
     pub share: f64,
-    /// Beckmann roughness `α` of the smoother class.
+    /// The Beckmann roughness `α` of the smoother class.
     pub smooth_alpha: f64,
-    /// Beckmann roughness `α` of the rougher class; equal to the smoother one if either has no share.
+    /// The Beckmann roughness `α` of the rougher class. Both roughnesses are equal if either class is empty.
     pub rough_alpha: f64,
 }
 
-/// Decodes the filtered values: the rougher class' share, and the parts of the mean `α²` in the rougher and in the smoother class.
+/// Decodes the filtered values: the fraction of the rougher class, and the contributions of the rougher and smoother class to the mean
+/// `α²`.
 pub fn mixed_roughness(means: DVec3) -> MixedRoughness {
     let share = means.x.clamp(0.0, 1.0);
     let (rough, smooth) = (means.y.clamp(0.0, share), means.z.clamp(0.0, 1.0 - share));
@@ -38,17 +40,18 @@ pub fn mixed_roughness(means: DVec3) -> MixedRoughness {
 }
 
 impl MixedRoughness {
-    /// `α` of one lobe for both classes (LEADR section 4.1).
+    /// Returns the `α` of one lobe for both classes (LEADR section 4.1).
     pub fn joint_alpha(&self) -> f64 {
         let square = |alpha: f64| alpha * alpha;
         (square(self.smooth_alpha) + self.share * (square(self.rough_alpha) - square(self.smooth_alpha))).sqrt()
     }
 }
 
-/// Threshold roughness `α` between two classes that minimises the variance of `ln α` within both. `weights`: share of the surface per
-/// entry of the ascending positive `alphas`. `None` if the classes' `α²` differ by less than a factor of two.
+/// Returns the threshold roughness `α` that minimises the variance of `ln α` within the two classes it separates. `weights` holds the
+/// fraction of the surface for each entry of the ascending positive `alphas`. The result is `None` if the mean `α²` of the classes differ
+/// by less than a factor of two.
 pub fn two_classes(alphas: &[f64], weights: &[f64]) -> Option<f64> {
-    // Weight, and its sums with ln α and α².
+    // The weight, and the weight times ln α and α².
     let part = |i: usize| weights[i] * DVec3::new(1.0, alphas[i].ln(), alphas[i] * alphas[i]);
     let all: DVec3 = (0..alphas.len()).map(part).sum();
     let (mut best, mut threshold) = (0.0, None);

@@ -2,54 +2,53 @@
 
 use std::f64::consts::{PI, SQRT_2};
 
-/// `φ(x)`, the density.
+/// Returns the density `φ(x)` of the standard normal distribution.
 pub fn normal_pdf(x: f64) -> f64 {
     (-0.5 * x * x).exp() / (2.0 * PI).sqrt()
 }
 
-/// `E[max(0, u − x)] = φ(x) − x (1 − Φ(x))` for `u ~ N(0, 1)`: the tail above `x ≥ 0` of a clamped mean. Negative arguments are treated as
-/// 0.
+/// Returns `E[max(0, u − x)] = φ(x) − x (1 − Φ(x))` for `u ~ N(0, 1)`, the mean excess of the tail above `x ≥ 0`. Negative `x` counts as 0.
 pub fn normal_tail_mean(x: f64) -> f64 {
     let x = x.max(0.0);
     if x > 40.0 { 0.0 } else { normal_pdf(x) * tail_mean_ratio(x) }
 }
 
-/// `1 − x (1 − Φ(x)) / φ(x)` for `x ≥ 0`: [`normal_tail_mean`] divided by the density; does not underflow.
+/// Returns `1 − x (1 − Φ(x)) / φ(x)` for `x ≥ 0`, which is [`normal_tail_mean`] divided by the density, without underflow.
 pub fn tail_mean_ratio(x: f64) -> f64 {
     if x < SERIES_END {
         1.0 - x * mills_ratio(x)
     } else {
-        // With K the tail of the continued fraction, 1 − x/(x + K) = K/(x + K) avoids cancellation.
+        // With K, the tail of the continued fraction, 1 − x/(x + K) = K/(x + K) avoids cancellation.
         let k = mills_tail(x);
         k / (x + k)
     }
 }
 
-/// `Φ(x)`, the cumulative distribution.
+/// Returns the cumulative distribution `Φ(x)` of the standard normal distribution.
 pub fn normal_cdf(x: f64) -> f64 {
     let t = x.abs();
     let tail = if t > 40.0 { 0.0 } else { normal_pdf(t) * mills_ratio(t) };
     if x < 0.0 { tail } else { 1.0 - tail }
 }
 
-/// Density, cumulative distribution and ramp of the standard normal at one point.
+/// The density, the cumulative distribution and the ramp of the standard normal distribution at one point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NormalRamp {
-    /// `φ(x)`.
+    /// The density `φ(x)`.
     pub pdf: f64,
-    /// `Φ(x)`.
+    /// The cumulative distribution `Φ(x)`.
     pub cdf: f64,
-    /// `E[max(0, x + u)] = x Φ(x) + φ(x)` for `u ~ N(0, 1)`.
+    /// The ramp `E[max(0, x + u)] = x Φ(x) + φ(x)` for `u ~ N(0, 1)`.
     pub ramp: f64,
 }
 
-/// [`normal_pdf`], [`normal_cdf`] and the ramp together; shaders share one exponential.
+/// Computes [`normal_pdf`], [`normal_cdf`] and the ramp together, because in shaders they share one exponential.
 pub fn normal_ramp(x: f64) -> NormalRamp {
     NormalRamp { pdf: normal_pdf(x), cdf: normal_cdf(x), ramp: x.max(0.0) + normal_tail_mean(x.abs()) }
 }
 
-/// `Φ(x) / (x Φ(x) + φ(x))`: the mean of `u ~ N(0, 1)` weighted by the visible area `max(0, x + u)`. Tends to `1/x` at the upper end and
-/// to `−x` at the lower end. Arguments below −13, where the total visible area is 1e-40, are treated as −13.
+/// Returns `Φ(x) / (x Φ(x) + φ(x))`, the mean of `u ~ N(0, 1)` weighted by the visible area `max(0, x + u)`. The mean tends to `1/x` for
+/// large `x` and to `−x` for very negative `x`. Arguments below −13, where the total visible area is 1e-40, are treated as −13.
 pub fn clamped_lean(x: f64) -> f64 {
     if x >= 0.0 {
         let cdf = normal_cdf(x);
@@ -58,9 +57,10 @@ pub fn clamped_lean(x: f64) -> f64 {
     mills_ratio(-x.max(-13.0)) / tail_mean_ratio(-x.max(-13.0))
 }
 
-/// `Φ⁻¹(u)`, the quantile of `u` in (0, 1); `u` is clamped to `[2⁻³², 1 − 2⁻³²]` (±6.2).
+/// Returns the quantile `Φ⁻¹(u)` of `u` in (0, 1). `u` is clamped to `[2⁻³², 1 − 2⁻³²]` (±6.2).
 ///
-/// Giles' polynomial for the inverse error function (2010; 2e-7 in single precision), refined to full precision by two Halley steps.
+/// The starting value is Giles' polynomial for the inverse error function (2010, 2e-7 in single precision). Two Halley steps refine the
+/// quantile to full precision.
 pub fn normal_quantile(u: f64) -> f64 {
     let u = u.clamp(MIN_PROBABILITY, 1.0 - MIN_PROBABILITY);
     let w = -(4.0 * u * (1.0 - u)).ln();
@@ -75,10 +75,10 @@ pub fn normal_quantile(u: f64) -> f64 {
     x
 }
 
-/// Smallest distance of a probability from 0 or 1: `2⁻³²`. (In shaders 2⁻²⁵ and 1 − 2⁻²⁴.)
+/// Smallest distance of a probability from 0 or 1, `2⁻³²`. (Shaders clamp probabilities to 2⁻²⁵ and 1 − 2⁻²⁴.)
 pub const MIN_PROBABILITY: f64 = 1.0 / 4_294_967_296.0;
 
-/// Giles' coefficients for `w = −ln(1 − x²) < 5`, in `w − 2.5`, highest power first.
+/// Giles' coefficients for `w = −ln(1 − x²) < 5`, as a polynomial in `w − 2.5`, highest power first.
 const CENTRE: [f64; 9] = [
     2.810_226_36e-8,
     3.432_739_39e-7,
@@ -91,7 +91,7 @@ const CENTRE: [f64; 9] = [
     1.501_409_41,
 ];
 
-/// The coefficients for larger `w`, in `√w − 3`.
+/// Giles' coefficients for `w ≥ 5`, as a polynomial in `√w − 3`, highest power first.
 const TAIL: [f64; 9] = [
     -0.000_200_214_257,
     0.000_100_950_558,
@@ -104,15 +104,15 @@ const TAIL: [f64; 9] = [
     2.832_976_82,
 ];
 
-/// Start of the continued fraction of Mills' ratio; below it the power series is used.
+/// The argument of Mills' ratio below which a power series replaces the continued fraction.
 const SERIES_END: f64 = 2.0;
 
-/// Mills' ratio `(1 − Φ(x)) / φ(x)` for `x ≥ 0`.
+/// Returns Mills' ratio `(1 − Φ(x)) / φ(x)` for `x ≥ 0`.
 pub fn mills_ratio(x: f64) -> f64 {
     if x >= SERIES_END {
         return 1.0 / (x + mills_tail(x));
     }
-    // Φ(x) − ½ = φ(x) Σ x^(2k+1) / (2k+1)!!
+    // The power series is Φ(x) − ½ = φ(x) Σ x^(2k+1) / (2k+1)!!.
     let (mut term, mut sum, mut k) = (x, x, 1.0);
     while term > 1e-17 * sum {
         k += 2.0;
@@ -122,7 +122,7 @@ pub fn mills_ratio(x: f64) -> f64 {
     (0.5 * PI).sqrt() * (0.5 * x * x).exp() - sum
 }
 
-/// `K` of Laplace's continued fraction `1/(x + K)`, `K = 1/(x + 2/(x + 3/(x + …)))`, for `x ≥ 2`, to 1e-14.
+/// Returns `K` of Laplace's continued fraction `1/(x + K)`, `K = 1/(x + 2/(x + 3/(x + …)))`, for `x ≥ 2`, to 1e-14.
 fn mills_tail(x: f64) -> f64 {
     let mut k = 0.0;
     for n in (1..=14 + (300.0 / (x * x)) as u32).rev() {
@@ -135,7 +135,7 @@ fn mills_tail(x: f64) -> f64 {
 mod tests {
     use super::*;
 
-    // Abramowitz & Stegun, table 26.1, and mpmath at 30 digits.
+    // The expected values are from Abramowitz & Stegun, table 26.1, and from mpmath at 30 digits.
     #[test]
     fn known_values() {
         for (x, cdf) in [
@@ -169,7 +169,7 @@ mod tests {
 
     #[test]
     fn tail_mean_is_the_integral_of_the_tail() {
-        // h'(x) = −(1 − Φ(x)), h(0) = φ(0).
+        // The tail mean h satisfies h'(x) = −(1 − Φ(x)) and h(0) = φ(0).
         assert!((normal_tail_mean(0.0) - 0.398_942_280_401_432_7).abs() < 1e-16);
         for i in 0..1200 {
             let (x, d) = (0.01 * f64::from(i) + 0.001, 1e-4);

@@ -1,25 +1,25 @@
-//! Roughness from the length of a mean normal by other methods: Toksvig's factor and von Mises–Fisher lobes.
+//! Roughness from the length of a mean normal by Toksvig's factor and by von Mises–Fisher lobes.
 //!
 //! A von Mises–Fisher lobe `κ/(4π sinh κ) exp(κ cos θ)` has a mean of length `L = coth κ − 1/κ` (Langevin function). A narrow lobe is a
-//! Gaussian of normals with the variance `1/κ` per axis, so `α² = 2/κ`. Engines add `c/κ` to the `α²` of the base, with `c` = 1/2, 3/4
-//! or 2. The best value depends on the normal distribution (`docs/measurements/gloss.md`):
+//! Gaussian of normals with the variance `1/κ` per axis, so `α² = 2/κ`. Engines add `c/κ` to the `α²` of the base, with `c` = 1/2, 3/4 or
+//! 2. The best value depends on the normal distribution (`docs/measurements/gloss.md`):
 //!
 //! * For *relief of Gaussian slopes* `c = 2` is right in the limit (`α` is 3 % too small at `α` = .2, 13 % at .5), and 1/2 halves `α`.
-//! * For *GGX facets* no constant is right: the tails shorten the mean, so that `α² κ → 1/(ln(2/α) − 1)`, which passes 1/2 at `α` = .10,
-//!   3/4 at .22 and 2 at .70. [`shortened_normals`](super::shortened_normals) has the exact relation.
+//! * For *GGX facets* no constant is right, because the tails shorten the mean so that `α² κ → 1/(ln(2/α) − 1)`. The limit is 1/2 for `α` =
+//!   .10, 3/4 for .22 and 2 for .70. [`shortened_normals`](super::shortened_normals) has the exact relation.
 
 use super::gloss::usable_alpha;
 use super::shortened_normals::{held_shortening, odds_of_shortening};
 use crate::limits::held;
 use crate::roots::increasing_root;
 
-/// Largest concentration, 1e9: an `α` of 4.5e-5.
+/// The largest concentration, which corresponds to an `α` of 4.5e-5.
 pub const MAX_KAPPA: f64 = 1e9;
 
-/// `(1 − L)/L` of a von Mises–Fisher lobe of concentration `κ > 0`.
+/// Returns `(1 − L)/L` of a von Mises–Fisher lobe of concentration `κ > 0`.
 fn vmf_odds(kappa: f64) -> f64 {
     if kappa < 2.0 {
-        // L = κ/(3 + κ²/(5 + κ²/(7 + …))) avoids cancellation.
+        // The continued fraction L = κ/(3 + κ²/(5 + κ²/(7 + …))) avoids cancellation.
         let square = kappa * kappa;
         let fraction = (1..20).rev().fold(0.0, |tail, k| square / (f64::from(2 * k + 3) + tail));
         return (3.0 + fraction) / kappa - 1.0;
@@ -32,41 +32,42 @@ fn held_kappa(kappa: f64) -> f64 {
     held(kappa, 1e-9, MAX_KAPPA)
 }
 
-/// `1 − L` of a von Mises–Fisher lobe, `L = coth κ − 1/κ`, without cancellation. `κ` is clamped to 1e-9..1e9; NaN is treated as 0.
+/// Returns `1 − L` of a von Mises–Fisher lobe, with `L = coth κ − 1/κ`, without cancellation. `κ` is clamped to 1e-9..1e9, with 0 for NaN.
 pub fn vmf_shortening(kappa: f64) -> f64 {
     let odds = vmf_odds(held_kappa(kappa));
     odds / (1.0 + odds)
 }
 
-/// `κ` of the von Mises–Fisher lobe with this shortening of the mean, 1e-9 to 1e9: the inverse of [`vmf_shortening`]. The argument is
-/// clamped to 0..1; NaN is treated as 1.
+/// Returns the `κ` of the von Mises–Fisher lobe with this shortening of the mean, 1e-9 to 1e9. The function is the inverse of
+/// [`vmf_shortening`]. The shortening is clamped to 0..1, and NaN is treated as 1.
 pub fn vmf_kappa(shortening: f64) -> f64 {
     let wanted = odds_of_shortening(held_shortening(shortening)).ln();
     let end = MAX_KAPPA.ln();
     held_kappa((-increasing_root(-end, end, |width| vmf_odds((-width).exp()).ln() - wanted)).exp())
 }
 
-/// The usual estimate of [`vmf_kappa`], `L (3 − L²)/(1 − L²)` (Banerjee et al. 2005), for `L = 1 − shortening`: up to 5 % too large, at `L
-/// = .8`, and exact at both ends.
+/// Returns the usual estimate of [`vmf_kappa`], `L (3 − L²)/(1 − L²)` for `L = 1 − shortening` (Banerjee et al. 2005). The estimate is up
+/// to 5 % too large, at `L = .8`, and exact for `L = 0` and `L = 1`.
 pub fn vmf_kappa_estimate(shortening: f64) -> f64 {
     let shortening = held_shortening(shortening);
     let length = 1.0 - shortening;
     held_kappa(length * (3.0 - length * length) / (shortening * (1.0 + length)).max(1e-300))
 }
 
-/// `α² + c/κ` as `α`, for a base `α` and normals with this shortening of the mean. `c` is 2 for relief of small Gaussian slopes.
+/// Returns the `α` with the square `α² + c/κ`, for a base `α` and normals with this shortening of the mean. `c` is 2 for relief of small
+/// Gaussian slopes.
 pub fn vmf_alpha(alpha: f64, shortening: f64, c: f64) -> f64 {
     usable_alpha((alpha * alpha + c / vmf_kappa(shortening)).sqrt())
 }
 
-/// Toksvig's factor of a Blinn-Phong exponent, `L/(L + n (1 − L))` for `L = 1 − shortening` (Toksvig 2005): 0 to 1.
+/// Returns Toksvig's factor of a Blinn-Phong exponent, `L/(L + n (1 − L))` for `L = 1 − shortening`, 0 to 1 (Toksvig 2005).
 pub fn toksvig_factor(shortening: f64, exponent: f64) -> f64 {
     let shortening = held_shortening(shortening);
     let length = 1.0 - shortening;
     length / (length + held(exponent, 0.0, 1e18) * shortening).max(1e-300)
 }
 
-/// Toksvig's variance of normals per axis, `(1 − L)/L` for `L = 1 − shortening` (Toksvig 2005), at most 1e6.
+/// Returns Toksvig's variance of normals per axis, `(1 − L)/L` for `L = 1 − shortening`, at most 1e6 (Toksvig 2005).
 pub fn toksvig_normal_variance(shortening: f64) -> f64 {
     let shortening = held_shortening(shortening);
     shortening / (1.0 - shortening).max(1e-6)
@@ -124,7 +125,7 @@ mod tests {
         assert!((vmf_kappa(0.0) / MAX_KAPPA - 1.0).abs() < 1e-12 && vmf_kappa_estimate(0.0) == MAX_KAPPA);
     }
 
-    /// Finds the `c` that recovers the roughness of a known distribution from the length of its mean: prints `α² κ`.
+    /// Finds the `c` that recovers the roughness of a distribution from the length of its mean normal. The test prints `α² κ`.
     #[test]
     fn roughness_recovery_per_variant() {
         println!("alpha   alpha^2 kappa of GGX   of Beckmann   alpha of GGX by c = 1/2, 3/4, 2   of Beckmann");
@@ -142,7 +143,7 @@ mod tests {
             let ((g, of_ggx), (b, of_beckmann)) = (by(NormalFacets::Ggx), by(NormalFacets::Beckmann));
             println!("{alpha:<7} {g:.3} {b:.3} {of_ggx:.4?} {of_beckmann:.4?}");
         }
-        // Gaussian slopes: 2 for narrow lobes.
+        // For narrow lobes of Gaussian slopes the best c is 2.
         assert!((ideal(NormalFacets::Beckmann, 1e-3) - 2.0).abs() < 1e-5);
         // GGX has no constant, since the shortening is α² (ln(2/α) − 1).
         for alpha in [1e-3f64, 1e-2] {
@@ -153,10 +154,10 @@ mod tests {
         println!("c = 1/2, 3/4, 2 are right for GGX of alpha = {:.3?}", [0.5, 0.75, 2.0].map(crossing));
     }
 
-    /// Relief of Gaussian slopes over a base: compares models of the total roughness.
+    /// Compares models of the total roughness for relief of Gaussian slopes over a base.
     ///
     /// The reference is a slope distribution. GGX is a mixture of Gaussians of covariance `τ A` with `1/τ` exponential, so with relief the
-    /// covariances are `τ α²/2 + s²`. The single lobe is the nearest GGX, by half the integral of the absolute difference.
+    /// covariances are `τ α²/2 + s²`. The single lobe is the GGX lobe that minimises half the integral of the absolute difference.
     #[test]
     fn relief_over_a_base() {
         let shortening = Shortening::default();
@@ -189,7 +190,7 @@ mod tests {
             let differences = alphas.map(|alpha| truth.difference(alpha));
             println!("{base} {s} | {differences:.3?} | {alphas:.3?}");
             assert!(differences.iter().all(|d| *d >= differences[6] - 1e-3 && *d < 1.0));
-            // Adding variances is close to the nearest lobe; c = 1/2 on smooth bases is not.
+            // The sum of variances is close to the nearest lobe, but c = 1/2 on smooth bases is not.
             assert!(differences[0] < differences[6] + 0.03, "{base} {s}");
             if s > 2.0 * base {
                 assert!(differences[1] > 1.5 * differences[0] && differences[4] > differences[0], "{base} {s}");
@@ -199,13 +200,13 @@ mod tests {
 
     /// Slope distribution of a GGX base plus Gaussian relief, over squared slope length.
     struct Sum {
-        /// `(square, dsquare, density dsquare)`, of total 1.
+        /// Nodes `(square, dsquare, density dsquare)`, with a total density of 1.
         nodes: Vec<(f64, f64, f64)>,
     }
 
     impl Sum {
         fn new(base: f64, s: f64) -> Self {
-            // Variances per axis and their weights: 1/τ is standard exponential.
+            // Variances per axis and their weights, where 1/τ is standard exponential.
             let mixture: Vec<(f64, f64)> = composite_gauss(-12.0, 3.7, 24, 6)
                 .into_iter()
                 .map(|(log, w)| (base * base * 0.5 / log.exp() + s * s, w * (log - log.exp()).exp()))
@@ -228,7 +229,7 @@ mod tests {
             self.nodes.iter().map(|&(square, _, w)| w * f(square)).sum::<f64>() / total
         }
 
-        /// Half the integral of the absolute difference from GGX of roughness `alpha`.
+        /// Returns half the integral of the absolute difference from GGX of roughness `alpha`.
         fn difference(&self, alpha: f64) -> f64 {
             let a = alpha * alpha;
             let ggx = |square: f64| a / (a + square).powi(2);

@@ -1,13 +1,14 @@
 //! Any slope distribution, tabulated over the angle to the macrosurface normal and the azimuth (thesis 4.2 and 4.4).
 //!
-//! As in a [`RadialTable`](super::radial_table::RadialTable), `ln D` is stored at `θ = u² π/2` for evenly spaced `u`, here for evenly
-//! spaced azimuths of the normal. The visible area is a convolution over the azimuth,
+//! As in a [`RadialTable`](super::radial_table::RadialTable), `ln D` is stored at `θ = u² π/2` for evenly spaced `u`. This table also
+//! stores `ln D` for evenly spaced azimuths of the normal. The visible area is a convolution over the azimuth,
 //!
 //! ```text
-//! A(θ_o, φ_o) = Σ_k ∫ K_k(θ_o, θ) [a_k(θ) cos k φ_o + b_k(θ) sin k φ_o] sin θ dθ,   K_k = ∫ max(0, cos θ_o cos θ + sin θ_o sin θ cos φ) cos k φ dφ
+//! A(θ_o, φ_o) = Σ_k ∫ K_k(θ_o, θ) [a_k(θ) cos k φ_o + b_k(θ) sin k φ_o] sin θ dθ
+//! K_k = ∫ max(0, cos θ_o cos θ + sin θ_o sin θ cos φ) cos k φ dφ
 //! ```
 //!
-//! with the Fourier coefficients `a`, `b` of `D` along the azimuth, and `K` in closed form.
+//! with the Fourier coefficients `a` and `b` of `D` along the azimuth. The kernel `K` has a closed form.
 
 use std::f64::consts::{PI, TAU};
 
@@ -20,38 +21,38 @@ use super::slope_distribution::SlopeDistribution;
 use crate::random::Random;
 use crate::slopes::statistics::outer_square;
 
-/// Intervals of the visible area over the square root of the cosine.
+/// Number of intervals of the visible area over the square root of the cosine.
 const AREA_NODES: usize = 96;
-/// Cells along `u` and the azimuth of the proposal distribution.
+/// Number of cells of the proposal distribution along `u` and along the azimuth.
 const CELLS: usize = 128;
-/// Safety factor of a cell's bound over its largest probe.
+/// Safety factor of the bound of a cell over the largest value probed in it.
 const MARGIN: f64 = 1.15;
-/// Limit on proposals per sample. Under a third may be accepted; all are rejected with a probability below 1e-30.
+/// Maximum number of proposals per sample. Under a third may be accepted, but the probability that all are rejected is below 1e-30.
 const MOST_PROPOSALS: u32 = 256;
 
-/// A tabulated slope distribution. Normalised: `∫ D cos θ dω = 1`.
+/// A tabulated slope distribution, normalised to `∫ D cos θ dω = 1`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PolarTable {
     ln_d: Rows,
     area: Rows,
     mean: DVec2,
-    /// Second moments about the mean, truncated to the table.
+    /// The second moments about the mean slope, truncated to the table.
     covariance: DVec3,
-    /// Cumulative cell bounds: of slopes, and of slopes weighted by length.
+    /// The cumulative bounds of the cells, for slopes and for slopes weighted by length.
     proposals: [Vec<f64>; 2],
 }
 
-/// One curve per evenly spaced azimuth.
+/// A set of curves, one per evenly spaced azimuth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rows(Vec<Curve>);
 
 impl Rows {
-    /// `rows[k]`: values along the curve at the azimuth `2π k/n`; at least one row.
+    /// Creates the curves from at least one row. `rows[k]` holds the values along the curve at the azimuth `2π k/n`.
     pub fn new(rows: Vec<Vec<f64>>) -> Self {
         Self(rows.into_iter().map(Curve::new).collect())
     }
 
-    /// Value at `x` and azimuth `phi`, by a cubic through the four nearest curves.
+    /// Returns the value at `x` and azimuth `phi`, by a cubic through the four nearest curves.
     pub fn at(&self, x: f64, phi: f64) -> f64 {
         let n = self.0.len();
         let position = (phi / TAU).rem_euclid(1.0) * n as f64;
@@ -67,7 +68,7 @@ impl Rows {
     }
 }
 
-/// `∫ max(0, a + b cos φ) cos k φ dφ` over 2π, for all `k` below `count`; `b` ≥ 0.
+/// Computes `∫ max(0, a + b cos φ) cos k φ dφ` over 2π, for `b ≥ 0` and all `k` below `count`.
 pub fn ring_harmonics(a: f64, b: f64, count: usize) -> Vec<f64> {
     let end = if a >= b {
         PI
@@ -89,25 +90,25 @@ pub fn ring_harmonics(a: f64, b: f64, count: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Fourier coefficients, cosine and sine, of evenly spaced values over 2π.
+/// A transform between evenly spaced values over 2π and their cosine and sine Fourier coefficients.
 pub struct Harmonics {
-    /// `cos` and `sin` of the steps.
+    /// The cosine and sine of each step.
     circle: Vec<(f64, f64)>,
 }
 
 impl Harmonics {
-    /// Transform for `steps` values.
+    /// Creates a transform for `steps` values.
     pub fn new(steps: usize) -> Self {
         let circle = (0..steps).map(|k| (TAU * k as f64 / steps as f64).sin_cos()).map(|(s, c)| (c, s)).collect();
         Self { circle }
     }
 
-    /// Number of coefficients.
+    /// Returns the number of Fourier coefficients.
     pub fn count(&self) -> usize {
         self.circle.len() / 2 + 1
     }
 
-    /// Coefficient `k` of the values.
+    /// Returns the Fourier coefficient `k` of the values.
     pub fn of(&self, values: &[f64], k: usize) -> DVec2 {
         let n = self.circle.len();
         let sum = values.iter().enumerate().fold(DVec2::ZERO, |sum, (i, v)| {
@@ -117,7 +118,7 @@ impl Harmonics {
         sum * if k == 0 || 2 * k == n { 1.0 } else { 2.0 } / n as f64
     }
 
-    /// The values at the steps from their coefficients.
+    /// Returns the values at the steps from their Fourier coefficients.
     pub fn values(&self, coefficients: &[DVec2]) -> Vec<f64> {
         let n = self.circle.len();
         let at = |i: usize| {
@@ -130,15 +131,15 @@ impl Harmonics {
     }
 }
 
-/// Computes visible areas at the angles `of`, one row per azimuth, from densities at the angles of a rule.
+/// A kernel that computes visible areas, one row per viewer angle, from densities at the angles of a quadrature rule.
 pub struct AreaKernel {
     harmonics: Harmonics,
-    /// `kernel[o][j * count + k]` for viewer angle `o`, rule angle `j` and harmonic `k`, including the rule's weight.
+    /// The entry `kernel[o][j * count + k]` for viewer angle `o`, rule angle `j` and harmonic `k`, including the rule's weight.
     kernel: Vec<Vec<f64>>,
 }
 
 impl AreaKernel {
-    /// Kernel for viewers at the angles `of`, densities at those of `rule`, and `azimuths` of both.
+    /// Creates a kernel for viewers at the angles `of`, densities at the angles of `rule`, and `azimuths` of viewers and densities.
     pub fn new(of: &[f64], rule: &[(f64, f64)], azimuths: usize) -> Self {
         let harmonics = Harmonics::new(azimuths);
         let count = harmonics.count();
@@ -152,7 +153,7 @@ impl AreaKernel {
         Self { kernel: kernel.collect(), harmonics }
     }
 
-    /// `[o][azimuth]`, from `densities[j][azimuth]`.
+    /// Returns the visible areas, indexed by `[o][azimuth]`, from `densities[j][azimuth]`.
     pub fn areas(&self, densities: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let count = self.harmonics.count();
         let of_rule: Vec<DVec2> =
@@ -168,7 +169,7 @@ impl AreaKernel {
     }
 }
 
-/// [`logarithms`] per azimuth, with a common value at the normal.
+/// Returns the [`logarithms`] of each azimuth, with a common value at the normal.
 pub fn rows_of_logarithms(rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let largest = rows.iter().flatten().copied().filter(|d| d.is_finite()).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
     let upright = rows.iter().map(|row| row[0]).filter(|d| d.is_finite()).sum::<f64>() / rows.len() as f64;
@@ -177,10 +178,10 @@ pub fn rows_of_logarithms(rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
 }
 
 impl PolarTable {
-    /// Builds a table from normal densities, up to a common factor: `rows[k][i]` at the azimuth `2π k / rows` of the *normal* and `u = i /
-    /// n`. Negative values and NaN count as 0.
+    /// Builds a table from normal densities, known up to a common factor. `rows[k][i]` is at the azimuth `2π k / rows` of the *normal* and
+    /// at `u = i / n`. Negative values and NaN count as 0.
     ///
-    /// `None` for fewer than 4 azimuths or 3 angles, for rows of different lengths, or if no value is above 0.
+    /// Returns `None` for fewer than 4 azimuths or 3 angles, for rows of different lengths, or if no value is above 0.
     pub fn new(rows: &[Vec<f64>]) -> Option<Self> {
         let n = rows.first()?.len();
         let any = rows.iter().flatten().any(|d| d.is_finite() && *d > 0.0);
@@ -228,7 +229,7 @@ impl PolarTable {
                     let (u, phi) = ((i as f64 + x) / CELLS as f64, TAU * (k as f64 + y) / CELLS as f64);
                     let mass = mass(&ln_d, u, phi);
                     bounds[0] = bounds[0].max(mass);
-                    // Finite at the horizon, where the mass is 0.
+                    // The clamp keeps the bound finite at the horizon, where the mass is 0.
                     bounds[1] = bounds[1].max(mass * angle_at(u).tan().min(1e6));
                 }
                 for which in 0..2 {
@@ -240,29 +241,29 @@ impl PolarTable {
         Some(Self { ln_d, area, mean, covariance, proposals })
     }
 
-    /// `D` of a normal at this angle and azimuth.
+    /// Returns `D` of a normal at the angle `theta` and the azimuth `phi`.
     pub fn density(&self, theta: f64, phi: f64) -> f64 {
         self.ln_d.at(u_of_angle(theta) * self.ln_d.last(), phi).exp()
     }
 
-    /// `ln D` over `u`, in steps of one node, for each azimuth.
+    /// Returns `ln D` over `u` for each azimuth, in steps of one node.
     pub fn ln_d(&self) -> &[Curve] {
         &self.ln_d.0
     }
 
-    /// Number of angles and azimuths in the input.
+    /// Returns the number of angles and of azimuths in the input.
     pub fn nodes(&self) -> (usize, usize) {
         (self.ln_d.0[0].values().len() - 1, self.ln_d.0.len())
     }
 
-    /// Covariance of the tabulated slopes. Finite even if that of the surface is not.
+    /// Returns the covariance of the tabulated slopes. The result is finite even if the covariance of the surface is not.
     pub fn covariance(&self) -> DVec3 {
         self.covariance
     }
 
-    /// `∫ f(slope) P22` over the table.
+    /// Integrates `f(slope) P22` over the tabulated slopes.
     pub fn mean_of(&self, f: impl Fn(DVec2) -> f64) -> f64 {
-        // Finer than the table, to handle functions with a kink.
+        // The quadrature is finer than the table, to handle functions with a kink.
         let (n, m) = self.nodes();
         let m = 4 * m;
         let step = TAU / m as f64;
@@ -277,7 +278,7 @@ impl PolarTable {
     }
 }
 
-/// `D cos θ sin θ dθ/du`.
+/// Returns `D cos θ sin θ dθ/du`, the mass of the facets per unit of `u` and azimuth.
 fn mass(ln_d: &Rows, u: f64, phi: f64) -> f64 {
     let (sine, cosine) = angle_at(u).sin_cos();
     ln_d.at(u * ln_d.last(), phi).exp() * (sine * cosine).max(0.0) * PI * u
@@ -305,12 +306,12 @@ impl SlopeDistribution for PolarTable {
         let up = if w.z < 0.0 { -w } else { w };
         let area =
             self.area.at(up.z.sqrt() * AREA_NODES as f64, up.y.atan2(up.x)).max(meso_area(up, self.mean)).max(0.0);
-        // Back-facing facets are those that face −w.
+        // The facets that face away from w are the facets that face −w.
         if w.z < 0.0 { (area + meso_area(w, self.mean)).max(0.0) } else { area }
     }
 
-    /// Rejection sampling. Proposals have the density `P22 (cos θ_o + sin θ_o |slope|)`, which bounds the visible area of each. `u` seeds
-    /// the random stream.
+    /// Samples by rejection. Proposals have the density `P22 (cos θ_o + sin θ_o |slope|)`, which bounds the visible area of each facet. `u`
+    /// seeds the random stream.
     fn sample_visible(&self, wo: DVec3, u: DVec2) -> DVec3 {
         let mut random = Random::stream(u.x.to_bits(), u.y.to_bits());
         let sine = wo.truncate().length();

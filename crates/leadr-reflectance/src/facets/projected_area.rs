@@ -1,7 +1,7 @@
 //! Projected areas of a Gaussian rough surface (LEADR 4.3), in a form without cotangents and poles.
 //!
-//! For a direction `w`, `a(w)` is the projected area of the mesosurface, `b(w)` the spread of the slope along `w`, and `A(w) = a Φ(a/b) +
-//! b φ(a/b)` the visible area. Wherever the paper's `Λ` is defined, `A = a (1 + Λ)`. Unlike `Λ`, `A` stays finite and positive for a
+//! For a direction `w`, `a(w)` is the projected area of the mesosurface, and `b(w)` is the spread of the slope along `w`. The visible area
+//! is `A(w) = a Φ(a/b) + b φ(a/b)`. Wherever the paper's `Λ` is defined, `A = a (1 + Λ)`. Unlike `Λ`, `A` stays finite and positive for a
 //! back-facing mesosurface.
 
 use super::normal_distribution::normal_tail_mean;
@@ -9,39 +9,40 @@ use crate::limits::{at_least, within};
 use crate::slopes::statistics::covariance_times;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
-/// `a(w)`: projected area of the mesosurface per unit of macrosurface; negative if back-facing (LEADR eq. 14).
+/// Returns `a(w)`, the projected area of the mesosurface per unit of macrosurface (LEADR eq. 14). The area is negative if the mesosurface
+/// is back-facing.
 pub fn meso_area(w: DVec3, m: DVec2) -> f64 {
     w.z - w.x * m.x - w.y * m.y
 }
 
-/// `b(w)`: standard deviation of the slope along `w`, times sin θ (LEADR eq. 15).
+/// Returns `b(w)`, the standard deviation of the slope along `w` times sin θ (LEADR eq. 15).
 pub fn slope_spread(w: DVec3, s: DVec3) -> f64 {
     at_least(w.x * w.x * s.x + w.y * w.y * s.y + 2.0 * w.x * w.y * s.z, 0.0).sqrt()
 }
 
-/// `S w.xy`, the direction in which visible slopes shift, and [`slope_spread`] from it.
+/// Returns `S w.xy`, the direction in which visible slopes shift, and the [`slope_spread`] computed from it.
 pub(crate) fn spread_along(w: DVec3, s: DVec3) -> (DVec2, f64) {
     let across = covariance_times(s, w.xy());
     (across, at_least(across.dot(w.xy()), 0.0).sqrt())
 }
 
-/// `A − max(a, 0) = b h(|a|/b)`: the area that only roughness makes visible; `a Λ` for `a > 0`.
+/// Returns the area that only roughness makes visible, `A − max(a, 0) = b h(|a|/b)`. The area equals `a Λ` for `a > 0`.
 pub fn rough_area(a: f64, b: f64) -> f64 {
     b * normal_tail_mean(a.abs() / b.max(1e-18))
 }
 
-/// `A(w) = a Φ(a/b) + b φ(a/b)`, the visible projected area per unit of macrosurface. Tends to `max(a, 0)` as `b → 0`.
+/// Returns the visible projected area per unit of macrosurface, `A(w) = a Φ(a/b) + b φ(a/b)`. The area tends to `max(a, 0)` as `b → 0`.
 pub fn visible_area(w: DVec3, m: DVec2, s: DVec3) -> f64 {
     let a = meso_area(w, m);
     a.max(0.0) + rough_area(a, slope_spread(w, s))
 }
 
-/// The mean slope, tilted towards the viewer just enough for a slope grid of half extent `lambda` (standard deviations) to have a visible
-/// node: `a ≥ 1e-3 − λ b / 2`.
+/// Tilts the mean slope towards the viewer just enough for a slope grid to have a visible node: `a ≥ 1e-3 − λ b / 2`. `lambda` is the half
+/// extent of the grid in standard deviations.
 ///
-/// A front-facing mesosurface is unchanged. This replaces the artificial micronormal of the supplement (3.7): the tilt is continuous and
+/// A front-facing mesosurface is unchanged. The tilt replaces the artificial micronormal of the supplement (3.7), and is continuous and
 /// along `S wo`, the direction of the visible slopes. A viewer exactly opposite the displacement direction (`wo = −z`) sees no facet of a
-/// height field; there is no tilt then.
+/// height field, so the slope is not tilted.
 pub fn face_viewer(wo: DVec3, m: DVec2, s: DVec3, lambda: f64) -> DVec2 {
     let across = covariance_times(s, wo.xy());
     let b2 = at_least(across.dot(wo.xy()), 0.0);
@@ -49,19 +50,20 @@ pub fn face_viewer(wo: DVec3, m: DVec2, s: DVec3, lambda: f64) -> DVec2 {
     if deficit <= 0.0 {
         return m;
     }
-    // A smooth surface (S → 0) tilts along wo.xy.
+    // Tilt a smooth surface (S → 0) along wo.xy.
     let along = across + 1e-6 * wo.xy();
     let gain = b2 + 1e-6 * wo.xy().length_squared();
     let tilted = m - along * (deficit / at_least(gain, 1e-12));
     DVec2::new(within(tilted.x, 1e6), within(tilted.y, 1e6))
 }
 
-/// The change of slope along `wo.xy` that makes a back-facing mesosurface edge-on; zero for a front-facing one.
+/// Returns the change of slope along `wo.xy` that makes a back-facing mesosurface edge-on. The change is zero for a front-facing
+/// mesosurface.
 ///
-/// A back-facing surface is invisible, so its pixel actually shows other facets nearby: the filtered mean is wrong by about the excess
-/// angle. The renderer shifts the mean slope by this tilt `d` and adds `d dᵀ` to the covariance. With the unshifted mean slope, such
-/// pixels are black specks along silhouettes and on the far sides of bumps. Also finite for a viewer opposite the displacement direction,
-/// where no tilt is sufficient.
+/// A back-facing surface is invisible, so its pixel actually shows other facets nearby, and the filtered mean is wrong by about the excess
+/// angle. The renderer shifts the mean slope by this tilt `d` and adds `d dᵀ` to the covariance. With the unshifted mean slope, back-facing
+/// pixels are black specks along silhouettes and on the far sides of bumps. The tilt is also finite for a viewer opposite the displacement
+/// direction, where no tilt is sufficient.
 pub fn tilt_to_edge(wo: DVec3, m: DVec2) -> DVec2 {
     wo.xy() * (meso_area(wo, m).min(0.0) / wo.xy().length_squared().max(1e-4))
 }
@@ -72,7 +74,7 @@ mod tests {
 
     #[test]
     fn visible_area_is_the_mean_of_clamped_facets() {
-        // Midpoint sums over 10⁵ nodes of the slope along the view, without quantiles; front- and back-facing.
+        // Midpoint sums over 10⁵ nodes of the slope along the view, without quantiles, for front- and back-facing mesosurfaces.
         let s = DVec3::new(0.3, 0.1, -0.08);
         for (theta, m) in [(0.3, DVec2::new(0.2, -0.1)), (1.4, DVec2::new(0.9, 0.3)), (1.55, DVec2::new(-1.0, 0.0))] {
             let (sin, cos) = f64::sin_cos(theta);

@@ -1,19 +1,19 @@
 //! Any isotropic slope distribution, tabulated over the angle to the macrosurface normal (thesis 4.2 and 4.4).
 //!
-//! The table stores `ln D` at angles `θ = u² π/2` for evenly spaced `u`, denser near highlights. All distributions of this library have a
-//! finite `D` at 90°, so tails extend beyond the last node.
+//! The table stores `ln D` at angles `θ = u² π/2` for evenly spaced `u`, so nodes are denser near highlights. All distributions of this
+//! library have a finite `D` at 90°, so tails extend beyond the last node.
 //!
-//! All other quantities follow from one integral. In spherical coordinates about the y axis, `wn = (−sin ψ cos χ, sin χ, cos ψ cos χ)`.
-//! The slope along x is `tan ψ`, and `cos θ = cos ψ cos χ`. The projected facet area for a viewer `(sin θ_o, 0, cos θ_o)` is `cos χ
-//! cos(ψ + θ_o)`. With
+//! All other quantities follow from one integral. In spherical coordinates about the y axis, `wn = (−sin ψ cos χ, sin χ, cos ψ cos χ)`. The
+//! slope along x is `tan ψ`, and `cos θ = cos ψ cos χ`. The projected facet area for a viewer `(sin θ_o, 0, cos θ_o)` is
+//! `cos χ cos(ψ + θ_o)`. With
 //!
 //! ```text
 //! W(ψ) = ∫ D(cos ψ cos χ) cos² χ dχ,   C(ψ) = ∫₀^ψ W cos,   S(ψ) = ∫₀^ψ W sin
 //! ```
 //!
-//! the visible area is a sum of C and S. The ratio of partial sum to visible area is the distribution of visible slopes along x. That of
-//! the slope across is the same for all viewers. (These are the marginal and conditional distributions of thesis 4.4; `D cos² χ` is its
-//! copula's derivative in these coordinates, without a quotient of small numbers.)
+//! the visible area is a sum of `C` and `S`. The ratio of a partial sum to the visible area is the cumulative distribution of visible
+//! slopes along x. The distribution of the slope along y is the same for all viewers. Both distributions are the marginal and conditional
+//! ones of thesis 4.4. In these coordinates the derivative of the copula is `D cos² χ`, without a quotient of small numbers.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -24,48 +24,48 @@ use super::slope_distribution::SlopeDistribution;
 use crate::quadrature::gauss_legendre;
 use crate::roots::bisect;
 
-/// Lower bound of a tabulated normal density, relative to the largest.
+/// The lower bound of a tabulated normal density, as a fraction of the largest density.
 pub const LEAST_SHARE: f64 = 1e-30;
-/// Quadrature points between two nodes.
+/// Number of quadrature points between two nodes.
 const ORDER: usize = 4;
-/// Intervals of the marginal distribution per table interval.
+/// Number of intervals of the marginal distribution per table interval.
 const FINER: usize = 2;
 /// Number of azimuths in averages of slope functions.
 const AZIMUTHS: u32 = 256;
-/// Number of panels over χ.
+/// Number of panels over the angle χ.
 const PANELS: usize = 96;
 
-/// A tabulated isotropic slope distribution. Normalised: `∫ D cos θ dω = 1`.
+/// A tabulated isotropic slope distribution, normalised to `∫ D cos θ dω = 1`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RadialTable {
-    /// `ln D` over `u`.
+    /// The curve of `ln D` over `u`.
     ln_d: Curve,
-    /// At the nodes of the marginal distribution, from ψ = 0 to 90°.
+    /// The nodes of the marginal distribution, from ψ = 0 to 90°.
     marginal: Vec<Marginal>,
-    /// Slope variance per axis, truncated to the table.
+    /// The slope variance per axis, truncated to the table.
     variance: f64,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Marginal {
     psi: f64,
-    /// `W(ψ)`.
+    /// The value of `W(ψ)`.
     w: f64,
     cosine: f64,
     sine: f64,
 }
 
-/// The angle at `u`.
+/// Returns the angle `θ` at the table coordinate `u`.
 pub fn angle_at(u: f64) -> f64 {
     u * u * FRAC_PI_2
 }
 
-/// `u` of an angle.
+/// Returns the table coordinate `u` of the angle `θ`.
 pub fn u_of_angle(theta: f64) -> f64 {
     (theta.max(0.0) / FRAC_PI_2).sqrt()
 }
 
-/// `(θ, weight)` of a quadrature rule for `∫ f(θ) dθ` from 0 to 90°, accurate if `f` is smooth between nodes.
+/// Returns the nodes `(θ, weight)` of a quadrature rule for `∫ f(θ) dθ` from 0 to 90°. The rule is accurate if `f` is smooth between nodes.
 pub fn angle_rule(nodes: usize) -> Vec<(f64, f64)> {
     let rule = gauss_legendre(ORDER);
     let half = 0.5 / nodes as f64;
@@ -75,8 +75,8 @@ pub fn angle_rule(nodes: usize) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Logarithms of at least two densities relative to `largest`, plus an extrapolated value at 90°. The extrapolation never rises, because
-/// the last measured angle is the noisiest. NaN counts as 0.
+/// Returns the logarithms of at least two densities relative to `largest`, plus an extrapolated value at 90°. The extrapolation never
+/// rises, because the last measured angle is the noisiest. NaN counts as 0.
 pub fn logarithms(densities: &[f64], largest: f64) -> Vec<f64> {
     let least = LEAST_SHARE.ln();
     let ln = |&d: &f64| if d.is_finite() { (d / largest).max(LEAST_SHARE).ln() } else { least };
@@ -87,10 +87,10 @@ pub fn logarithms(densities: &[f64], largest: f64) -> Vec<f64> {
 }
 
 impl RadialTable {
-    /// Builds a table from normal densities, up to a common factor, at `u = i / n` for `n` values; the value at 90° is extrapolated.
-    /// Negative values and NaN count as 0.
+    /// Builds a table from `n` normal densities at `u = i / n`, known up to a common factor. The value at 90° is extrapolated. Negative
+    /// values and NaN count as 0.
     ///
-    /// `None` if there are fewer than 3 values or none of them is above 0.
+    /// Returns `None` if there are fewer than 3 values or none of them is above 0.
     pub fn new(densities: &[f64]) -> Option<Self> {
         let n = densities.len();
         let largest = densities.iter().copied().filter(|d| d.is_finite()).fold(0.0, f64::max);
@@ -113,27 +113,28 @@ impl RadialTable {
         Some(Self { ln_d, marginal, variance })
     }
 
-    /// Number of input values.
+    /// Returns the number of input values.
     pub fn nodes(&self) -> usize {
         self.ln_d.values().len() - 1
     }
 
-    /// `ln D` over `u`, in steps of one node.
+    /// Returns `ln D` over `u`, in steps of one node.
     pub fn ln_d(&self) -> &Curve {
         &self.ln_d
     }
 
-    /// `D` at the angle `theta` to the macrosurface normal.
+    /// Returns `D` at the angle `theta` to the macrosurface normal.
     pub fn density(&self, theta: f64) -> f64 {
         density(&self.ln_d, theta)
     }
 
-    /// Slope variance per axis: `∫ x² P22`, over the tabulated slopes. Finite even if that of the surface is not.
+    /// Returns the slope variance per axis, `∫ x² P22` over the tabulated slopes. The result is finite even if the surface has infinite
+    /// variance.
     pub fn variance(&self) -> f64 {
         self.variance
     }
 
-    /// `∫ f(slope) P22` over the tabulated slopes.
+    /// Integrates `f(slope) P22` over the tabulated slopes.
     pub fn mean_of(&self, f: impl Fn(DVec2) -> f64) -> f64 {
         let step = TAU / f64::from(AZIMUTHS);
         let ring = |(theta, w): (f64, f64)| {
@@ -143,7 +144,7 @@ impl RadialTable {
         angle_rule(self.nodes()).into_iter().map(ring).sum()
     }
 
-    /// C and S at ψ, for positive and negative ψ.
+    /// Returns the integrals `C` and `S` at a positive or negative angle ψ.
     fn sums(&self, psi: f64) -> (f64, f64) {
         let (i, t, width) = self.interval(psi.abs());
         let (a, b) = (&self.marginal[i], &self.marginal[i + 1]);
@@ -165,13 +166,13 @@ fn density(ln_d: &Curve, theta: f64) -> f64 {
     ln_d.at(u_of_angle(theta) * (ln_d.values().len() - 1) as f64).exp()
 }
 
-/// `∫₀^χ D(cos ψ cos χ) cos² χ dχ` at the ends of the panels, each with its derivative by the panel; by Simpson's rule.
+/// Computes `∫₀^χ D(cos ψ cos χ) cos² χ dχ` at the ends of the panels by Simpson's rule, each with its derivative per panel.
 fn across(ln_d: &Curve, psi: f64) -> Vec<(f64, f64)> {
     let (sin_psi, cos_psi) = psi.sin_cos();
     let at = |panel: f64| {
         let v = panel / PANELS as f64;
         let (sine, cosine) = angle_at(v).sin_cos();
-        // Small angles stay precise when computed from the sine.
+        // Computing the angle from the sine keeps small angles precise.
         let theta = sine.hypot(cosine * sin_psi).atan2(cosine * cos_psi);
         density(ln_d, theta) * cosine * cosine * PI * v / PANELS as f64
     };
@@ -201,7 +202,7 @@ fn marginal(ln_d: &Curve) -> Vec<Marginal> {
         let psi = angle_at((i + 1) as f64 / n as f64);
         nodes.push(Marginal { psi, w: w(psi), cosine, sine });
     }
-    // Normalise: the integral of D cos θ is one.
+    // Normalise the integral of D cos θ to one.
     let scale = 0.5 / nodes[n].cosine;
     nodes.iter_mut().for_each(|node| {
         node.w *= scale;
@@ -231,7 +232,7 @@ impl SlopeDistribution for RadialTable {
 
     fn visible_area(&self, w: DVec3) -> f64 {
         let (sine, cosine) = (w.truncate().length(), w.z);
-        // Facets with ψ from −90° to 90° − θ_o face w; ψ increases away from w, so the sines change sign.
+        // Facets with ψ from −90° to 90° − θ_o face w. The sines change sign, because ψ increases away from w.
         let (c, s) = self.sums(cosine.atan2(sine));
         let end = self.marginal[self.marginal.len() - 1];
         (cosine * (c + end.cosine) + sine * (end.sine - s)).max(cosine.max(0.0))
@@ -241,13 +242,13 @@ impl SlopeDistribution for RadialTable {
         let sine = wo.truncate().length();
         let area = self.visible_area(wo);
         let end = self.marginal[self.marginal.len() - 1];
-        // Slopes along wo's azimuth: the visible area up to ψ.
+        // Visible area of the slopes up to ψ along wo's azimuth.
         let before = |psi: f64| {
             let (c, s) = self.sums(psi);
             wo.z * (c + end.cosine) + sine * (end.sine - s)
         };
         let psi = bisect(-FRAC_PI_2, wo.z.atan2(sine), 50, |psi| before(psi) < u.x * area);
-        // The slope across, with either sign.
+        // Sample the slope across wo's azimuth, with either sign.
         let v = 2.0 * u.y - 1.0;
         let sums = across(&self.ln_d, psi);
         let wanted = v.abs() * sums[PANELS].0;
@@ -301,7 +302,7 @@ mod tests {
 
     #[test]
     fn a_table_of_an_analytic_distribution_is_that_distribution() {
-        // Density errors relative to the largest, relative area errors; a coarse table must exceed them.
+        // Bounds of density errors relative to the largest density, and of relative area errors. A coarse table must exceed them.
         for (alpha, most) in [(0.01, 3e-5), (0.03, 5e-6), (0.1, 1e-5), (0.3, 1e-4), (0.8, 6e-4)] {
             let variance = 0.5 * alpha * alpha;
             let gaussian = Beckmann::new(DVec2::ZERO, DVec3::new(variance, variance, 0.0));

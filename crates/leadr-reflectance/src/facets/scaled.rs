@@ -1,22 +1,22 @@
-//! A distribution with all slopes scaled by one factor: a rougher or smoother surface of the same shape, for instance a measured material
-//! with a roughness texture (thesis Figure 4.6).
+//! A distribution with all slopes scaled by one factor. The distribution describes a rougher or smoother surface of the same shape, for
+//! instance a measured material with a roughness texture (thesis Figure 4.6).
 
 use glam::{DVec2, DVec3};
 
 use super::slope_distribution::SlopeDistribution;
 
-/// Slopes scaled by a positive factor.
+/// A slope distribution with all slopes scaled by a positive factor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scaled<D> {
     /// The unscaled distribution.
     pub inner: D,
-    /// Scale factor, > 0.
+    /// The scale factor of the slopes, > 0.
     pub factor: f64,
 }
 
 impl<D> Scaled<D> {
-    /// The unscaled direction, not unit, with the same visible area as `w`: `max(0, w·(−s, 1))` of a slope `s = factor · s'` is `max(0,
-    /// w'·(−s', 1))`.
+    /// Returns the direction `w'`, not unit, from which the unscaled surface has the same visible area as the scaled one from `w`. For a
+    /// slope `s = factor · s'`, `max(0, w·(−s, 1))` equals `max(0, w'·(−s', 1))`.
     fn seen_from(&self, w: DVec3) -> DVec3 {
         DVec3::new(self.factor * w.x, self.factor * w.y, w.z)
     }
@@ -59,7 +59,7 @@ mod tests {
     use crate::facets::beckmann::Beckmann;
     use crate::facets::ggx::Ggx;
 
-    /// A scaled Gaussian or GGX lobe is again Gaussian or GGX.
+    /// A scaled Gaussian lobe is again Gaussian, and a scaled GGX lobe is again GGX.
     #[test]
     fn a_scaled_lobe_is_a_lobe() {
         fn check(of: impl SlopeDistribution, same: &impl SlopeDistribution) {

@@ -1,13 +1,14 @@
 //! Mean normal length of rough facets, and the roughness for a given length (Chan 2018, section 2).
 //!
-//! The mean normal of isotropic facets points along the surface normal, and gets shorter with roughness. Two means are in use:
+//! The mean normal of isotropic facets points along the surface normal, and gets shorter with roughness. Two means are in use, weighted by
+//! macrosurface area or by microsurface area:
 //!
 //! ```text
 //! by macrosurface area   L = ∫ D cos² θ dω = E[cos θ]                eq. 18
 //! by microsurface area   L = 1 / ∫ D dω   = 1 / E[1 / cos θ]         eq. 12
 //! ```
 //!
-//! with `E` over the slope density. Let `A = α²` and `e = 1 − A`. For GGX all results use one function,
+//! The expectation `E` is over the slope density. Let `A = α²` and `e = 1 − A`. All results for GGX use the functions `T` and `S`,
 //!
 //! ```text
 //! T(e) = atanh(√e)/√e   (atan(√−e)/√−e for α > 1)   = Σ eᵏ/(2k + 1)
@@ -16,20 +17,20 @@
 //! micro:  L = 1/(1 + A T),    1/L − 1 = A T         eq. 24
 //! ```
 //!
-//! Near `α = 1` the closed forms are 0/0, so the series replace them. For Beckmann facets, with Mills' ratio `M` at `t = √2/α`,
+//! Near `α = 1` the closed forms are 0/0, so series replace them. For Beckmann facets, with Mills' ratio `M` at `t = √2/α`,
 //!
 //! ```text
 //! macro:  L = t M(t) = (√π/α) e^(1/α²) erfc(1/α)
 //! micro:  L = 1/(1 + A L_macro/2)                   by parts
 //! ```
 //!
-//! **Precision.** Smooth facets have lengths near 1, which hold few digits of the *shortening* `1 − L`: it is 4e-5 for `α = .0028`. All
-//! functions here use the *odds* `(1 − L)/L`, which are precise at both ends, and inverses take the shortening. Toksvig (2005) used the
-//! odds as the variance of normals. The log odds are nearly linear in `ln A`, with slopes from 1 down to ½, so root finding takes few
-//! steps.
+//! **Precision.** Smooth facets have lengths near 1. A length near 1 holds few digits of the *shortening* `1 − L`, which is 4e-5 for
+//! `α = .0028`. All functions here use the *odds* `(1 − L)/L`, which are precise for smooth and for rough facets, and inverses take the
+//! shortening. Toksvig (2005) used the odds as the variance of normals. The log odds are nearly linear in `ln A`, with slopes from 1 down
+//! to ½, so root finding takes few steps.
 //!
-//! **Ranges.** GGX of `α ≤ 1` has lengths from 2/3 (macro) or 1/2 (micro) to 1. Shorter lengths are rougher, up to `α = 100`. Lengths
-//! below 0 and NaN are treated as roughest, lengths above 1 as smoothest.
+//! **Ranges.** GGX of `α ≤ 1` has lengths from 2/3 (macro) or 1/2 (micro) to 1. Shorter lengths are rougher, up to `α = 100`. Lengths below
+//! 0 and NaN are treated as roughest, lengths above 1 as smoothest.
 
 use super::gloss::{Gloss, usable_alpha};
 use super::normal_distribution::{mills_ratio, tail_mean_ratio};
@@ -37,21 +38,21 @@ use crate::limits::{MAX_SLOPE, MIN_VARIANCE, held};
 use crate::roots::increasing_root;
 use std::f64::consts::SQRT_2;
 
-/// Below this `|1 − α²|` the series replace the closed forms.
+/// The value of `|1 − α²|` below which series replace the closed forms.
 const SERIES_END: f64 = 0.3;
 
-/// `Σ eᵏ c(k)` to rounding error, for `|e| ≤ SERIES_END` and `|c| ≤ 1`.
+/// Sums the series `Σ eᵏ c(k)` to rounding error, for `|e| ≤ SERIES_END` and `|c| ≤ 1`.
 fn series(e: f64, c: impl Fn(f64) -> f64) -> f64 {
     (0..34).rev().fold(0.0, |sum, k| sum * e + c(f64::from(k)))
 }
 
-/// `T = atanh(√e)/√e` for `e = 1 − square`, `square = α² > 0`; `atan(√−e)/√−e` if `square > 1`.
+/// Returns `T = atanh(√e)/√e` for `e = 1 − square` and `square = α² > 0`, or `atan(√−e)/√−e` if `square > 1`.
 fn atanh_ratio(square: f64) -> f64 {
     let e = 1.0 - square;
     if e.abs() < SERIES_END {
         series(e, |k| 1.0 / (2.0 * k + 1.0))
     } else if e > 0.0 {
-        // atanh a = ln((1 + a)/α) avoids cancellation as a → 1.
+        // The form atanh a = ln((1 + a)/α) avoids cancellation as a → 1.
         let a = e.sqrt();
         ((1.0 + a) / square.sqrt()).ln() / a
     } else {
@@ -60,12 +61,12 @@ fn atanh_ratio(square: f64) -> f64 {
     }
 }
 
-/// `(1 − L)/L` of GGX facets by microsurface area: `α² T` (Chan eq. 24). `square`: `α²`.
+/// Returns `(1 − L)/L` of GGX facets by microsurface area, `α² T` (Chan eq. 24). `square` is `α²`.
 pub fn ggx_normal_odds_micro(square: f64) -> f64 {
     square * atanh_ratio(square)
 }
 
-/// `(1 − L)/L` of GGX facets by macrosurface area (Chan eq. 26). `square`: `α²`.
+/// Returns `(1 − L)/L` of GGX facets by macrosurface area (Chan eq. 26). `square` is `α²`.
 pub fn ggx_normal_odds_macro(square: f64) -> f64 {
     let e = 1.0 - square;
     if e.abs() < SERIES_END {
@@ -76,24 +77,24 @@ pub fn ggx_normal_odds_macro(square: f64) -> f64 {
     square * (ratio - 1.0) / (1.0 - square * ratio)
 }
 
-/// `(1 − L)/L` of Beckmann facets by macrosurface area. `square`: `α²`.
+/// Returns `(1 − L)/L` of Beckmann facets by macrosurface area. `square` is `α²`.
 pub fn beckmann_normal_odds_macro(square: f64) -> f64 {
     let t = SQRT_2 / square.sqrt();
     tail_mean_ratio(t) / (t * mills_ratio(t))
 }
 
-/// `(1 − L)/L` of Beckmann facets by microsurface area: `α²/2` times the length by macrosurface area. `square`: `α²`.
+/// Returns `(1 − L)/L` of Beckmann facets by microsurface area: `α²/2` times the length by macrosurface area. `square` is `α²`.
 pub fn beckmann_normal_odds_micro(square: f64) -> f64 {
     let t = SQRT_2 / square.sqrt();
     0.5 * square * (t * mills_ratio(t))
 }
 
-/// A shortening clamped to 0..1; 1 for NaN.
+/// Clamps a shortening to 0..1, with 1 for NaN.
 pub(super) fn held_shortening(shortening: f64) -> f64 {
     if shortening.is_nan() { 1.0 } else { shortening.clamp(0.0, 1.0) }
 }
 
-/// `(1 − L)/L` of a shortening in 0..1, bounded to 1e-300..1e300.
+/// Returns the odds `(1 − L)/L` of a shortening in 0..1, clamped to 1e-300..1e300.
 pub(super) fn odds_of_shortening(shortening: f64) -> f64 {
     (shortening / (1.0 - shortening).max(1e-300)).max(1e-300)
 }
@@ -101,14 +102,14 @@ pub(super) fn odds_of_shortening(shortening: f64) -> f64 {
 /// The area measure over which normals are averaged.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum NormalArea {
-    /// Microsurface area: that of the facets (Chan's Algorithm 1, eq. 12).
+    /// Microsurface area, the area of the facets (Chan's Algorithm 1, eq. 12).
     Micro,
-    /// Macrosurface area, as texture filters average (Chan's Algorithm 2, eq. 18).
+    /// Macrosurface area, the measure of texture filters (Chan's Algorithm 2, eq. 18).
     #[default]
     Macro,
 }
 
-/// Slope distribution of the facets.
+/// The slope distribution of the facets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum NormalFacets {
     /// Gaussian slopes.
@@ -118,17 +119,17 @@ pub enum NormalFacets {
     Ggx,
 }
 
-/// Model that relates roughness and mean normal length. The default is Chan's: GGX by macrosurface area.
+/// A model that relates roughness and mean normal length. The default is Chan's model, GGX by macrosurface area.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Shortening {
-    /// Slope distribution.
+    /// The slope distribution of the facets.
     pub facets: NormalFacets,
-    /// Area measure of the mean.
+    /// The area measure of the mean normal.
     pub area: NormalArea,
 }
 
 impl Shortening {
-    /// All four models.
+    /// All four models of slope distribution and area measure.
     pub const ALL: [Self; 4] = [
         Self { facets: NormalFacets::Ggx, area: NormalArea::Macro },
         Self { facets: NormalFacets::Ggx, area: NormalArea::Micro },
@@ -136,7 +137,7 @@ impl Shortening {
         Self { facets: NormalFacets::Beckmann, area: NormalArea::Micro },
     ];
 
-    /// `(1 − L)/L` for `α`, which is clamped to 1e-4..100.
+    /// Returns `(1 − L)/L` for `α`, which is clamped to 1e-4..100.
     pub fn odds(self, alpha: f64) -> f64 {
         self.odds_of_square(usable_alpha(alpha).powi(2))
     }
@@ -150,18 +151,18 @@ impl Shortening {
         }
     }
 
-    /// `1 − L`, the shortening of the mean normal, without cancellation.
+    /// Returns the shortening of the mean normal, `1 − L`, without cancellation.
     pub fn one_minus_length(self, alpha: f64) -> f64 {
         let odds = self.odds(alpha);
         odds / (1.0 + odds)
     }
 
-    /// `L`, the length of the mean normal, 0 to 1.
+    /// Returns the length `L` of the mean normal, 0 to 1.
     pub fn length(self, alpha: f64) -> f64 {
         1.0 / (1.0 + self.odds(alpha))
     }
 
-    /// `α` for a shortening of the mean normal, 1e-4 to 100: the inverse of [`Self::one_minus_length`].
+    /// Returns the `α` for a shortening of the mean normal, 1e-4 to 100. The function is the inverse of [`Self::one_minus_length`].
     pub fn alpha_of_shortening(self, shortening: f64) -> f64 {
         let wanted = odds_of_shortening(held_shortening(shortening)).ln();
         let (low, high) = (MIN_VARIANCE.ln(), 2.0 * MAX_SLOPE.ln());
@@ -169,29 +170,30 @@ impl Shortening {
         usable_alpha(square.sqrt())
     }
 
-    /// `α` for a mean normal length, 1e-4 to 100: the inverse of [`Self::length`]. Near 1 its precision is limited by the digits of `1 −
-    /// length`.
+    /// Returns the roughness `α` for a mean normal length, 1e-4 to 100. The function is the inverse of [`Self::length`]. Near a length of 1
+    /// the precision is limited by the digits of `1 − length`.
     pub fn alpha_of_length(self, length: f64) -> f64 {
         self.alpha_of_shortening(1.0 - length)
     }
 
-    /// `α` of facets on top of facets of the other roughness: lengths multiply (Chan eq. 34).
+    /// Returns the combined `α` of facets of roughness `alpha` on top of facets of roughness `other`, whose lengths multiply (Chan eq. 34).
     ///
-    /// Exact if the finer normals rotate with the coarser ones and either distribution is isotropic: the mean of the finer normals then
-    /// lies along the coarser normal.
+    /// The result is exact if the finer normals rotate with the coarser ones and either distribution is isotropic. The mean of the finer
+    /// normals then lies along the coarser normal.
     pub fn combine(self, alpha: f64, other: f64) -> f64 {
         let [a, b] = [alpha, other].map(|alpha| self.one_minus_length(if alpha.is_nan() { MAX_SLOPE } else { alpha }));
         self.alpha_of_shortening(a + b - a * b)
     }
 
-    /// Gloss of facets of gloss `detail` on top of facets of gloss `base`; see [`Self::combine`].
+    /// Returns the gloss of facets of gloss `detail` on top of facets of gloss `base`, by [`Self::combine`].
     pub fn combine_gloss(self, base: f64, detail: f64, gloss: Gloss) -> f64 {
         gloss.gloss(self.combine(gloss.alpha(base), gloss.alpha(detail)))
     }
 }
 
-/// `α` of GGX facets by macrosurface area from the shortening of their mean normal, for shaders. Relative error 1e-4 for `α` from .0027 to
-/// 1, gloss 1 to 0 of [`Gloss::Wwii`]. Other values are clamped to 4.08e-5..1/3; NaN gives the former.
+/// Returns the `α` of GGX facets for a shortening of their mean normal by macrosurface area, by a fit for shaders. The relative error is
+/// 1e-4 for `α` from .0027 to 1, the range of [`Gloss::Wwii`] from gloss 1 to 0. The shortening is clamped to 4.08e-5..1/3, and NaN is
+/// treated as 4.08e-5.
 pub fn ggx_alpha_of_shortening_fit(shortening: f64) -> f64 {
     let shortening = held(shortening, 4.08e-5, 1.0 / 3.0);
     let x = shortening.sqrt().sqrt();
@@ -210,11 +212,12 @@ mod tests {
     use glam::{DVec2, DVec3};
     use std::f64::consts::{FRAC_PI_2, PI};
 
-    /// `(1 − L, L)` from the slope density. For GGX `x²` is the share of steeper slopes, `tan² = A (1 − x²)/x²`; Beckmann facets have
-    /// `tan² = A x²` with the density `2x exp(−x²)`. Panels are finer towards the ends, where smooth or rough facets need them.
+    /// Integrates `(1 − L, L)` from the slope density. For GGX, `x²` is the fraction of steeper slopes, with `tan² = A (1 − x²)/x²`.
+    /// Beckmann facets have `tan² = A x²` with the density `2x exp(−x²)`. Panels are finer towards the ends of the range, where smooth or
+    /// rough facets need them.
     fn by_quadrature(shortening: Shortening, alpha: f64) -> (f64, f64) {
         let square = alpha * alpha;
-        // (1 − cos, cos, 1/cos − 1) for tan² of the angle.
+        // Returns (1 − cos, cos, 1/cos − 1) for the tan² of an angle.
         let parts = |tan2: f64| {
             let root = (1.0 + tan2).sqrt();
             DVec3::new(tan2 / (root * (1.0 + root)), 1.0 / root, tan2 / (1.0 + root))
@@ -222,7 +225,7 @@ mod tests {
         let edges: Vec<f64> = (0..=20).map(|i| 2f64.powi(i - 21)).collect();
         let panels = std::iter::once((0.0, edges[0])).chain(edges.windows(2).map(|w| (w[0], w[1])));
         let mut sum = DVec3::ZERO;
-        // y from 0 to 1/2 is the distance from either end.
+        // The distance y from either end of the range is 0 to 1/2.
         for (y, w) in panels.flat_map(|(low, high)| composite_gauss(low, high, 1, 16)) {
             for (x, rest) in [(y, 1.0 - y), (1.0 - y, y)] {
                 sum += match shortening.facets {
@@ -255,7 +258,7 @@ mod tests {
         assert!(worst < 1e-11);
     }
 
-    /// Eq. 12 and 18 as printed, over the hemisphere, with the densities of the other modules.
+    /// Evaluates eq. 12 and 18 as printed, over the hemisphere, with the normal densities of the modules `ggx` and `beckmann`.
     #[test]
     fn lengths_are_integrals_of_the_distribution() {
         for alpha in [0.2, 0.6, 1.0, 3.0] {
@@ -283,7 +286,7 @@ mod tests {
         }
     }
 
-    /// Series and closed forms agree to the last digit where they meet; at `α = 1` the limits are 2/3 and 1/2.
+    /// The series and the closed forms agree to the last digit where they meet. At `α = 1` the limits are 2/3 and 1/2.
     #[test]
     fn series_and_closed_forms_meet() {
         for edge in [1.0 - SERIES_END, 1.0 + SERIES_END] {
@@ -305,7 +308,7 @@ mod tests {
                 let found = shortening.alpha_of_shortening(shortening.one_minus_length(alpha));
                 assert!((found / alpha - 1.0).abs() < 1e-12, "{shortening:?} {alpha}: {found}");
             }
-            // A length loses the digits of 1 − L, about 2e-16.
+            // Rounding a length loses the digits of 1 − L below about 2e-16.
             for alpha in [0.003, 0.1, 0.9, 1.0, 7.0] {
                 let found = shortening.alpha_of_length(shortening.length(alpha));
                 assert!((found / alpha - 1.0).abs() < 1e-15 / shortening.one_minus_length(alpha) + 1e-12);
@@ -336,7 +339,7 @@ mod tests {
         }
     }
 
-    /// Entries of Listing 8. Its 256 lengths differ from eq. 26 by up to 4e-6, its sampling error.
+    /// Compares with entries of Chan's Listing 8. The 256 lengths of the listing differ from eq. 26 by up to 4e-6, the sampling error.
     #[test]
     fn the_table_of_the_paper() {
         let table = [
@@ -360,11 +363,11 @@ mod tests {
         }
     }
 
-    /// Normals of one distribution rotated by those of another, all facets equally likely: lengths multiply.
+    /// If the normals of one distribution are rotated by the normals of another, and all facets are equally likely, the lengths multiply.
     #[test]
     fn lengths_multiply() {
         let shortening = Shortening::default();
-        // Quantiles of GGX slopes and azimuths, on a grid that is exact for the mean of few harmonics.
+        // Quantiles of GGX slopes and azimuths, on a grid that integrates low harmonics exactly.
         let normals = |alpha: f64| -> Vec<DVec3> {
             (0..60 * 12)
                 .map(|i| {
@@ -388,8 +391,8 @@ mod tests {
         assert!(combined > 0.5 && (shortening.combine(0.5, 1e-4) / 0.5 - 1.0).abs() < 1e-6);
     }
 
-    /// Chan blends normals by BlendXY but combines gloss as if by rotation ("very similar"). Compares both and the sum of slopes over GGX
-    /// quantiles.
+    /// Chan blends normals by BlendXY but combines gloss as if by rotation ("very similar"). This test compares BlendXY, rotation and the
+    /// sum of slopes over GGX quantiles.
     #[test]
     fn gloss_by_other_blends() {
         use crate::slopes::normal_blending::{blend_partial_derivatives, blend_reoriented, blend_xy};

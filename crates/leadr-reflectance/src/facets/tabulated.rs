@@ -7,17 +7,17 @@ use super::polar_table::PolarTable;
 use super::radial_table::RadialTable;
 use super::slope_distribution::SlopeDistribution;
 
-/// Tabulated slopes.
+/// A tabulated slope distribution.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Tabulated {
-    /// Isotropic.
+    /// An isotropic table over the angle.
     Radial(RadialTable),
-    /// Over angle and azimuth.
+    /// A table over the angle and the azimuth.
     Polar(PolarTable),
 }
 
 impl Tabulated {
-    /// Builds a table from normal densities, one row per azimuth: [`RadialTable::new`] for one row, [`PolarTable::new`] for several.
+    /// Builds a table from normal densities, one row per azimuth. One row gives a [`RadialTable::new`], several rows a [`PolarTable::new`].
     pub fn from_rows(rows: &[Vec<f64>]) -> Option<Self> {
         match rows {
             [row] => RadialTable::new(row).map(Self::Radial),
@@ -25,7 +25,7 @@ impl Tabulated {
         }
     }
 
-    /// Number of input angles and azimuths; one azimuth if isotropic.
+    /// Returns the number of input angles and of azimuths. An isotropic table has one azimuth.
     pub fn nodes(&self) -> (usize, usize) {
         match self {
             Self::Radial(table) => (table.nodes(), 1),
@@ -33,7 +33,7 @@ impl Tabulated {
         }
     }
 
-    /// `ln D` over `u`, in steps of one node, for each azimuth.
+    /// Returns `ln D` over `u` for each azimuth, in steps of one node.
     pub fn ln_d(&self) -> &[Curve] {
         match self {
             Self::Radial(table) => std::slice::from_ref(table.ln_d()),
@@ -41,13 +41,13 @@ impl Tabulated {
         }
     }
 
-    /// `D` at its nodes, per azimuth; the input of [`Self::from_rows`].
+    /// Returns `D` at the nodes of each azimuth, the input of [`Self::from_rows`].
     pub fn densities(&self) -> Vec<Vec<f64>> {
         let (angles, _) = self.nodes();
         self.ln_d().iter().map(|row| row.values()[..angles].iter().map(|ln| ln.exp()).collect()).collect()
     }
 
-    /// `∫ f(slope) P22` over the tabulated slopes.
+    /// Integrates `f(slope) P22` over the tabulated slopes.
     pub fn mean_of(&self, f: impl Fn(DVec2) -> f64) -> f64 {
         match self {
             Self::Radial(table) => table.mean_of(f),

@@ -1,10 +1,10 @@
-//! Directional albedo of specular facets by quadrature: the share of a white environment, or of a cone of it, that a surface reflects
-//! towards a viewer. Reference for [`materials::energy`](crate::materials::energy).
+//! Directional albedo of specular facets by quadrature. The albedo is the fraction of a white environment, or of a white cone, that a
+//! surface reflects towards a viewer. This module is the reference for [`materials::energy`](crate::materials::energy).
 //!
-//! Facets of slope `x` contribute `F P22(x) f G / a_o`, with `f` their projected area. In polar slope coordinates, `tan θ = ρ tan ψ`, the
-//! integrand is smooth in `ψ` for every roughness. It has an edge where the light crosses the horizon or a cone's border. Along one
-//! azimuth `wi` moves on a circle as `2θ` grows, so each edge is an arc cosine, and the rule integrates up to it exactly. Azimuths are
-//! denser near right angles to the viewer, where facets become visible at grazing incidence.
+//! Facets of slope `x` contribute `F P22(x) f G / a_o`, where `f` is their projected area. In polar slope coordinates, `tan θ = ρ tan ψ`,
+//! the integrand is smooth in `ψ` for every roughness. The integrand has an edge where the light crosses the horizon or the border of a
+//! cone. Along one azimuth `wi` moves on a circle as `2θ` grows, so each edge is an arc cosine, and the rule integrates up to it exactly.
+//! Azimuths are denser near right angles to the viewer, where facets become visible at grazing incidence.
 
 use crate::facets::fresnel::schlick_weight;
 use crate::facets::slope_distribution::SlopeDistribution;
@@ -20,22 +20,22 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 /// Resolution of the quadrature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AlbedoRule {
-    /// Azimuth panels on each side of a right angle to the viewer; each is a quarter as wide as the one before.
+    /// Number of azimuth panels on each side of a right angle to the viewer. Each panel is a quarter as wide as the previous one.
     pub azimuths: usize,
-    /// Slope panels.
+    /// Number of slope panels.
     pub slopes: usize,
-    /// Gauss–Legendre nodes per panel and dimension.
+    /// Number of Gauss–Legendre nodes per panel and dimension.
     pub order: usize,
 }
 
 impl AlbedoRule {
-    /// Errors below 1e-6 for roughnesses of .03 to 1 and view cosines ≥ 1e-3, and below 1e-5 with a cone.
+    /// A rule with errors below 1e-6 for roughnesses of .03 to 1 and view cosines ≥ 1e-3, and below 1e-5 with a cone.
     pub const FINE: Self = Self { azimuths: 6, slopes: 6, order: 12 };
 }
 
-/// Rotation angles `2θ` in `[0, π]` with `wi·axis > bound`, for half vectors of azimuth `e`: at most two intervals.
+/// Returns the rotation angles `2θ` in `[0, π]` with `wi·axis > bound`, for half vectors of azimuth `e`, as at most two intervals.
 fn free_rotations(wo: DVec3, e: DVec2, axis: DVec3, bound: f64) -> [[f64; 2]; 2] {
-    // wo·h = p·(sin θ, cos θ), axis·h = q·(sin θ, cos θ).
+    // In the plane of azimuth e, wo·h = p·(sin θ, cos θ) and axis·h = q·(sin θ, cos θ).
     let (p, q) = (DVec2::new(wo.xy().dot(e), wo.z), DVec2::new(axis.xy().dot(e), axis.z));
     let still = p.dot(q) - wo.dot(axis);
     let (cosine, sine) = (p.y * q.y - p.x * q.x, p.x * q.y + p.y * q.x);
@@ -48,8 +48,8 @@ fn free_rotations(wo: DVec3, e: DVec2, axis: DVec3, bound: f64) -> [[f64; 2]; 2]
     })
 }
 
-/// Albedo of specular facets towards `wo`, of a white environment; with a `cone`, of one that is white inside it and black outside.
-/// `distribution`: central (mean slope 0), isotropic or anisotropic. 0 for a viewer below the horizon.
+/// Integrates the albedo of specular facets towards `wo` in a white environment. With a `cone`, the environment is white inside the cone
+/// and black outside. `distribution` is central (mean slope 0), isotropic or anisotropic. The result is 0 for a viewer below the horizon.
 pub fn directional_albedo(
     distribution: &impl SlopeDistribution,
     masking: Masking,
@@ -65,7 +65,7 @@ pub fn directional_albedo(
     let det = (shape.x * shape.y - shape.z * shape.z).max(0.0);
     let nodes = gauss_legendre(rule.order);
     let viewer = if wo.x == 0.0 && wo.y == 0.0 { 0.0 } else { wo.y.atan2(wo.x) };
-    // A half circle is enough if the other half is symmetric.
+    // A half circle of azimuths is enough if the integrand is symmetric about the viewer's azimuth.
     let mirrored = shape.x == shape.y
         && shape.z == 0.0
         && cone.is_none_or(|c| (c.axis.x * wo.y - c.axis.y * wo.x).abs() < 1e-15 * wo.xy().length().max(1e-3));
@@ -85,8 +85,8 @@ pub fn directional_albedo(
     sum
 }
 
-/// Azimuths relative to the viewer's, in `0..turn`, between which the integrand is smooth: denser at right angles to the viewer, and split
-/// at the borders of a cone.
+/// Returns the azimuths relative to the viewer's azimuth, in `0..turn`, between which the integrand is smooth. Azimuths are denser at right
+/// angles to the viewer, and split at the borders of a cone.
 fn azimuths(wo: DVec3, viewer: f64, cone: Option<Cone>, turn: f64, panels: usize) -> Vec<f64> {
     let mut edges = vec![0.0, turn];
     for right in [FRAC_PI_2, 3.0 * FRAC_PI_2] {
@@ -133,7 +133,7 @@ fn along_azimuth(
     let mut sum = SplitAlbedo::default();
     let (sin, cos) = phi.sin_cos();
     let e = DVec2::new(cos, sin);
-    // Deviation along this azimuth, up to the factor between roughness and covariance.
+    // The slope deviation along this azimuth, up to the factor between roughness and covariance.
     let spread = (det / (shape.y * cos * cos - 2.0 * shape.z * cos * sin + shape.x * sin * sin).max(1e-300)).sqrt();
     let above = free_rotations(wo, e, DVec3::Z, 0.0);
     let free = cone.map_or([[0.0, PI], [0.0, 0.0]], |cone| free_rotations(wo, e, cone.axis, cone.cosine));
@@ -145,7 +145,7 @@ fn along_azimuth(
             }
             let angle = |turn: f64| (0.5 * turn).sin().atan2(spread * (0.5 * turn).cos());
             let (low, high) = (angle(low), angle(high));
-            // Denser towards the steepest slopes, which reflect grazing light.
+            // Panels are denser towards the steepest slopes, which reflect grazing light.
             let mut rest = high - low;
             for panel in 0..panels {
                 let width = if panel + 1 == panels { rest } else { 0.75 * rest };
@@ -224,7 +224,7 @@ mod tests {
         assert!(worst[0] < 1e-6 && worst[1] < 1e-5, "{worst:?}");
     }
 
-    /// Anisotropic facets against samples of the BRDF.
+    /// Compares anisotropic facets with samples of the BRDF.
     #[test]
     fn agrees_with_samples() {
         let distribution = Ggx::new(DVec2::ZERO, DVec3::new(0.25, 0.06, 0.05));
@@ -241,7 +241,7 @@ mod tests {
                     sum.grazing += s.throughput.x * schlick_weight(wo.dot(half_vector(wo, s.wi))) / f64::from(n);
                 }
             }
-            // Four standard errors.
+            // The tolerance is four standard errors.
             let off = (sum.ideal - e.ideal).abs().max((sum.grazing - e.grazing).abs());
             assert!(off < 4.0 * 0.5 / f64::from(n).sqrt(), "{sum:?} {e:?}");
         }

@@ -1,23 +1,24 @@
 //! Specular reflection of a light on a relief whose facets each have a rough base in their own frame.
 //!
 //! A facet of slope `x` with a Beckmann base reflects light from `wi` by microfacets of normal `wh`, which have the slope `u` in the
-//! facet's frame. Over relief slopes `N(x; m, S)` their density is
+//! facet's frame. Over relief slopes `N(x; m, S)` the density of these microfacets is
 //!
 //! ```text
 //! D = ∫ N(x; m, S) √(1 + |x|²) exp(−½ (u_a²/v_a + u_b²/v_b)) / (2π √(v_a v_b) c⁴) G dx
 //! u = (N·a, N·b)/(N·wh)     c = N·wh/|N|     N = (−x, 1)
 //! ```
 //!
-//! `a` and `b` are unit axes orthogonal to `wh`, in and across the plane of incidence. Along each axis the base variance `α²/2` and the
-//! variance from the light's size add up. Half vectors rotate by half the light's rotation along `a`, and by `1/(2 wo·wh)` of it along
-//! `b`. `G` is the share of a facet's microfacets that viewer and light see, 0 for a back-facing facet.
+//! The axes `a` and `b` are unit vectors orthogonal to `wh`, `a` in the plane of incidence and `b` across it. Along each axis the base
+//! variance `α²/2` and the variance from the light's size add up. When the light rotates, the half vector rotates by half the angle along
+//! `a`, and by `1/(2 wo·wh)` of the angle along `b`. `G` is the fraction of a facet's microfacets that viewer and light see, 0 for a
+//! back-facing facet.
 //!
 //! A single Gaussian of all microfacets is inaccurate, because facets tilted far from the macrosurface have microfacets tilted further
-//! still. The density of flat relief is then too low at the centre, and ten times too low at 3.5 standard deviations
-//! ([`add_facet_roughness`](crate::facets::base_roughness::add_facet_roughness) fits it for environments). Near `wh`, however, the
-//! integrand is nearly Gaussian. Two steps find that Gaussian, in coordinates `x = m + C z` where the slopes are standard normal. `u` is
-//! linearised about the facet halfway between the mean one and `wh`, then about the most likely facet of the first step. Four nodes at √2
-//! deviations integrate the quotient of the integrand and the Gaussian, exactly if it is a cubic in `z`.
+//! still. For flat relief, the density of that Gaussian is too low at the centre, and ten times too low at 3.5 standard deviations
+//! ([`add_facet_roughness`](crate::facets::base_roughness::add_facet_roughness) fits it for environments). Near `wh` the integrand is
+//! nearly Gaussian. Two steps find that Gaussian, in coordinates `x = m + C z` where the slopes are standard normal. The first step
+//! linearises `u` about the facet halfway between the mean facet and `wh`, the second about the most likely facet found by the first. Four
+//! nodes at √2 deviations integrate the quotient of the integrand and the Gaussian. The sum is exact if the quotient is a cubic in `z`.
 //!
 //! Errors against converged integrals are in `docs/measurements/base-roughness.md`.
 
@@ -31,50 +32,50 @@ use crate::slopes::grid::slope_at;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{E, FRAC_1_SQRT_2, PI};
 
-/// Lower bound of z for the sum of two normals that starts the search.
+/// Lower bound of z for the sum of the two normals that starts the search.
 const LEAST_HALFWAY_Z: f64 = 0.1;
-/// Lower bound of the squared cosine of viewer and half vector in the light-size term.
+/// Lower bound of the squared cosine between viewer and half vector in the light-size term.
 const LEAST_HALF_COSINE2: f64 = 1e-3;
 
-/// Lower bound of the base's slope variance, to locate the reflecting facet reliably.
+/// Lower bound of the base's slope variance, so that the reflecting facet can be located reliably.
 const LEAST_BASE_VARIANCE: f64 = 1e-8;
-/// Lower bound of the cosine of half vector and facet. No base has microfacets further away.
+/// Lower bound of the cosine between half vector and facet normal. No base has microfacets further away from the facet normal.
 const LEAST_FACET_COSINE: f64 = 1e-3;
-/// Lower bound of the same cosine for the linearisation of `u`.
+/// Lower bound of the cosine between half vector and facet normal for the linearisation of `u`.
 const LEAST_LINEAR_COSINE: f64 = 0.05;
-/// Cosine of facet and viewer below which facets of a normal map on a smooth base fade out.
+/// Cosine between facet normal and viewer below which facets of a normal map on a smooth base fade out.
 const LEAST_MAPPED_COSINE: f64 = 0.02;
-/// Bound of the relief's slopes, in standard deviations.
+/// Largest slope of the relief, in standard deviations from the mean.
 const MOST_DEVIATIONS: f64 = 50.0;
 
-/// Light, viewer and half vector, and the spread of base slopes about it.
+/// The light, the viewer, the half vector, and the spread of base slopes about the half vector.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FacetSpecular {
-    /// Toward the viewer, unit, tangent frame.
+    /// The direction towards the viewer, unit, tangent frame.
     pub wo: DVec3,
-    /// Toward the light, unit.
+    /// The direction towards the light, unit, tangent frame.
     pub wi: DVec3,
-    /// The half vector, unit.
+    /// The half vector, unit, tangent frame.
     pub wh: DVec3,
-    /// Unit vector orthogonal to `wh`, in the plane of incidence.
+    /// A unit vector orthogonal to `wh`, in the plane of incidence.
     pub along: DVec3,
-    /// Unit vector orthogonal to `wh` and `along`.
+    /// A unit vector orthogonal to `wh` and `along`.
     pub beside: DVec3,
-    /// Standard deviations of the base's slopes on both axes, including the size of the light.
+    /// Standard deviations of the base's slopes on the axes `along` and `beside`, including the size of the light.
     pub deviation: DVec2,
-    /// Standard deviation of the base's slopes alone.
+    /// Standard deviation of the base's slopes without the size of the light.
     pub base: f64,
 }
 
-/// Prepares the lobe of a light. `wo`, `wi`: unit, tangent frame; `alpha`: Beckmann roughness of the base, 0 to 1; `variance`: of the
-/// light's directions, radians² along each of two axes across `wi`.
+/// Prepares the lobe of a light. `wo` and `wi` are unit vectors in the tangent frame, and `alpha` is the Beckmann roughness of the base, 0
+/// to 1. `variance` is the variance of the light's directions, radians² along each of two axes across `wi`.
 pub fn facet_specular(wo: DVec3, wi: DVec3, alpha: f64, variance: f64) -> FacetSpecular {
     let wh = half_vector(wo, wi);
     let d = wi - wo;
     let along = if d.length_squared() > 1e-8 {
         d / d.length()
     } else {
-        // If both coincide, any axis works.
+        // If `wo` and `wi` coincide, any axis works.
         DVec3::new(wh.z, 1e-6, -wh.x).normalize()
     };
     let cosine = wo.dot(wh);
@@ -84,14 +85,17 @@ pub fn facet_specular(wo: DVec3, wi: DVec3, alpha: f64, variance: f64) -> FacetS
     FacetSpecular { wo, wi, wh, along, beside: wh.cross(along), deviation, base: FRAC_1_SQRT_2 * alpha }
 }
 
-/// Share of a facet's microfacets that viewer and light see, by the relief's shadowing model; fades to 0 for back-facing facets. `co`,
-/// `ci`: cosines with the facet's normal; `between`: of `wo` and `wi`; `deviation`: of the base's slopes. In a normal map only the base
-/// hides microfacets, and all front-facing facets are fully visible; edge-on ones fade out.
+/// Returns the fraction of a facet's microfacets that viewer and light see, by the relief's shadowing model. The fraction fades to 0 for
+/// back-facing facets.
+///
+/// `co` and `ci` are the cosines of viewer and light with the facet's normal, `between` is the cosine between `wo` and `wi`, and
+/// `deviation` is the standard deviation of the base's slopes. In a normal map only the base hides microfacets. Front-facing facets of a
+/// normal map are fully visible, but edge-on ones fade out.
 pub fn facet_visibility(shadowing: Shadowing, co: f64, ci: f64, between: f64, deviation: f64) -> f64 {
     let mapped = shadowing == Shadowing::NormalMap;
     let shadowing = if mapped { Shadowing::Correlated } else { shadowing };
     let (so, si) = ((1.0 - co * co).max(0.0).sqrt(), (1.0 - ci * ci).max(0.0).sqrt());
-    // In the facet's plane, with the first axis towards the viewer.
+    // Components in the facet's plane, with the first axis towards the viewer.
     let toward = ((between - co * ci) / at_least(so, 1e-6)).clamp(-si, si);
     let aside = (si * si - toward * toward).max(0.0).sqrt();
     let area = |across: DVec2, sine: f64, cosine: f64| {
@@ -104,26 +108,26 @@ pub fn facet_visibility(shadowing: Shadowing, co: f64, ci: f64, between: f64, de
     seen.max(0.0) * masking_shadowing_factor(shadowing, &o, &i)
 }
 
-/// Gaussian of the facets that reflect a light, in standard coordinates of the relief's slopes.
+/// A Gaussian of the facets that reflect a light, in standard coordinates of the relief's slopes.
 struct ReflectingFacets {
     middle: DVec2,
-    /// Inverse covariance, `(xx, yy, xy)`.
+    /// The inverse covariance `(xx, yy, xy)`.
     inverse: DVec3,
     determinant: f64,
 }
 
-/// The Gaussian of reflecting facets, with the microfacet slopes `u` linearised about the facet of slope `about`.
+/// Computes the Gaussian of reflecting facets, with the microfacet slopes `u` linearised about the facet of slope `about`.
 fn reflecting_facets(f: &FacetSpecular, about: DVec2, m: DVec2, cholesky: DVec3) -> ReflectingFacets {
     let n = (-about).extend(1.0);
     let per = 1.0 / at_least(n.dot(f.wh), LEAST_LINEAR_COSINE * n.length());
-    // u at the mean slope and its gradients, in standard deviations of the base.
+    // Compute u at the mean slope and its gradients, in standard deviations of the base.
     let u = DVec2::new(n.dot(f.along), n.dot(f.beside)) * per;
     let along = (u.x * f.wh - f.along) * (per / f.deviation.x);
     let beside = (u.y * f.wh - f.beside) * (per / f.deviation.y);
     let away = (m - about).extend(0.0);
     let at = u / f.deviation + DVec2::new(along.dot(away), beside.dot(away));
     let (a, b) = (whitened_direction(along, cholesky), whitened_direction(beside, cholesky));
-    // The precisions of the slopes and of both axes add up.
+    // The precisions of the relief's slopes and of u along both axes add up.
     let inverse = DVec3::new(1.0 + a.x * a.x + b.x * b.x, 1.0 + a.y * a.y + b.y * b.y, a.x * a.y + b.x * b.y);
     let across = a.perp_dot(b);
     let determinant = 1.0 + a.length_squared() + b.length_squared() + across * across;
@@ -134,8 +138,9 @@ fn reflecting_facets(f: &FacetSpecular, about: DVec2, m: DVec2, cholesky: DVec3)
     ReflectingFacets { middle: middle.clamp(-most, most), inverse, determinant }
 }
 
-/// The module's `D`, per macrosurface area, more accurate than one Gaussian of all microfacets. `m`: the relief's mean slope; `cholesky`:
-/// lower Cholesky factor of its covariance ([`slope_cholesky`](crate::slopes::grid::slope_cholesky)).
+/// Computes the density `D` of the module documentation, per macrosurface area, more accurately than one Gaussian of all microfacets. `m`
+/// is the relief's mean slope, and `cholesky` is the lower Cholesky factor of its covariance
+/// ([`slope_cholesky`](crate::slopes::grid::slope_cholesky)).
 pub fn facet_specular_density(f: &FacetSpecular, m: DVec2, cholesky: DVec3, shadowing: Shadowing) -> f64 {
     let m = m.clamp(DVec2::splat(-MAX_SLOPE), DVec2::splat(MAX_SLOPE));
     let halfway = (-m).extend(1.0).normalize() + f.wh;
@@ -143,7 +148,7 @@ pub fn facet_specular_density(f: &FacetSpecular, m: DVec2, cholesky: DVec3, shad
     let start = reflecting_facets(f, halfway, m, cholesky).middle;
     let found = reflecting_facets(f, slope_at(start, m, cholesky), m, cholesky);
 
-    // Columns of the covariance's Cholesky factor, times √2.
+    // The steps are the columns of the covariance's Cholesky factor, times √2.
     let first = DVec2::new(found.inverse.y, -found.inverse.z) * (2.0 / (found.determinant * found.inverse.y)).sqrt();
     let second = DVec2::new(0.0, (2.0 / found.inverse.y).sqrt());
     let sum: f64 = [first, -first, second, -second]
@@ -166,8 +171,8 @@ pub fn facet_specular_density(f: &FacetSpecular, m: DVec2, cholesky: DVec3, shad
     sum * E / (8.0 * PI * found.determinant.sqrt() * f.deviation.x * f.deviation.y)
 }
 
-/// Radiance towards the viewer, linear RGB, per unit of the light's irradiance on a plane that faces it. `o`, `i`: areas of the relief
-/// visible to viewer and light ([`direction_area`](crate::masking::correlated::direction_area)).
+/// Returns the radiance towards the viewer, linear RGB, per unit of the light's irradiance on a plane that faces it. `o` and `i` are the
+/// areas of the relief visible to viewer and light ([`direction_area`](crate::masking::correlated::direction_area)).
 pub fn facet_specular_light(
     shadowing: Shadowing,
     o: &DirectionArea,
@@ -191,7 +196,7 @@ mod tests {
     use crate::random::Random;
     use crate::slopes::grid::{normal_of_slope, slope_cholesky};
 
-    /// The module's integral by the midpoint rule.
+    /// Integrates the `D` of the module documentation by the midpoint rule.
     fn converged(f: &FacetSpecular, m: DVec2, cholesky: DVec3, shadowing: Shadowing, n: u32) -> f64 {
         const REACH: f64 = 7.0;
         let step = 2.0 * REACH / f64::from(n);
@@ -218,8 +223,8 @@ mod tests {
         DVec3::new(side * phi.cos(), side * phi.sin(), z)
     }
 
-    /// Compares with the converged integral, per slope deviation along each axis. The error of one Gaussian is three to nine times as
-    /// large.
+    /// Compares with the converged integral, per slope deviation along each axis. The error of a single Gaussian of all microfacets is
+    /// three to nine times as large.
     #[test]
     #[ignore = "long"]
     fn four_facets_are_near_the_integral() {
@@ -249,7 +254,7 @@ mod tests {
         }
     }
 
-    /// Without relief the density is the base's own on a facet of slope `m`.
+    /// Without relief the density is the base's density on a facet of slope `m`.
     #[test]
     fn a_smooth_surface_has_the_specular_term_of_its_base() {
         let mut r = Random(5);
@@ -262,7 +267,7 @@ mod tests {
             let want = beckmann_ndf(f.wh, flat, s) * wo.z * masking_shadowing_factor(Shadowing::Correlated, &o, &i);
             let got = facet_specular_density(&f, flat, DVec3::ZERO, Shadowing::Correlated);
             assert!((got - want).abs() < 1e-9 * want + 1e-200, "{got} {want}");
-            // Tilted, in the facet's frame, per macrosurface area.
+            // Density of the base in the frame of the tilted facet, per macrosurface area.
             let m = DVec2::new(r.range(-0.7, 0.7), r.range(-0.7, 0.7));
             let frame = frame_about(normal_of_slope(m));
             let local = facet_specular(to_frame(&frame, wo), to_frame(&frame, wi), alpha, 0.0);
@@ -273,7 +278,7 @@ mod tests {
         }
     }
 
-    /// A light of finite size gives the mean over its directions.
+    /// For a light of finite size, the density is the mean over the directions of the light.
     #[test]
     fn lights_have_a_size() {
         let (m, s, alpha) = (DVec2::new(0.1, -0.2), DVec3::new(0.02, 0.04, 0.01), 0.15);

@@ -1,22 +1,21 @@
-//! Filtering of a displaced GGX surface: a proposed solution to an open problem of the thesis (5.3).
+//! Filtering of a displaced GGX surface, a proposed solution to an open problem of the thesis (5.3).
 //!
-//! Slopes of independent displacements add (thesis 5.1). The filtered slope density is therefore a convolution: the base's GGX density of
+//! Slopes of independent displacements add (thesis 5.1). The filtered slope density is therefore a convolution of the base's GGX density of
 //! roughness matrix `A` with the LEADR map's Gaussian of mean `m` and covariance `S`. The result is neither GGX nor Gaussian and has no
 //! finite variance to match. But GGX is a mixture of Gaussians: if `e` is exponentially distributed, slopes of covariance `A / 2e` are
 //! exactly GGX (the bivariate t distribution with two degrees of freedom). So the convolution is a mixture of Gaussians as well,
-//!
 //! `P(x) = ∫₀^∞ exp(−e) N(x; m, S + A / 2e) de`,
 //!
 //! and every quantity linear in `P` is the same integral of its Gaussian form. [`convolved_p22`] and [`convolved_visible_area`] compute
-//! these reference values. Shading uses one of two approximations:
+//! reference values of these integrals. Shading uses one of two approximations:
 //!
-//! * [`filter_ggx`] is one GGX lobe of matrix `A + 2S`. It is as accurate as any single GGX lobe if the base dominates the roughness. If
-//!   displacement dominates, it lacks the round shoulders of the true lobe, and its tail is too strong.
-//! * [`displaced_ggx`] is a GGX lobe plus a Beckmann lobe of the same shape. The GGX weight is approximately the base's share `t` of the
-//!   roughness. (With a weight of exactly `t` the far tail would be exact, since displacement does not change it.) Exact at `t = 0` and `t
-//!   = 1`. Its Smith terms are those of the mixture, so the white furnace holds.
+//! * [`filter_ggx`] is one GGX lobe of matrix `A + 2S`. This lobe is as accurate as any single GGX lobe if the base dominates the
+//!   roughness. If displacement dominates, it lacks the round shoulders of the true lobe, and its tail is too strong.
+//! * [`displaced_ggx`] is a GGX lobe plus a Beckmann lobe of the same shape. The GGX weight is approximately the fraction `t` of the
+//!   roughness due to the base. (With a weight of exactly `t` the far tail would be exact, since displacement does not change it.) The sum
+//!   is exact at `t = 0` and `t = 1`. The Smith terms belong to the mixture of both lobes, so the white furnace holds.
 //!
-//! `docs/measurements/ggx-filtering.md` compares both with a single Beckmann lobe.
+//! `docs/measurements/ggx-filtering.md` compares these approximations with a single Beckmann lobe.
 
 use crate::facets::beckmann::{beckmann_ndf, beckmann_p22};
 use crate::facets::ggx::{ggx_ndf, ggx_p22, ggx_rough_area};
@@ -24,7 +23,7 @@ use crate::facets::projected_area::{meso_area, rough_area, slope_spread, visible
 use crate::limits::MIN_AREA;
 use glam::{DVec2, DVec3};
 
-/// `(e, weight)` of `∫₀^∞ exp(−e) f(e) de`: the trapezoidal rule in `ln e`, which truncates 1e-6 of the mass near 0.
+/// Returns the nodes `(e, weight)` of a rule for `∫₀^∞ exp(−e) f(e) de`. The trapezoidal rule in `ln e` truncates 1e-6 of the mass near 0.
 fn exponential_rule() -> impl Iterator<Item = (f64, f64)> {
     const STEP: f64 = 0.15;
     (0..=120).map(|i| {
@@ -33,52 +32,55 @@ fn exponential_rule() -> impl Iterator<Item = (f64, f64)> {
     })
 }
 
-/// Covariance of the mixture component `e`.
+/// Returns the covariance of the mixture component `e`.
 fn component(e: f64, a: DVec3, s: DVec3) -> DVec3 {
     s + a / (2.0 * e)
 }
 
-/// Slope density of a GGX base of matrix `a` under Gaussian displacement of mean `m` and covariance `s`.
+/// Returns the slope density of a GGX base of matrix `a` under Gaussian displacement of mean `m` and covariance `s`.
 pub fn convolved_p22(slope: DVec2, m: DVec2, a: DVec3, s: DVec3) -> f64 {
     exponential_rule().map(|(e, w)| w * beckmann_p22(slope, m, component(e, a, s))).sum()
 }
 
-/// Visible projected area of the same surface. Within 1e-3 at grazing angles, where the truncated tail matters most.
+/// Returns the visible projected area of a GGX base under Gaussian displacement. The error is within 1e-3 at grazing angles, where the
+/// truncated tail matters most.
 pub fn convolved_visible_area(w: DVec3, m: DVec2, a: DVec3, s: DVec3) -> f64 {
     exponential_rule().map(|(e, weight)| weight * visible_area(w, m, component(e, a, s))).sum()
 }
 
-/// Roughness matrix of the single GGX lobe for a GGX base of matrix `a` under displacement of covariance `s`: `A + 2S`. The map's mean
-/// slope is unchanged.
+/// Returns the roughness matrix `A + 2S` of the single GGX lobe for a GGX base of matrix `a` under displacement of covariance `s`. The mean
+/// slope of the map is unchanged.
 pub fn filter_ggx(a: DVec3, s: DVec3) -> DVec3 {
     a + 2.0 * s
 }
 
-/// The base's share of the roughness, `√(|A| / |A + 2S|)`: 0 for a displaced ideal mirror, 1 for a flat base.
+/// Returns the fraction of the roughness due to the base, `√(|A| / |A + 2S|)`. The fraction is 0 for a displaced ideal mirror and 1 for a
+/// flat base.
 ///
-/// Computed as `1 / √(1 + 2 tr(adj(A) S) / |A| + 4 |S| / |A|)`, because a difference of two determinants cancels small displacements.
+/// The formula is `1 / √(1 + 2 tr(adj(A) S) / |A| + 4 |S| / |A|)`, because a difference of two determinants cancels small displacements.
 pub fn base_share(a: DVec3, s: DVec3) -> f64 {
     let det = |v: DVec3| (v.x * v.y - v.z * v.z).max(0.0);
     let mixed = (a.y * s.x + a.x * s.y - 2.0 * a.z * s.z).max(0.0);
     1.0 / (1.0 + (2.0 * mixed + 4.0 * det(s)) / det(a).max(1e-30)).sqrt()
 }
 
-/// A mixture: a fraction `weight` of a GGX surface of matrix `roughness`, the rest a Beckmann surface of covariance `roughness / 2`.
+/// A mixture of a GGX surface of matrix `roughness`, with the fraction `weight`, and a Beckmann surface of covariance `roughness / 2`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DisplacedGgx {
-    /// Weight of the GGX lobe, 0 to 1.
+    /// The weight of the GGX lobe, 0 to 1.
     pub weight: f64,
-    /// Roughness matrix `(a_xx, a_yy, a_xy)` of both lobes.
+    /// The roughness matrix `(a_xx, a_yy, a_xy)` of both lobes.
     pub roughness: DVec3,
 }
 
-/// Minimises the largest `∫ |P − P̂|` over all shares; the test `the_constants_are_the_best` checks the fit.
+/// The widening of both lobes, fitted to minimise the largest `∫ |P − P̂|` over all fractions `t`. The test `the_constants_are_the_best`
+/// checks the fit.
 const WIDEN: f64 = 0.5;
-/// Fitted in the same way.
+/// The increase of the GGX weight over `t`, fitted together with `WIDEN`.
 const FAVOUR: f64 = 0.15;
 
-/// The two lobes for a GGX base of matrix `a` under displacement of covariance `s`. Both are slightly wider than `A + 2S`, because the
-/// convolution moves density out of the peak.
+/// Returns the two lobes for a GGX base of matrix `a` under displacement of covariance `s`. The lobes are slightly wider than `A + 2S`,
+/// because the convolution moves density out of the peak.
 pub fn displaced_ggx(a: DVec3, s: DVec3) -> DisplacedGgx {
     let t = base_share(a, s);
     let hump = t.sqrt() * (1.0 - t);
@@ -88,33 +90,34 @@ pub fn displaced_ggx(a: DVec3, s: DVec3) -> DisplacedGgx {
     }
 }
 
-/// Slope density.
+/// Returns the slope density of the mixture.
 pub fn displaced_ggx_p22(slope: DVec2, m: DVec2, d: &DisplacedGgx) -> f64 {
     let gaussian = beckmann_p22(slope, m, 0.5 * d.roughness);
     gaussian + d.weight * (ggx_p22(slope, m, d.roughness) - gaussian)
 }
 
-/// `D(wh)`, per unit of macrosurface and solid angle; 0 for `wh.z ≤ 0`.
+/// Returns the normal density `D(wh)` of the mixture per unit of macrosurface and solid angle. The density is 0 for `wh.z ≤ 0`.
 pub fn displaced_ggx_ndf(wh: DVec3, m: DVec2, d: &DisplacedGgx) -> f64 {
     let gaussian = beckmann_ndf(wh, m, 0.5 * d.roughness);
     gaussian + d.weight * (ggx_ndf(wh, m, d.roughness) - gaussian)
 }
 
-/// `A(w) − max(a, 0)` of the mixture, at the mesosurface's projected area `meso`.
+/// Returns `A(w) − max(a, 0)` of the mixture, at the mesosurface's projected area `meso`.
 fn displaced_rough_area(w: DVec3, meso: f64, d: &DisplacedGgx) -> f64 {
     let spread = slope_spread(w, d.roughness);
     let gaussian = rough_area(meso, spread * 0.5f64.sqrt());
     gaussian + d.weight * (ggx_rough_area(meso, spread) - gaussian)
 }
 
-/// Visible projected area of the mixture: the weighted mean of both lobes' areas, as it is linear in the distribution.
+/// Returns the visible projected area of the mixture. This area is linear in the distribution, so it is the weighted mean of the areas of
+/// both lobes.
 pub fn displaced_ggx_visible_area(w: DVec3, m: DVec2, d: &DisplacedGgx) -> f64 {
     let meso = meso_area(w, m);
     meso.max(0.0) + displaced_rough_area(w, meso, d)
 }
 
-/// `1 / (a_o (1 + Λo + Λi))`, height-correlated masking and shadowing (LEADR eq. 13) of the mixture; 0 for a light below the mesosurface.
-/// Without `shadowing`, one divided by the visible area.
+/// Returns the height-correlated masking and shadowing of the mixture, `1 / (a_o (1 + Λo + Λi))` (LEADR eq. 13). The result is 0 for a
+/// light below the mesosurface. Without `shadowing`, the result is one divided by the visible area.
 pub fn displaced_ggx_masking_shadowing(wo: DVec3, wi: DVec3, m: DVec2, d: &DisplacedGgx, shadowing: bool) -> f64 {
     let visible = displaced_ggx_visible_area(wo, m, d).max(MIN_AREA);
     if !shadowing {
@@ -136,7 +139,7 @@ mod tests {
         DVec3::new(v, v, 0.0)
     }
 
-    /// `(r, weight, P(r))` of the exact radial density of a base `α² = t` under `2σ² = 1 − t`.
+    /// Returns nodes `(r, weight, P(r))` of the exact radial density of a base `α² = t` under displacement of `2σ² = 1 − t`.
     fn profile(t: f64) -> Vec<(f64, f64, f64)> {
         composite_gauss(0.0, 0.5 * PI, 24, 8)
             .into_iter()
@@ -152,7 +155,7 @@ mod tests {
         exact.iter().map(|&(r, w, p)| w * (p - p22(DVec2::new(r, 0.0))).abs()).sum()
     }
 
-    /// Sampled sums of base and displacement slopes have this density and this visible area.
+    /// Sampled sums of base and displacement slopes have the density and the visible area of the convolution.
     #[test]
     fn the_convolution_is_that_of_samples() {
         let (m, a, s) = (DVec2::new(0.2, -0.1), DVec3::new(0.04, 0.09, 0.02), DVec3::new(0.05, 0.02, -0.01));
@@ -162,7 +165,7 @@ mod tests {
         let w = DVec3::new(0.8, 0.1, 0.35).normalize();
         let (mut hits, mut area, mut square) = ([0.0; 4], 0.0, 0.0);
         for i in 1..=n {
-            // Additive sequence of the root of x⁵ = x + 1: low discrepancy in four dimensions.
+            // Additive sequence of the root of x⁵ = x + 1, with low discrepancy in four dimensions.
             let u = |k: i32| (0.5 + f64::from(i) * 1.167_303_978_261_418_7f64.powi(-k)).fract();
             let ggx = DVec2::from_angle(2.0 * PI * u(1)) * (u(2) / (1.0 - u(2))).sqrt();
             let gauss = DVec2::from_angle(2.0 * PI * u(3)) * (-2.0 * (1.0 - u(4)).ln()).sqrt();
@@ -233,8 +236,8 @@ mod tests {
         assert!(worst(WIDEN, FAVOUR) < 1.1 * best.0 && best.0 < 0.35 * worst(0.0, 0.0));
     }
 
-    /// `∫ |L̂ − L| dwi` of the lobe visible from `wo` (masking only, F = 1; the exact lobe integrates to one), over slopes: with `dwi = 4
-    /// (wo·wh) dwh` it is `∫ |P̂/Â − P/A| max(0, wo·(−x, −y, 1))`. For Beckmann, GGX and the two lobes.
+    /// Returns the errors `∫ |L̂ − L| dwi` of the visible lobe from `wo` for Beckmann, GGX and the two lobes (masking only, F = 1; the
+    /// exact lobe integrates to one). With `dwi = 4 (wo·wh) dwh` the integral over slopes is `∫ |P̂/Â − P/A| max(0, wo·(−x, −y, 1))`.
     fn lobe_errors(wo: DVec3, m: DVec2, a: DVec3, s: DVec3) -> [f64; 3] {
         let (total, two) = (filter_ggx(a, s), displaced_ggx(a, s));
         let c = slope_cholesky(total);
@@ -258,7 +261,7 @@ mod tests {
         errors
     }
 
-    /// The table of docs/measurements/ggx-filtering.md.
+    /// Prints the table of docs/measurements/ggx-filtering.md.
     #[test]
     fn lobes_against_ground_truth() {
         let (mut worst, mut mean, mut n) = ([0.0f64; 3], [0.0; 3], 0.0);
@@ -296,7 +299,7 @@ mod tests {
         assert!(mean[2] < 0.25 * mean[0].min(mean[1]) && worst[2] < 0.6 * worst[0].min(worst[1]));
     }
 
-    /// `∫ P̂ max(0, wo·(−x, −y, 1)) / Â = 1`: the white furnace of the mixture.
+    /// The white furnace of the mixture holds: `∫ P̂ max(0, wo·(−x, −y, 1)) / Â = 1`.
     #[test]
     fn white_furnace() {
         for degrees in [0.0f64, 60.0, 85.0, 89.0] {

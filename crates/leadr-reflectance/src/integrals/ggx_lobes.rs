@@ -1,9 +1,9 @@
 //! A displaced GGX surface ([`DisplacedGgx`]) under lights and environments.
 //!
 //! Lights are exact for the two lobes. For environments the GGX lobe is an exact mixture of Gaussian surfaces: if `e` is exponentially
-//! distributed, slopes of covariance `A / 2e` are GGX. The grid and the few-probe rules then apply to each Gaussian. Each contributes in
-//! proportion to its visible area, so a constant environment is still returned unchanged. Three values of `e` and their shares minimise `∫
-//! |P − P̂|` of the slope density; the remaining error is 0.044 out of at most 2.
+//! distributed, slopes of covariance `A / 2e` are GGX. The grid and the few-probe rules then apply to each Gaussian. Each Gaussian
+//! contributes in proportion to its visible area, so a constant environment is still returned unchanged. Three values of `e` and their
+//! weights minimise `∫ |P − P̂|` of the slope density. The remaining error is 0.044 out of at most 2.
 
 use super::ggx_filtering::{DisplacedGgx, displaced_ggx_ndf, displaced_ggx_visible_area};
 use crate::facets::fresnel::fresnel_schlick;
@@ -16,19 +16,19 @@ use glam::{DVec2, DVec3};
 /// One Gaussian surface of the mixture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GaussianLobe {
-    /// Share of the slopes; the shares sum to one.
+    /// The fraction of the slopes. The weights of all surfaces sum to one.
     pub weight: f64,
-    /// Slope covariance.
+    /// The slope covariance `(xx, yy, xy)`.
     pub s: DVec3,
 }
 
-/// Number of Gaussian surfaces of [`ggx_lobe`].
+/// Number of Gaussian surfaces returned by [`ggx_lobe`].
 pub const GGX_LOBES: usize = 4;
 
-/// `(share, e)` of the Gaussian surfaces that approximate GGX.
+/// Pairs `(weight, e)` of the Gaussian surfaces that approximate GGX.
 const MIXTURE: [(f64, f64); 3] = [(0.3424, 2.069), (0.4764, 0.5126), (0.1812, 0.0825)];
 
-/// The Beckmann lobe of `d` (`k = 0`), or one of the Gaussian surfaces that approximate its GGX lobe (`k > 0`).
+/// Returns the Beckmann lobe of `d` (`k = 0`), or one of the Gaussian surfaces that approximate its GGX lobe (`k > 0`).
 ///
 /// # Panics
 /// If `k` is not below [`GGX_LOBES`].
@@ -40,14 +40,14 @@ pub fn ggx_lobe(d: &DisplacedGgx, k: usize) -> GaussianLobe {
     GaussianLobe { weight: d.weight * share, s: d.roughness * (0.5 / e) }
 }
 
-/// Projected areas of the surface along `w`. `cholesky`: factor of `roughness / 2`.
+/// Returns the projected areas of the surface along `w`. `cholesky` is the Cholesky factor of `roughness / 2`.
 pub fn displaced_ggx_area(w: DVec3, m: DVec2, d: &DisplacedGgx, cholesky: DVec3) -> DirectionArea {
     let whitened = whitened_direction(w, cholesky);
     let visible = displaced_ggx_visible_area(w, m, d);
     DirectionArea { whitened, spread: whitened.length(), meso: meso_area(w, m), visible }
 }
 
-/// Radiance towards `wo` under one light from `wi`, per unit of its irradiance on a plane that faces it. `o`:
+/// Returns the radiance towards `wo` under one light from `wi`, per unit of its irradiance on a plane that faces it. `o` is the
 /// [`displaced_ggx_area`] of `wo`.
 pub fn displaced_ggx_light(
     shadowing: Shadowing,
@@ -83,7 +83,7 @@ mod tests {
             let lobes: Vec<GaussianLobe> = (0..GGX_LOBES).map(|k| ggx_lobe(&d, k)).collect();
             let total: f64 = lobes.iter().map(|l| l.weight).sum();
             assert!((total - 1.0).abs() < 1e-12);
-            // Integrates over v = u / (1 + u), u = r² over the roughness.
+            // Integrates over v = u / (1 + u), where u is r² over the roughness.
             let error: f64 = composite_gauss(0.0, 1.0 - 1e-9, 50, 8)
                 .into_iter()
                 .map(|(v, w)| {

@@ -1,5 +1,4 @@
-//! The integrals of the LEADR paper over the slopes under a pixel, for lights and environments, and converged
-//! references for them.
+//! The integrals of the LEADR paper over the slopes under a pixel, for lights and environments, with converged reference integrals.
 
 pub mod diffuse;
 pub mod directional_albedo;

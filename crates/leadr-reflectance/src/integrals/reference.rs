@@ -1,8 +1,7 @@
 //! Converged integrals over visible slopes, the reference for rules with few samples.
 //!
 //! The domain is whitened, `slope = m + C u` with `C Cᵀ = S`, and rotated so that the view azimuth is the first axis. The projected facet
-//! area `a − b u₁` then depends on `u₁` only. The domain is cut where this area is 0, which replaces the clamp and keeps the integrand
-//! smooth.
+//! area `a − b u₁` then depends on `u₁` only. The domain is cut where this area is 0, which replaces the clamp, so the integrand is smooth.
 
 use crate::facets::normal_distribution::normal_pdf;
 use crate::facets::projected_area::{meso_area, slope_spread, visible_area};
@@ -13,14 +12,15 @@ use crate::slopes::grid::normal_of_slope;
 use glam::{DMat2, DVec2, DVec3, Vec3Swizzles as _};
 use std::f64::consts::PI;
 
-/// Extent along the view azimuth, in standard deviations; wide, because only the far tail of a back-facing mesosurface is visible.
+/// Extent of the domain along the view azimuth, in standard deviations. The extent is large, because only the far tail of a back-facing
+/// mesosurface is visible.
 const EXTENT: f64 = 8.6;
-/// Extent across the view azimuth; the truncated part is 1e-11.
+/// Extent of the domain across the view azimuth, in standard deviations. The truncated mass is 1e-11.
 const EXTENT_ACROSS: f64 = 6.8;
-/// Points per panel of the composite rules.
+/// Number of points per panel of the composite rules.
 const ORDER: usize = 8;
 
-/// `C` with `C Cᵀ = S` and `C ᵀ wo.xy` along the first axis.
+/// Returns the factor `C` with `C Cᵀ = S` and with `Cᵀ wo.xy` along the first axis.
 fn view_factor(wo: DVec3, s: DVec3) -> DMat2 {
     let sx = s.x.max(0.0).sqrt();
     let k = if sx > 0.0 { s.z / sx } else { 0.0 };
@@ -29,13 +29,13 @@ fn view_factor(wo: DVec3, s: DVec3) -> DMat2 {
     cholesky * DMat2::from_cols(e, DVec2::new(-e.y, e.x))
 }
 
-/// `∫ g(slope) ⟨wn,wo⟩/(wn·wg) P22 dslope / A(wo)`: the mean of `g` over the visible slopes, with `panels`² panels of
-/// 8×8 points. The covariance must be positive semidefinite. 0 if nothing is visible.
+/// Computes the mean of `g` over the visible slopes, `∫ g(slope) ⟨wn,wo⟩/(wn·wg) P22 dslope / A(wo)`, with `panels`² panels of 8×8 points.
+/// The covariance must be positive semidefinite. The result is 0 if nothing is visible.
 pub fn visible_mean(wo: DVec3, m: DVec2, s: DVec3, panels: usize, g: impl Fn(DVec2) -> DVec3) -> DVec3 {
     visible_mean_panels(wo, m, s, [panels; 2], g)
 }
 
-/// [`visible_mean`] with separate numbers of panels along the view azimuth and across it.
+/// Like [`visible_mean`], but with separate numbers of panels along the view azimuth and across it.
 pub fn visible_mean_panels(wo: DVec3, m: DVec2, s: DVec3, panels: [usize; 2], g: impl Fn(DVec2) -> DVec3) -> DVec3 {
     let (a, b) = (meso_area(wo, m), slope_spread(wo, s));
     let top = if b > 0.0 { (a / b).min(EXTENT) } else { EXTENT };
@@ -54,13 +54,13 @@ pub fn visible_mean_panels(wo: DVec3, m: DVec2, s: DVec3, panels: [usize; 2], g:
     sum / visible_area(wo, m, s).max(MIN_AREA)
 }
 
-/// Standard deviations of the slopes along the first and the second axis of [`visible_mean_panels`].
+/// Returns the standard deviations of the slopes along the first and the second axis of [`visible_mean_panels`].
 pub fn visible_extents(wo: DVec3, s: DVec3) -> [f64; 2] {
     let factor = view_factor(wo, s);
     [factor.x_axis.length(), factor.y_axis.length()]
 }
 
-/// LEADR eq. 19 with `F = 1`: specular radiance under an environment. `radiance`: a function of direction in the tangent frame.
+/// Computes LEADR eq. 19 with `F = 1`, the specular radiance under an environment. `radiance` is a function of tangent-frame direction.
 pub fn specular_environment(
     wo: DVec3,
     m: DVec2,
@@ -76,14 +76,14 @@ pub fn specular_environment(
     })
 }
 
-/// LEADR eq. 21 for one light of unit irradiance on a plane facing it, albedo 1, with its exact clamped cosine: the domain is also cut to
-/// the half-plane of slopes that face the light. `panels` per axis between cuts.
+/// Computes LEADR eq. 21 for one light of unit irradiance on a plane facing it and albedo 1, with the exact clamped cosine. The domain is
+/// also cut to the half-plane of slopes that face the light. `panels` is the number of panels per axis between cuts.
 pub fn diffuse_directional(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, shadowing: bool, panels: usize) -> f64 {
     let (a, b, ai) = (meso_area(wo, m), slope_spread(wo, s), meso_area(wi, m));
     let top = if b > 0.0 { (a / b).min(EXTENT) } else { EXTENT };
     let factor = view_factor(wo, s);
     let towards = factor.transpose() * wi.xy(); // wi·(−slope, 1) = ai − towards·u
-    // The outer integrand has kinks where the border of the lit half-plane crosses the inner range.
+    // The outer integrand has kinks where the border of the lit half-plane crosses the range of the inner integral.
     let mut cuts = vec![-EXTENT, top];
     if towards.x.abs() > 1e-300 {
         cuts.extend(
@@ -119,7 +119,7 @@ mod tests {
 
     #[test]
     fn the_mean_of_one_is_one() {
-        // Front-facing, grazing and back-facing mesosurfaces; strong anisotropy.
+        // Front-facing, grazing and back-facing mesosurfaces with strong anisotropy.
         let s = DVec3::new(0.6, 0.02, 0.08);
         for (wo, m) in [
             (DVec3::Z, DVec2::ZERO),

@@ -1,13 +1,13 @@
 //! Real spherical harmonics up to order 2 and their irradiance (Ramamoorthi & Hanrahan 2001).
 //!
-//! Coefficients in the order `L00, L1-1, L10, L11, L2-2, L2-1, L20, L21, L22`, RGB each, in the world frame.
+//! Coefficients are in the order `L00, L1-1, L10, L11, L2-2, L2-1, L20, L21, L22`, each an RGB triple in the world frame.
 
 use glam::DVec3;
 
 /// Nine RGB coefficients of radiance.
 pub type Sh9 = [DVec3; 9];
 
-/// The nine basis functions at the unit direction `d`.
+/// Evaluates the nine basis functions at the unit direction `d`.
 pub fn sh_basis(d: DVec3) -> [f64; 9] {
     use std::f64::consts::PI;
     let k1 = (0.75 / PI).sqrt();
@@ -25,10 +25,10 @@ pub fn sh_basis(d: DVec3) -> [f64; 9] {
     ]
 }
 
-/// Radiance from the direction `d`. Shorter vectors, such as the mean of several directions, have smaller terms of order 1 and 2.
+/// Returns the radiance from the direction `d`. Shorter vectors, such as a mean of several directions, have smaller terms of order 1 and 2.
 pub fn sh_radiance(c: &Sh9, d: DVec3) -> DVec3 {
     let mut basis = sh_basis(d);
-    // The same polynomial for |d| = 1, but without order 2 at d = 0.
+    // This form equals the polynomial of sh_basis for |d| = 1, but has no order-2 term at d = 0.
     basis[6] = (0.3125 / std::f64::consts::PI).sqrt() * (2.0 * d.z * d.z - d.x * d.x - d.y * d.y);
     c.iter().zip(basis).map(|(&c, b)| c * b).sum()
 }
@@ -41,8 +41,8 @@ pub fn sh_add_light(c: &mut Sh9, wi: DVec3, irradiance: DVec3) {
     }
 }
 
-/// Irradiance averaged over normals of mean `n` and second moments `diag = E[xx, yy, zz]`, `off = E[yz, xz, xy]`, by
-/// the cosine convolution `A_l = π, 2π/3, π/4`. Linear in the moments; the trace of `diag` is 1.
+/// Returns the irradiance averaged over normals of mean `n` and second moments `diag = E[xx, yy, zz]`, `off = E[yz, xz, xy]`, by the cosine
+/// convolution `A_l = π, 2π/3, π/4`. The irradiance is linear in the moments, and the trace of `diag` is 1.
 pub fn sh_irradiance_moments(c: &Sh9, n: DVec3, diag: DVec3, off: DVec3) -> DVec3 {
     use std::f64::consts::PI;
     let a0 = PI * (0.25 / PI).sqrt();
@@ -56,23 +56,26 @@ pub fn sh_irradiance_moments(c: &Sh9, n: DVec3, diag: DVec3, off: DVec3) -> DVec
         + 0.5 * a2 * c[8] * (diag.x - diag.y)
 }
 
-/// Irradiance on a plane of unit normal `n`. May be slightly negative opposite a strong light, because order 2 rings.
+/// Returns the irradiance on a plane of unit normal `n`. The irradiance may be slightly negative opposite a strong light, because of
+/// ringing.
 pub fn sh_irradiance(c: &Sh9, n: DVec3) -> DVec3 {
     sh_irradiance_moments(c, n, n * n, DVec3::new(n.y * n.z, n.x * n.z, n.x * n.y))
 }
 
-/// Order-2 irradiance from one light of unit irradiance, as a polynomial of the cosine between normal and light.
+/// Returns the order-2 irradiance from one light of unit irradiance, as a polynomial of the cosine between normal and light.
 pub fn sh_irradiance_light(cosine: f64) -> f64 {
     0.09375 + cosine * (0.5 + 0.46875 * cosine)
 }
 
-/// Irradiance of that light beyond order 2: the clamped cosine minus [`sh_irradiance_light`]. Its harmonics begin at band 4.
+/// Returns the irradiance from one light beyond order 2, the clamped cosine minus [`sh_irradiance_light`]. Irradiance beyond order 2 begins
+/// at band 4.
 pub fn sh_irradiance_rest(cosine: f64) -> f64 {
     cosine.max(0.0) - sh_irradiance_light(cosine)
 }
 
-/// Attenuation of irradiance beyond order 2 over normals of mean `n` (not longer than 1). A spread of variance `v` per axis shortens the
-/// mean to `exp(−v)` and scales band `l` by `exp(−v l (l + 1)/2)`: `|n|¹⁰` for band 4, the lowest and strongest one beyond order 2.
+/// Returns the attenuation of irradiance beyond order 2 over normals of mean `n`, which is not longer than 1. A spread of variance `v` per
+/// axis shortens the mean to `exp(−v)` and scales band `l` by `exp(−v l (l + 1)/2)`. The result is the scale `|n|¹⁰` of band 4, the lowest
+/// and strongest band beyond order 2.
 pub fn sh_rest_damping(n: DVec3) -> f64 {
     n.length_squared().min(1.0).powi(5)
 }
@@ -92,7 +95,8 @@ mod tests {
         assert!((sh_irradiance(&c, DVec3::Z).x - (0.743_125 - 0.247_708)).abs() < 2e-6);
     }
 
-    /// The rest is orthogonal to Legendre polynomials up to order 3; the fourth gives the cosine's band 4, −1/24 of π.
+    /// The irradiance beyond order 2 is orthogonal to Legendre polynomials up to order 3. The polynomial of order 4 gives band 4 of the
+    /// cosine, −1/24 of π.
     #[test]
     fn the_rest_begins_at_band_four() {
         let n = 200_000;

@@ -5,8 +5,8 @@ use crate::quadrature::gauss_legendre;
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// Coefficients of `radiance`, a function of unit direction. Uses Gauss–Legendre quadrature in z (`rings` nodes) times `2 rings` equal
-/// steps of azimuth, exact for functions of degree below `2 rings`.
+/// Returns the coefficients of `radiance`, a function of unit direction. Gauss–Legendre quadrature in z (`rings` nodes) times `2 rings`
+/// equal steps of azimuth is exact for functions of degree below `2 rings`.
 pub fn project_function(rings: usize, radiance: impl Fn(DVec3) -> DVec3) -> Sh9 {
     let steps = 2 * rings;
     let mut c = [DVec3::ZERO; 9];
@@ -21,8 +21,8 @@ pub fn project_function(rings: usize, radiance: impl Fn(DVec3) -> DVec3) -> Sh9 
     c
 }
 
-/// Direction of the cube face coordinates `sc`, `tc` in `[−1, 1]`, `tc` downwards, by Vulkan's cube map face selection: faces `+X, −X, +Y,
-/// −Y, +Z, −Z`. Not normalised: it lies on the cube of half extent 1.
+/// Returns the direction of the cube face coordinates `sc`, `tc` in `[−1, 1]`, `tc` downwards, by Vulkan's cube map face selection. The
+/// faces are `+X, −X, +Y, −Y, +Z, −Z`. The direction is not normalised, but lies on the cube of half extent 1.
 ///
 /// # Panics
 /// If `face` is not below 6.
@@ -38,7 +38,7 @@ pub fn cube_direction(face: usize, sc: f64, tc: f64) -> DVec3 {
     }
 }
 
-/// Exact solid angle of texel `(x, y)` of a cube face of `size` texels per edge, steradians.
+/// Returns the exact solid angle of texel `(x, y)` of a cube face of `size` texels per edge, in steradians.
 pub fn texel_solid_angle(size: u32, x: u32, y: u32) -> f64 {
     let at = |i: u32| 2.0 * f64::from(i) / f64::from(size) - 1.0;
     // Solid angle of the rectangle from the face's centre to (u, v).
@@ -47,7 +47,7 @@ pub fn texel_solid_angle(size: u32, x: u32, y: u32) -> f64 {
     corner(x1, y1) - corner(x0, y1) - corner(x1, y0) + corner(x0, y0)
 }
 
-/// Coefficients of a cube map of `size` texels per edge; `texel(face, x, y)` is linear RGB radiance, row 0 at the top.
+/// Returns the coefficients of a cube map of `size` texels per edge. `texel(face, x, y)` is the linear RGB radiance, with row 0 at the top.
 ///
 /// Each texel is weighted by its exact solid angle, with the basis evaluated at its centre.
 pub fn project_cube(size: u32, texel: impl Fn(usize, u32, u32) -> [f64; 3]) -> Sh9 {
@@ -69,7 +69,7 @@ mod tests {
     use super::*;
     use crate::integrals::sh::sh_basis;
 
-    /// A function of exactly order 2, different in every coefficient.
+    /// Returns a radiance of exactly order 2, with a different value in every coefficient.
     fn radiance(d: DVec3) -> DVec3 {
         let coefficients = [1.0, 0.3, -0.2, 0.5, 0.11, -0.07, 0.19, 0.23, -0.13];
         let v: f64 = sh_basis(d).iter().zip(coefficients).map(|(b, c)| b * c).sum();
@@ -108,7 +108,7 @@ mod tests {
 
     #[test]
     fn cube_faces_follow_vulkan() {
-        // The texel in the upper left corner of each face, from the specification's table.
+        // Directions of the texel in the upper left corner of each face, from the table of the Vulkan specification.
         let corners = [(1, 1, 1), (-1, 1, -1), (-1, 1, -1), (-1, -1, 1), (-1, 1, 1), (1, 1, -1)];
         for (face, (x, y, z)) in corners.into_iter().enumerate() {
             assert_eq!(cube_direction(face, -1.0, -1.0), DVec3::new(f64::from(x), f64::from(y), f64::from(z)));

@@ -10,14 +10,14 @@ use crate::materials::microfacet::half_vector;
 use crate::slopes::grid::{facet_area, grid_nodes, normal_of_slope, slope_at, slope_cholesky, slope_sample};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
-/// Radiance towards `wo` under one light from `wi`, per unit of its irradiance on a plane that faces it (LEADR eq. 17).
-/// `f0`: linear RGB reflectance at normal incidence.
+/// Returns the radiance towards `wo` under one light from `wi`, per unit of its irradiance on a plane that faces it (LEADR eq. 17). `f0` is
+/// the linear RGB reflectance at normal incidence.
 pub fn leadr_specular_directional(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, f0: DVec3, shadowing: bool) -> DVec3 {
     specular_light(wo, wi, m, s, f0, masking_shadowing(wo, wi, m, s, shadowing))
 }
 
-/// [`leadr_specular_directional`] with any [`Shadowing`] model, from the surface's areas in the two directions
-/// ([`crate::masking::correlated::direction_area`]); all lights share `o`, computed once per pixel.
+/// Like [`leadr_specular_directional`], but with any [`Shadowing`] model, from the surface's areas in the two directions
+/// ([`crate::masking::correlated::direction_area`]). All lights share `o`, computed once per pixel.
 pub fn leadr_specular_light(
     shadowing: Shadowing,
     o: &DirectionArea,
@@ -31,78 +31,78 @@ pub fn leadr_specular_light(
     specular_light(wo, wi, m, s, f0, masking_shadowing_factor(shadowing, o, i))
 }
 
-/// `F D/4` times a masking-shadowing factor.
+/// Returns `F D/4` times a masking-shadowing factor.
 fn specular_light(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, f0: DVec3, factor: f64) -> DVec3 {
     let wh = half_vector(wo, wi);
     fresnel_schlick(f0, wi.dot(wh)) * (0.25 * beckmann_ndf(wh, m, s) * factor)
 }
 
-/// One node of the environment sum.
+/// One node of the sum over an environment.
 #[derive(Clone, Copy, Debug)]
 pub struct EnvironmentSample {
-    /// Reflected direction, unit (LEADR eq. 18).
+    /// The reflected direction, unit (LEADR eq. 18).
     pub wi: DVec3,
-    /// Micronormal.
+    /// The micronormal of the facet.
     pub wn: DVec3,
-    /// `⟨wn, wo⟩ / (wn·wg)`.
+    /// The visible area of the facet, `⟨wn, wo⟩ / (wn·wg)`.
     pub area: f64,
 }
 
-/// The environment sample at a slope.
+/// Returns the environment sample of the facet with this slope.
 pub fn environment_sample_at(wo: DVec3, slope: DVec2) -> EnvironmentSample {
     let wn = normal_of_slope(slope);
     EnvironmentSample { wi: 2.0 * wn.dot(wo) * wn - wo, wn, area: facet_area(wo, slope) }
 }
 
-/// The environment sample at standard normal coordinates `p`.
+/// Returns the environment sample at standard normal coordinates `p`.
 pub fn environment_sample(wo: DVec3, p: DVec2, m: DVec2, s: DVec3) -> EnvironmentSample {
     environment_sample_at(wo, slope_sample(p, m, s))
 }
 
-/// [`env_lod`] constant that matches the sample's solid angle to the mean solid angle of a cube map texel, `½ log2(6 / 4π)`.
+/// The [`env_lod`] constant `½ log2(6 / 4π)`, which matches the sample's solid angle to the mean solid angle of a cube map texel.
 pub const LOD_MATCHED: f64 = -0.5332;
-/// [`env_lod`] constant derived in the supplement (3.5).
+/// The [`env_lod`] constant derived in the supplement (3.5).
 pub const LOD_SUPPLEMENT: f64 = -1.48;
-/// [`env_lod`] constant that the supplement recommends against banding with 5×5 nodes.
+/// The [`env_lod`] constant that the supplement recommends against banding with 5×5 nodes.
 pub const LOD_SUPPLEMENT_5: f64 = 0.5;
-/// [`env_lod`] constant that the supplement recommends with 32×32 nodes.
+/// The [`env_lod`] constant that the supplement recommends with 32×32 nodes.
 pub const LOD_SUPPLEMENT_32: f64 = -0.5;
-/// [`env_lod`] constant implied by `√(α/4π) textureSize` in the supplement's simplified Algorithm 1.
+/// The [`env_lod`] constant implied by `√(α/4π) textureSize` in the supplement's simplified Algorithm 1.
 pub const LOD_ALGORITHM_1: f64 = -1.8257;
 
-/// The part of [`env_lod`] shared by all samples of a pixel. `size`: texels per edge of the cube map; `spacing`: distance between samples
-/// in standard deviations. As in the paper, the larger deviation is used for both axes.
+/// Returns the term of [`env_lod`] shared by all samples of a pixel. `size` is the number of texels per edge of the cube map, and `spacing`
+/// is the distance between samples in standard deviations. As in the paper, the larger standard deviation is used for both axes.
 pub fn env_lod_base(s: DVec3, spacing: f64, size: f64, constant: f64) -> f64 {
     0.5 * (s.x.max(s.y) * spacing * spacing).max(1e-12).log2() + size.log2() + constant
 }
 
-/// Level of detail of one sample: its solid angle is `J (spacing σ)²` with `J = 4 |wn·wo| wn.z³` (LEADR 5.2). May be
-/// negative; finite for `J = 0` and `σ = 0`.
+/// Returns the level of detail of one sample. The solid angle of the sample is `J (spacing σ)²` with `J = 4 |wn·wo| wn.z³` (LEADR 5.2). The
+/// level may be negative, and is finite for `J = 0` and `σ = 0`.
 pub fn env_lod_at(base: f64, wo: DVec3, wn: DVec3) -> f64 {
     base + 0.5 * (4.0 * wn.dot(wo).abs() * wn.z.powi(3)).max(1e-12).log2()
 }
 
-/// [`env_lod_base`] and [`env_lod_at`] together.
+/// Computes [`env_lod_base`] and [`env_lod_at`] together.
 pub fn env_lod(wo: DVec3, wn: DVec3, s: DVec3, spacing: f64, size: f64, constant: f64) -> f64 {
     env_lod_at(env_lod_base(s, spacing, size, constant), wo, wn)
 }
 
-/// Sums over the visible specular facets.
+/// Sums over the visible specular facets, or means once divided by the weight.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SpecularTerm {
-    /// Reflected radiance, including Fresnel term and shadowing.
+    /// The reflected radiance, including the Fresnel term and shadowing.
     pub reflected: DVec3,
-    /// Fresnel reflectance.
+    /// The Fresnel reflectance of the facets.
     pub fresnel: DVec3,
-    /// Weight.
+    /// The total weight of the facets.
     pub weight: f64,
 }
 
-/// Radiance towards `wo` under an environment, and the mean Fresnel reflectance of the visible facets: LEADR eq. 22 / Algorithm 1 on an
-/// `n`×`n` grid of half extent `lambda`.
+/// Returns the radiance towards `wo` under an environment, and the mean Fresnel reflectance of the visible facets. The function sums LEADR
+/// eq. 22 (Algorithm 1) on an `n`×`n` grid of half extent `lambda`.
 ///
-/// The sum is divided by the visible areas, which is the masking term (supplement, eq. 10). With `f0 = 1` and without shadowing, a
-/// constant environment is returned exactly. `radiance` receives each sample direction in the tangent frame.
+/// The sum is divided by the visible areas, which is the masking term (supplement, eq. 10). With `f0 = 1` and without shadowing, a constant
+/// environment is returned exactly. `radiance` receives each sample direction in the tangent frame.
 pub fn leadr_specular_environment(
     shadowing: Shadowing,
     wo: DVec3,

@@ -1,4 +1,4 @@
-//! Masking hides facets from the viewer, shadowing hides them from the light.
+//! Masking hides facets from the viewer, and shadowing hides them from the light.
 
 pub mod correlated;
 pub mod occlusion;

@@ -1,26 +1,26 @@
 //! Ambient occlusion of a point as a visibility or as a cone (Chan 2018, 4.4–4.7): albedo-aware ambient visibility, cones of a given
-//! visibility, and cone-occluded lights.
+//! visibility, and lights occluded by cones.
 //!
-//! A *visibility* is the unoccluded share of the cosine-weighted hemisphere (eq. 43), 1 without occluders. A [`Cone`] of directions about
-//! an axis represents the same: directions inside are unoccluded, all others are occluded.
+//! A *visibility* is the unoccluded fraction of the cosine-weighted hemisphere (eq. 43); it is 1 without occluders. A [`Cone`] of
+//! directions about an axis represents a visibility: directions inside are unoccluded, and all others are occluded.
 
 use crate::limits::{at_least, unit};
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_PI, PI};
 
-/// Assumption about the occluders (Chan 2018, 4.4), in a white environment of radiance 1.
+/// The assumption about the occluders (Chan 2018, 4.4), in a white environment of radiance 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Hidden {
-    /// Occluders are black (eq. 45): the usual ambient occlusion.
+    /// Occluders are black (eq. 45), as in common ambient occlusion.
     Black = 0,
     /// Occluders are white and as occluded as this point (eq. 46).
     WhiteOccluded = 1,
     /// Occluders have this point's albedo and are unoccluded (eq. 47).
     SameUnoccluded = 2,
-    /// Occluders have this point's albedo and are as occluded as it is (eq. 48).
+    /// Occluders have this point's albedo and are as occluded as the point (eq. 48).
     SameOccluded = 3,
-    /// Occluders have this point's radiance (eq. 49; Stewart and Langer 1996): all bounces.
+    /// Occluders have this point's radiance, which includes all bounces (eq. 49; Stewart and Langer 1996).
     #[default]
     SameRadiance = 4,
 }
@@ -31,10 +31,10 @@ impl Hidden {
         [Self::Black, Self::WhiteOccluded, Self::SameUnoccluded, Self::SameOccluded, Self::SameRadiance];
 }
 
-/// Share of a white environment's light that reaches a point of this `visibility` and `albedo`, per colour channel (Chan 2018, eq. 45–49).
-/// `hidden`: appearance of occluders. Arguments and result are clamped to 0..1.
+/// Returns the fraction of a white environment's light that reaches a point of this `visibility` and `albedo`, per colour channel (Chan
+/// 2018, eq. 45–49). `hidden` is the appearance of the occluders. Arguments and result are clamped to 0..1.
 ///
-/// Radiance is `albedo / π` times the irradiance of the unoccluded sky times this.
+/// The point's radiance is `albedo / π` times the irradiance of the unoccluded sky times this fraction.
 pub fn adjusted_visibility(hidden: Hidden, visibility: f64, albedo: DVec3) -> DVec3 {
     let (a, rho) = (unit(visibility), DVec3::from_array(albedo.to_array().map(unit)));
     match hidden {
@@ -46,27 +46,27 @@ pub fn adjusted_visibility(hidden: Hidden, visibility: f64, albedo: DVec3) -> DV
     }
 }
 
-/// `A / (1 − ρ (1 − A))`, eq. 49 ([`Hidden::SameRadiance`]). For `ρ = 1` it is 1 if anything is visible. For `A = 0` it is 0 for every
+/// Returns `A / (1 − ρ (1 − A))`, eq. 49 ([`Hidden::SameRadiance`]). `ρ = 1` gives 1 if anything is visible. `A = 0` gives 0 for every
 /// albedo, the limit for all `ρ < 1`; the printed form is 0/0 at `ρ = 1`.
 pub fn interreflected_visibility(visibility: f64, albedo: DVec3) -> DVec3 {
     let a = unit(visibility);
-    // A denominator below 1e-12 is negligible. The quotient is 0 where A is 0.
+    // The bound of 1e-12 on the denominator is negligible, and the quotient is 0 where A is 0.
     DVec3::from_array(albedo.to_array().map(|rho| a / at_least((1.0 - unit(rho)) + unit(rho) * a, 1e-12)))
 }
 
 /// A cone of unoccluded directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cone {
-    /// Unit axis, tangent frame.
+    /// The unit axis, in the tangent frame.
     pub axis: DVec3,
-    /// Cosine of the half angle: 1 is empty, 0 is a hemisphere about the axis.
+    /// The cosine of the half angle: 1 for an empty cone, 0 for a hemisphere about the axis.
     pub cosine: f64,
 }
 
 impl Cone {
-    /// The cone of a *visibility vector* `b = 1/π ∫ V(ω) ω dω`, the sum of the unoccluded directions. A facet of normal `m` that faces all
-    /// of them sees the share `m · b` of a uniform sky. As `b` is linear, any filter may average it. For a cone of half angle θ about `u`
-    /// it is `u sin²θ`. Its direction is the axis and its length is the visibility about that axis, as in eq. 54.
+    /// Returns the cone of a *visibility vector* `b = 1/π ∫ V(ω) ω dω`, the sum of the unoccluded directions. A facet of normal `m` that
+    /// faces all of them sees the fraction `m · b` of a uniform sky. As `b` is linear, any filter may average it. A cone of half angle θ
+    /// about `u` has the vector `u sin²θ`. The direction of `b` is the axis, and its length is the visibility about the axis (eq. 54).
     ///
     /// A zero vector gives an empty cone about z.
     pub fn of_vector(b: DVec3) -> Self {
@@ -78,27 +78,27 @@ impl Cone {
         }
     }
 
-    /// The cone about a unit normal with this visibility (eq. 56).
+    /// Returns the cone about a unit normal that has this visibility (eq. 56).
     pub fn about_normal(normal: DVec3, visibility: f64) -> Self {
         Self { axis: normal, cosine: cone_cosine(visibility) }
     }
 }
 
-/// Cosine of the half angle of a cone about the normal with this visibility: `√(1 − V)` (Chan 2018, eq. 56).
+/// Returns the cosine of the half angle of a cone about the normal with this visibility: `√(1 − V)` (Chan 2018, eq. 56).
 pub fn cone_cosine(visibility: f64) -> f64 {
     (1.0 - unit(visibility)).sqrt()
 }
 
-/// Visibility of a cone about the normal: `1 − cos²` (eq. 55), the inverse of [`cone_cosine`].
+/// Returns the visibility of a cone about the normal, `1 − cos²` (eq. 55), the inverse of [`cone_cosine`].
 pub fn cone_visibility(cosine: f64) -> f64 {
     let c = unit(cosine);
     (1.0 - c) * (1.0 + c)
 }
 
-/// Visibility of a cone about any axis, clipped at the horizon: exact for half angles up to 90°.
+/// Returns the visibility of a cone about any axis, clipped at the horizon. The result is exact for half angles up to 90°.
 ///
-/// Above the horizon it is `sin² cos θ_a` with `cos θ_a = axis.z`, the projection of a disc. Otherwise it is the form factor of a sphere
-/// clipped by the horizon (Snyder 1996).
+/// For a cone above the horizon, the visibility is `sin² cos θ_a` with `cos θ_a = axis.z`, the projection of a disc. For a clipped cone, it
+/// is the form factor of a sphere clipped by the horizon (Snyder 1996).
 pub fn bent_cone_visibility(cone: &Cone) -> f64 {
     let (cosine, z) = (unit(cone.cosine), cone.axis.z.clamp(-1.0, 1.0));
     let (sine, tilt) = (root(cosine), root(z));
@@ -115,9 +115,9 @@ pub fn bent_cone_visibility(cone: &Cone) -> f64 {
     ((disc + (sine * tilt * across).atan2(cosine)) * FRAC_1_PI).clamp(0.0, 1.0)
 }
 
-/// Cosine of the half angle of a cone about `axis` with this visibility, the inverse of [`bent_cone_visibility`]: `√(1 − V / cos θ_a)`
-/// above the horizon. For clipped cones it is a cubic, within 1.3° for axes up to 75° from the normal. A hemisphere if no cone is wide
-/// enough; an empty cone for an axis on or below the horizon.
+/// Returns the cosine of the half angle of a cone about `axis` with this visibility, the inverse of [`bent_cone_visibility`]. Above the
+/// horizon, it is `√(1 − V / cos θ_a)`. Clipped cones use a cubic, accurate to 1.3° for axes up to 75° from the normal. The cone is a
+/// hemisphere if no cone is wide enough, and empty for an axis on or below the horizon.
 pub fn bent_cone_cosine(visibility: f64, axis: DVec3) -> f64 {
     let (v, z) = (unit(visibility), axis.z.clamp(-1.0, 1.0));
     if z <= 1e-6 {
@@ -128,7 +128,7 @@ pub fn bent_cone_cosine(visibility: f64, axis: DVec3) -> f64 {
     if v <= touching {
         return cone_cosine(v / z);
     }
-    // Hermite interpolation between two cones: touching the horizon, and a hemisphere.
+    // Hermite interpolation between the cone that touches the horizon and a hemisphere.
     let width = widest - touching;
     let t = ((v - touching) / at_least(width, 1e-9)).min(1.0);
     let s = 1.0 - t;
@@ -137,34 +137,33 @@ pub fn bent_cone_cosine(visibility: f64, axis: DVec3) -> f64 {
     unit(s * s * ((1.0 + 2.0 * t) * tilt + t * steep) - t * t * s * last)
 }
 
-/// `√(1 − x²)`.
 fn root(x: f64) -> f64 {
     ((1.0 - x) * (1.0 + x)).max(0.0).sqrt()
 }
 
-/// The cone of this visibility about a bent normal.
+/// Returns the cone about a bent normal that has this visibility.
 pub fn bent_cone(visibility: f64, axis: DVec3) -> Cone {
     Cone { axis, cosine: bent_cone_cosine(visibility, axis) }
 }
 
-/// Visibility of a light from `wi` within the cone, 0 or 1 (Chan 2018, eq. 57, about any axis). The edge is hard.
+/// Returns the visibility of a light from `wi` within the cone, 0 or 1 (Chan 2018, eq. 57, about any axis). The cone has a hard edge.
 pub fn cone_light(cone: &Cone, wi: DVec3) -> f64 {
     f64::from(u8::from(cone.axis.dot(wi) > cone.cosine))
 }
 
-/// Visibility of a light from `wi` with a smooth falloff outside the cone: `clamp(axis·wi / cos, 0, 1)²` (Chan 2018, eq. 58 and listing 4,
-/// about any axis). A hemisphere gives 1, since its edge is the horizon itself.
+/// Returns the visibility of a light from `wi`, with a smooth falloff outside the cone: `clamp(axis·wi / cos, 0, 1)²` (Chan 2018, eq. 58
+/// and listing 4, about any axis). A hemisphere gives 1, since its edge is the horizon.
 pub fn cone_light_smooth(cone: &Cone, wi: DVec3) -> f64 {
     let along = cone.axis.dot(wi);
     let ratio = if along >= cone.cosine { 1.0 } else { unit(along / at_least(cone.cosine, 1e-12)) };
     ratio * ratio
 }
 
-/// Cosine of a cone about the normal, widened for smooth surfaces and grazing viewers (Chan 2018, listing 3). `biased = false` omits eq.
-/// 60 and uses eq. 59 alone. `gloss`: 0..1; `n_v`: cosine of the viewer; `exponent`: 6 or 8.
+/// Returns the cosine of a cone about the normal, widened for smooth surfaces and grazing viewers (Chan 2018, listing 3). `biased = false`
+/// omits eq. 60 and uses eq. 59 alone. `gloss` is 0..1, `n_v` is the cosine of the viewer, and `exponent` is 6 or 8.
 ///
 /// The paper's eq. 59 has `(1 − (n·v)⁴)` where the listing has `(1 − n·v)⁴`, and the listing's `gloss8` is `gloss4 · gloss2`. The listing
-/// shipped: its gloss exponent is 6; the text has 8.
+/// is the shipped code, with a gloss exponent of 6; the text of the paper has 8.
 pub fn adjusted_cone_cosine(cosine: f64, gloss: f64, n_v: f64, biased: bool, exponent: u32) -> f64 {
     let gloss = unit(if biased { 1.5 * gloss } else { gloss });
     let grazing = (1.0 - unit(n_v)).powi(4);
@@ -217,7 +216,6 @@ mod tests {
                 let want = radiance * (1.0 - a) + a;
                 assert!((adjusted_visibility(hidden, a, rho) - want).length() < 1e-15, "{hidden:?}");
             }
-            // Occluders have this point's radiance: all bounces.
             let all = adjusted_visibility(Hidden::SameRadiance, a, rho);
             let bounced: DVec3 = (0..400).map(|k| a * (rho * (1.0 - a)).powf(f64::from(k))).sum();
             assert!((all - bounced).length() < 1e-12, "{all} {bounced}");

@@ -1,18 +1,18 @@
 //! Shadowing models.
 
-/// Lit part of the visible facets. The numbers equal the `LEADR_SHADOWING_` constants in `leadr/masking/correlated.glsl`; shader tests
-/// compare them.
+/// The model for the lit fraction of the visible facets. The numbers equal the `LEADR_SHADOWING_` constants in
+/// `leadr/masking/correlated.glsl`; shader tests compare them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Shadowing {
-    /// All visible facets are lit: masking alone (Algorithms 1 and 2 of the LEADR paper).
+    /// Masking alone, so that all visible facets are lit (Algorithms 1 and 2 of the LEADR paper).
     None = 0,
     /// Smith's height-correlated form (LEADR eq. 13).
     Smith = 1,
     /// The direction-correlated form ([`correlated`](super::correlated)).
     Correlated = 2,
-    /// The simple direction-correlated form, cheaper and less accurate.
+    /// The simple direction-correlated form, which is cheaper and less accurate.
     CorrelatedSimple = 3,
-    /// A normal map on smooth geometry: no masking or shadowing, so all front-facing facets are lit and weighted equally
+    /// A normal map on smooth geometry, without masking or shadowing, so that all front-facing facets are lit and weighted equally
     /// ([`mapped`](crate::visible::mapped); thesis Table 2.IV).
     NormalMap = 4,
 }
@@ -21,15 +21,15 @@ impl Shadowing {
     /// Every model, in the order of [`code`](Self::code).
     pub const ALL: [Self; 5] = [Self::None, Self::Smith, Self::Correlated, Self::CorrelatedSimple, Self::NormalMap];
 
-    /// The models that the renderer compares and times: those of displaced surfaces except the simple form.
+    /// The models that the renderer compares and times: all models of displaced surfaces except the simple form.
     pub const MAIN: [Self; 3] = [Self::None, Self::Smith, Self::Correlated];
 
-    /// The model's `LEADR_SHADOWING_` number in `leadr/masking/correlated.glsl`.
+    /// Returns the model's `LEADR_SHADOWING_` number in `leadr/masking/correlated.glsl`.
     pub const fn code(self) -> i32 {
         self as i32
     }
 
-    /// The model's name on the command line and in JSON; "masking" for no shadowing, since masking remains.
+    /// Returns the model's name on the command line and in JSON. No shadowing has the name "masking", since masking remains.
     pub const fn name(self) -> &'static str {
         match self {
             Self::None => "masking",
@@ -40,7 +40,7 @@ impl Shadowing {
         }
     }
 
-    /// One-line help text.
+    /// Returns a one-line help text.
     pub const fn help(self) -> &'static str {
         match self {
             Self::None => "No shadowing: all visible facets are lit, as in the LEADR paper",
@@ -53,7 +53,7 @@ impl Shadowing {
         }
     }
 
-    /// The next entry of [`MAIN`](Self::MAIN), wrapping around at the end.
+    /// Returns the next entry of [`MAIN`](Self::MAIN), wrapping around at the end.
     #[must_use]
     pub fn next(self) -> Self {
         let after = Self::MAIN.iter().position(|&model| model == self).map_or(0, |i| i + 1);

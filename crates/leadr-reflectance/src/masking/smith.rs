@@ -1,26 +1,26 @@
 //! Smith masking and shadowing of a noncentral Gaussian surface (LEADR eq. 13–15), without the poles of `Λ`.
 //!
-//! In projected areas, the paper's `(wm·wg / wm·wo) / (1 + Λo + Λi)` is `a_i / (a_i A_o + a_o (A_i − a_i))`. It is symmetric, finite for a
-//! mesosurface that is back-facing to the viewer, 0 if it is back-facing to the light, and shear-invariant. The thesis' noncentral form
-//! (2.13 with 3.3) is not, and differs by up to 19 times.
+//! In projected areas, the paper's `(wm·wg / wm·wo) / (1 + Λo + Λi)` is `a_i / (a_i A_o + a_o (A_i − a_i))`. This form is symmetric and
+//! shear-invariant. The form is finite for a mesosurface back-facing to the viewer, and 0 for one back-facing to the light. The thesis'
+//! noncentral form (2.13 with 3.3) is not shear-invariant and differs by up to 19 times.
 
 use crate::facets::projected_area::{meso_area, rough_area, slope_spread, visible_area};
 use crate::limits::{MIN_AREA, at_least};
 use glam::{DVec2, DVec3};
 
-/// `Λ(w)` of LEADR 4.3, exact instead of the printed rational fit. Large but finite where the paper has `+∞` (`a ≤ 0`).
+/// Returns `Λ(w)` of LEADR 4.3, exactly instead of by the printed fit. `Λ` is large but finite where the paper has `+∞` (`a ≤ 0`).
 pub fn smith_lambda(w: DVec3, m: DVec2, s: DVec3) -> f64 {
     let a = meso_area(w, m);
     rough_area(a, slope_spread(w, s)) / a.max(MIN_AREA)
 }
 
-/// `1 / A(wo) = (wm·wg / wm·wo) / (1 + Λo)`: masking alone, with the projected area of eq. 16.
+/// Returns `1 / A(wo) = (wm·wg / wm·wo) / (1 + Λo)`: masking alone, with the projected area of eq. 16.
 pub fn masking(wo: DVec3, m: DVec2, s: DVec3) -> f64 {
     1.0 / at_least(visible_area(wo, m, s), MIN_AREA)
 }
 
-/// `1 / (a_o (1 + Λo + Λi))`: height-correlated masking and shadowing with the projected area of eq. 16. 0 for a light below the
-/// mesosurface. Without `shadowing`, equals [`masking`].
+/// Returns `1 / (a_o (1 + Λo + Λi))`: height-correlated masking and shadowing with the projected area of eq. 16. A light below the
+/// mesosurface gives 0. Without `shadowing`, the result equals [`masking`].
 pub fn masking_shadowing(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, shadowing: bool) -> f64 {
     if !shadowing {
         return masking(wo, m, s);
@@ -31,16 +31,16 @@ pub fn masking_shadowing(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, shadowing: bo
     ai / at_least(ai * visible + ao * rough_area(ai, slope_spread(wi, s)), 1e-30)
 }
 
-/// [`shadowing_given_masking`] with the view-dependent terms precomputed outside a loop: `ao = meso_area(wo, m)`, `area_o =
-/// visible_area(wo, m, s)`.
+/// Computes [`shadowing_given_masking`] with view-dependent terms that the caller computes outside a loop: `ao = meso_area(wo, m)` and
+/// `area_o = visible_area(wo, m, s)`.
 pub fn shadowing_from_areas(ao: f64, area_o: f64, wi: DVec3, m: DVec2, s: DVec3) -> f64 {
     let ai = meso_area(wi, m).max(0.0);
     let lit = ai * at_least(area_o, MIN_AREA);
     lit / at_least(lit + ao.max(0.0) * rough_area(ai, slope_spread(wi, s)), 1e-30)
 }
 
-/// `(1 + Λo) / (1 + Λo + Λi)`, 0..1: the lit fraction of the visible facets. It weights a sample (eq. 22) or a light (eq. 20) in a sum
-/// that is already normalised for masking. 1 without `shadowing`.
+/// Returns `(1 + Λo) / (1 + Λo + Λi)`, 0..1: the lit fraction of the visible facets. The fraction weights a sample (eq. 22) or a light (eq.
+/// 20) in a sum already normalised for masking. The fraction is 1 without `shadowing`.
 pub fn shadowing_given_masking(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, shadowing: bool) -> f64 {
     if shadowing { shadowing_from_areas(meso_area(wo, m), visible_area(wo, m, s), wi, m, s) } else { 1.0 }
 }
@@ -70,7 +70,6 @@ mod tests {
 
     #[test]
     fn reciprocal_after_the_projected_area() {
-        // 1/(1 + Λo + Λi) is symmetric in o and i.
         let (m, s) = (DVec2::new(-0.1, 0.25), DVec3::new(0.5, 0.1, -0.15));
         let (wo, wi) = (direction(1.1, 0.4), direction(0.6, 2.0));
         let there = masking_shadowing(wo, wi, m, s, true) * meso_area(wo, m);

@@ -2,12 +2,13 @@
 //!
 //! Every form is written as the factor `G / a_o` in
 //!
-//! `f_r cos θ_i = F D (G / a_o) / 4`
+//! `f_r cos θ_i = F D (G / a_o) / 4`.
 //!
-//! with projected areas per unit of macrosurface: `a` of the mesosurface and `A` of the visible microsurface
-//! ([`crate::facets::projected_area`]). For a central distribution `a = cos θ`, which gives thesis eq. 2.1. Where the mesosurface is
-//! edge-on to the viewer (`a_o → 0`), both `G` and `a_o` vanish but their quotient has a limit. This limit is used there and beyond. `G₁`
-//! is never clamped: on a sheared surface the visible facets per unit of macrosurface, `cos θ / A`, can exceed 1.
+//! The projected areas are per unit of macrosurface: `a` of the mesosurface and `A` of the visible microsurface
+//! ([`crate::facets::projected_area`]). For a central distribution, `a = cos θ`, which gives thesis eq. 2.1. Where the mesosurface is
+//! edge-on to the viewer (`a_o → 0`), `G` and `a_o` vanish but their quotient has a limit. The code uses this limit there and for
+//! back-facing mesosurfaces. `G₁` is never clamped, because the visible facets per unit of macrosurface, `cos θ / A`, can exceed 1 on a
+//! sheared surface.
 //!
 //! | form | `G / a_o` | shadowing | reciprocal in |
 //! |---|---|---|---|
@@ -33,34 +34,34 @@ use crate::limits::MIN_AREA;
 use crate::slopes::grid::slope_cholesky;
 use glam::{DVec2, DVec3};
 
-/// Masking-shadowing model of a microfacet BRDF. The GLSL library uses the same numbers.
+/// The masking-shadowing model of a microfacet BRDF. The GLSL library uses the same numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Masking {
     /// Smith, height-correlated: `G = 1 / (1 + Λ_o + Λ_i)` (LEADR eq. 13; thesis eq. 2.13 for a central distribution).
     #[default]
     SmithCorrelated = 0,
-    /// Smith with independent masking and shadowing: `G = G₁(o) G₁(i) = 1 / ((1 + Λ_o)(1 + Λ_i))`. Never exceeds the height-correlated
-    /// form.
+    /// Smith with independent masking and shadowing: `G = G₁(o) G₁(i) = 1 / ((1 + Λ_o)(1 + Λ_i))`. This `G` never exceeds the
+    /// height-correlated form.
     SmithSeparable = 1,
-    /// Smith masking without shadowing, `G = G₁(o)` (LEADR eq. 16 without shadowing). Its white furnace result is 1.
+    /// Smith masking without shadowing, `G = G₁(o)` (LEADR eq. 16 without shadowing). It reflects all light of a white furnace.
     SmithUnshadowed = 2,
     /// The thesis' noncentral form: eq. 2.13 with the `G₁ = cos θ / A` of eq. 3.3, using the macrosurface's cosines.
     ///
-    /// Equals [`Masking::SmithCorrelated`] for a central distribution. For a sheared one the form is not shear-invariant and differs from
-    /// LEADR's form by up to 19 times; ray casting agrees with LEADR. It has a pole where `1/G₁(o) + 1/G₁(i) = 1`. Beyond the pole the
-    /// printed form is negative; here it is 0. For comparison only.
+    /// This form equals [`Masking::SmithCorrelated`] for a central distribution. For a sheared distribution, it is not shear-invariant and
+    /// differs from LEADR's form by up to 19 times; ray casting agrees with LEADR. It has a pole where `1/G₁(o) + 1/G₁(i) = 1`. Beyond the
+    /// pole, the printed form is negative and this one is 0. For comparison only.
     SmithThesis = 3,
     /// Symmetric V-grooves, `G = min(1, 2 z_o z_h / wo·wh, 2 z_i z_h / wi·wh)` (Torrance and Sparrow; thesis Table 2.IV), sheared by the
     /// mean slope: the opposite side of a groove has the slope `2 m − slope`.
     VGroove = 4,
-    /// V-grooves with masking but without shadowing. The white furnace result is 1.
+    /// V-grooves with masking but without shadowing. They reflect all light of a white furnace.
     VGrooveUnshadowed = 5,
-    /// A normal map without masking: facets are weighted by their macrosurface area, `G = z_o z_h / wo·wh` (thesis Table 2.IV). Not
-    /// reciprocal by itself, because `a_o` cancels. The pole at `wo·wh → 0` is bounded by [`MIN_AREA`].
+    /// A normal map without masking: facets are weighted by their macrosurface area, `G = z_o z_h / wo·wh` (thesis Table 2.IV). The form is
+    /// not reciprocal, because `a_o` cancels. [`MIN_AREA`] bounds the pole at `wo·wh → 0`.
     NormalMap = 6,
-    /// Smith, correlated in height and direction: `G = 1 / (1 + max Λ + f min Λ)`, where `f` rises from 0 for equal azimuths to 1. Lies
-    /// between [`Masking::SmithCorrelated`] and [`Masking::SmithUnshadowed`]; see [`super::correlated`].
+    /// Smith, correlated in height and direction: `G = 1 / (1 + max Λ + f min Λ)`, where `f` rises from 0 for equal azimuths to 1. This `G`
+    /// lies between [`Masking::SmithCorrelated`] and [`Masking::SmithUnshadowed`]; see [`super::correlated`].
     SmithDirectionCorrelated = 7,
     /// [`Masking::SmithDirectionCorrelated`] with the simple `f`.
     SmithDirectionCorrelatedSimple = 8,
@@ -80,7 +81,7 @@ impl Masking {
         Self::SmithDirectionCorrelatedSimple,
     ];
 
-    /// The same form without shadowing. Sampling of visible normals uses it.
+    /// Returns the same form without shadowing, for sampling visible normals.
     #[must_use]
     pub fn unshadowed(self) -> Self {
         match self {
@@ -96,18 +97,19 @@ impl Masking {
     }
 }
 
-/// `f = (wo·wh) / wh.z = (wi·wh) / wh.z`: projected area, per unit of macrosurface, of the facet that reflects `wo` to `wi`.
+/// Returns `f = (wo·wh) / wh.z = (wi·wh) / wh.z`: the projected area of the facet that reflects `wo` to `wi`, per unit of macrosurface.
 ///
-/// `wo·wh` is computed as `|wo + wi| / 2`, because the dot product loses all its digits as `wi → −wo`.
+/// Computes `wo·wh` as `|wo + wi| / 2`, because the dot product loses all its digits as `wi → −wo`.
 pub fn half_facet_area(wo: DVec3, wi: DVec3, wh: DVec3) -> f64 {
     0.5 * (wo + wi).length() / wh.z.max(1e-12)
 }
 
-/// `G / a_o`, in 0..1e6: the factor of `F D / 4` in `f_r cos θ_i` (table above). `wh`: half vector; `m`: mean slope; `area_o`, `area_i`:
-/// visible projected areas `A(wo)`, `A(wi)` of the distribution, at least [`MIN_AREA`]; `s`: slope covariance or a multiple of it (a
-/// roughness matrix). The direction-correlated forms take the correlation of `wo` and `wi` from `s`.
+/// Returns `G / a_o`, in 0..1e6: the factor of `F D / 4` in `f_r cos θ_i` (table above). `wh` is the half vector, and `m` is the mean
+/// slope. `area_o` and `area_i` are the visible projected areas `A(wo)` and `A(wi)` of the distribution, at least [`MIN_AREA`]. `s` is the
+/// slope covariance or a multiple of it (a roughness matrix). The direction-correlated forms take the correlation of `wo` and `wi` from
+/// `s`.
 ///
-/// With shadowing, 0 for a light on or below the mesosurface.
+/// With shadowing, the factor is 0 for a light on or below the mesosurface.
 pub fn masking_factor(
     masking: Masking,
     wo: DVec3,
@@ -131,7 +133,7 @@ pub fn masking_factor(
             let denominator = wi.z * area_o + wo.z * area_i - wo.z * wi.z;
             if seen && denominator > 0.0 { wi.z / denominator.max(MIN_AREA * wi.z) } else { 0.0 }
         }
-        // min(f, 2 a_o, 2 a_i) / (f a_o) without division by a_o: the limit at a_o = 0 is 2/f.
+        // Computes min(f, 2 a_o, 2 a_i) / (f a_o) without dividing by a_o; the limit at a_o = 0 is 2/f.
         Masking::VGroove => ai / (ai * ao.max(0.5 * facet).max(MIN_AREA)).max(0.5 * facet * ao).max(1e-30),
         Masking::VGrooveUnshadowed => 1.0 / ao.max(0.5 * facet).max(MIN_AREA),
         Masking::NormalMap => 1.0 / facet.max(MIN_AREA),
@@ -148,14 +150,14 @@ pub fn masking_factor(
     }
 }
 
-/// [`masking_factor`] of a distribution, for the half vector `wh` of `wo` and `wi`.
+/// Returns the [`masking_factor`] of a distribution, for the half vector `wh` of `wo` and `wi`.
 pub fn attenuation(masking: Masking, distribution: &impl SlopeDistribution, wo: DVec3, wi: DVec3, wh: DVec3) -> f64 {
     let (area_o, area_i) = (distribution.visible_area(wo), distribution.visible_area(wi));
     masking_factor(masking, wo, wi, wh, distribution.mean_slope(), area_o, area_i, distribution.shape())
 }
 
-/// The thesis' `G` in `f_r = F D G / (4 cos θ_i cos θ_o)` (eq. 2.1): [`attenuation`] times `cos θ_o`. Up to 1 for a
-/// central distribution, unbounded for a sheared one. 0 for `wo` below the horizon.
+/// Returns the thesis' `G` in `f_r = F D G / (4 cos θ_i cos θ_o)` (eq. 2.1), which is [`attenuation`] times `cos θ_o`. `G` is at most 1 for
+/// a central distribution, unbounded for a sheared one, and 0 for `wo` below the horizon.
 pub fn geometric_attenuation(
     masking: Masking,
     distribution: &impl SlopeDistribution,
@@ -166,8 +168,8 @@ pub fn geometric_attenuation(
     wo.z.max(0.0) * attenuation(masking, distribution, wo, wi, wh)
 }
 
-/// Smith's `G₁(w) = cos θ / A(w)` (thesis eq. 2.14 and 3.3); 0 below the horizon or behind the mesosurface. Not clamped: exceeds 1 where a
-/// shear hides most of the macrosurface's projection.
+/// Returns Smith's `G₁(w) = cos θ / A(w)` (thesis eq. 2.14 and 3.3), or 0 below the horizon or behind the mesosurface. The value is not
+/// clamped, and exceeds 1 where a shear hides most of the macrosurface's projection.
 pub fn smith_g1(distribution: &impl SlopeDistribution, w: DVec3) -> f64 {
     if w.z <= 0.0 || distribution.meso_area(w) <= 0.0 {
         return 0.0;

@@ -6,37 +6,37 @@ use std::f64::consts::{FRAC_1_PI, FRAC_PI_4};
 /// A light direction drawn by [`Brdf::sample`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BrdfSample {
-    /// Unit direction towards the light.
+    /// The unit direction towards the light.
     pub wi: DVec3,
-    /// Density of `wi`, per steradian, > 0: the value of [`Brdf::pdf`].
+    /// The density of `wi`, per steradian, > 0, as returned by [`Brdf::pdf`].
     pub pdf: f64,
-    /// `f_r cos θ_i / pdf`, linear RGB: the factor for the radiance from `wi`. Finite where `pdf` is large.
+    /// `f_r cos θ_i / pdf`, in linear RGB: the factor for the radiance from `wi`. Finite where `pdf` is large.
     pub throughput: DVec3,
 }
 
 /// A bidirectional reflectance distribution function. Directions are unit vectors in the tangent frame, z up.
 pub trait Brdf {
-    /// `f_r(wi, wo) cos θ_i`, linear RGB per steradian: the radiance towards `wo` under a light from `wi`, per unit of irradiance on a
-    /// plane that faces the light. 0 if nothing is reflected; finite for every pair of directions.
+    /// Returns `f_r(wi, wo) cos θ_i`, in linear RGB per steradian: the radiance towards `wo` under a light from `wi`, per unit of
+    /// irradiance on a plane that faces the light. The value is 0 if nothing is reflected, and finite for every pair of directions.
     ///
-    /// Tilted facets of a rough surface can be visible and lit from below the macrosurface's horizon. This is then positive while
+    /// Tilted facets of a rough surface can be visible and lit from below the macrosurface's horizon. The value is then positive while
     /// [`Brdf::eval`] is 0.
     fn eval_cos(&self, wo: DVec3, wi: DVec3) -> DVec3;
 
-    /// `f_r(wi, wo)`, per steradian: [`Brdf::eval_cos`] divided by `wi.z`, and 0 for a light on or below the horizon.
+    /// Returns `f_r(wi, wo)`, per steradian: [`Brdf::eval_cos`] divided by `wi.z`, or 0 for a light on or below the horizon.
     fn eval(&self, wo: DVec3, wi: DVec3) -> DVec3 {
         if wi.z <= 0.0 { DVec3::ZERO } else { self.eval_cos(wo, wi) / wi.z.max(1e-30) }
     }
 
-    /// Density of [`Brdf::sample`] at `wi` for `wo`, per steradian. The default is the cosine over π.
+    /// Returns the density of [`Brdf::sample`] at `wi` for `wo`, per steradian. The default is the cosine over π.
     ///
-    /// Integrates to at most one; the rest is the probability that there is no sample.
+    /// The density integrates to at most one; the remainder is the probability that there is no sample.
     fn pdf(&self, wo: DVec3, wi: DVec3) -> f64 {
         if wo.z <= 0.0 { 0.0 } else { wi.z.max(0.0) * FRAC_1_PI }
     }
 
-    /// A light direction for `u` in `[0, 1)²`, importance sampled by [`Brdf::eval_cos`]; `None` if no facet is visible to `wo`, which
-    /// counts as a sample of weight 0.
+    /// Returns a light direction for `u` in `[0, 1)²`, importance sampled by [`Brdf::eval_cos`]. `None`, a sample of weight 0, means that
+    /// no facet is visible to `wo`.
     fn sample(&self, wo: DVec3, u: DVec2) -> Option<BrdfSample> {
         let wi = cosine_sample(u);
         let pdf = self.pdf(wo, wi);
@@ -44,7 +44,7 @@ pub trait Brdf {
     }
 }
 
-/// A direction of density `cos θ / π` for `u` in `[0, 1)²` (concentric map of Shirley and Chiu, lifted to the hemisphere).
+/// Returns a direction of density `cos θ / π` for `u` in `[0, 1)²` (concentric map of Shirley and Chiu, lifted to the hemisphere).
 pub fn cosine_sample(u: DVec2) -> DVec3 {
     let p = 2.0 * u - DVec2::ONE;
     let (r, phi) = if p.x.abs() > p.y.abs() {

@@ -1,66 +1,67 @@
-//! Methods older than LEADR: Blinn-Phong lobes around mipmapped normals, Toksvig's roughness from mean normal length, and a single
+//! Methods older than LEADR: Blinn-Phong lobes around mipmapped normals, Toksvig's roughness from the mean normal length, and a single
 //! environment lookup per lobe.
 //!
 //! # Blinn-Phong
 //!
-//! `D(wh) = (e + 2) / 2π cosᵉ` around the normal: a normal density per solid angle whose projected areas sum to one. Near its peak it is a
+//! The lobe `D(wh) = (e + 2) / 2π cosᵉ` is a density of normals per solid angle; projected areas sum to one. Near its peak, the lobe is a
 //! Gaussian of slopes with variance `1 / (e + 2)` per axis. A Beckmann lobe has the variance `α²/2`, so `e = 2/α² − 2` (Walter et al.
 //! 2007).
 //!
 //! # Toksvig
 //!
 //! The filtered normal `n̄` gets shorter as the normals under a pixel vary more. Toksvig (2005) uses `(1 − |n̄|) / |n̄|` as their variance
-//! `v` and widens the lobe to `e / (1 + e v)`. The maps here store slope moments rather than normals, because bumps are rescaled and
-//! surfaces deform, so the length is computed from the moments. [`normal_variance`] is the variance of normals around the normal of the
-//! mean slope, to first order. For Gaussian slopes with variance `v` per axis around the frame's axis,
+//! `v` and widens the lobe to the exponent `e / (1 + e v)`. The maps here store slope moments rather than normals, because bumps are
+//! rescaled and surfaces deform, so the length is computed from the moments. [`normal_variance`] is the variance of normals around the
+//! normal of the mean slope, to first order. For Gaussian slopes with variance `v` per axis around the frame's axis, the length is exactly
 //!
 //! ```text
 //! |n̄| = E[1/√(1 + |x|²)] = ∫₀^∞ e^(−u) / √(1 + 2vu) du = t M(t),   t = 1/√v,  M: Mills' ratio
 //! ```
 //!
-//! exactly. [`toksvig_variance`] computes `1 − t M` without the cancellation of an 8-bit normal map.
+//! [`toksvig_variance`] computes `1 − t M` without the cancellation that 8-bit normal maps suffer.
 
 use crate::facets::normal_distribution::tail_mean_ratio;
 use crate::limits::MIN_AREA;
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
-/// Exponent of the Blinn-Phong lobe equivalent to a Beckmann roughness, 0 to 1e6.
+/// Returns the exponent of the Blinn-Phong lobe that is equivalent to a Beckmann roughness, 0 to 1e6.
 pub fn blinn_phong_exponent(alpha: f64) -> f64 {
     (2.0 / (alpha * alpha).max(MIN_AREA) - 2.0).clamp(0.0, 1e6)
 }
 
-/// Slope variance per axis at the peak of a lobe.
+/// Returns the slope variance per axis at the peak of a lobe.
 pub fn blinn_phong_variance(exponent: f64) -> f64 {
     1.0 / (exponent + 2.0)
 }
 
-/// Normal density per solid angle at the cosine `cosine` to the lobe's axis.
+/// Returns the density of normals per solid angle, at the cosine of the angle to the lobe's axis.
 pub fn blinn_phong_ndf(cosine: f64, exponent: f64) -> f64 {
     if cosine <= 0.0 { 0.0 } else { (exponent + 2.0) / (2.0 * PI) * cosine.powf(exponent) }
 }
 
-/// Variance of unit normals around the normal of the mean slope `m`, per axis of its tangent plane, to first order in the slope covariance
-/// `s`: half the trace of `S G`, where `G = (I − m mᵀ/q)/q` with `q = 1 + |m|²` is the metric of normals over slopes.
+/// Returns the variance of unit normals around the normal of the mean slope `m`, per axis of its tangent plane, to first order in the slope
+/// covariance `s`. The variance is half the trace of `S G`, where `G = (I − m mᵀ/q)/q` with `q = 1 + |m|²` is the metric of normals over
+/// slopes.
 pub fn normal_variance(m: DVec2, s: DVec3) -> f64 {
     let per = 1.0 / (1.0 + m.length_squared());
     let along = s.x * m.x * m.x + s.y * m.y * m.y + 2.0 * s.z * m.x * m.y;
     (0.5 * per * (s.x + s.y - per * along)).max(0.0)
 }
 
-/// `(1 − |n̄|) / |n̄|` for normals of this variance.
+/// Returns `(1 − |n̄|) / |n̄|` for normals of this variance.
 pub fn toksvig_variance(variance: f64) -> f64 {
     let shortening = tail_mean_ratio(1.0 / variance.max(1e-12).sqrt());
     shortening / (1.0 - shortening).max(1e-6)
 }
 
-/// Exponent of the filtered lobe.
+/// Returns the exponent of the filtered lobe.
 pub fn toksvig_exponent(exponent: f64, variance: f64) -> f64 {
     exponent / (1.0 + exponent * variance)
 }
 
-/// Level of detail of a lobe's single environment lookup, for a normal variance per axis and a cube map of `size` texels per edge.
-/// Reflected directions rotate twice as far as normals. A bilinear lookup in a box-filtered level with texels of width `h` has the
+/// Returns the level of detail of a lobe's single environment lookup, for a normal variance per axis and a cube map of `size` texels per
+/// edge. Reflected directions rotate twice as far as normals. A bilinear lookup in a box-filtered level with texels of width `h` has the
 /// variance `h²/4`.
 pub fn lobe_lod(variance: f64, size: f64) -> f64 {
     0.5 * (4.0 * variance).max(1e-12).log2() + size.log2() + 0.467
@@ -72,7 +73,6 @@ mod tests {
     use crate::quadrature::composite_gauss;
     use crate::slopes::grid::{normal_of_slope, slope_at, slope_cholesky};
 
-    /// Filtered normal of Gaussian slopes.
     fn filtered_normal(m: DVec2, s: DVec3) -> DVec3 {
         let cholesky = slope_cholesky(s);
         let rule: Vec<(f64, f64)> = composite_gauss(-9.0, 9.0, 4, 16);

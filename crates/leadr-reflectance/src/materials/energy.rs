@@ -1,71 +1,71 @@
-//! Directional albedo of specular microfacets, the energy lost to a single bounce, and two compensations (Kulla and Conty 2017; Turquin
+//! Directional albedo of specular microfacets, the energy that a single bounce loses, and two compensations (Kulla and Conty 2017; Turquin
 //! 2019).
 //!
 //! A microfacet BRDF models one bounce. Ideal specular facets reflect `E(c, α) < 1` towards a viewer of cosine `c`; the remaining light
-//! hits other facets and leaves later. The [`compensation_lobe`] adds it as `(1 − E_o)(1 − E_i) / (π (1 − E_avg))`. This is reciprocal,
-//! and its albedo is exactly `1 − E_o`. Each further bounce tints it by the mean Fresnel reflectance.
+//! hits other facets and leaves later. The [`compensation_lobe`] adds this light as `(1 − E_o)(1 − E_i) / (π (1 − E_avg))`. The lobe is
+//! reciprocal, and its albedo is exactly `1 − E_o`. Each further bounce tints the light by the mean Fresnel reflectance.
 //!
-//! The table stores [`directional_albedo`](crate::integrals::directional_albedo). It is never lower between nodes, so no result exceeds 1.
-//! Its average row is the exact mean of the interpolated table.
+//! The table stores [`directional_albedo`](crate::integrals::directional_albedo). Between nodes, the table is never below the true albedo,
+//! so no result exceeds 1. The average row is the exact mean of the interpolated table.
 
 use crate::facets::fresnel::grazing_reflectance;
 use crate::limits::{at_least, unit};
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// Directional albedo under Schlick's Fresnel term, split by F0 (Karis 2013); the term is linear in F0.
+/// The directional albedo under Schlick's Fresnel term, split by F0 (Karis 2013). Schlick's term is linear in F0.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SplitAlbedo {
-    /// Albedo for `F = 1`.
+    /// The albedo for `F = 1`.
     pub ideal: f64,
-    /// Albedo for `F = (1 − cos θ_d)⁵`.
+    /// The albedo for `F = (1 − cos θ_d)⁵`.
     pub grazing: f64,
 }
 
 impl SplitAlbedo {
-    /// Factor of `F0`.
+    /// Returns the factor of `F0`.
     pub fn scale(&self) -> f64 {
         self.ideal - self.grazing
     }
 
-    /// Additive bias, per reflectance at grazing incidence.
+    /// Returns the additive bias, per reflectance at grazing incidence.
     pub fn bias(&self) -> f64 {
         self.grazing
     }
 
-    /// Albedo for [`fresnel_schlick`](crate::facets::fresnel::fresnel_schlick) with this `f0`.
+    /// Returns the albedo for [`fresnel_schlick`](crate::facets::fresnel::fresnel_schlick) with this `f0`.
     pub fn of(&self, f0: DVec3) -> DVec3 {
         f0 * self.scale() + grazing_reflectance(f0) * self.grazing
     }
 }
 
-/// Nodes of an [`EnergyTable`] over `√cos`, 0 to 1.
+/// The number of nodes of an [`EnergyTable`] over `√cos`, 0 to 1.
 pub const ENERGY_COSINES: usize = 32;
-/// Nodes of an [`EnergyTable`] over the fourth root of `α`, 0 to 1.
+/// The number of nodes of an [`EnergyTable`] over the fourth root of `α`, 0 to 1.
 pub const ENERGY_ALPHAS: usize = 48;
-/// Texels in a row: one per cosine, then the average.
+/// The number of texels in a row: one per cosine, and one for the average.
 pub const ENERGY_ROW: usize = ENERGY_COSINES + 1;
 
-/// Table nodes for GGX, then Beckmann facets, as 16-bit little-endian unorms: `1 − ideal` and `grazing` interleaved, by cosine and then by
-/// roughness. Example 20 writes the file.
+/// The table nodes for GGX, then Beckmann facets, as 16-bit little-endian unorms: `1 − ideal` and `grazing` interleaved, by cosine and then
+/// by roughness. Example 20 writes the file.
 static NODES: &[u8; 2 * 4 * ENERGY_COSINES * ENERGY_ALPHAS] = include_bytes!("energy.bin");
 
-/// Specular albedo by roughness and viewer. Texel `(x, y)` is `(1 − ideal, grazing)` at `cos = (x/31)²`, `α = (y/47)⁴`; `x = 32` holds the
-/// average over the hemisphere. Interpolation is linear in `√cos` ([`energy_weight`]) and in the fourth root of `α`. The loss of smooth
-/// facets depends on `cos / α`, so rows have a constant ratio, not a constant step.
+/// The specular albedo by roughness and viewer. Texel `(x, y)` is `(1 − ideal, grazing)` at `cos = (x/31)²`, `α = (y/47)⁴`; `x = 32` holds
+/// the average over the hemisphere. Interpolation is linear in `√cos` ([`energy_weight`]) and in the fourth root of `α`. The loss of smooth
+/// facets depends on `cos / α`, so rows are denser at small `α`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EnergyTable(Vec<[f32; 2]>);
 
 impl EnergyTable {
-    /// Texels in a table.
+    /// The number of texels in a table.
     pub const TEXELS: usize = ENERGY_ROW * ENERGY_ALPHAS;
 
-    /// The table of GGX facets with height-correlated masking.
+    /// Returns the table of GGX facets with height-correlated masking.
     pub fn ggx() -> Self {
         Self::stored(0)
     }
 
-    /// The table of Beckmann facets with height-correlated masking.
+    /// Returns the table of Beckmann facets with height-correlated masking.
     pub fn beckmann() -> Self {
         Self::stored(1)
     }
@@ -83,12 +83,12 @@ impl EnergyTable {
         Self(rows.collect())
     }
 
-    /// The texels, row by row, in the layout of `leadr/materials/energy.glsl`.
+    /// Returns the texels, row by row, in the layout of `leadr/materials/energy.glsl`.
     pub fn texels(&self) -> &[[f32; 2]] {
         &self.0
     }
 
-    /// Albedo towards a viewer. Arguments are clamped to 0..1.
+    /// Returns the albedo towards a viewer. Arguments are clamped to 0..1.
     pub fn albedo(&self, alpha: f64, cosine: f64) -> SplitAlbedo {
         let x = unit(cosine).sqrt() * (ENERGY_COSINES - 1) as f64;
         let at = (x as usize).min(ENERGY_COSINES - 2);
@@ -100,7 +100,7 @@ impl EnergyTable {
         self.between_rows(alpha, mix)
     }
 
-    /// Mean over the cosine-weighted hemisphere.
+    /// Returns the mean albedo over the cosine-weighted hemisphere.
     pub fn average(&self, alpha: f64) -> SplitAlbedo {
         self.between_rows(alpha, |y, k| f64::from(self.0[y * ENERGY_ROW + ENERGY_COSINES][k]))
     }
@@ -114,13 +114,13 @@ impl EnergyTable {
     }
 }
 
-/// Interpolation weight of the next node at fraction `t` after node `column` in `√cos`. Near grazing incidence albedos are linear in the
-/// cosine itself.
+/// Returns the interpolation weight of the next node at fraction `t` after node `column` in `√cos`. Near grazing incidence, albedos are
+/// linear in the cosine.
 pub fn energy_weight(column: usize, t: f64) -> f64 {
     if column == 0 { t * t } else { t }
 }
 
-/// `2 ∫ f(c) c dc` of a row: `4 ∫ f u³ du`, with `u = √c`.
+/// Computes `2 ∫ f(c) c dc` of a row as `4 ∫ f u³ du`, with `u = √c`.
 fn row_average(row: &[[f32; 2]], k: usize) -> f64 {
     let n = (row.len() - 1) as f64;
     let piece = |i: usize| {
@@ -135,38 +135,38 @@ fn row_average(row: &[[f32; 2]], k: usize) -> f64 {
     (0..row.len() - 1).map(piece).sum()
 }
 
-/// Mean of Schlick's Fresnel term over the cosine-weighted hemisphere, `F0 + (F90 − F0) / 21`.
+/// Returns the mean of Schlick's Fresnel term over the cosine-weighted hemisphere, `F0 + (F90 − F0) / 21`.
 pub fn average_fresnel(f0: DVec3) -> DVec3 {
     f0 + (grazing_reflectance(f0) - f0) / 21.0
 }
 
-/// Share of the lost energy that leaves after all further bounces, `F² E / (1 − F (1 − E))`, where `F` is [`average_fresnel`] and `E` the
-/// average albedo of ideal specular facets. 1 for `F0 = 1`.
+/// Returns the fraction of the lost energy that leaves after all further bounces, `F² E / (1 − F (1 − E))`, where `F` is
+/// [`average_fresnel`] and `E` the average albedo of ideal specular facets. All of it leaves for `F0 = 1`.
 pub fn compensation_color(f0: DVec3, average_ideal: f64) -> DVec3 {
     let f = average_fresnel(f0);
     f * f * average_ideal / (DVec3::ONE - f * (1.0 - average_ideal)).max(DVec3::splat(1e-6))
 }
 
-/// `(1 − E_o)(1 − E_i) / (π (1 − E_avg))`: multiple-scattering BRDF of ideal specular facets, per steradian. Multiply by
-/// [`compensation_color`]. Reciprocal; its albedo towards the viewer is `1 − E_o`.
+/// Returns the multiple-scattering BRDF of ideal specular facets, `(1 − E_o)(1 − E_i) / (π (1 − E_avg))`, per steradian. Multiply the lobe
+/// by [`compensation_color`]. The lobe is reciprocal, and its albedo towards the viewer is `1 − E_o`.
 pub fn compensation_lobe(ideal_o: f64, ideal_i: f64, average_ideal: f64) -> f64 {
     (1.0 - ideal_o) * (1.0 - ideal_i) / (PI * at_least(1.0 - average_ideal, 1e-6))
 }
 
-/// `1 + F0 (1/E_o − 1)`: factor of the single-scattering lobe that gives the multiple-scattering albedo for `F0 = 1` (Turquin 2019). No
-/// second lobe is needed, but the result is not reciprocal, and all light stays in the lobe.
+/// Returns `1 + F0 (1/E_o − 1)`, the factor of the single-scattering lobe that gives the multiple-scattering albedo for `F0 = 1` (Turquin
+/// 2019). No second lobe is needed, but the result is not reciprocal, and all light stays in the first lobe.
 pub fn compensation_scale(f0: DVec3, ideal_o: f64) -> DVec3 {
     let e = at_least(ideal_o, 1e-3);
     DVec3::ONE + f0 * ((1.0 - e) / e)
 }
 
-/// Total specular albedo towards the viewer: [`SplitAlbedo::of`] plus the compensation.
+/// Returns the total specular albedo towards the viewer: [`SplitAlbedo::of`] plus the compensation.
 pub fn specular_albedo(f0: DVec3, albedo: SplitAlbedo, average_ideal: f64) -> DVec3 {
     albedo.of(f0) + (1.0 - albedo.ideal) * compensation_color(f0, average_ideal)
 }
 
-/// Energy left for the substrate, `1 − ` [`specular_albedo`], ≥ 0. It is linear in the table, so [`EnergyTable::average`] gives the mean
-/// over the hemisphere.
+/// Returns the energy left for the substrate, `1 − ` [`specular_albedo`], ≥ 0. The energy is linear in the table, so
+/// [`EnergyTable::average`] gives the mean over the hemisphere.
 pub fn entered(f0: DVec3, albedo: SplitAlbedo, average_ideal: f64) -> DVec3 {
     (DVec3::ONE - specular_albedo(f0, albedo, average_ideal)).max(DVec3::ZERO)
 }
@@ -176,7 +176,6 @@ mod tests {
     use super::*;
     use crate::quadrature::composite_gauss;
 
-    /// `2 ∫ f(c) c dc`, panel by panel of the table.
     fn mean(f: impl Fn(f64) -> f64) -> f64 {
         composite_gauss(0.0, 1.0, 31, 6).into_iter().map(|(u, w)| w * 4.0 * u.powi(3) * f(u * u)).sum()
     }
@@ -192,7 +191,6 @@ mod tests {
         }
     }
 
-    /// The lobe's albedo equals the energy that ideal specular facets lose to a single bounce.
     #[test]
     fn compensation_lobe_returns_lost_energy() {
         let table = EnergyTable::ggx();

@@ -8,17 +8,17 @@ use super::brdf::{Brdf, BrdfSample, cosine_sample};
 use super::microfacet::Microfacet;
 use crate::facets::tabulated::Tabulated;
 
-/// `f_r = F D G / (4 cos θ_i cos θ_o) + diffuse / π`.
+/// A material with the BRDF `f_r = F D G / (4 cos θ_i cos θ_o) + diffuse / π`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FittedBrdf {
-    /// Specular facets.
+    /// The specular facets.
     pub facets: Microfacet<Tabulated>,
-    /// Albedo of the diffuse base, linear RGB.
+    /// The albedo of the diffuse base, in linear RGB.
     pub diffuse: DVec3,
 }
 
 impl FittedBrdf {
-    /// Probability of sampling the diffuse term: its share of the reflectance at normal incidence.
+    /// Returns the probability of sampling the diffuse term, which is its fraction of the reflectance at normal incidence.
     fn diffuse_share(&self) -> f64 {
         let [diffuse, specular] = [self.diffuse, self.facets.fresnel.at(1.0)].map(|c| c.element_sum());
         if diffuse <= 0.0 { 0.0 } else { (diffuse / (diffuse + specular)).clamp(0.1, 1.0) }

@@ -1,7 +1,7 @@
-//! Shader data of a fitted material: a row of numbers with the layout of `leadr/materials/fitted.glsl`.
+//! Shader data of a fitted material: a row of numbers in the layout of `leadr/materials/fitted.glsl`.
 //!
-//! Table nodes store `ln D` and its slope, so shaders interpolate with the same cubic. The visible area is stored at `cos θ = (j/n)²`,
-//! which is denser where it differs from the cosine. Fresnel reflectances are stored as measured.
+//! Table nodes store `ln D` and its slope, so shaders interpolate with the same cubic as the CPU. The visible area is stored at
+//! `cos θ = (j/n)²`, with denser nodes where it differs from the cosine. Fresnel reflectances are stored as measured.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -13,17 +13,16 @@ use crate::facets::ellipse::ellipse_from_roughness;
 use crate::facets::gaussian_mixture::{Lobe, MOST_LOBES};
 use crate::facets::slope_distribution::SlopeDistribution as _;
 
-/// Upper bound of a lobe's roughness.
 const MOST_ALPHA: f64 = 2.0;
-/// Intervals of the visible area.
+/// The number of intervals of the visible area.
 const AREAS: usize = 96;
-/// Intervals of the Fresnel term.
+/// The number of intervals of the Fresnel term.
 const REFLECTANCES: usize = 90;
-/// Numbers in the header, and per lobe.
+/// The number of values in the header.
 const HEAD: usize = 13;
 const LOBE: usize = 5;
 
-/// A material in shader layout.
+/// A material in the layout of the shaders.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FittedTable {
     words: Vec<f32>,
@@ -31,19 +30,19 @@ pub struct FittedTable {
     alpha: f32,
 }
 
-/// The minor radius of a lobe as a Beckmann roughness: the roughness across the anisotropy direction.
+/// Returns the minor radius of a lobe as a Beckmann roughness, which is the roughness across the anisotropy direction.
 pub fn lobe_alpha(lobe: &Lobe) -> f64 {
     ellipse_from_roughness(2.0 * lobe.covariance).radii.min_element().clamp(1e-4, MOST_ALPHA)
 }
 
-/// Direction of largest slope variance, in radians from the x axis, modulo π.
+/// Returns the direction of the largest slope variance, in radians from the x axis, modulo π.
 pub fn widest_direction(covariance: DVec3) -> f64 {
     0.5 * (2.0 * covariance.z).atan2(covariance.x - covariance.y)
 }
 
 impl FittedTable {
-    /// Packs a fit and its first [`MOST_LOBES`] lobes. `alpha`: its equivalent roughness; a surface of another roughness scales slopes by
-    /// the quotient.
+    /// Packs a fit and its first [`MOST_LOBES`] lobes. `alpha` is the equivalent roughness of the fit. A surface of another roughness
+    /// scales slopes by the ratio.
     pub fn new(brdf: &FittedBrdf, lobes: &[Lobe], alpha: f32) -> Self {
         let facets = &brdf.facets;
         let lobes = &lobes[..lobes.len().min(MOST_LOBES)];
@@ -90,17 +89,17 @@ impl FittedTable {
         Self { words: words.into_iter().map(|word| word as f32).collect(), lobes: lobes.len() as u32, alpha }
     }
 
-    /// The packed numbers.
+    /// Returns the packed numbers.
     pub fn words(&self) -> &[f32] {
         &self.words
     }
 
-    /// Number of lobes.
+    /// Returns the number of lobes.
     pub const fn lobes(&self) -> u32 {
         self.lobes
     }
 
-    /// Equivalent roughness of the material.
+    /// Returns the equivalent roughness of the material.
     pub const fn alpha(&self) -> f32 {
         self.alpha
     }

@@ -2,30 +2,30 @@
 
 use glam::DVec3;
 
-/// The half vector `wh`, and the light direction `wd` in the frame that rotates `wh` to z; both are unit vectors. `wd.z = cos θ_d` is the
-/// argument of the Fresnel term.
+/// The half vector `wh`, and the light direction `wd` in a frame with `wh` along z. Both are unit vectors. `wd.z = cos θ_d` is the argument
+/// of the Fresnel term.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HalfDifference {
-    /// `(wi + wo) / |wi + wo|`.
+    /// The half vector `(wi + wo) / |wi + wo|`.
     pub wh: DVec3,
-    /// `Rot_y(−θ_h) Rot_z(−φ_h) wi`; `wd.z ≥ 0`.
+    /// The difference vector `Rot_y(−θ_h) Rot_z(−φ_h) wi`, with `wd.z ≥ 0`.
     pub wd: DVec3,
 }
 
-/// `(sin θ, cos φ, sin φ)` of a direction; `φ = 0` at the poles.
+/// Returns `(sin θ, cos φ, sin φ)` of a direction, with `φ = 0` at the poles.
 fn angles(w: DVec3) -> (f64, f64, f64) {
     let sin = (w.x * w.x + w.y * w.y).sqrt();
     if sin < 1e-18 { (0.0, 1.0, 0.0) } else { (sin, w.x / sin, w.y / sin) }
 }
 
-/// Half and difference vectors of the unit directions `wo` and `wi` (thesis eq. 1.8).
+/// Returns the half and difference vectors of the unit directions `wo` and `wi` (thesis eq. 1.8).
 ///
-/// Opposite directions have no half vector. The highest direction orthogonal to `wi` replaces it, the limit in the plane of incidence;
-/// [`half_difference_to_directions`] recovers the pair from it.
+/// Opposite directions have no half vector. The highest direction orthogonal to `wi`, the limit in the plane of incidence, replaces the
+/// half vector. [`half_difference_to_directions`] recovers the pair from it.
 pub fn directions_to_half_difference(wo: DVec3, wi: DVec3) -> HalfDifference {
     let sum = wi + wo;
     let length2 = sum.length_squared();
-    // sum = (|sum|² / 2) wi + a part orthogonal to wi; rounding destroys the first part for short sums.
+    // sum = (|sum|² / 2) wi + a vector orthogonal to wi; for short sums, rounding destroys the component along wi.
     let across = sum - sum.dot(wi) * wi;
     let wh = if length2 > 1.0 {
         sum / length2.sqrt()
@@ -40,12 +40,12 @@ pub fn directions_to_half_difference(wo: DVec3, wi: DVec3) -> HalfDifference {
     HalfDifference { wh, wd: DVec3::new(wh.z * x - sin * wi.z, y, sin * x + wh.z * wi.z) }
 }
 
-/// `(wo, wi)` from half and difference, unit vectors (thesis eq. 1.8).
+/// Returns `(wo, wi)` from the half and difference vectors, as unit vectors (thesis eq. 1.8).
 pub fn half_difference_to_directions(p: &HalfDifference) -> (DVec3, DVec3) {
     let (sin, cos_phi, sin_phi) = angles(p.wh);
     let x = p.wh.z * p.wd.x + sin * p.wd.z;
     let wi = DVec3::new(cos_phi * x - sin_phi * p.wd.y, sin_phi * x + cos_phi * p.wd.y, p.wh.z * p.wd.z - sin * p.wd.x);
-    // wi·wh is wd.z.
+    // The dot product wi·wh is wd.z.
     (2.0 * p.wd.z * p.wh - wi, wi)
 }
 
@@ -53,7 +53,7 @@ pub fn half_difference_to_directions(p: &HalfDifference) -> (DVec3, DVec3) {
 mod tests {
     use super::*;
 
-    /// Directions over the whole sphere, on the axes and next to them.
+    /// Returns directions over the whole sphere, on the axes and next to them.
     fn directions() -> Vec<DVec3> {
         let axes = [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z];
         let near = [1e-3, 1e-6, 1e-9, 1e-12, 1e-16, 1e-20];
@@ -73,7 +73,7 @@ mod tests {
 
     #[test]
     fn round_trip_of_every_pair_of_directions() {
-        // All pairs: opposite, nearly opposite, equal, on the poles and on the horizon.
+        // Tests all pairs of directions: opposite, nearly opposite, equal, on the poles and on the horizon.
         let (mut worst, mut worst_unit) = (0.0f64, 0.0f64);
         let mut opposite = 0;
         for wo in directions() {
@@ -98,7 +98,7 @@ mod tests {
                 let (wo, wi) = half_difference_to_directions(&HalfDifference { wh, wd });
                 let back = directions_to_half_difference(wo, wi);
                 worst = worst.max((back.wh - wh).length());
-                // Near the poles the azimuth of wh, and so wd, is only as accurate as wh's tiny x and y.
+                // Near the poles, the azimuth of wh is only as accurate as the tiny x and y of wh, and so is wd.
                 if wh.z.abs() < 0.999 {
                     worst = worst.max((back.wd - wd).length());
                 }

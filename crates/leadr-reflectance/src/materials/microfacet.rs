@@ -1,4 +1,4 @@
-//! The microfacet BRDF: any slope distribution, any masking, any Fresnel term (thesis eq. 2.1, sampled by 2.17 and 2.23).
+//! The microfacet BRDF with any slope distribution, masking and Fresnel term (thesis eq. 2.1, sampled by 2.17 and 2.23).
 
 use super::brdf::{Brdf, BrdfSample};
 use crate::facets::beckmann::beckmann_ndf;
@@ -11,40 +11,40 @@ use crate::masking::variants::{Masking, attenuation, half_facet_area, masking_fa
 use crate::slopes::grid::{facet_area, normal_of_slope};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
-/// `f_r cos θ_i = F D (G / a_o) / 4`. The default parts give LEADR eq. 16 for ideal specular facets.
+/// The BRDF with `f_r cos θ_i = F D (G / a_o) / 4`. The default masking and Fresnel term give LEADR eq. 16 for ideal specular facets.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Microfacet<D> {
-    /// Slope density of the facets.
+    /// The slope density of the facets.
     pub distribution: D,
-    /// Masking-shadowing model.
+    /// The masking-shadowing model.
     pub masking: Masking,
-    /// Fresnel term of a facet.
+    /// The Fresnel term of a facet.
     pub fresnel: Fresnel,
 }
 
-/// Half vector of two unit directions; zero for opposite directions.
+/// Returns the half vector of two unit directions, or zero for opposite directions.
 pub fn half_vector(wo: DVec3, wi: DVec3) -> DVec3 {
     let h = wo + wi;
     h / h.length_squared().max(1e-20).sqrt()
 }
 
-/// `D (G / a_o) / 4`, finite: the normal density, which is very large for a smooth surface, is clamped to 1e30.
+/// Returns `D (G / a_o) / 4`, finite because the normal density, very large for a smooth surface, is clamped to 1e30.
 pub fn microfacet_product(d: f64, factor: f64) -> f64 {
     0.25 * d.min(1e30) * factor
 }
 
-/// `D (G / a_o) / 4`: `f_r cos θ_i` for ideal specular facets. 0 unless the half vector is above the horizon.
+/// Returns `D (G / a_o) / 4`, which is `f_r cos θ_i` for ideal specular facets. The value is 0 unless the half vector is above the horizon.
 pub fn microfacet_eval(masking: Masking, distribution: &impl SlopeDistribution, wo: DVec3, wi: DVec3) -> f64 {
     let (m, shape) = (distribution.mean_slope(), distribution.shape());
     specular(masking, wo, wi, m, shape, |wh| distribution.ndf(wh), |w| distribution.visible_area(w))
 }
 
-/// [`microfacet_eval`] for Gaussian slopes of mean `m` and covariance `s`, as in the GLSL library.
+/// Computes [`microfacet_eval`] for Gaussian slopes of mean `m` and covariance `s`, as in the GLSL library.
 pub fn microfacet_eval_beckmann(masking: Masking, wo: DVec3, wi: DVec3, m: DVec2, s: DVec3) -> f64 {
     specular(masking, wo, wi, m, s, |wh| beckmann_ndf(wh, m, s), |w| visible_area(w, m, s))
 }
 
-/// [`microfacet_eval`] for GGX slopes of mean `m` and roughness matrix `a` (`α²` terms), as in the GLSL library.
+/// Computes [`microfacet_eval`] for GGX slopes of mean `m` and roughness matrix `a` (`α²` terms), as in the GLSL library.
 pub fn microfacet_eval_ggx(masking: Masking, wo: DVec3, wi: DVec3, m: DVec2, a: DVec3) -> f64 {
     specular(masking, wo, wi, m, a, |wh| ggx_ndf(wh, m, a), |w| ggx_visible_area(w, m, a))
 }
@@ -65,25 +65,26 @@ fn specular(
     microfacet_product(ndf(wh), masking_factor(masking, wo, wi, wh, m, area(wo), area(wi), shape))
 }
 
-/// Factor `q` in the density `D q / 4` with which a facet of projected area `facet` samples directions `wi`. It represents the facet's
-/// visible part, from the masking without shadowing.
+/// Returns the factor `q` in the density `D q / 4` with which a facet of projected area `facet` samples directions `wi`. The factor
+/// represents the visible part of the facet, by the masking without shadowing.
 ///
-/// * Smith: `1 / A_o`, the density of visible normals (thesis eq. 2.17); the throughput is `G / G₁ F` (eq. 2.23).
-/// * Normal map: `1 / f`, facets weighted by macrosurface area; the throughput is `F`.
-/// * V-groove: a groove weighted by macrosurface area. If only one of its sides is visible, that side is used. The factor is `1 / f`, or
-///   twice that where `f > 2 a_o`. The throughput is at most `2 F`.
+/// * Smith: `1 / A_o`, which gives the density of visible normals (thesis eq. 2.17); the throughput is `G / G₁ F` (eq. 2.23).
+/// * Normal map: `1 / f`, because facets are weighted by macrosurface area; the throughput is `F`.
+/// * V-groove: `1 / f`, or `2 / f` where `f > 2 a_o`, because grooves are weighted by macrosurface area. If only one side of a groove is
+///   visible, that side is used. The throughput is at most `2 F`.
 fn sampling_factor(masking: Masking, distribution: &impl SlopeDistribution, wo: DVec3, facet: f64) -> f64 {
     let facet = facet.max(MIN_AREA);
     match masking.unshadowed() {
         Masking::NormalMap => 1.0 / facet,
         Masking::VGrooveUnshadowed if facet > 2.0 * distribution.meso_area(wo) => 2.0 / facet,
         Masking::VGrooveUnshadowed => 1.0 / facet,
-        // Not clamped to MIN_AREA, unlike the evaluation: samples follow the true density wherever anything is visible.
+        // The area is not clamped to MIN_AREA, unlike in the evaluation, so that samples follow the true density wherever anything is
+        // visible.
         _ => 1.0 / distribution.visible_area(wo).max(1e-30),
     }
 }
 
-/// A visible normal with the density of [`sampling_factor`]; it may be back-facing or otherwise unusable.
+/// Returns a visible normal with the density of [`sampling_factor`]. The normal may be back-facing or otherwise unusable.
 fn sample_normal(masking: Masking, distribution: &impl SlopeDistribution, wo: DVec3, u: DVec2) -> DVec3 {
     match masking.unshadowed() {
         // At normal incidence, facets are weighted by macrosurface area: D(wn) wn.z.
@@ -91,14 +92,14 @@ fn sample_normal(masking: Masking, distribution: &impl SlopeDistribution, wo: DV
         Masking::VGrooveUnshadowed => {
             let wn = distribution.sample_visible(DVec3::Z, u);
             let slope = -wn.xy() / wn.z.max(1e-12);
-            // The areas of both sides sum to 2 a_o; if one is back-facing, only the other is visible.
+            // The areas of both sides of a groove sum to 2 a_o; if one side is back-facing, only the other side is visible.
             if facet_area(wo, slope) > 0.0 { wn } else { normal_of_slope(2.0 * distribution.mean_slope() - slope) }
         }
         _ => distribution.sample_visible(wo, u),
     }
 }
 
-/// For the V-groove forms, distributions must be symmetric about their mean slope (those of this library are).
+/// The V-groove forms require a distribution that is symmetric about its mean slope, as the distributions of this library are.
 impl<D: SlopeDistribution> Brdf for Microfacet<D> {
     fn eval_cos(&self, wo: DVec3, wi: DVec3) -> DVec3 {
         let wh = half_vector(wo, wi);
@@ -123,7 +124,7 @@ impl<D: SlopeDistribution> Brdf for Microfacet<D> {
         let wi = (2.0 * cosine * wn - wo).normalize();
         let q = sampling_factor(self.masking, &self.distribution, wo, cosine / wn.z.max(1e-12));
         let pdf = 0.25 * self.distribution.ndf(wn) * q;
-        // Avoids the quotient of densities, so it is finite even for the smoothest surface.
+        // This avoids the quotient of densities, so the throughput is finite even for the smoothest surface.
         let throughput = self.fresnel.at(cosine) * (attenuation(self.masking, &self.distribution, wo, wi, wn) / q);
         (pdf > 0.0).then_some(BrdfSample { wi, pdf, throughput })
     }

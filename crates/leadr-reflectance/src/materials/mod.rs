@@ -1,4 +1,4 @@
-//! The renderer's view of materials: evaluation, sampling, density.
+//! The renderer's interface to materials: evaluation, sampling and density.
 
 pub mod brdf;
 pub mod classic;

@@ -1,15 +1,15 @@
 //! Geometric specular antialiasing: converts the surface's rotation within a pixel to roughness, in slope space (Tokuyoshi & Kaplanyan
 //! 2019, "IGSA", and its supplement).
 //!
-//! Within a pixel the half vector moves in the tangent frame by its screen derivatives. Under a Gaussian pixel filter of variance
-//! [`PIXEL_VARIANCE`] this is a Gaussian kernel on the sphere with the covariance `σ² (Δx Δxᵀ + Δy Δyᵀ)`. The slope-space Jacobian
-//! (supplement, eq. 7) transforms it to slopes. It adds to the covariance of a Gaussian surface ([`filter_covariance`]) and, doubled, to
-//! the GGX roughness matrix ([`filter_roughness`]; `α² = 2σ²`).
+//! Within a pixel, the half vector moves in the tangent frame by its screen derivatives. Under a Gaussian pixel filter of variance
+//! [`PIXEL_VARIANCE`], this motion is a Gaussian kernel on the sphere with the covariance `σ² (Δx Δxᵀ + Δy Δyᵀ)`. The slope-space Jacobian
+//! (supplement, eq. 7) transforms the kernel to slopes. The kernel adds to the covariance of a Gaussian surface ([`filter_covariance`])
+//! and, doubled, to the GGX roughness matrix ([`filter_roughness`]; `α² = 2σ²`).
 //!
 //! **With and without the light.** For a distant light and viewer, the half vector is constant and the frame rotates by the change `d` of
 //! its normal. The slope `p` of the half vector then moves by `(I + p pᵀ) d`. So at the pole, the kernel of the normal alone
-//! (`slopes::statistics::add_macro_curvature`) equals that of the half vector. [`tilt_kernel`] transforms it to any other slope. With a
-//! known light this is the half vector's slope. Passes without a light use the mean slope, where the lobe peaks.
+//! (`slopes::statistics::add_macro_curvature`) equals the kernel of the half vector. [`tilt_kernel`] transforms the kernel to any other
+//! slope. Passes with a light transform to the slope of the half vector; others use the mean slope, where the lobe peaks.
 
 use super::packing::principal_variances;
 use super::statistics::{clamp_covariance, map_second_moments};
@@ -17,21 +17,21 @@ use crate::limits::{MIN_NORMAL_Z, at_least, within};
 use glam::{DMat2, DVec2, DVec3};
 use std::f64::consts::PI;
 
-/// Variance of the pixel filter, in squared pixels: a standard deviation of half a pixel.
+/// The variance of the pixel filter, in squared pixels, for a standard deviation of half a pixel.
 pub const PIXEL_VARIANCE: f64 = 0.25;
 
 /// The ratio of kernel to slope covariance that halves the kernel's excess variance ([`kernel_over`]).
 pub const KERNEL_COVER: f64 = 3.0;
 
-/// Bound of the kernel's trace, in radians²: the paper's bound `α² ≤ 0.18` of an isotropic kernel, as variances.
+/// The bound of the kernel's trace, in radians²: the paper's `α² ≤ 0.18` of an isotropic kernel, as variances.
 pub const KERNEL_BOUND: f64 = 0.18;
 
-/// Kernel in slope space, `(s_xx, s_yy, s_xy)`, at the half vector `wh` (unit, tangent frame). `dx`, `dy`: differences to the neighbouring
-/// pixels.
+/// Returns the kernel in slope space, `(s_xx, s_yy, s_xy)`, at the half vector `wh` (unit, tangent frame). `dx` and `dy` are differences to
+/// the neighbouring pixels.
 ///
 /// The kernel is bounded on the sphere, where the bound is an angle, before the transform to slopes, which grow without limit towards the
-/// horizon. With `wh'` the component of a difference orthogonal to `wh`, the slope moves by `(p wh'.z − wh'.xy) / wh.z`. This is eq. 7 of
-/// the supplement times the inverse of eq. 4, without their division by `sin θ`.
+/// horizon. Let `wh'` be the component of a difference orthogonal to `wh`. The slope then moves by `(p wh'.z − wh'.xy) / wh.z`. This is eq.
+/// 7 of the supplement times the inverse of eq. 4, without their division by `sin θ`.
 pub fn half_vector_kernel(wh: DVec3, dx: DVec3, dy: DVec3) -> DVec3 {
     let across = |d: DVec3| {
         let d = d.map(|x| within(x, 1e3));
@@ -49,7 +49,7 @@ pub fn half_vector_kernel(wh: DVec3, dx: DVec3, dy: DVec3) -> DVec3 {
 /// Transforms the kernel of the normal, `(s_xx, s_yy, s_xy)` at slope 0, to `slope`: `(I + p pᵀ) K (I + p pᵀ)`.
 ///
 /// The Jacobian is the first term of the series of `tan(θ + ψ)`; the next term is `ψ tan θ` times the first. Kernels are shortened where
-/// this ratio exceeds 1/2, so the slope spread stays below half the slope and never crosses the pole.
+/// the next term exceeds half of the first, so the slope spread stays below half the slope and never crosses the pole.
 pub fn tilt_kernel(kernel: DVec3, slope: DVec2) -> DVec3 {
     let (x, y, c) = (1.0 + slope.x * slope.x, 1.0 + slope.y * slope.y, slope.x * slope.y);
     let second_order = slope.x * slope.x * kernel.x + slope.y * slope.y * kernel.y + 2.0 * c * kernel.z;
@@ -57,7 +57,7 @@ pub fn tilt_kernel(kernel: DVec3, slope: DVec2) -> DVec3 {
     clamp_covariance(map_second_moments(DMat2::from_cols_array(&[x, c, c, y]), kernel))
 }
 
-/// Kernel variance to add to slopes of covariance `s`.
+/// Returns the kernel variance to add to slopes of covariance `s`.
 ///
 /// A kernel of variance 1/4 prevents subpixel flicker, but a pixel is a box of variance 1/12. Over slopes too rough to flicker, the wider
 /// kernel only blurs. With `T` = [`KERNEL_COVER`]` S` the result is
@@ -66,8 +66,8 @@ pub fn tilt_kernel(kernel: DVec3, slope: DVec2) -> DVec3 {
 /// K − ⅔ (K⁻¹ + T⁻¹)⁻¹,   (K⁻¹ + T⁻¹)⁻¹ = (|T| K + |K| T) / |K + T|
 /// ```
 ///
-/// It is `K` over smooth slopes and tends to `K/3` over rough ones. Slopes and kernel together keep a variance of at least .235 squared
-/// pixels in every direction.
+/// The result is `K` over smooth slopes and tends to `K/3` over rough ones. The variances of slopes and kernel add up to at least 0.235
+/// squared pixels in every direction.
 pub fn kernel_over(kernel: DVec3, s: DVec3) -> DVec3 {
     let t = KERNEL_COVER * s;
     let (of_kernel, of_slopes) = (determinant(kernel), determinant(t));
@@ -75,42 +75,42 @@ pub fn kernel_over(kernel: DVec3, s: DVec3) -> DVec3 {
     kernel - (2.0 / 3.0 * per) * (of_slopes * kernel + of_kernel * t)
 }
 
-/// A simple axis-aligned kernel at least as wide as `kernel` in every direction: adds the off-diagonal magnitude to both variances.
+/// Returns an axis-aligned kernel at least as wide as `kernel` in every direction, with the off-diagonal magnitude added to both variances.
 pub fn axis_aligned_kernel(kernel: DVec3) -> DVec3 {
     DVec3::new(kernel.x + kernel.z.abs(), kernel.y + kernel.z.abs(), 0.0)
 }
 
-/// The narrowest isotropic kernel at least as wide as `kernel` in every direction: its larger principal variance.
+/// Returns the narrowest isotropic kernel at least as wide as `kernel` in every direction, with its larger principal variance.
 pub fn isotropic_kernel(kernel: DVec3) -> DVec3 {
     let variance = principal_variances(kernel).x;
     DVec3::new(variance, variance, 0.0)
 }
 
-/// Raises the matrix determinant to at least `tau` by changing only the off-diagonal. This restores what rounding loses in sums of
-/// elongated matrices; exact arithmetic guarantees `|A + K| ≥ |A|` (Minkowski). Unlike the supplement's clamp inside `D`, the resulting
-/// distribution is normalised. The clamp works for every distribution.
+/// Raises the matrix determinant to at least `tau` by changing only the off-diagonal element. This restores what rounding loses in sums of
+/// elongated matrices; exact arithmetic guarantees `|A + K| ≥ |A|` (Minkowski). Unlike the supplement's clamp inside `D`, this clamp leaves
+/// the distribution normalised. The clamp works for every distribution.
 pub fn clamp_determinant(a: DVec3, tau: f64) -> DVec3 {
     let c = at_least(a.x * a.y - tau, 0.0).sqrt();
     DVec3::new(a.x, a.y, within(a.z, c))
 }
 
-/// Determinant of a covariance or roughness matrix, at least 0.
+/// Returns the determinant of a covariance or roughness matrix, at least 0.
 fn determinant(a: DVec3) -> f64 {
     (a.x * a.y - a.z * a.z).max(0.0)
 }
 
-/// Covariance of a Gaussian surface (LEADR, Beckmann) under the kernel: `S + K`, with a determinant of at least that of `S`.
+/// Returns the covariance of a Gaussian surface (LEADR, Beckmann) under the kernel: `S + K`, with a determinant of at least `|S|`.
 pub fn filter_covariance(s: DVec3, kernel: DVec3) -> DVec3 {
     clamp_determinant(s + kernel, determinant(s))
 }
 
-/// GGX roughness matrix under the kernel: `A + 2K`, with a determinant of at least that of `A` (IGSA: `τ = αx² αy²`).
+/// Returns the GGX roughness matrix under the kernel: `A + 2K`, with a determinant of at least `|A|` (IGSA: `τ = αx² αy²`).
 pub fn filter_roughness(a: DVec3, kernel: DVec3) -> DVec3 {
     clamp_determinant(a + 2.0 * kernel, determinant(a))
 }
 
-/// GGX `D(wh)` with a mean slope and the determinant clamp of the supplement, section 1: `1 / (π √|A| (d A⁻¹ dᵀ + z²)²)` with `d = wh.xy +
-/// wh.z m`. Both uses of `|A|` are at least `tau` > 0. 0 for `wh.z ≤ 0`.
+/// Returns the GGX density `D(wh)` with a mean slope and the determinant clamp of the supplement, section 1:
+/// `1 / (π √|A| (d A⁻¹ dᵀ + z²)²)` with `d = wh.xy + wh.z m`. Both uses of `|A|` are at least `tau` > 0. The density is 0 for `wh.z ≤ 0`.
 pub fn ggx_ndf_clamped(wh: DVec3, m: DVec2, a: DVec3, tau: f64) -> f64 {
     if wh.z <= 0.0 {
         return 0.0;
@@ -131,7 +131,7 @@ mod tests {
     use crate::slopes::statistics::add_macro_curvature;
     use glam::{DMat2, DQuat};
 
-    /// Supplement, eq. 7: derivatives of the slope by the angles along and across the half vector's meridian.
+    /// Returns the derivatives of the slope by the angles along and across the half vector's meridian (supplement, eq. 7).
     fn spherical_jacobian(h: DVec3) -> DMat2 {
         let sin = (1.0 - h.z * h.z).sqrt();
         DMat2::from_cols(DVec2::new(h.x, h.y), DVec2::new(-h.y * h.z, h.x * h.z)) * (-1.0 / (h.z * h.z * sin))
@@ -153,8 +153,7 @@ mod tests {
         }
     }
 
-    /// The half vector is constant while the frame rotates. Its kernel, from tangent-frame differences, equals the tilted kernel of the
-    /// normal.
+    /// The frame rotates under a constant half vector. The kernel from tangent-frame differences equals the tilted kernel of the normal.
     #[test]
     fn the_normals_kernel_tilts_into_the_half_vectors() {
         for wh in [DVec3::Z, DVec3::new(0.4, 0.2, 0.9).normalize(), DVec3::new(-0.8, 0.3, 0.5).normalize()] {
@@ -192,13 +191,13 @@ mod tests {
 
     #[test]
     fn the_kernel_is_as_wide_as_it_has_to_be() {
-        // In units of squared pixels.
+        // All variances are in squared pixels.
         let round = |v: f64| DVec3::new(v, v, 0.0);
         assert_eq!(kernel_over(round(0.25), round(0.0)), round(0.25));
         assert!((kernel_over(round(0.25), round(100.0)).x - 1.0 / 12.0).abs() < 1e-3);
         let least = (0..1000).map(|i| 1e-3 * f64::from(i)).map(|s| s + kernel_over(round(0.25), round(s)).x);
         assert!((least.fold(f64::MAX, f64::min) - 0.2357).abs() < 1e-4);
-        // Each axis is independent, even for a one-dimensional kernel.
+        // The axes are independent, even for a one-dimensional kernel.
         let each = kernel_over(DVec3::new(0.25, 0.1, 0.0), DVec3::new(0.02, 3.0, 0.0));
         assert!((each.x - kernel_over(round(0.25), round(0.02)).x).abs() < 1e-12);
         assert!((each.y - kernel_over(round(0.1), round(3.0)).y).abs() < 1e-12);
@@ -210,7 +209,7 @@ mod tests {
     fn determinant_never_shrinks() {
         for i in 0..2000 {
             let f = f64::from(i);
-            // A long thin kernel on a smooth base: in 32 bits rounding destroys the determinant.
+            // In 32 bits, rounding destroys the determinant of a long thin kernel on a smooth base.
             let base = 1e-6;
             let k = f64::from((0.3 * (0.1 * f).cos()) as f32);
             let l = f64::from((0.3 * (0.1 * f).sin()) as f32);
@@ -226,7 +225,7 @@ mod tests {
 
     #[test]
     fn clamped_ggx_is_normalised_and_held() {
-        // ∫ D wh.z dwh = 1.
+        // Projected areas sum to one: ∫ D wh.z dwh = 1.
         let (m, a) =
             (DVec2::new(0.4, -0.2), filter_roughness(DVec3::new(0.05, 0.02, 0.01), DVec3::new(0.03, 0.05, -0.03)));
         let mut sum = 0.0;
@@ -241,7 +240,7 @@ mod tests {
         assert!((peak - 100.0 / PI).abs() < 1e-9);
     }
 
-    /// Compares two lobes of a Gaussian surface on a rotating frame: averaged over the pixel, and widened by the kernel.
+    /// Compares two lobes of a Gaussian surface on a rotating frame: the average over the pixel, and the lobe widened by the kernel.
     #[test]
     fn against_the_exact_mean_over_a_curved_pixel() {
         let forms = ["none", "normal", "normal at the mean slope", "half vector"];
@@ -276,7 +275,7 @@ mod tests {
                         .sum();
                     let z4 = wh.z.powi(4);
                     let kernels = [DVec3::ZERO, kernel, tilted, tilt_kernel(kernel, slope)];
-                    // Solid angle of the slope cell: z³.
+                    // The solid angle of the slope cell includes the factor z³.
                     let w = wu * wv * wh.z.powi(3);
                     for (e, k) in error.iter_mut().zip(kernels) {
                         *e += w * (beckmann_p22(slope, m, filter_covariance(s, k)) / z4 - exact).abs();

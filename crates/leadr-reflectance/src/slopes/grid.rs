@@ -4,9 +4,9 @@ use super::statistics::slope_correlation;
 use crate::limits::{MAX_SLOPE, at_least};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
-/// Half extent of the grid in standard deviations: 0 for `n = 1` (the mean alone), then `0.3 (n + 1)` up to 3. For `n = 5` it is 1.8, the
-/// paper's value (supplement 3.4). From `n = 32`, every doubling adds 0.8 while the spacing still shrinks, so denser grids converge to the
-/// integral.
+/// Returns the half extent of the grid in standard deviations: 0 for `n = 1` (the mean alone), then `0.3 (n + 1)` up to 3. `n = 5` gives
+/// the paper's value of 1.8 (supplement 3.4). From `n = 32`, every doubling adds 0.8 while the spacing still shrinks, so denser grids
+/// converge to the integral.
 pub fn grid_lambda(n: u32) -> f64 {
     if n <= 1 {
         return 0.0;
@@ -15,14 +15,14 @@ pub fn grid_lambda(n: u32) -> f64 {
     (0.3 * (n + 1.0)).min(3.0) + 0.8 * (n / 32.0).max(1.0).log2()
 }
 
-/// Distance between neighbouring nodes in standard deviations. For `n = 1` it is √12, the width of a box of the same variance.
+/// Returns the distance between neighbouring nodes in standard deviations. For `n = 1`, it is √12, the width of a box of the same variance.
 ///
-/// (LEADR 5.2 divides by N, its supplement by N − 1. The latter gives the distance.)
+/// (LEADR 5.2 divides by N, but its supplement by N − 1, which gives the distance.)
 pub fn grid_spacing(n: u32, lambda: f64) -> f64 {
     if n <= 1 { 12f64.sqrt() } else { 2.0 * lambda / f64::from(n - 1) }
 }
 
-/// `(p_j, p_k, weight)` of the node `j, k` in `0..n`. The weights are not normalised: the estimators divide by their sum.
+/// Returns `(p_j, p_k, weight)` of the node `j, k` in `0..n`. The weights are not normalised, since the estimators divide by their sum.
 pub fn grid_node(j: u32, k: u32, n: u32, lambda: f64) -> DVec3 {
     if n <= 1 {
         return DVec3::new(0.0, 0.0, 1.0);
@@ -32,12 +32,12 @@ pub fn grid_node(j: u32, k: u32, n: u32, lambda: f64) -> DVec3 {
     DVec3::new(p, q, (-0.5 * (p * p + q * q)).exp())
 }
 
-/// All `n`×`n` nodes of [`grid_node`].
+/// Returns all `n`×`n` nodes of [`grid_node`].
 pub fn grid_nodes(n: u32, lambda: f64) -> impl Iterator<Item = DVec3> {
     (0..n).flat_map(move |j| (0..n).map(move |k| grid_node(j, k, n, lambda)))
 }
 
-/// Lower Cholesky factor `(c_xx, c_yx, c_yy)` of the covariance.
+/// Returns the lower Cholesky factor `(c_xx, c_yx, c_yy)` of the covariance.
 pub fn slope_cholesky(s: DVec3) -> DVec3 {
     let deviation = |variance: f64| variance.clamp(0.0, MAX_SLOPE * MAX_SLOPE).sqrt();
     let sigma = DVec2::new(deviation(s.x), deviation(s.y));
@@ -45,22 +45,22 @@ pub fn slope_cholesky(s: DVec3) -> DVec3 {
     DVec3::new(sigma.x, sigma.y * r, sigma.y * ((1.0 - r) * (1.0 + r)).sqrt())
 }
 
-/// Slope at standard normal coordinates `p` (LEADR 5.1).
+/// Returns the slope at standard normal coordinates `p` (LEADR 5.1).
 pub fn slope_at(p: DVec2, m: DVec2, cholesky: DVec3) -> DVec2 {
     m + DVec2::new(cholesky.x * p.x, cholesky.y * p.x + cholesky.z * p.y)
 }
 
-/// [`slope_at`] from the covariance instead of its factor.
+/// Computes [`slope_at`] from the covariance instead of its Cholesky factor.
 pub fn slope_sample(p: DVec2, m: DVec2, s: DVec3) -> DVec2 {
     slope_at(p, m, slope_cholesky(s))
 }
 
-/// Unit normal of a slope (LEADR eq. 11).
+/// Returns the unit normal of a slope (LEADR eq. 11).
 pub fn normal_of_slope(slope: DVec2) -> DVec3 {
     DVec3::new(-slope.x, -slope.y, 1.0) / (slope.length_squared() + 1.0).sqrt()
 }
 
-/// `⟨wn, wo⟩ / (wn·wg)`: projected area of the facet of this slope per unit of macrosurface; 0 if back-facing.
+/// Returns `⟨wn, wo⟩ / (wn·wg)`: the projected area of the facet of this slope per unit of macrosurface, or 0 if back-facing.
 pub fn facet_area(wo: DVec3, slope: DVec2) -> f64 {
     at_least(wo.z - wo.xy().dot(slope), 0.0)
 }

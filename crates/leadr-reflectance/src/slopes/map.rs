@@ -1,8 +1,8 @@
 //! Transform from height derivatives per unit texture coordinate to slopes in an orthonormal frame.
 //!
-//! This is LEADR eq. 12, for any parametrisation and deformation. A point of the surface is `X + h N`. Let `T_s = ∂X/∂s + h ∂N/∂s` be the
-//! derivative of the offset macrosurface. The tangent of the surface is then `T_s + h_s N` (since `N·N_s = 0`, the height moves the point
-//! only along `N`). In the frame `z = N`, the normal `(−slope, 1)` is orthogonal to this tangent exactly when
+//! The transform is LEADR eq. 12, for any parametrisation and deformation. A point of the surface is `X + h N`. Let `T_s = ∂X/∂s + h ∂N/∂s`
+//! be the derivative of the offset macrosurface. The tangent of the surface is then `T_s + h_s N` (since `N·N_s = 0`, the height moves the
+//! point only along `N`). In the frame `z = N`, the normal `(−slope, 1)` is orthogonal to this tangent exactly when
 //!
 //! `slope · T_s.xy = h_s + T_s.z`, and the same for `t`.
 //!
@@ -12,20 +12,20 @@ use super::statistics::{clamp_covariance, map_second_moments};
 use crate::limits::MAX_SLOPE;
 use glam::{DMat2, DVec2, DVec3};
 
-/// `slope = linear · (h_s, h_t) + offset`.
+/// The affine map `slope = linear · (h_s, h_t) + offset`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlopeMap {
-    /// Columns are the responses to `h_s` and `h_t`, in units of one over length; `linear_s` and `linear_t` in GLSL.
+    /// The responses to `h_s` and `h_t` as columns, in units of one over length. In GLSL, the columns are `linear_s` and `linear_t`.
     pub linear: DMat2,
-    /// Slope of the offset macrosurface itself.
+    /// The slope of the offset macrosurface alone.
     pub offset: DVec2,
 }
 
-/// The map for tangents `ts`, `tt` (derivatives of the offset macrosurface by `s` and `t`) and the orthonormal frame `x`, `y`, `z`, with
-/// `z` the displacement direction; all in the same space.
+/// Returns the map for the tangents `ts` and `tt` (derivatives of the offset macrosurface by `s` and `t`) and the orthonormal frame `x`,
+/// `y`, `z`. `z` is the displacement direction, and all vectors are in the same space.
 ///
 /// For a surface edge-on to `z`, the magnitude of the determinant is at least 1e-4 of the squared tangent lengths, and its sign is kept
-/// (negative on mirrored charts). Slopes there are large but finite. Zero tangents give zero.
+/// (negative on mirrored charts). The slopes of such a surface are large but finite. Zero tangents give zero.
 pub fn slope_map(ts: DVec3, tt: DVec3, x: DVec3, y: DVec3, z: DVec3) -> SlopeMap {
     let s = DVec3::new(ts.dot(x), ts.dot(y), ts.dot(z));
     let t = DVec3::new(tt.dot(x), tt.dot(y), tt.dot(z));
@@ -36,14 +36,14 @@ pub fn slope_map(ts: DVec3, tt: DVec3, x: DVec3, y: DVec3, z: DVec3) -> SlopeMap
     SlopeMap { linear, offset: linear * DVec2::new(s.z, t.z) }
 }
 
-/// Mean slope in the frame from `gradient = (E[h_s], E[h_t])`, with magnitude clamped to [`MAX_SLOPE`].
+/// Returns the mean slope in the frame from `gradient = (E[h_s], E[h_t])`, with its magnitude clamped to [`MAX_SLOPE`].
 pub fn map_mean_slope(map: &SlopeMap, gradient: DVec2) -> DVec2 {
     let bound = DVec2::splat(1e12);
     let slope = (map.linear * gradient + map.offset).clamp(-bound, bound);
     slope * (MAX_SLOPE / slope.length_squared().max(1e-12).sqrt()).min(1.0)
 }
 
-/// Covariance in the frame, `linear S linearᵀ` (LEADR eq. 12), clamped to the usable range.
+/// Returns the covariance in the frame, `linear S linearᵀ` (LEADR eq. 12), clamped to the usable range.
 pub fn map_covariance(map: &SlopeMap, s: DVec3) -> DVec3 {
     clamp_covariance(map_second_moments(map.linear, s))
 }
@@ -55,7 +55,8 @@ mod tests {
 
     #[test]
     fn is_the_normal_of_a_displaced_curved_patch() {
-        // X on a skewed paraboloid, N not orthogonal to it, plus a height field; the normal comes from central differences.
+        // The surface is a skewed paraboloid X plus a height along N, which is not orthogonal to X. Its normal comes from central
+        // differences.
         let x = |s: f64, t: f64| DVec3::new(2.0 * s + 0.3 * t, 0.5 * t - 0.2 * s, 0.4 * s * s - 0.3 * s * t);
         let n = |s: f64, t: f64| DVec3::new(-0.3 * s, 0.2 + 0.1 * t, 1.0).normalize();
         let h = |s: f64, t: f64| 0.1 * (3.0 * s).sin() + 0.07 * (2.0 * t + s).cos();
@@ -65,7 +66,7 @@ mod tests {
             let ps = (at(s0 + d, t0) - at(s0 - d, t0)) / (2.0 * d);
             let pt = (at(s0, t0 + d) - at(s0, t0 - d)) / (2.0 * d);
             let frame = frame_about(n(s0, mirrored * t0));
-            // Repeat with constant height for the offset macrosurface.
+            // A constant height gives the offset macrosurface.
             let h0 = h(s0, t0);
             let offset = |s: f64, t: f64| x(s, mirrored * t) + h0 * n(s, mirrored * t);
             let ts = (offset(s0 + d, t0) - offset(s0 - d, t0)) / (2.0 * d);

@@ -1,60 +1,60 @@
 //! The algebra of slope moments: what a LEADR map stores, and how it changes with the surface (LEADR 4.1–4.2; thesis 3.3, 5.1).
 //!
 //! Each texel has five numbers: `E[x]`, `E[y]`, `E[x²]`, `E[y²]`, `E[xy]`. They are averages over slope samples, so any linear filter may
-//! average them further. The operations here are exact for every slope distribution, Gaussian or not. Only reading the moments as a
-//! Beckmann distribution is an approximation. Texture-space slopes are per unit texture coordinate.
+//! average them further. The operations here are exact for every slope distribution, Gaussian or not. The only approximation is to read the
+//! moments as a Beckmann distribution. Texture-space slopes are per unit texture coordinate.
 //!
-//! Moments with steep means and small variances suffer from cancellation. In 32 bits, shear or add *before* filtering rather than after,
-//! or use mean and covariance ([`covariance_from_moments`]).
+//! Moments with steep means and small variances suffer from cancellation. In 32 bits, shear or add moments *before* filtering rather than
+//! after, or use mean and covariance ([`covariance_from_moments`]).
 
 use super::statistics::{covariance_from_moments, map_second_moments, outer_square};
 use crate::limits::{MAX_SLOPE, MIN_NORMAL_Z};
 use glam::{DMat2, DVec2, DVec3, DVec4};
 
-/// First and second moments of slopes.
+/// The first and second moments of slopes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SlopeMoments {
-    /// `(E[x], E[y])`, the mean slope.
+    /// The mean slope `(E[x], E[y])`.
     pub first: DVec2,
-    /// `(E[x²], E[y²], E[xy])`.
+    /// The second moments `(E[x²], E[y²], E[xy])`.
     pub second: DVec3,
 }
 
-/// Moments of one slope sample: its first and second powers.
+/// Returns the moments of one slope sample: its first and second powers.
 pub fn moments_of_slope(slope: DVec2) -> SlopeMoments {
     SlopeMoments { first: slope, second: outer_square(slope) }
 }
 
-/// Slope of a normal of any length, `(-n.x / n.z, -n.y / n.z)`, with magnitude clamped to [`MAX_SLOPE`]. Normals below the horizon are
-/// treated as lying on it.
+/// Returns the slope of a normal of any length, `(-n.x / n.z, -n.y / n.z)`, with its magnitude clamped to [`MAX_SLOPE`]. Normals below the
+/// horizon are treated as lying on it.
 pub fn slope_of_normal(n: DVec3) -> DVec2 {
     let n = n / n.length_squared().max(1e-30).sqrt();
     let slope = -n.truncate() / n.z.max(MIN_NORMAL_Z);
     slope * (MAX_SLOPE / slope.length_squared().max(1e-12).sqrt()).min(1.0)
 }
 
-/// Moments of one sample of a normal map (thesis, listing 3.7; [`roughen_moments`] adds its base roughness).
+/// Returns the moments of one sample of a normal map (thesis, listing 3.7; [`roughen_moments`] adds its base roughness).
 pub fn moments_of_normal(n: DVec3) -> SlopeMoments {
     moments_of_slope(slope_of_normal(n))
 }
 
-/// Slope at a texel from its neighbours' `heights` (at −s, +s, −t, +t), by central differences (thesis 3.3; LEADR 5.1). This misses detail
-/// between texels, so maps use [`moments_of_corner`]. `spacing`: texel distance, > 0; one over the texel count for slopes per unit texture
-/// coordinate.
+/// Returns the slope at a texel from its neighbours' `heights` (at −s, +s, −t, +t), by central differences (thesis 3.3; LEADR 5.1). Central
+/// differences miss detail between texels, so maps use [`moments_of_corner`]. `spacing` is the texel distance, > 0: one over the texel
+/// count for slopes per unit texture coordinate.
 pub fn slope_of_heights(heights: DVec4, spacing: DVec2) -> DVec2 {
     DVec2::new(heights.y - heights.x, heights.w - heights.z) / (2.0 * spacing).max(DVec2::splat(1e-12))
 }
 
-/// Moments of a height field's triangles over the quarter of a cell at its first corner.
+/// Returns the moments of a height field's triangles over the quarter of a cell at its first corner.
 ///
-/// `heights`: at that corner, next to it along `s`, along `t`, and diagonally. `spacing`: texel distance, not 0; negative where `s` or `t`
-/// decreases, so that one function serves all four corners.
+/// `heights` are at that corner, next to it along `s`, next to it along `t`, and diagonally opposite. `spacing` is the nonzero texel
+/// distance. It is negative where `s` or `t` decreases, so that one function serves all four corners.
 ///
-/// A cell between four texels splits into two triangles. Let `a, b` be the differences along `s` at the corner and opposite it, and `c, d`
-/// those along `t`. If the diagonal meets this corner, half of the quarter has slope `(a, d)` and half has `(b, c)`. With the other
-/// diagonal, the whole quarter has slope `(a, c)`. The mean of both is `E[x] = ¾a + ¼b`, `E[x²] = ¾a² + ¼b²`, `E[xy] = ½ac + ¼ad + ¼bc`.
-/// Over the four quarters of a cell, `E[x²]` is the mean square of its differences for either diagonal. Differences are bounded to 1e18,
-/// because 32 bits hold their squares.
+/// A cell between four texels splits into two triangles. Let `a` and `b` be the differences along `s` at the corner and opposite it, and
+/// `c` and `d` the differences along `t`. If the diagonal meets this corner, half of the quarter has slope `(a, d)` and half has `(b, c)`.
+/// With the other diagonal, the whole quarter has slope `(a, c)`. The mean over both diagonals is `E[x] = ¾a + ¼b`, `E[x²] = ¾a² + ¼b²`,
+/// `E[xy] = ½ac + ¼ad + ¼bc`. Over the four quarters of a cell, `E[x²]` is the mean square of its differences for either diagonal.
+/// Differences are bounded to 1e18, so that 32 bits hold their squares.
 pub fn moments_of_corner(heights: DVec4, spacing: DVec2) -> SlopeMoments {
     let (x, y) = (spacing.x, spacing.y);
     let bound = DVec2::splat(1e18);
@@ -65,19 +65,20 @@ pub fn moments_of_corner(heights: DVec4, spacing: DVec2) -> SlopeMoments {
     SlopeMoments { first: beside.lerp(opposite, 0.25), second: squares.extend(mixed) }
 }
 
-/// Moments of a Gaussian of mean slope `m` and covariance `s`, the inverse of [`covariance_from_moments`] (thesis eq. 3.5–3.9 with `s =
-/// α²/2`).
+/// Returns the moments of a Gaussian of mean slope `m` and covariance `s`. This inverts [`covariance_from_moments`] (thesis eq. 3.5–3.9,
+/// `s = α²/2`).
 pub fn moments_of_distribution(m: DVec2, s: DVec3) -> SlopeMoments {
     shear_moments(SlopeMoments { first: DVec2::ZERO, second: s }, m)
 }
 
-/// Moments of a surface with `b` over the fraction `t` in `[0, 1]` of its area and `a` elsewhere. Texture filters compute the same.
+/// Returns the moments of a surface with `b` over the fraction `t` in `[0, 1]` of its area and `a` elsewhere. Texture filters compute the
+/// same mixture.
 pub fn mix_moments(a: SlopeMoments, b: SlopeMoments, t: f64) -> SlopeMoments {
     SlopeMoments { first: a.first.lerp(b.first, t), second: a.second.lerp(b.second, t) }
 }
 
-/// Moments of the sum of two displacements with independent slopes (thesis 5.1): `E[Z²] = E[X²] + E[Y²] + 2 E[X] E[Y]`, `E[Z_x Z_y] =
-/// E[X_x X_y] + E[Y_x Y_y] + E[X_x] E[Y_y] + E[X_y] E[Y_x]`.
+/// Returns the moments of the sum of two displacements with independent slopes (thesis 5.1): `E[Z²] = E[X²] + E[Y²] + 2 E[X] E[Y]`,
+/// `E[Z_x Z_y] = E[X_x X_y] + E[Y_x Y_y] + E[X_x] E[Y_y] + E[X_y] E[Y_x]`.
 ///
 /// Listing 5.1 of the thesis has an erratum: its `+=` adds the second moments using means that are already summed. This function reads
 /// both operands first.
@@ -87,35 +88,35 @@ pub fn add_moments(a: SlopeMoments, b: SlopeMoments) -> SlopeMoments {
     SlopeMoments { first: p + q, second: a.second + b.second + mixed }
 }
 
-/// Moments of slopes multiplied by an independent mask: `E[m X] = E[m] E[X]` and `E[m² X Xᵀ] = E[m²] E[X Xᵀ]`. `mask`: `E[m]` and `E[m²]`,
-/// so a filtered mask keeps more variance than its mean alone would. Masking slopes instead of heights neglects `h ∇m`.
+/// Returns the moments of slopes multiplied by an independent mask: `E[m X] = E[m] E[X]` and `E[m² X Xᵀ] = E[m²] E[X Xᵀ]`. `mask` is `E[m]`
+/// and `E[m²]`, so a filtered mask keeps more variance than its mean alone would. Masking slopes instead of heights neglects `h ∇m`.
 pub fn mask_moments(a: SlopeMoments, mask: DVec2) -> SlopeMoments {
     SlopeMoments { first: a.first * mask.x, second: a.second * mask.y }
 }
 
-/// Moments after multiplying heights by `eta` (LEADR 4.2, Height Scaling).
+/// Returns the moments after multiplying heights by `eta` (LEADR 4.2, Height Scaling).
 pub fn scale_moments(a: SlopeMoments, eta: f64) -> SlopeMoments {
     SlopeMoments { first: a.first * eta, second: a.second * (eta * eta) }
 }
 
-/// Moments after adding a plane of slope `shear` to the heights: `E[(X+c)(Y+d)] = E[XY] + d E[X] + c E[Y] + cd`. The covariance does not
-/// change.
+/// Returns the moments after adding a plane of slope `shear` to the heights: `E[(X+c)(Y+d)] = E[XY] + d E[X] + c E[Y] + cd`. The covariance
+/// does not change.
 pub fn shear_moments(a: SlopeMoments, shear: DVec2) -> SlopeMoments {
     add_moments(a, moments_of_slope(shear))
 }
 
-/// Moments in another frame with slopes `linear · (h_s, h_t)`: LEADR eq. 12, thesis 3.3 "Stretching and Shearing". `linear` is the
-/// transposed Jacobian of `(s, t)` by `(x, y)`; `slopes::map::slope_map` computes it from tangents.
+/// Returns the moments in another frame with slopes `linear · (h_s, h_t)` (LEADR eq. 12; thesis 3.3, "Stretching and Shearing"). `linear`
+/// is the transposed Jacobian of `(s, t)` by `(x, y)`; `slopes::map::slope_map` computes it from tangents.
 pub fn map_moments(linear: DMat2, a: SlopeMoments) -> SlopeMoments {
     SlopeMoments { first: linear * a.first, second: map_second_moments(linear, a.second) }
 }
 
-/// Moments with a base material of Beckmann roughness `alpha` added: `σ² = α²/2` per axis (LEADR 4.2; thesis, listing 3.7).
+/// Returns the moments with a base material of Beckmann roughness `alpha` added: `σ² = α²/2` per axis (LEADR 4.2; thesis, listing 3.7).
 pub fn roughen_moments(a: SlopeMoments, alpha: f64) -> SlopeMoments {
     SlopeMoments { first: a.first, second: a.second + DVec3::new(0.5 * alpha * alpha, 0.5 * alpha * alpha, 0.0) }
 }
 
-/// Covariance of the slopes, in any unit (LEADR eq. 9; [`covariance_from_moments`]).
+/// Returns the covariance of the slopes, in any unit (LEADR eq. 9; [`covariance_from_moments`]).
 pub fn moments_covariance(a: SlopeMoments) -> DVec3 {
     covariance_from_moments(a.first, a.second)
 }
@@ -125,7 +126,7 @@ mod tests {
     use super::*;
     use crate::random::Random;
 
-    /// A sum of waves and its exact slope; not Gaussian, isotropic or centred.
+    /// A sum of waves with its exact slope. The slopes are not Gaussian, isotropic or centred.
     struct Waves([[f64; 4]; 4]);
 
     const COARSE: Waves =
@@ -148,7 +149,6 @@ mod tests {
         }
     }
 
-    /// Uniform points in `[0, 1]²`.
     fn points(seed: u64, n: usize) -> impl Iterator<Item = DVec2> {
         let mut random = Random(seed);
         (0..n).map(move |_| DVec2::new(random.unit(), random.unit()))
@@ -191,7 +191,7 @@ mod tests {
             println!("{what}: {error:.1e}");
             assert!(error < 1e-12, "{what}: {derived:?} instead of {sampled:?}");
         }
-        // Without the shear's cross term the error must be large.
+        // Without the cross term of the shear, the error must be large.
         let forgotten = SlopeMoments {
             first: moments.first + shear,
             second: moments.second + DVec3::new(shear.x * shear.x, shear.y * shear.y, shear.x * shear.y),
@@ -199,7 +199,7 @@ mod tests {
         assert!(distance(forgotten, shear_moments(moments, shear)) > 0.1);
     }
 
-    /// Two layers sampled at independent points: the moments of their sum agree within five standard errors.
+    /// The moments of a sum of two layers agree with samples at independent points, within five standard errors.
     #[test]
     fn layers_add_as_sampled_surfaces_do() {
         let n = 4 * N;
@@ -220,7 +220,7 @@ mod tests {
         assert!((listing - derived.second.x).abs() > 20.0 * standard_error);
     }
 
-    /// A base plus masked detail, sampled at independent points.
+    /// The moments of a base plus masked detail agree with samples at independent points.
     #[test]
     fn masked_layers_add_as_sampled_surfaces_do() {
         let n = 4 * N;
@@ -238,12 +238,12 @@ mod tests {
         let error = distance(sampled, derived);
         println!("masked layers: error {error:.1e}, five standard errors {:.1e}", 5.0 * standard_error);
         assert!(error < 5.0 * standard_error && standard_error < 1e-2 * derived.second.length());
-        // Using the squared mean of the mask gives a large error.
+        // The squared mean of the mask gives a large error.
         let naive = add_moments(coarse, scale_moments(fine, of_mask.x));
         assert!(distance(sampled, naive) > 20.0 * standard_error);
     }
 
-    /// A base roughness is an independent layer of Gaussian slopes, and so is a distribution given by mean and covariance.
+    /// A base roughness and a distribution with mean and covariance are both independent layers of Gaussian slopes.
     #[test]
     fn roughness_is_a_layer() {
         let alpha = 0.4;
@@ -266,7 +266,7 @@ mod tests {
     /// Heights, normals and slopes of one surface agree, even in a frame that stretches and shears.
     #[test]
     fn inputs_agree() {
-        let jacobian = DMat2::from_cols_array(&[0.9, 0.3, -0.5, 1.4]); // (s, t) by (x, y)
+        let jacobian = DMat2::from_cols_array(&[0.9, 0.3, -0.5, 1.4]); // Jacobian of (s, t) by (x, y)
         for p in points(6, 1000) {
             let slope = COARSE.slope(p);
             let from_normal = slope_of_normal(DVec3::new(-slope.x, -slope.y, 1.0) * 0.3);
@@ -277,7 +277,7 @@ mod tests {
             };
             let central = slope_of_heights(around(&|q| COARSE.height(q), p), DVec2::splat(d));
             assert!((central - slope).length() < 1e-6, "{central} instead of {slope}");
-            // The deformed surface from its own heights.
+            // Slope of the deformed surface, from its own heights.
             let deformed =
                 slope_of_heights(around(&|q| COARSE.height(jacobian * q), jacobian.inverse() * p), DVec2::splat(d));
             let mapped = map_moments(jacobian.transpose(), moments_of_slope(slope));
@@ -290,7 +290,7 @@ mod tests {
     fn corners_of_a_cell_are_its_triangles() {
         let mut random = Random(9);
         for _ in 0..200 {
-            let h: [f64; 4] = std::array::from_fn(|_| random.unit()); // at (0,0), (1,0), (0,1), (1,1)
+            let h: [f64; 4] = std::array::from_fn(|_| random.unit()); // heights at (0,0), (1,0), (0,1), (1,1)
             let spacing = DVec2::new(0.3, 0.7);
             let corner = |i: usize| {
                 let (sx, sy) = (if i & 1 == 0 { 1.0 } else { -1.0 }, if i & 2 == 0 { 1.0 } else { -1.0 });

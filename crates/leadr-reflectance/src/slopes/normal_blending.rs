@@ -1,8 +1,8 @@
 //! Blending of a detail normal with a base normal, both from normal maps.
 //!
-//! Let `x_b`, `x_d` be the slopes of base and detail. If heights add, the slope is `x_b + x_d` ([`blend_partial_derivatives`]; layers of
-//! LEADR maps do the same, [`add_moments`](super::moments::add_moments)). If the detail lies *on* the base and its frame rotates with it,
-//! the blend is a rotation ([`blend_reoriented`]). For slopes of size ε:
+//! Let `x_b` and `x_d` be the slopes of the base and the detail. If heights add, the slope is `x_b + x_d` ([`blend_partial_derivatives`];
+//! layers of LEADR maps do the same, [`add_moments`](super::moments::add_moments)). If the detail lies *on* the base and rotates with it,
+//! the blend is a rotation ([`blend_reoriented`]). For slopes of size ε, the blends are:
 //!
 //! | blend | slope, less `x_b + x_d` | flat base gives the detail | flat detail gives the base |
 //! |---|---|---|---|
@@ -13,38 +13,38 @@
 //! | UDN | ε³ | no, it is flattened | yes |
 //! | linear | ε: half of the sum | no | no |
 //!
-//! All are finite for all finite arguments and return unit vectors. `base` and `detail` are unit normals with `z > 0`; each function
+//! All blends are finite for finite arguments and return unit vectors. `base` and `detail` are unit normals with `z > 0`; each function
 //! documents its other inputs.
 
 use glam::DVec3;
 
-/// `n` normalised; z if it has no direction.
+/// Returns `n` normalised, or z if `n` has no direction.
 fn unit(n: DVec3) -> DVec3 {
     let length = n.length();
     if length > 1e-12 { n / length } else { DVec3::Z }
 }
 
-/// Reoriented normal mapping: the shortest rotation from z to `base`, applied to `detail` (Barré-Brisebois and Hill 2012). Any unit
-/// vectors; a base along −z negates `detail`.
+/// Blends by reoriented normal mapping: the shortest rotation from z to `base`, applied to `detail` (Barré-Brisebois and Hill 2012).
+/// Accepts any unit vectors; a base along −z negates `detail`.
 pub fn blend_reoriented(base: DVec3, detail: DVec3) -> DVec3 {
     let t = base + DVec3::Z;
     let u = detail * DVec3::new(-1.0, -1.0, 1.0);
-    // With t.z = |t|²/2, the rotation is two reflections.
+    // With t.z = |t|²/2, the rotation equals two reflections.
     unit(t * (2.0 * t.dot(u) / t.length_squared().max(1e-12)) - u)
 }
 
-/// Whiteout blending: offsets add, heights multiply. Normals below the horizon are clamped to it.
+/// Blends by whiteout: offsets add, and heights multiply. Normals below the horizon are clamped to it.
 pub fn blend_whiteout(base: DVec3, detail: DVec3) -> DVec3 {
     unit((base.truncate() + detail.truncate()).extend(base.z.max(0.0) * detail.z.max(0.0)))
 }
 
-/// UDN blending: adds the detail's offsets to the base. Normals below the horizon are clamped to it.
+/// Blends by UDN, which adds the detail's offsets to the base. Normals below the horizon are clamped to it.
 pub fn blend_udn(base: DVec3, detail: DVec3) -> DVec3 {
     unit((base.truncate() + detail.truncate()).extend(base.z.max(0.0)))
 }
 
-/// BlendXY: offsets add, and z follows from unit length (Chan 2018, Algorithm 4). Offsets longer than 1 are shortened to 1; Chan's `max(…,
-/// 0)` leaves such normals longer than 1.
+/// Blends by BlendXY: offsets add, and z follows from unit length (Chan 2018, Algorithm 4). Offsets longer than 1 are shortened to 1,
+/// whereas Chan's `max(…, 0)` leaves such normals longer than 1.
 pub fn blend_xy(base: DVec3, detail: DVec3) -> DVec3 {
     let xy = base.truncate() + detail.truncate();
     let square = xy.length_squared();
@@ -57,7 +57,7 @@ pub fn blend_partial_derivatives(base: DVec3, detail: DVec3) -> DVec3 {
     unit((base.truncate() * d + detail.truncate() * b).extend(b * d))
 }
 
-/// The mean of both normals, half as steep as either alone. Opposite normals give z.
+/// Returns the normalised mean of both normals, with about half of the summed slope. Opposite normals give z.
 pub fn blend_linear(base: DVec3, detail: DVec3) -> DVec3 {
     unit(base + detail)
 }

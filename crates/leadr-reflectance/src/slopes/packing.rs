@@ -2,48 +2,49 @@
 //!
 //! CLEAN stores two means and one roughness value, which must represent one slope variance:
 //!
-//! * [`pack_clean`] (Baker; thesis eq. 3.18) stores `E[x² + y²]` and reads back `(third − |m|²) / 2`. This is the mean of the two
-//!   principal variances: too small along the major axis by up to one half.
+//! * [`pack_clean`] (Baker; thesis eq. 3.18) stores `E[x² + y²]` and reads back `(third − |m|²) / 2`. This is the mean of the two principal
+//!   variances, which is too small along the major axis by up to one half.
 //! * [`pack_clean_major`] (thesis 3.3, a conjecture) stores `|m|² + 2 λ` and reads back `(third − |m|²) / 2`. This is the larger principal
 //!   variance at the texel itself, but filtering between texels adds only half of the variance of their means.
 //! * [`pack_clean_conservative`] (this project) stores `|m|² + λ` and reads back `third − |m|²`. This is the larger principal variance at
 //!   the texel, and is never too small between texels.
 //!
-//! Here `λ` is the larger eigenvalue of the texel's covariance. Proof for the last form: under weights `w` the covariance is `Σ w S_i +
-//! B`, where `B` is the covariance of the texels' means. The form reads back `Σ w λ_i + tr B`, and the variance in any direction is at
-//! most `Σ w λ_i + λ(B)`. The second form reads back only half the trace, which is already too small for two texels with different means.
+//! Here `λ` is the larger eigenvalue of the texel's covariance. Proof for the conservative form: under filter weights `w`, the covariance
+//! is `Σ w S_i + B`, where `B` is the covariance of the texels' means. [`pack_clean_conservative`] reads back `Σ w λ_i + tr B`, and the
+//! variance in any direction is at most `Σ w λ_i + λ(B)`. [`pack_clean_major`] reads back only half of `tr B`, which is already too small
+//! for two texels with different means.
 
 use super::moments::SlopeMoments;
 use super::statistics::outer_square;
 use glam::{DVec2, DVec3};
 
-/// Principal variances of `s`: the larger and the smaller, ≥ 0 (half the squared radii of the ellipse of thesis 2.3).
+/// Returns the larger and the smaller principal variance of `s`, both ≥ 0 (half the squared radii of the ellipse of thesis 2.3).
 pub fn principal_variances(s: DVec3) -> DVec2 {
     let (mean, half) = (0.5 * (s.x + s.y), 0.5 * (s.x - s.y));
     let major = mean + (half * half + s.z * s.z).sqrt();
-    // The determinant gives the smaller one without the cancellation of nearly equal numbers.
+    // The determinant gives the smaller variance without the cancellation of nearly equal numbers.
     let minor = (s.x * s.y - s.z * s.z).max(0.0) / major.max(1e-30);
     DVec2::new(major, minor)
 }
 
-/// The larger principal variance of moments, from the unclamped covariance: clamping limits the correlation, which shortens the major axis
-/// of ridges by 6e-5.
+/// Returns the larger principal variance of moments, from the unclamped covariance. Clamping would limit the correlation, which shortens
+/// the major axis of ridges by 6e-5.
 fn major_variance(a: SlopeMoments) -> f64 {
     let s = a.second - outer_square(a.first);
     principal_variances(DVec3::new(s.x.max(0.0), s.y.max(0.0), s.z)).x
 }
 
-/// The two textures of a LEADR map, in floating point: `(E[x], E[y], E[x²], E[y²])` and `(E[xy], height)`.
+/// Packs moments and height into the two floating-point textures of a LEADR map: `(E[x], E[y], E[x²], E[y²])` and `(E[xy], height)`.
 pub fn pack_leadr(a: SlopeMoments, height: f64) -> ([f64; 4], [f64; 2]) {
     ([a.first.x, a.first.y, a.second.x, a.second.y], [a.second.z, height])
 }
 
-/// The moments and the height of [`pack_leadr`].
+/// Unpacks the moments and the height of [`pack_leadr`].
 pub fn unpack_leadr(a: [f64; 4], b: [f64; 2]) -> (SlopeMoments, f64) {
     (SlopeMoments { first: DVec2::new(a[0], a[1]), second: DVec3::new(a[2], a[3], b[0]) }, b[1])
 }
 
-/// Moments as five fractions in `[0, 1]` for fixed-point textures (LEAN mapping). Signed moments are halved and biased; slopes are in
+/// Packs moments as five fractions in `[0, 1]` for fixed-point textures (LEAN mapping). Signed moments are halved and biased. Slopes are in
 /// units of `limit` > 0, the steepest slope that can be stored.
 ///
 /// Clamp steeper slopes before computing moments; otherwise the packed texel is clamped.
@@ -52,7 +53,7 @@ pub fn pack_lean(a: SlopeMoments, limit: f64) -> [f64; 5] {
     [0.5 + 0.5 * first.x, 0.5 + 0.5 * first.y, second.x, second.y, 0.5 + 0.5 * second.z].map(|v| v.clamp(0.0, 1.0))
 }
 
-/// The moments of [`pack_lean`].
+/// Unpacks the moments of [`pack_lean`].
 pub fn unpack_lean(p: [f64; 5], limit: f64) -> SlopeMoments {
     let square = limit * limit;
     SlopeMoments {
@@ -61,8 +62,8 @@ pub fn unpack_lean(p: [f64; 5], limit: f64) -> SlopeMoments {
     }
 }
 
-/// Largest error of a variance or covariance after [`pack_lean`] in fixed point of `levels` steps (255 for 8 bits), rounded to nearest.
-/// Glossier surfaces cannot be stored. Add the error to the variances to avoid aliasing.
+/// Returns the largest error of a variance or covariance after [`pack_lean`] in fixed point of `levels` steps (255 for 8 bits), rounded to
+/// nearest. Surfaces with smaller variances cannot be stored. Add the error to the variances to avoid aliasing.
 ///
 /// With `q = 1/levels` a mean is off by at most `q·limit`, a second moment by `½q·limit²` (the signed one by `q·limit²`), and the product
 /// of two means, each at most `limit`, by `2q·limit² + q²·limit²`.
@@ -71,30 +72,30 @@ pub fn lean_error(limit: f64, levels: f64) -> f64 {
     (3.0 + q) * q * limit * limit
 }
 
-/// Baker's CLEAN map: mean slope and `E[x² + y²]`; linear in the samples.
+/// Packs Baker's CLEAN map: the mean slope and `E[x² + y²]`. Both are linear in the samples.
 pub fn pack_clean(a: SlopeMoments) -> DVec3 {
     a.first.extend(a.second.x + a.second.y)
 }
 
-/// The thesis's untested proposal: [`clean_covariance`] then gives the larger principal variance. Computed per mip level from all five
-/// moments. Not conservative between texels; see the module.
+/// Packs the thesis's untested proposal, for which [`clean_covariance`] returns the larger principal variance. It is computed per mip level
+/// from all five moments. The map is not conservative between texels; see the module.
 pub fn pack_clean_major(a: SlopeMoments) -> DVec3 {
     a.first.extend(a.first.length_squared() + 2.0 * major_variance(a))
 }
 
-/// Covariance of [`pack_clean`] or [`pack_clean_major`], isotropic: thesis eq. 3.18 with `σ² = α²/2`.
+/// Returns the covariance of [`pack_clean`] or [`pack_clean_major`], isotropic: thesis eq. 3.18 with `σ² = α²/2`.
 pub fn clean_covariance(p: DVec3) -> DVec3 {
     let variance = (0.5 * (p.z - p.x * p.x - p.y * p.y)).max(0.0);
     DVec3::new(variance, variance, 0.0)
 }
 
-/// This project's conservative CLEAN map: mean slope and `|m|² + λ`. Computed per mip level from all five moments; any linear filter may
-/// follow.
+/// Packs this project's conservative CLEAN map: the mean slope and `|m|² + λ`. It is computed per mip level from all five moments, and any
+/// linear filter may follow.
 pub fn pack_clean_conservative(a: SlopeMoments) -> DVec3 {
     a.first.extend(a.first.length_squared() + major_variance(a))
 }
 
-/// Covariance of [`pack_clean_conservative`], isotropic: at least the variance of the packed slopes in every direction.
+/// Returns the covariance of [`pack_clean_conservative`], isotropic and at least the variance of the packed slopes in every direction.
 pub fn clean_conservative_covariance(p: DVec3) -> DVec3 {
     let variance = (p.z - p.x * p.x - p.y * p.y).max(0.0);
     DVec3::new(variance, variance, 0.0)
@@ -108,7 +109,7 @@ mod tests {
 
     const SIZE: usize = 64;
 
-    /// Slopes at the texels of level 0, sampled from a height field on `[0, 1]²`.
+    /// Returns the slopes at the texels of level 0, sampled from a height field on `[0, 1]²`.
     fn sampled(height: impl Fn(f64, f64) -> f64) -> Vec<DVec2> {
         let d = 1e-5;
         let at = |i: usize| (i as f64 + 0.5) / SIZE as f64;
@@ -118,7 +119,7 @@ mod tests {
         (0..SIZE * SIZE).map(|i| slope(at(i % SIZE), at(i / SIZE))).collect()
     }
 
-    /// Anisotropic, bimodal, rotating and sparse surfaces: ridges, facets, bumps and steps.
+    /// Returns anisotropic, bimodal, rotating and sparse surfaces: ridges, facets, bumps and steps.
     fn surfaces() -> Vec<(&'static str, Vec<DVec2>)> {
         vec![
             ("ridges", sampled(|x, y| 0.02 * (TAU * (9.3 * x + 4.1 * y)).sin())),
@@ -136,7 +137,7 @@ mod tests {
         ]
     }
 
-    /// One mip level: the mean of each block of `2^level` texels, packed by `pack`.
+    /// Returns one mip level: the mean of each square of `2^level` texels per side, packed by `pack`.
     fn level<T>(slopes: &[DVec2], level: u32, pack: impl Fn(SlopeMoments) -> T) -> Vec<T> {
         let block = 1 << level;
         let n = SIZE / block;
@@ -154,7 +155,7 @@ mod tests {
             .collect()
     }
 
-    /// The four texels and weights of a bilinear fetch at `(x, y)`, in texels of the level; wraps.
+    /// Returns the four texels and weights of a bilinear fetch at `(x, y)`, in texels of the level. The coordinates wrap.
     fn fetch(n: usize, x: f64, y: f64) -> [(usize, f64); 4] {
         let (x, y) = (x - 0.5, y - 0.5);
         let (i, j, u, v) = (x.floor(), y.floor(), x - x.floor(), y - y.floor());
@@ -167,7 +168,7 @@ mod tests {
         ]
     }
 
-    /// Covariance over the same footprint, directly from the samples about their mean.
+    /// Returns the covariance over the same footprint, computed from the samples and their mean.
     fn exact(slopes: &[DVec2], level: u32, texels: &[(usize, f64); 4]) -> DVec3 {
         let block = 1 << level;
         let n = SIZE / block;
@@ -184,7 +185,7 @@ mod tests {
             .sum()
     }
 
-    /// Every CLEAN form on every mip level, at texels and between them. Only the conservative form is never too small.
+    /// Tests every CLEAN form on every mip level, at texels and between them. Only the conservative form is never too small.
     #[test]
     fn clean_against_sampled_surfaces() {
         type Form = (&'static str, fn(SlopeMoments) -> DVec3, fn(DVec3) -> DVec3);
@@ -206,7 +207,7 @@ mod tests {
                         let packed = level(&slopes, lod, pack);
                         let side = SIZE >> lod;
                         for i in 0..64 {
-                            // A low-discrepancy sequence over the level.
+                            // The positions are a low-discrepancy sequence over the level.
                             let p = DVec2::new(0.7549 * f64::from(i), 0.5698 * f64::from(i)).fract() * side as f64;
                             let p = if between { p } else { p.floor() + 0.5 };
                             let texels = fetch(side, p.x, p.y);
@@ -215,7 +216,7 @@ mod tests {
                             // The largest variance in any direction.
                             let worst = 0.5 * (s.x + s.y + (s.x - s.y).hypot(2.0 * s.z));
                             if worst < 1e-6 {
-                                continue; // flat: nothing to alias
+                                continue; // A flat footprint cannot alias.
                             }
                             let ratio = form.x / worst;
                             (low, high, sum, n) = (low.min(ratio), high.max(ratio), sum + ratio, n + 1);
@@ -250,7 +251,7 @@ mod tests {
         assert!(excess[2][1] / f64::from(total[1]) < 0.6, "the conservative form must not be much too wide");
     }
 
-    /// Fixed point: every covariance is within the bound, and reaches at least half of it.
+    /// In fixed point, every covariance error is within the bound, and the largest exceeds a fifth of it.
     #[test]
     fn lean_in_fixed_point() {
         for (bits, levels) in [(8, 255.0), (16, 65535.0)] {

@@ -1,8 +1,8 @@
 //! Rotates slope statistics of surface parts into one frame and combines them.
 //!
-//! A normal `(−s, 1)` of one frame has the coordinates `n = R (−s, 1)` in another, with the slope `s' = −n.xy / n.z`. This is a projective
-//! map. About the mean slope it is linear to first order, with the derivatives `∂s'/∂s_j = (R_j.xy + s' R_j.z) / n.z`, where `R_j` are the
-//! columns of `R`. A facet over a unit area of the old plane covers an area `n.z` of the new one, since both are projections of the same
+//! A normal `(−s, 1)` of one frame has the coordinates `n = R (−s, 1)` in another, with the slope `s' = −n.xy / n.z`. This projective map
+//! is linear to first order about the mean slope, with the derivatives `∂s'/∂s_j = (R_j.xy + s' R_j.z) / n.z`, where `R_j` are the columns
+//! of `R`. A facet over a unit area of the old plane covers an area `n.z` of the new plane, since both areas are projections of the same
 //! facet. The union of surfaces over one plane has the area-weighted sum of their moments (LEADR 4.1).
 
 use super::statistics::{map_second_moments, outer_square};
@@ -11,16 +11,17 @@ use glam::{DMat2, DMat3, DVec2, DVec3};
 /// A part of a surface over a common plane.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SlopePart {
-    /// Mean slope.
+    /// The mean slope.
     pub mean: DVec2,
-    /// Covariance `(s_xx, s_yy, s_xy)`.
+    /// The covariance `(s_xx, s_yy, s_xy)`.
     pub covariance: DVec3,
-    /// Area on the plane, any unit.
+    /// The area on the plane, in any unit.
     pub area: f64,
 }
 
-/// Rotates the mean and covariance of a part of unit area on its own plane into another frame. `rotation`: its columns are the old frame's
-/// axes in the new one. Accurate to first order about the mean normal. Normals less than a tenth above the new horizon are clamped there.
+/// Rotates the mean and covariance of a surface part, with unit area on its own plane, into another frame. The columns of `rotation` are
+/// the axes of the old frame in the new frame. The result is accurate to first order about the mean normal. Normals below z = 0.1 in the
+/// new frame are clamped there.
 pub fn rotate_slopes(rotation: DMat3, mean: DVec2, covariance: DVec3) -> SlopePart {
     let n = rotation * DVec3::new(-mean.x, -mean.y, 1.0);
     let z = n.z.max(0.1 * n.length());
@@ -30,7 +31,7 @@ pub fn rotate_slopes(rotation: DMat3, mean: DVec2, covariance: DVec3) -> SlopePa
     SlopePart { mean: slope, covariance: map_second_moments(linear, covariance), area: z }
 }
 
-/// The union of two parts over the same plane.
+/// Returns the union of two parts over the same plane.
 pub fn join_slopes(a: SlopePart, b: SlopePart) -> SlopePart {
     let area = a.area + b.area;
     let t = if area > 0.0 { b.area / area } else { 0.0 };
@@ -49,7 +50,7 @@ mod tests {
         DMat3::from_quat(DQuat::from_axis_angle(axis.normalize(), angle))
     }
 
-    /// Four slopes of the given mean and covariance, rotated separately and weighted by area.
+    /// Rotates four slopes of the given mean and covariance separately, and weights them by area.
     fn rotated_one_by_one(rotation: DMat3, mean: DVec2, s: DVec3) -> SlopePart {
         let a = DVec2::new(s.x.sqrt(), s.z / s.x.sqrt());
         let b = DVec2::new(0.0, (s.y - a.y * a.y).sqrt());
@@ -72,7 +73,7 @@ mod tests {
         for (axis, angle) in [(DVec3::X, 0.3), (DVec3::new(1.0, -2.0, 0.7), 0.4), (DVec3::Z, 1.1)] {
             for mean in [DVec2::ZERO, DVec2::new(0.4, -0.3)] {
                 let shape = DVec3::new(1.0, 0.5, 0.3);
-                // The absolute error falls with the spread, the relative one with the variance.
+                // The absolute error falls with the spread, and the relative error with the variance.
                 let mut before = f64::INFINITY;
                 for variance in [1e-2, 1e-4, 1e-6] {
                     let s = shape * variance;

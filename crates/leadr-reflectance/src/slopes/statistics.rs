@@ -3,30 +3,31 @@
 use crate::limits::{MAX_CORRELATION, MAX_GRADIENT_VARIANCE, MAX_SLOPE, MIN_VARIANCE, at_least, within};
 use glam::{DMat2, DVec2, DVec3};
 
-/// The nearest usable slope covariance, in rise over run: variances in `[0, MAX_SLOPE²]`, `|s_xy| ≤ MAX_CORRELATION √(s_xx s_yy)`. NaN
-/// stays NaN.
+/// Returns the nearest usable slope covariance, in rise over run, with variances in `[0, MAX_SLOPE²]` and
+/// `|s_xy| ≤ MAX_CORRELATION √(s_xx s_yy)`. NaN stays NaN.
 pub fn clamp_covariance(s: DVec3) -> DVec3 {
     bounded_covariance(s, MAX_SLOPE * MAX_SLOPE)
 }
 
-/// The nearest covariance with variances in `[0, largest]` and `|s_xy| ≤ MAX_CORRELATION √(s_xx s_yy)`. NaN stays NaN.
+/// Returns the nearest covariance with variances in `[0, largest]` and `|s_xy| ≤ MAX_CORRELATION √(s_xx s_yy)`. NaN stays NaN.
 pub fn bounded_covariance(s: DVec3, largest: f64) -> DVec3 {
     let (x, y) = (s.x.clamp(0.0, largest), s.y.clamp(0.0, largest));
     let c = MAX_CORRELATION * (x * y).sqrt();
     DVec3::new(x, y, within(s.z, c))
 }
 
-/// [`clamp_covariance`] with variances of at least [`MIN_VARIANCE`], as slope densities require.
+/// Applies [`clamp_covariance`] and raises the variances to at least [`MIN_VARIANCE`], as slope densities require.
 pub(crate) fn widened_covariance(s: DVec3) -> DVec3 {
     clamp_covariance(with_least_variance(s))
 }
 
-/// Variances of at least [`MIN_VARIANCE`]; the covariance is unchanged.
+/// Raises the variances to at least [`MIN_VARIANCE`]; the covariance is unchanged.
 pub(crate) fn with_least_variance(s: DVec3) -> DVec3 {
     DVec3::new(at_least(s.x, MIN_VARIANCE), at_least(s.y, MIN_VARIANCE), s.z)
 }
 
-/// `(√s_xx, √s_yy)`, the correlation `r` and `√(1 − r²)` of a slope density; variances are clamped to [`MIN_VARIANCE`]..[`MAX_SLOPE`]².
+/// Returns `(√s_xx, √s_yy)`, the correlation `r` and `√(1 − r²)` of a slope density. The variances are clamped to
+/// [`MIN_VARIANCE`]..[`MAX_SLOPE`]².
 pub(crate) fn slope_scales(s: DVec3) -> (DVec2, f64, f64) {
     let deviation = |variance: f64| variance.clamp(MIN_VARIANCE, MAX_SLOPE * MAX_SLOPE).sqrt();
     let sigma = DVec2::new(deviation(s.x), deviation(s.y));
@@ -34,18 +35,18 @@ pub(crate) fn slope_scales(s: DVec3) -> (DVec2, f64, f64) {
     (sigma, r, ((1.0 - r) * (1.0 + r)).sqrt())
 }
 
-/// Correlation coefficient, `|r| ≤ MAX_CORRELATION`, from the standard deviations and the covariance `s_xy`.
+/// Returns the correlation coefficient, with `|r| ≤ MAX_CORRELATION`, from the standard deviations and the covariance `s_xy`.
 pub fn slope_correlation(sigma: DVec2, sxy: f64) -> f64 {
     (sxy / (sigma.x * sigma.y).max(1e-18)).clamp(-MAX_CORRELATION, MAX_CORRELATION)
 }
 
-/// Covariance from the filtered moments `first = (E[x], E[y])` and `second = (E[xx], E[yy], E[xy])` (LEADR eq. 9).
+/// Returns the covariance from the filtered moments `first = (E[x], E[y])` and `second = (E[xx], E[yy], E[xy])` (LEADR eq. 9).
 ///
 /// With large means and small variances, the rounding error can exceed the result. The result is therefore clamped to be positive
 /// semidefinite.
 ///
 /// Moments may be in any unit, for instance per texture coordinate, where even flat relief has large values. [`scale_height`] and
-/// [`map_covariance`](super::map::map_covariance) convert them to slopes and apply the bounds.
+/// [`map_covariance`](super::map::map_covariance) convert covariances to slopes and apply the bounds.
 pub fn covariance_from_moments(first: DVec2, second: DVec3) -> DVec3 {
     let covariance = DVec3::new(
         (-first.x).mul_add(first.x, second.x),
@@ -55,24 +56,24 @@ pub fn covariance_from_moments(first: DVec2, second: DVec3) -> DVec3 {
     bounded_covariance(covariance, MAX_GRADIENT_VARIANCE)
 }
 
-/// `linear S linearᵀ`: second moments `(xx, yy, xy)` of slopes transformed by `linear` (LEADR eq. 12).
+/// Returns `linear S linearᵀ`: the second moments `(xx, yy, xy)` of slopes transformed by `linear` (LEADR eq. 12).
 pub fn map_second_moments(linear: DMat2, s: DVec3) -> DVec3 {
     let (u, v) = (linear.row(0), linear.row(1));
     let (along_u, along_v) = (covariance_times(s, u), covariance_times(s, v));
     DVec3::new(u.dot(along_u), v.dot(along_v), u.dot(along_v))
 }
 
-/// `S v` of a symmetric matrix `(xx, yy, xy)`.
+/// Returns `S v` for a symmetric matrix `(xx, yy, xy)`.
 pub(crate) fn covariance_times(s: DVec3, v: DVec2) -> DVec2 {
     DVec2::new(s.x * v.x + s.z * v.y, s.z * v.x + s.y * v.y)
 }
 
-/// `v vᵀ` as `(xx, yy, xy)`.
+/// Returns `v vᵀ` as `(xx, yy, xy)`.
 pub(crate) fn outer_square(v: DVec2) -> DVec3 {
     DVec3::new(v.x * v.x, v.y * v.y, v.x * v.y)
 }
 
-/// Covariance after scaling heights by `eta`; the mean slope scales by `eta` (LEADR 4.2, Height Scaling).
+/// Returns the covariance after scaling heights by `eta`; mean slopes scale by `eta` (LEADR 4.2, Height Scaling).
 pub fn scale_height(s: DVec3, eta: f64) -> DVec3 {
     s * (eta * eta)
 }
@@ -84,11 +85,11 @@ pub fn add_roughness(s: DVec3, alpha: f64) -> DVec3 {
     s + DVec3::new(0.5 * alpha * alpha, 0.5 * alpha * alpha, 0.0)
 }
 
-/// Adds the change of the macrosurface slope over the pixel; `dx`, `dy` are its differences to the neighbouring pixels.
+/// Adds the change of the macrosurface slope over the pixel. `dx` and `dy` are its differences to the neighbouring pixels.
 ///
-/// This is a Gaussian pixel filter of variance 0.25 transformed to slope space (Tokuyoshi & Kaplanyan 2019). Their bound `α² ≤ 0.18` of an
-/// isotropic kernel becomes `s_xx + s_yy ≤ 0.18` for this matrix. It prevents creases and silhouettes, where differences are meaningless,
-/// from becoming matt.
+/// The change passes a Gaussian pixel filter of variance 0.25 and is transformed to slope space (Tokuyoshi & Kaplanyan 2019). Their bound
+/// `α² ≤ 0.18` of an isotropic kernel becomes `s_xx + s_yy ≤ 0.18` for this matrix. The bound prevents creases and silhouettes, where
+/// differences are meaningless, from becoming matt.
 pub fn add_macro_curvature(s: DVec3, dx: DVec2, dy: DVec2) -> DVec3 {
     let bound = DVec2::splat(1e3);
     let (dx, dy) = (dx.clamp(-bound, bound), dy.clamp(-bound, bound));
@@ -102,7 +103,7 @@ mod tests {
 
     #[test]
     fn moments_of_two_slopes() {
-        // Half of the area has slope (1, 2), half (3, −2): mean (2, 0), variances 1 and 4, covariance −2 (correlation −1).
+        // Half of the area has slope (1, 2) and half has (3, −2). The mean is (2, 0), the variances are 1 and 4, and the covariance is −2.
         let (first, second) = (DVec2::new(2.0, 0.0), DVec3::new(5.0, 4.0, -2.0));
         let s = covariance_from_moments(first, second);
         assert_eq!((s.x, s.y), (1.0, 4.0));
@@ -126,7 +127,7 @@ mod tests {
 
     #[test]
     fn units_do_not_matter() {
-        // A relief of 3 m on a 1 km map, per unit of the map: slopes up to 3000, which are 3 in metres.
+        // The relief of 3 m on a 1 km map has slopes up to 3000 per unit of the map, which are 3 in metres.
         let (first, second) = (DVec2::new(500.0, -800.0), DVec3::new(1.6e6, 2.2e6, 0.9e6));
         for eta in [1.0, 1e-3, 2f64.powi(-20)] {
             let before = covariance_from_moments(first * eta, second * (eta * eta));

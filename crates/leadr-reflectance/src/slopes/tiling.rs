@@ -3,29 +3,29 @@
 //! Burley 2019 on sharper weights).
 //!
 //! A triangle lattice covers the texture coordinates. Each corner shows a *variant*: the map at an offset hashed from the corner's index.
-//! Each point blends the variants of the three corners around it about the map's mean `m`,
+//! Each point blends the variants of the three corners around it about the map's mean `m`:
 //!
-//! `h = m + Σ Wᵢ (hᵢ − m)`, `Σ Wᵢ² = 1`,
+//! `h = m + Σ Wᵢ (hᵢ − m)`, `Σ Wᵢ² = 1`.
 //!
-//! so the variance equals that of one variant everywhere, as variants are independent. The same holds for slopes. Their mean under a
-//! footprint is `Σ Wᵢ E[∇hᵢ] + Σ (hᵢ − m) ∇Wᵢ`, and their covariance is `Σ Wᵢ² Cᵢ`. LEADR moments therefore blend in closed form at every
-//! level.
+//! Variants are independent, so the variance everywhere equals the variance of one variant. The same holds for slopes. The mean slope under
+//! a footprint is `Σ Wᵢ E[∇hᵢ] + Σ (hᵢ − m) ∇Wᵢ`, and the slope covariance is `Σ Wᵢ² Cᵢ`. LEADR moments therefore blend in closed form at
+//! every level.
 //!
 //! **Sharpness.** Barycentric weights would blend three variants almost everywhere, which blurs features and makes every distribution
-//! Gaussian. Here a corner has weight only above the barycentric coordinate [`VARIANT_THRESHOLD`]: more than half of the surface shows one
-//! variant unchanged, and 1 % shows three. In exchange, weights change faster, and `(hᵢ − m) ∇Wᵢ` adds a slope that no variant has. For
-//! lattice edges of length 1 its variance is 23.4 times that of the heights: .5 % of the slope variance for fine soil, and a quarter for
-//! bumps a tenth of a repeat wide. It is visible, so the moments include it.
+//! Gaussian. Here a corner has weight only where its barycentric coordinate exceeds [`VARIANT_THRESHOLD`]: more than half of the surface
+//! shows one variant unchanged, and 1 % shows three. In exchange, weights change faster, and `(hᵢ − m) ∇Wᵢ` adds a slope that no variant
+//! has. For lattice edges of length 1, its variance is 23.4 times the heights' variance. For fine soil, this is 0.5 % of the slope
+//! variance; for bumps a tenth of a repeat wide, a quarter. The added slope is visible, so the moments include it.
 
 use glam::{DMat2, DVec2, IVec2};
 
 use super::moments::SlopeMoments;
 use super::statistics::outer_square;
 
-/// Barycentric coordinate above which a corner's variant is visible.
+/// The barycentric coordinate above which a corner's variant is visible.
 pub const VARIANT_THRESHOLD: f64 = 0.3;
 
-/// Variants are offset by multiples of one repeat divided by this: by whole texels for maps with power-of-two sides.
+/// The number of offset steps in one repeat. For maps with power-of-two sides, variants are offset by whole texels.
 const STEPS: f64 = 4096.0;
 
 /// A variant visible at a point.
@@ -33,20 +33,20 @@ const STEPS: f64 = 4096.0;
 pub struct TilingVariant {
     /// The corner of the lattice.
     pub corner: IVec2,
-    /// Blend weight; the squares of all weights sum to one.
+    /// The blend weight. The squares of all weights sum to one.
     pub weight: f64,
-    /// Gradient of the weight by texture coordinate.
+    /// The gradient of the weight by texture coordinate.
     pub slope: DVec2,
 }
 
-/// The variants at a point in descending order of weight. `cells`: lattice edges along one repeat of the map.
+/// Returns the variants at a point in descending order of weight. `cells` is the number of lattice edges along one repeat of the map.
 pub fn tiling_variants(texcoord: DVec2, cells: f64) -> [TilingVariant; 3] {
-    // Skew so that triangles are halves of unit squares.
+    // The skew makes triangles halves of unit squares.
     let skew = DMat2::from_cols_array(&[1.0, 0.0, -0.577_350_269_189_625_8, 1.154_700_538_379_251_5]) * cells;
     let at = skew * texcoord;
     let (low, inside) = (at.floor(), at - at.floor());
     let upper = inside.x + inside.y >= 1.0;
-    // Position, barycentric coordinate and its gradient by `at`, per corner.
+    // Position, barycentric coordinate and the coordinate's gradient, per corner.
     let side = if upper { -1.0 } else { 1.0 };
     let local = if upper { 1.0 - inside } else { inside };
     let first = if upper { IVec2::ONE } else { IVec2::ZERO };
@@ -71,7 +71,7 @@ pub fn tiling_variants(texcoord: DVec2, cells: f64) -> [TilingVariant; 3] {
     variants
 }
 
-/// Hash of a corner (Jarzynski and Olano 2020, `pcg2d`).
+/// Returns two 32-bit hashes of a corner (Jarzynski and Olano 2020, `pcg2d`).
 fn corner_hash(corner: IVec2) -> [u32; 2] {
     let mix = |v: u32| v.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
     let [mut x, mut y] = [mix(corner.x as u32), mix(corner.y as u32)];
@@ -84,21 +84,21 @@ fn corner_hash(corner: IVec2) -> [u32; 2] {
     [x ^ (x >> 16), y ^ (y >> 16)]
 }
 
-/// Offset of a corner's variant in the map, as a fraction of one repeat.
+/// Returns the offset of a corner's variant in the map, as a fraction of one repeat.
 pub fn variant_offset(corner: IVec2) -> DVec2 {
     let [x, y] = corner_hash(corner).map(|bits| f64::from(bits >> 20));
     DVec2::new(x, y) / STEPS
 }
 
-/// Remaining share of a variant's difference from the mean at `lod`, a power of two in texels, for a map of `size` texels per repeat. A
-/// footprint as wide as the lattice averages over variants, so the share is 0.
+/// Returns the remaining fraction of a variant's difference from the mean at `lod`, the binary logarithm of a width in texels, for a map of
+/// `size` texels per repeat. A footprint as wide as the lattice averages over variants, so the fraction is 0.
 pub fn tiling_fade(lod: f64, size: f64, cells: f64) -> f64 {
     let t = ((size / cells).max(1.0).log2() + 1.0 - lod).clamp(0.0, 2.0) / 2.0;
     t * t * (3.0 - 2.0 * t)
 }
 
-/// Merges variants at a coarse `lod`, where seams are invisible among the texels. The foremost variant replaces the others. Squares still
-/// sum to one, and most footprints need one variant.
+/// Merges variants at a coarse `lod`, where seams are invisible among the texels. The strongest variant replaces the others, so most
+/// footprints need only one. The squared weights still sum to one.
 pub fn merged_variants(variants: [TilingVariant; 3], lod: f64) -> [TilingVariant; 3] {
     let left = 1.0 - ((lod - 3.0) / 1.5).clamp(0.0, 1.0);
     let [mut a, b, c] =
@@ -107,8 +107,8 @@ pub fn merged_variants(variants: [TilingVariant; 3], lod: f64) -> [TilingVariant
     [a, b, c]
 }
 
-/// Adds the moments of a variant to the mean slope and covariance of a blend. `part`: [`tiling_fade`]; the covariance receives what it
-/// removes from the mean slopes.
+/// Adds the moments of a variant to the mean slope and covariance of a blend. `part` is the result of [`tiling_fade`]; the covariance
+/// receives what `part` removes from the mean slopes.
 pub fn add_variant(blend: SlopeMoments, variant: SlopeMoments, weight: f64, part: f64) -> SlopeMoments {
     let mean = variant.first * part;
     let covariance = variant.second - outer_square(mean);
@@ -128,7 +128,6 @@ mod tests {
         (0..20_000).map(move |_| DVec2::new(r.range(-900.0, 900.0), r.range(-900.0, 900.0)))
     }
 
-    /// Weight of a corner at a point.
     fn weight_of(corner: IVec2, at: DVec2) -> f64 {
         tiling_variants(at, CELLS)
             .into_iter()
@@ -145,7 +144,7 @@ mod tests {
             assert!(variants[0].weight >= variants[1].weight && variants[1].weight >= variants[2].weight);
             variants_seen[variants.iter().filter(|variant| variant.weight > 0.0).count()] += 1.0 / 20_000.0;
         }
-        // Areas of a triangle: six squares of the least share show one variant, and less than three triangles of it show three.
+        // With the threshold t, the fraction 6 t² of a triangle's area shows one variant, and (1 − 3 t)² shows three.
         assert!(
             f64::abs(variants_seen[1] - 0.54) < 0.02 && f64::abs(variants_seen[3] - 0.01) < 0.003,
             "{variants_seen:?}"
@@ -211,7 +210,7 @@ mod tests {
         };
         assert!((blend(1.0).first.x - (0.6 * 0.2 - 0.8 * 0.1)).abs() < 1e-12);
         assert!((blend(1.0).second - DVec3::new(0.4, 0.3, 0.1)).length() < 1e-12);
-        // Where variants average out, the variance of their means is in the covariance.
+        // Where variants average out, the covariance includes the variance of their means.
         assert_eq!(blend(0.0).first, DVec2::ZERO);
         assert!((blend(0.0).second.x - (0.4 + 0.36 * 0.04 + 0.64 * 0.01)).abs() < 1e-12);
         assert_eq!((tiling_fade(0.0, 1024.0, CELLS), tiling_fade(10.0, 1024.0, CELLS)), (1.0, 0.0));

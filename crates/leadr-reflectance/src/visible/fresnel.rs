@@ -1,19 +1,19 @@
-//! Mean Fresnel reflectance of the visible facets: the share of the light that never reaches the diffuse base.
+//! The mean Fresnel reflectance of the visible facets: the fraction of the light that never reaches the diffuse base.
 //!
-//! Schlick's weight is `k⁵` with `k = 1 − wo·wn`. It depends on the facet through `wo·wn = (wo.z − wo.xy·x) / |N|`, which varies almost
-//! only along the view azimuth. The exact mean and variance of the visible slopes along that axis come from [`super::slopes`]. To second
-//! order about the mean facet, `d` standard deviations along the axis, the cosine is
+//! Schlick's weight is `k⁵` with `k = 1 − wo·wn`. The weight depends on the facet through `wo·wn = (wo.z − wo.xy·x) / |N|`, which varies
+//! almost only along the view azimuth. The exact mean and variance of the visible slopes along that axis come from [`super::slopes`]. To
+//! second order about the mean facet, the cosine at `d` standard deviations along the axis is
 //!
 //! ```text
 //! c(d) = (f − b d) / √(n + 2 e d + l d²)
 //! at d = 0:  −c' = (b + f e/n) / √n,   ½c'' = (b e/n + f (3/2 e²/n² − ½ l/n)) / √n
 //! ```
 //!
-//! where `f` is the projected area of the mean facet, `b` the spread of the slope along the axis, `n` the `|N|²` of the mean facet, and `2
-//! e d + l d²` the change of `|N|²` along the axis.
+//! Here `f` is the projected area of the mean facet, `b` the spread of the slope along the axis, `n` the `|N|²` of the mean facet, and
+//! `2 e d + l d²` the change of `|N|²` along the axis.
 //!
 //! The fifth power of a normal variable with mean `μ` and variance `v` has the mean `μ⁵ + 10 μ³ v + 15 μ v²`. Slopes across the view
-//! azimuth only lengthen `N`; on average `|N|²` grows by their variance.
+//! azimuth only lengthen `N`; on average, `|N|²` grows by the variance of these slopes.
 
 use super::slopes::tilted_area;
 use crate::facets::fresnel::grazing_reflectance;
@@ -22,9 +22,8 @@ use crate::limits::at_least;
 use crate::slopes::statistics::covariance_times;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
-/// Mean of Schlick's term ([`crate::facets::fresnel::fresnel_schlick`]) over the visible facets. `f0`:
-/// linear RGB reflectance at normal incidence; `s`: covariance of the slopes, already clamped
-/// ([`crate::slopes::statistics::clamp_covariance`]).
+/// Returns the mean of Schlick's term ([`crate::facets::fresnel::fresnel_schlick`]) over the visible facets. `f0` is the linear RGB
+/// reflectance at normal incidence. `s` is the covariance of the slopes, already clamped ([`crate::slopes::statistics::clamp_covariance`]).
 pub fn visible_fresnel(wo: DVec3, m: DVec2, s: DVec3, f0: DVec3) -> DVec3 {
     let across = covariance_times(s, wo.xy());
     let b2 = at_least(across.dot(wo.xy()), 0.0);
@@ -40,8 +39,9 @@ pub fn visible_fresnel(wo: DVec3, m: DVec2, s: DVec3, f0: DVec3) -> DVec3 {
     f0 + (grazing_reflectance(f0) - f0) * mean
 }
 
-/// Mean of Schlick's weight over slopes along `axis` about `slope`. `facet`: projected area of the facet of that slope; `b`: its decrease
-/// per standard deviation; `rest`: variance across the axis; `variance`: of the slopes, in squares of `axis`.
+/// Returns the mean of Schlick's weight over slopes along `axis` about `slope`. `facet` is the projected area of the facet at `slope`, and
+/// `b` its decrease per standard deviation. `rest` is the variance across the axis, and `variance` the slopes' variance in squares of
+/// `axis`.
 pub fn mean_schlick_weight(facet: f64, b: f64, axis: DVec2, slope: DVec2, rest: f64, variance: f64) -> f64 {
     let (e, l) = (slope.dot(axis), axis.length_squared());
     let n = 1.0 + slope.length_squared() + rest;

@@ -1,20 +1,20 @@
-//! Occlusion by larger bumps: the horizon at a point on the relief.
+//! Occlusion by larger bumps: the horizon around a point on the relief.
 //!
-//! Slope statistics under a pixel model shadowing between its facets. Bumps larger than the pixel shadow the whole pixel, each from its
-//! own side. For a unit vector `v` of the tangent plane the horizon has an elevation of tangent
+//! Slope statistics under a pixel model the shadowing between its facets. Bumps larger than the pixel shadow the whole pixel, each from its
+//! own side. For a unit vector `v` of the tangent plane, the tangent of the horizon's elevation is
 //!
 //! ```text
 //! T(v) = m·v + e(v),   e(v) = max(0, l·v + √(vᵀ Q v))
 //! ```
 //!
-//! `m` is the mean slope. Nothing below its plane is visible, so the excess `e` is not negative. The lean `l` is the side where the ground
+//! Nothing below the plane of the mean slope `m` is visible, so the excess `e` is not negative. The lean `l` is the side where the ground
 //! rises more; the spread `Q` is the rise on opposite sides, across and along a valley. A slope `s` that descends to the point from one
-//! side only is exactly `l = s/2`, `Q = s sᵀ/4`. The form is homogeneous, so it rotates and stretches with the coordinates: `l` like a
-//! mean slope, `Q` like a covariance. Height scaling multiplies `l` by the factor and `Q` by its square. `maps` fits the form to heights
-//! per mip level. Each level contains only bumps larger than its texels, so no bump is also counted in the slope statistics.
+//! side only has exactly `l = s/2`, `Q = s sᵀ/4`. The form is homogeneous, so it rotates and stretches with the coordinates: `l` like a
+//! mean slope, `Q` like a covariance. Height scaling multiplies `l` by the factor and `Q` by its square. `leadr_maps` fits the form to
+//! heights per mip level. Each level contains only bumps larger than its texels, so no bump is also counted in the slope statistics.
 //!
-//! Both are relative to the plane of the mean slope, which the statistics already include. A light is weighted by the unoccluded share of
-//! its part above that plane.
+//! `l` and `Q` are relative to the plane of the mean slope, which the statistics already include. A light is weighted by the unoccluded
+//! fraction of its part above that plane.
 
 use crate::frame::{Frame, from_frame};
 use crate::integrals::sh::{Sh9, sh_radiance};
@@ -22,37 +22,37 @@ use crate::slopes::grid::normal_of_slope;
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
-/// Excess of a horizon over the plane of the mean slope.
+/// The excess of a horizon over the plane of the mean slope.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Horizon {
-    /// `l`, slopes.
+    /// The lean `l`, in slopes.
     pub lean: DVec2,
-    /// `Q` as `xx, yy, xy`, squared slopes.
+    /// The spread `Q` as `xx, yy, xy`, in squared slopes.
     pub spread: DVec3,
 }
 
-/// `e(v)`: height of the horizon above the plane of the mean slope, at the distance `|v|`. Not negative.
+/// Returns `e(v)`: the height of the horizon above the plane of the mean slope, at the distance `|v|`, ≥ 0.
 pub fn horizon_excess(v: DVec2, h: &Horizon) -> f64 {
     let square = v.x * v.x * h.spread.x + v.y * v.y * h.spread.y + 2.0 * v.x * v.y * h.spread.z;
     (h.lean.dot(v) + square.max(0.0).sqrt()).max(0.0)
 }
 
-/// The same horizon with its excess scaled by `factor`.
+/// Returns the same horizon with its excess scaled by `factor`.
 pub fn raised_horizon(h: &Horizon, factor: f64) -> Horizon {
     Horizon { lean: h.lean * factor, spread: h.spread * (factor * factor) }
 }
 
-/// Deviation of the true horizon's tangent from its smooth form, relative to its excess.
+/// The deviation of the true horizon's tangent from its smooth form, relative to the excess.
 pub const HORIZON_RAGGED: f64 = 0.13;
 
-/// Share of a light lobe about `wi` above the horizon, relative to the lobe's part above the plane of the mean slope `m`: 0..1.
-/// `deviation`: of the lobe's directions from `wi` along one axis, radians. The lobe's height above the horizon has a parabolic
-/// distribution (Epanechnikov kernel), whose integral is the cubic of `smoothstep`.
+/// Returns the fraction of a light lobe about `wi` above the horizon, relative to the lobe's part above the plane of the mean slope `m`,
+/// 0..1. `deviation` is the standard deviation of the lobe's directions along one axis, in radians. The lobe's height above the horizon has
+/// a parabolic distribution (Epanechnikov kernel), whose integral is the cubic of `smoothstep`.
 pub fn horizon_visibility(wi: DVec3, m: DVec2, h: &Horizon, deviation: f64) -> f64 {
     let flat = wi.truncate();
     let plane = wi.z - flat.dot(m);
     let excess = horizon_excess(flat, h);
-    // Squared height per angle: 1 + T².
+    // The squared change of height per angle is 1 + T².
     let high = flat.dot(m) + excess;
     let per_angle = 1.0 + high * high / flat.length_squared().max(1e-12);
     let ragged = HORIZON_RAGGED * excess;
@@ -60,25 +60,25 @@ pub fn horizon_visibility(wi: DVec3, m: DVec2, h: &Horizon, deviation: f64) -> f
     smoothstep(width, plane - excess) / smoothstep(width, plane).max(1e-3)
 }
 
-/// Cubic step from 0 at `-width` to 1 at `width`.
+/// Returns a cubic step from 0 at `-width` to 1 at `width`.
 fn smoothstep(width: f64, x: f64) -> f64 {
     let t = (0.5 + 0.5 * x / width).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }
 
-/// Pairs of opposite azimuths of [`horizon_hidden`].
+/// The number of pairs of opposite azimuths in [`horizon_hidden`].
 pub const HORIZON_AXES: u32 = 4;
 
 /// The directions between the plane of the mean slope and the horizon.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Hidden {
-    /// `(1/π) ∫ w dw`. Its dot product with a normal is the irradiance of these directions under a white sky, in units of `π`.
+    /// `(1/π) ∫ w dw` over these directions. Its dot product with a normal is their irradiance under a white sky, in units of `π`.
     pub weight: DVec3,
-    /// `(1/π) ∫ dw`, 0..2.
+    /// `(1/π) ∫ dw` over these directions, 0..2.
     pub angle: f64,
 }
 
-/// Hidden directions, per azimuth, between the elevations of tangents `T₀ ≤ T₁`:
+/// Integrates the hidden directions. Per azimuth, between the elevations of tangents `T₀ ≤ T₁`, the integrals are
 ///
 /// ```text
 /// w:  ½ (θ − T₀/(1+T₀²) + T₁/(1+T₁²)) along v,   ½ (1/(1+T₀²) − 1/(1+T₁²)) along z,   θ = atan T₁ − atan T₀
@@ -100,10 +100,10 @@ pub fn horizon_hidden(m: DVec2, h: &Horizon) -> Hidden {
     Hidden { weight: hidden.weight * each, angle: hidden.angle * each }
 }
 
-/// The diffuse radiance `whole` of an environment, per unit of albedo, minus that of the hidden directions, approximated by the radiance
-/// of their mean direction. `open`: share of the facets that see any of them, 0..1; `c`: radiance coefficients in the world; `f`: the
-/// tangent frame in the world. The result is at least half of that under a uniform environment, because order 2 rings and a pit with some
-/// sky is never black.
+/// Returns the diffuse radiance `whole` of an environment, per unit of albedo, minus the hidden directions' radiance, approximated by the
+/// radiance of their mean direction. `open` is the fraction of the facets that see any hidden direction, 0..1. `c` and `f` are the radiance
+/// coefficients and the tangent frame in the world. The result is at least half of its value under a uniform environment, because order-2
+/// harmonics ring and a pit with some sky is never black.
 pub fn diffuse_past_horizon(whole: DVec3, open: f64, hidden: &Hidden, m: DVec2, f: &Frame, c: &Sh9) -> DVec3 {
     // The mean of unit directions lies inside the unit sphere.
     let mean = hidden.weight / hidden.angle.max(1e-6);
@@ -138,7 +138,7 @@ mod tests {
         assert_eq!(horizon_visibility(from(2.5), m, &h, 0.01), 1.0);
         assert_eq!(horizon_visibility(from(0.5), m, &h, 0.01), 0.0);
         assert!((horizon_visibility(from(1.2), m, &h, 0.01) - 0.5).abs() < 1e-9);
-        // On the other side and without bumps only the plane occludes, which does not count here.
+        // On the other side of the ridge, or without bumps, only the plane occludes, which does not count here.
         assert_eq!(horizon_visibility(DVec3::new(-0.9, 0.0, 0.1), m, &h, 0.2), 1.0);
         assert_eq!(horizon_visibility(from(0.21), m, &Horizon::default(), 0.2), 1.0);
     }
@@ -166,7 +166,8 @@ mod tests {
             let hidden = horizon_hidden(m, &h);
             assert!((hidden.weight - sum).length() < 0.02, "{m}: {hidden:?} for {sum}");
             assert!((hidden.angle - angle).abs() < 0.02, "{m}: {hidden:?} for {angle}");
-            // A white environment of radiance 1 loses the hidden share; a dark one with a bright horizon keeps at least half of that.
+            // A white environment of radiance 1 loses the hidden fraction. A dark environment with a bright horizon keeps at least half of
+            // the unhidden fraction.
             let mut c = [DVec3::ZERO; 9];
             c[0] = DVec3::splat((4.0 * PI).sqrt());
             let frame = crate::frame::frame_about(DVec3::Z);

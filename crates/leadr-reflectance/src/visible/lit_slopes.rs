@@ -1,9 +1,10 @@
 //! Visible slopes that reflect lit directions.
 //!
-//! The wider a lobe, the more of it lies below the mesosurface's horizon, where nothing is lit: at normal incidence 3/4 of it for a slope
-//! deviation of 1, and 19/20 for 2. Probes there are wasted. With `N = (−slope, 1)`, a facet reflects a direction of height `(2 (wo·N)
-//! N·N_m − (wo·N_m) |N|²) / |N|²` above the mesosurface, `N_m = (−m, 1)`. The height is positive within a conic: for `m = 0`, the disc
-//! about `−tan θ` of radius `1/cos θ`. As the numerator is quadratic in the slope,
+//! The wider a lobe, the more of it lies below the mesosurface's horizon, where nothing is lit. At normal incidence, 3/4 of the lobe is
+//! unlit for a slope deviation of 1, and 19/20 for 2. Probes below the horizon are wasted. Let `N = (−slope, 1)` and `N_m = (−m, 1)`. A
+//! facet then reflects a direction of height `(2 (wo·N) N·N_m − (wo·N_m) |N|²) / |N|²` above the mesosurface. The height is positive within
+//! a conic: for `m = 0`, the disc about `−tan θ` of radius `1/cos θ`. The numerator is quadratic in the slope, so a Gaussian weight can
+//! follow the height:
 //!
 //! ```text
 //! weight(x) = exp(−l·x − ½ xᵀ D x)      x = slope − m
@@ -12,10 +13,11 @@
 //! k = 2.7 cos θ r²/(1 + r²) / |N_m|³,   r = ½ tr S / 0.2
 //! ```
 //!
-//! is a Gaussian that decreases with that height, faster for rougher surfaces; smooth ones are lit almost to the horizon. The root in `l`
-//! limits the shift of the mean to one standard deviation, for flat conics with steep slopes along them. Weight times slope density is
-//! another Gaussian with closed visible moments, and the probes sample it. Each probe is weighted by its share, the inverse weight, times
-//! the lit fraction. Shares are exact for any weight; the constants only affect the probe positions (`lab::quadrature_study::fit_probes`).
+//! The weight decreases towards the horizon, faster for rougher surfaces; smooth surfaces are lit almost to the horizon. The root in `l`
+//! keeps the shift of the mean below one standard deviation, which a flat conic with steep slopes along it would exceed. Weight times slope
+//! density is another Gaussian with closed visible moments, which the probes sample. Each probe is weighted by the lit fraction times its
+//! share, which is the inverse weight. Shares are exact for any weight; the constants only affect the probe positions
+//! (`lab::quadrature_study::fit_probes`).
 
 use super::slopes::VisibleSlopes;
 use crate::slopes::statistics::covariance_times;
@@ -23,27 +25,27 @@ use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
 /// `−ln weight` at the horizon relative to the highest direction, for a very rough surface at normal incidence.
 pub const LIT_FALL: f64 = 1.35;
-/// Mean slope variance per axis at which half of [`LIT_FALL`] applies.
+/// The mean slope variance per axis at which half of [`LIT_FALL`] applies.
 pub const LIT_HALF: f64 = 0.2;
-/// Linear part of the weight relative to the quadratic part.
+/// The linear part of the weight relative to the quadratic part.
 pub const LIT_LEAN: f64 = 0.65;
 
-/// Slopes weighted towards lit directions.
+/// The slopes weighted towards lit directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LitSlopes {
-    /// Mean of the weighted slopes, all facets.
+    /// The mean of the weighted slopes of all facets.
     pub m: DVec2,
-    /// Covariance of the weighted slopes.
+    /// The covariance of the weighted slopes.
     pub s: DVec3,
-    /// The module's `l`.
+    /// The module's vector `l`.
     pub lean: DVec2,
-    /// The module's `D`, `(xx, yy, xy)`.
+    /// The module's matrix `D`, as `(xx, yy, xy)`.
     pub damp: DVec3,
-    /// Logarithm of the mean weight of all facets.
+    /// The logarithm of the mean weight of all facets.
     pub mean: f64,
 }
 
-/// The weighted slopes for the result of [`visible_slopes`](super::slopes::visible_slopes).
+/// Returns the weighted slopes for the result of [`visible_slopes`](super::slopes::visible_slopes).
 pub fn lit_slopes(wo: DVec3, v: &VisibleSlopes) -> LitSlopes {
     let (m, s) = (v.m, v.s);
     let per = 1.0 / (1.0 + m.dot(m));
@@ -57,7 +59,7 @@ pub fn lit_slopes(wo: DVec3, v: &VisibleSlopes) -> LitSlopes {
     let part = even / (wo.xy().length() * m.length()).max(even).max(1e-9);
     let bend = part * DVec3::new(2.0 * wo.x * m.x - across, 2.0 * wo.y * m.y - across, wo.x * m.y + wo.y * m.x);
     let damp = k * per * (DVec3::new(even, even, 0.0) + bend);
-    // (S⁻¹ + D)⁻¹
+    // The weighted covariance (S⁻¹ + D)⁻¹.
     let det = (s.x * s.y - s.z * s.z).max(0.0);
     let both = det * (damp.x * damp.y - damp.z * damp.z).max(0.0);
     let share = 1.0 / (1.0 + s.x * damp.x + s.y * damp.y + 2.0 * s.z * damp.z + both);
@@ -68,7 +70,7 @@ pub fn lit_slopes(wo: DVec3, v: &VisibleSlopes) -> LitSlopes {
     LitSlopes { m: m + moved, s: cov, lean, damp, mean: 0.5 * (share.ln() - lean.dot(moved)) }
 }
 
-/// Logarithm of 1/weight at the offset `x` from the mean slope.
+/// Returns the logarithm of the inverse weight at the offset `x` from the mean slope.
 pub fn lit_share(lit: &LitSlopes, x: DVec2) -> f64 {
     let d = lit.damp;
     lit.lean.dot(x) + 0.5 * (d.x * x.x * x.x + d.y * x.y * x.y) + d.z * x.x * x.y

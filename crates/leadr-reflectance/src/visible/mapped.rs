@@ -1,20 +1,20 @@
-//! Visible slopes of a normal map on smooth geometry. Its facets hide nothing: a facet's weight is its share of the macrosurface,
-//! whichever way it faces (the normal map model of thesis section 2.1 and Table 2.IV).
+//! Visible slopes of a normal map on smooth geometry. The facets of a normal map hide nothing, so the weight of a facet is its fraction of
+//! the macrosurface, whatever its orientation (the normal map model of thesis section 2.1 and Table 2.IV).
 //!
-//! A facet of a displaced surface is visible by its projected area `a − b u`, where `u` is its slope along the view azimuth in standard
-//! deviations. In a normal map all front-facing facets, `u < ν = a/b`, have equal weight. Back-facing ones are black, because `⟨wo, wm⟩`
-//! is clamped at 0. Along `u` this is a normal density truncated at `ν`. With `λ = φ(ν)/Φ(ν)`,
+//! A facet of a displaced surface has the visible projected area `a − b u`, where `u` is its slope along the view azimuth in standard
+//! deviations. In a normal map, all front-facing facets (`u < ν = a/b`) have equal weight. Back-facing facets are black, because `⟨wo, wm⟩`
+//! is clamped at 0. Along `u`, the visible slopes have a normal density truncated at `ν`. With `λ = φ(ν)/Φ(ν)`, its cumulants are
 //!
 //! ```text
 //! E[u] = −λ,   Var[u] = 1 + λ′,   κ₃[u] = −λ″,   κ₄[u] = λ‴,   where λ′ = −λ (ν + λ)
 //! ```
 //!
-//! The base of a facet is rough geometry, so its own facets are visible by projected area: its slopes are those of
-//! [`visible_slopes`](super::slopes) on the mean front-facing facet. Both are independent, so their cumulants add up. Without a normal map
-//! these are the visible slopes of the base; without a base they are the truncated normal density.
+//! The base of a facet is rough geometry, so its microfacets are visible by projected area. It has the slopes of
+//! [`visible_slopes`](super::slopes) on the mean front-facing facet. Map and base are independent, so their cumulants add up. Without a
+//! map, the sum describes the base's visible slopes; without a base, the truncated normal density.
 //!
-//! Diffuse light does not depend on the viewer: the moments of normals are those of [`visible_diffuse_moments`](super::diffuse) without a
-//! clamp. The clamped cosine of a light is a clamped mean instead of a product.
+//! Diffuse light does not depend on the viewer, so the moments of normals are [`visible_diffuse_moments`](super::diffuse) without a clamp.
+//! For one light, the clamped cosine is one clamped mean, not a product of two.
 
 use super::diffuse::{clamped_mean, damped_gaussian, squared_normal_spread, visible_diffuse_terms};
 use super::slopes::{VISIBLE_TAIL, VisibleSlopes, tilted_area};
@@ -30,31 +30,31 @@ use crate::slopes::statistics::{clamp_covariance, outer_square};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 use std::f64::consts::PI;
 
-/// Lower bound of the slope deviation along the view azimuth, which limits the sharpness of the front-facing edge.
+/// The lower bound of the slope deviation along the view azimuth, which limits the sharpness of the front-facing edge.
 const LEAST_TURN: f64 = 1e-4;
 
-/// Visible slopes of a normal map and its base.
+/// The visible slopes of a normal map and its base.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MappedSlopes {
-    /// Front-facing specular facets; `area` is the kernel factor of [`mapped_probes`](super::specular::mapped_probes).
+    /// The slopes of front-facing specular facets; `area` is the kernel factor of [`mapped_probes`](super::specular::mapped_probes).
     pub slopes: VisibleSlopes,
-    /// Share of front-facing facets.
+    /// The fraction of facets that are front-facing.
     pub facing: f64,
-    /// The normal map's share of the total slope variance.
+    /// The fraction of the total slope variance that comes from the normal map.
     pub relief: f64,
-    /// Fourth cumulant of the slopes along the view azimuth, in standard deviations of all slopes.
+    /// The fourth cumulant of the slopes along the view azimuth, in standard deviations of all slopes.
     pub fourth: f64,
 }
 
-/// Ratio of the normal density to its integral up to `nu`.
+/// Returns the ratio of the normal density to its integral up to `nu`.
 fn lambda_at(nu: f64) -> f64 {
     if nu < 0.0 { 1.0 / mills_ratio(-nu) } else { normal_pdf(nu) / normal_cdf(nu) }
 }
 
-/// Lower bound of `nu` for [`fourth_cumulant`]; the few remaining front-facing facets need no precise shape.
+/// The lower bound of `nu` for [`fourth_cumulant`]. The few remaining front-facing facets need no precise shape.
 const LEAST_FOURTH: f64 = -4.0;
 
-/// Fourth cumulant of a normal density truncated at `nu`.
+/// Returns the fourth cumulant of a normal density truncated at `nu`.
 fn fourth_cumulant(nu: f64) -> f64 {
     let nu = nu.clamp(LEAST_FOURTH, 40.0);
     let lambda = lambda_at(nu);
@@ -63,12 +63,12 @@ fn fourth_cumulant(nu: f64) -> f64 {
     -2.0 * first * (1.0 + first) - (nu + 2.0 * lambda) * second
 }
 
-/// Visible slopes of a normal map. `wo`: unit; `m`, `relief`: mean and covariance of the map's slopes; `all`: covariance including the
-/// base.
+/// Returns the visible slopes of a normal map for the unit vector `wo`. `m` and `relief` are the mean and covariance of the map's slopes;
+/// `all` includes the base.
 pub fn mapped_slopes(wo: DVec3, m: DVec2, relief: DVec3, all: DVec3) -> MappedSlopes {
     let (r, s) = (clamp_covariance(relief), clamp_covariance(all));
     let base = clamp_covariance(s - r);
-    // The normal map.
+    // Slopes of the normal map.
     let (across_r, br) = spread_along(wo, r);
     let facing = normal_cdf(meso_area(wo, m) / br.max(LEAST_TURN));
     let a = tilted_area(wo, m, br);
@@ -79,7 +79,7 @@ pub fn mapped_slopes(wo: DVec3, m: DVec2, relief: DVec3, all: DVec3) -> MappedSl
     let nu_here = nu.min(40.0);
     let third_r = (-lambda * (2.0 * lambda * lambda + 3.0 * nu_here * lambda + nu_here * nu_here - 1.0)).min(0.0);
     let facet_r = at_least(a + br * lambda, 1e-3);
-    // Its base, on the mean facet.
+    // Slopes of the base, on the mean facet.
     let (across_b, bb) = spread_along(wo, base);
     let n = normal_ramp(facet_r / bb.max(1e-18));
     let shift_b = n.cdf / n.ramp;
@@ -88,7 +88,7 @@ pub fn mapped_slopes(wo: DVec3, m: DVec2, relief: DVec3, all: DVec3) -> MappedSl
     let third_b = (facet_r / bb.max(1e-18)).min(1e6) * excess - 3.0 * shift_b
         + shift_b * (3.0 + 3.0 * excess - 2.0 * shift_b * shift_b);
     let area_b = if bb <= 1e-18 { facet_r } else { bb * n.ramp };
-    // Both combined.
+    // Slopes of both combined.
     let b = (br * br + bb * bb).sqrt();
     let (part_r, part_b) = (br / b.max(1e-18), bb / b.max(1e-18));
     let (axis_r, axis_b) = (across_r / br.max(1e-18), across_b / bb.max(1e-18));
@@ -116,10 +116,11 @@ pub fn mapped_slopes(wo: DVec3, m: DVec2, relief: DVec3, all: DVec3) -> MappedSl
     }
 }
 
-/// Mean Fresnel reflectance of all facets; back-facing ones have a cosine of 0. `f0`: linear RGB reflectance at normal incidence.
+/// Returns the mean Fresnel reflectance of all facets, with a cosine of 0 for back-facing ones. `f0` is the linear RGB reflectance at
+/// normal incidence.
 ///
-/// Schlick's weight is too nonlinear for an expansion: it reaches 1 on nearly edge-on facets. It is evaluated at three slopes along the
-/// view azimuth instead, the mean and one on either side, with weights that match the first four cumulants.
+/// Schlick's weight is too nonlinear for an expansion: it reaches 1 on nearly edge-on facets. Instead, it is evaluated at the mean slope
+/// and one slope on either side along the view azimuth, with weights that match the first four cumulants.
 pub fn mapped_fresnel(v: &MappedSlopes, f0: DVec3) -> DVec3 {
     let MappedSlopes { slopes, facing, fourth, .. } = v;
     let stretch = slopes.axis.length_squared();
@@ -140,7 +141,8 @@ pub fn mapped_fresnel(v: &MappedSlopes, f0: DVec3) -> DVec3 {
     f0 + (grazing_reflectance(f0) - f0) * (1.0 + facing * (mean.clamp(0.0, 1.0) - 1.0))
 }
 
-/// Moments of all normals, the counterpart of [`visible_diffuse_moments`](super::diffuse::visible_diffuse_moments). `terms`: 2 or 3.
+/// Returns the moments of all normals, like [`visible_diffuse_moments`](super::diffuse::visible_diffuse_moments) for visible normals.
+/// `terms` is 2 or 3.
 pub fn mapped_diffuse_moments(m: DVec2, s: DVec3, terms: u32) -> NormalMoments {
     let s = clamp_covariance(s);
     let spread = squared_normal_spread(m, s);
@@ -157,8 +159,8 @@ pub fn mapped_diffuse_moments(m: DVec2, s: DVec3, terms: u32) -> NormalMoments {
     NormalMoments { mean: first / spread.x.sqrt(), diag: diag * scale, off: off * scale }
 }
 
-/// Radiance under one light from `wi` of unit irradiance on a plane facing it, per unit of albedo: the mean clamped cosine over all
-/// facets. `terms`: 2 or 3.
+/// Returns the radiance under one light from `wi` of unit irradiance on a plane facing it, per unit of albedo. The clamped cosine is
+/// averaged over all facets. `terms` is 2 or 3.
 pub fn mapped_diffuse_light(wi: DVec3, m: DVec2, s: DVec3, terms: u32) -> f64 {
     let s = clamp_covariance(s);
     let spread = squared_normal_spread(m, s);
@@ -173,9 +175,9 @@ pub fn mapped_diffuse_light(wi: DVec3, m: DVec2, s: DVec3, terms: u32) -> f64 {
     sum / (spread.x.sqrt() * PI)
 }
 
-/// Specular radiance towards `wo` under one light from `wi`, per unit of its irradiance on a plane that faces it, for slopes of mean `m`
-/// and covariance `s`. Uses the normal map term of thesis Table 2.IV: `F D / (4 f)`, where `f` is the projected area of the reflecting
-/// facet ([`half_facet_area`]). The base is treated as part of the map.
+/// Returns the specular radiance towards `wo` under one light from `wi`, per unit of its irradiance on a plane that faces it, for slopes of
+/// mean `m` and covariance `s`. The result is the normal map term of thesis Table 2.IV, `F D / (4 f)`, where `f` is the projected area of
+/// the reflecting facet ([`half_facet_area`]). The base is treated as part of the map.
 pub fn mapped_specular_light(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, f0: DVec3) -> DVec3 {
     let wh = half_vector(wo, wi);
     let facet = half_facet_area(wo, wi, wh).max(MIN_AREA);
@@ -190,7 +192,7 @@ mod tests {
     use crate::slopes::grid::{normal_of_slope, slope_at, slope_cholesky};
     use crate::visible::slopes::visible_slopes;
 
-    /// The brute-force mean over all slopes of a normal map; `g` may jump where facets become back-facing.
+    /// Returns the brute-force mean over all slopes of a normal map; `g` may jump where facets become back-facing.
     fn mean(m: DVec2, s: DVec3, g: impl Fn(DVec2) -> DVec3) -> DVec3 {
         let cholesky = slope_cholesky(s);
         let nodes = composite_gauss(-7.5, 7.5, 90, 4);

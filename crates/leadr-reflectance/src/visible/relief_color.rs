@@ -1,24 +1,25 @@
 //! Visible and lit colour where paint, moss or snow correlates with the relief under a pixel.
 //!
-//! *Heights.* In Smith's model heights are independent of slopes. A facet of height rank `u` (0 is deepest, 1 is highest) is visible from
-//! `o` with probability `u^Λ(o)`. It is visible and lit with probability `u^L`, where `1/(1 + L)` is the masking-shadowing term: `L =
-//! Λ(o) + Λ(i)` in Smith's height-correlated form. The visible colour is then
+//! *Heights.* In Smith's model, heights are independent of slopes. A facet of height rank `u` (0 is deepest, 1 is highest) is visible from
+//! `o` with probability `u^Λ(o)`. Such a facet is visible and lit with probability `u^L`, where `1/(1 + L)` is the masking-shadowing term:
+//! `L = Λ(o) + Λ(i)` in Smith's height-correlated form. For any profile of colour over height, the visible colour is then
 //!
 //! ```text
 //! c(L) = (L + 1) E[c u^L]
 //! ```
 //!
-//! for any profile of colour over height. `E[c u^L]` is linear in the texels, so texture filters apply to it. It is stored for two values
-//! of `L`; a parabola in `L/(L + 2)` through both and the mean colour interpolates. The result is exact at both for every profile, and at
-//! all `L` if the colour is linear in `u`. A step, `1 − (1 − f)^(L+1)` for paint on the top share `f`, has an error of at most .013 up to
-//! `L = 4`; a line fitted to its covariance has up to .14 (tests). For a share `lit` of the visible area `A`, `L + 1 = (A/a)/lit`; this
-//! works with every shadowing model that gives the share.
+//! The mean `E[c u^L]` is linear in the texels, so texture filters apply to it. Textures store this mean for two values of `L`. A parabola
+//! in `L/(L + 2)` interpolates both stored values and the mean colour. The result is exact at both values for every profile, and at all `L`
+//! if the colour is linear in `u`. A step, `1 − (1 − f)^(L+1)` for paint on the top fraction `f`, has an error of at most 0.013 up to
+//! `L = 4`; a line fitted to its covariance has up to 0.14 (tests). If `lit` is the lit fraction of the visible area `A`,
+//! `L + 1 = (A/a)/lit` for every shadowing model.
 //!
-//! *Slopes.* The regression of colour on slopes is `c + C S⁻¹ (s − m)`, with `C` their covariance. Let `w(s)` weight slopes by visibility
-//! and lighting. Stein's lemma gives `E[w (s − m)] = S E[∇w]`, so `S` cancels: the colour changes by `C · E[∇w]/E[w]`, the *score* here. A
-//! second application, with the second derivatives of `w`, gives the covariance of the weighted slopes. If half of the slopes are white,
-//! the visible share of white is that of a Gaussian of this mean and width on the white side. One exponential of `|N|²` approximates
-//! `1/|N|` in the diffuse weight ([`damped_gaussian`]). Means of products of clamped cosines are first order in their covariance.
+//! *Slopes.* The regression of colour on slopes is `c + C S⁻¹ (s − m)`, where `C` is the covariance of colour and slopes. Let `w(s)` weight
+//! slopes by visibility and lighting. Stein's lemma gives `E[w (s − m)] = S E[∇w]`, so `S` cancels and the colour changes by
+//! `C · E[∇w]/E[w]`. The ratio `E[∇w]/E[w]` is the *score*. A second application, with the second derivatives of `w`, gives the covariance
+//! of the weighted slopes. If half of the slopes are white, the visible fraction of white is the part on the white side of a Gaussian with
+//! this mean and width. One exponential of `|N|²` approximates `1/|N|` in the diffuse weight ([`damped_gaussian`]). Means of products of
+//! clamped cosines are first order in their covariance.
 
 use super::diffuse::{clamped_mean, damped_gaussian, squared_normal_spread};
 use super::slopes::{VISIBLE_TAIL, tilted_area};
@@ -28,50 +29,51 @@ use crate::masking::correlated::DirectionArea;
 use crate::slopes::statistics::{clamp_covariance, covariance_times, outer_square};
 use glam::{DMat2, DVec2, DVec3, Vec3Swizzles as _};
 
-/// `L` of the first filtered mean.
+/// The exponent `L` of the first filtered mean.
 pub const RELIEF_COLOR_LOW: f64 = 1.0;
-/// `L` of the second filtered mean.
+/// The exponent `L` of the second filtered mean.
 pub const RELIEF_COLOR_HIGH: f64 = 4.0;
-/// Largest `L/(L + 2)` of the parabola; larger values are clamped.
+/// The largest `L/(L + 2)` of the parabola. Larger values are clamped.
 pub const MOST_SEEN_HEIGHT: f64 = 0.8;
-/// Lower bound of the share of variance that weighted slopes keep.
+/// The smallest fraction of variance that weighted slopes keep.
 pub const NARROWEST_SLOPES: f64 = 0.1;
 
-/// Correlation of colour with the relief under a pixel.
+/// The correlation of colour with the relief under a pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ReliefColor {
     /// `2 E[c u]` minus the mean colour.
     pub low: DVec3,
     /// `5 E[c u⁴]` minus the mean colour.
     pub high: DVec3,
-    /// Covariance with the slope along x.
+    /// The covariance of colour with the slope along x.
     pub x: DVec3,
-    /// Covariance with the slope along y.
+    /// The covariance of colour with the slope along y.
     pub y: DVec3,
 }
 
-/// `(L + 1) u^L` for the two stored values of `L`; `u`: rank of a height, 0 to 1.
+/// Returns `(L + 1) u^L` for the two stored values of `L`, where `u` is the rank of a height, 0 to 1.
 pub fn height_weights(u: f64) -> [f64; 2] {
     [2.0 * u, 5.0 * u.powi(4)]
 }
 
-/// `L/(L + 2)`, 0 to 1, of visible and lit facets. `lit`: lit share of the visible area
+/// Returns `L/(L + 2)` of visible and lit facets, 0 to 1. `lit` is the lit fraction of the visible area
 /// ([`lit_fraction`](crate::masking::correlated::lit_fraction)).
 pub fn seen_height(o: &DirectionArea, lit: f64) -> f64 {
     let facing = o.meso.max(0.0) * lit.clamp(0.0, 1.0);
     ((o.visible - facing) / (o.visible + facing).max(1e-30)).clamp(0.0, 1.0)
 }
 
-/// Change of the slopes' mean and covariance under a weight for visibility and lighting.
+/// The change of the slopes' mean and covariance under a weight for visibility and lighting.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SlopesScore {
-    /// `S⁻¹ (mean of the weighted slopes − m)`. Its product with a covariance of slopes and a value is the change of that value's mean.
+    /// `S⁻¹ (mean of the weighted slopes − m)`. Multiplied by the covariance of slopes and a value, it gives the change of the value's
+    /// mean.
     pub moved: DVec2,
     /// `S⁻¹ (covariance of the weighted slopes − S) S⁻¹`, as xx, yy, xy.
     pub narrowed: DVec3,
 }
 
-/// The score of slopes visible from `wo`.
+/// Returns the score of slopes visible from `wo`.
 pub fn seen_slopes_score(wo: DVec3, m: DVec2, s: DVec3) -> SlopesScore {
     let s = clamp_covariance(s);
     let b = slope_spread(wo, s);
@@ -83,7 +85,7 @@ pub fn seen_slopes_score(wo: DVec3, m: DVec2, s: DVec3) -> SlopesScore {
     SlopesScore { moved: -moved * wo.xy(), narrowed: (n.pdf * per / area - moved * moved) * outer_square(wo.xy()) }
 }
 
-/// The score of slopes visible from `wo`, weighted by the cosine of light from `wi` on them.
+/// Returns the score of slopes visible from `wo`, weighted by the cosine of light from `wi` on them.
 pub fn lit_slopes_score(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3) -> SlopesScore {
     let s = clamp_covariance(s);
     let (mut ao, mut ai) = (tilted_area(wo, m, slope_spread(wo, s)), tilted_area(wi, m, slope_spread(wi, s)));
@@ -109,7 +111,7 @@ pub fn lit_slopes_score(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3) -> SlopesScore
     let mixed = DVec3::new(2.0 * wo.x * wi.x, 2.0 * wo.y * wi.y, wo.x * wi.y + wo.y * wi.x);
     let h = (by_oo * outer_square(wo.xy()) + by_ii * outer_square(wi.xy()) + by_oi * mixed) / both - outer_square(v);
     let v = v + 2.0 * t * m;
-    // B = (1 + 2tS)⁻¹ of the exponential: the score is −B v, and slopes narrow by B h B − 2t B.
+    // With B = (1 + 2tS)⁻¹ of the exponential, the score is −B v, and slopes narrow by B h B − 2t B.
     let tt = 2.0 * t;
     let det = 1.0 + tt * (s.x + s.y + tt * (s.x * s.y - s.z * s.z).max(0.0));
     let b = DMat2::from_cols_array(&[1.0 + tt * s.y, -tt * s.z, -tt * s.z, 1.0 + tt * s.x]) * (1.0 / det);
@@ -117,17 +119,17 @@ pub fn lit_slopes_score(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3) -> SlopesScore
     SlopesScore { moved: -(b * v), narrowed: DVec3::new(narrowed.x_axis.x, narrowed.y_axis.y, narrowed.x_axis.y) }
 }
 
-/// Change of the mean colour. Linear regression is unbounded, but a change saturates when all visible slopes have one colour, and sooner
-/// for narrower slopes. The model is a two-colour surface, half of the slopes each, for every profile. `s`: covariance of the slopes that
-/// the colours follow.
+/// Returns the change of the mean colour. Unlike a linear regression, it saturates when all visible slopes have one colour, and sooner for
+/// narrower slopes. The model for every profile is a surface with two colours, each on half of the slopes. `s` is the covariance of the
+/// slopes that the colours follow.
 pub fn slopes_change(r: &ReliefColor, score: &SlopesScore, s: DVec3) -> DVec3 {
     let s = clamp_covariance(s);
     let change = score.moved.x * r.x + score.moved.y * r.y;
-    // Variance of colours along their regression, Cᵀ S⁻¹ C, bounded by that of colours in 0..1.
+    // Variance of colours along their regression, Cᵀ S⁻¹ C, bounded by the largest variance of colours in 0..1.
     let quadratic = |m: DVec3| m.x * r.x * r.x + m.y * r.y * r.y + 2.0 * m.z * r.x * r.y;
     let explained = quadratic(DVec3::new(s.y, s.x, -s.z)) / (s.x * s.y - s.z * s.z).max(1e-18);
     let explained = explained.clamp(DVec3::splat(1e-9), DVec3::splat(0.25));
-    // Slope width along the regression.
+    // Relative variance of the weighted slopes along the regression.
     let variance = (1.0 + quadratic(score.narrowed) / explained).clamp(DVec3::splat(NARROWEST_SLOPES), DVec3::ONE);
     let held = |change: f64, explained: f64, variance: f64| {
         let width = variance.sqrt().recip();
@@ -137,7 +139,7 @@ pub fn slopes_change(r: &ReliefColor, score: &SlopesScore, s: DVec3) -> DVec3 {
     DVec3::from_array([0, 1, 2].map(|c| held(change[c], explained[c], variance[c])))
 }
 
-/// The visible colour, 0 to 1, from the mean over all facets. `height`: [`seen_height`]; `by_slope`: [`slopes_change`].
+/// Returns the visible colour, 0 to 1, from the mean over all facets. `height` is [`seen_height`], and `by_slope` is [`slopes_change`].
 pub fn relief_color(mean: DVec3, r: &ReliefColor, height: f64, by_slope: DVec3) -> DVec3 {
     let t = height.min(MOST_SEEN_HEIGHT);
     let by_height = 9.0 * t * (2.0 / 3.0 - t) * r.low + 4.5 * t * (t - 1.0 / 3.0) * r.high;
@@ -151,7 +153,7 @@ mod tests {
     use crate::facets::projected_area::meso_area;
     use std::f64::consts::TAU;
 
-    /// Visible colour of a height profile at `l`, by quadrature and by the stored parabola.
+    /// Returns the visible colour of a height profile at `l`, by quadrature and by the stored parabola.
     fn seen(profile: impl Fn(f64) -> f64, l: f64) -> [f64; 2] {
         const N: u32 = 20_000;
         let mean = |weight: &dyn Fn(f64) -> f64| {
@@ -177,9 +179,9 @@ mod tests {
                 let exact = l == RELIEF_COLOR_LOW || l == RELIEF_COLOR_HIGH;
                 assert!(!exact || (got - want).abs() < 1e-6, "a step of {f} at {l}: {got} instead of {want}");
                 worst = worst.max((got - want).abs());
-                // f + 12 Cov(c, u) ((L + 1)/(L + 2) - 1/2)
+                // The fitted line is f + 12 Cov(c, u) ((L + 1)/(L + 2) − 1/2).
                 of_line = of_line.max((f + 3.0 * f * (1.0 - f) * l / (l + 2.0) - want).abs());
-                // Paint in cracks.
+                // This profile has paint in cracks.
                 let [want, got] = seen(|u| if u < f { 1.0 } else { 0.0 }, l);
                 worst = worst.max((got - want).abs());
             }
@@ -188,7 +190,7 @@ mod tests {
         assert!(worst < 0.015 && of_line > 5.0 * worst, "{worst} {of_line}");
     }
 
-    /// Slopes by brute force: differences from the mean, and weights.
+    /// Samples slopes by brute force, as differences from the mean with their weights.
     fn weighted(m: DVec2, s: DVec3, weight: impl Fn(DVec2) -> f64) -> Vec<(DVec2, f64)> {
         let steps = -150..150;
         let slopes =
@@ -208,14 +210,12 @@ mod tests {
         all.iter().map(|&(d, w)| outer_square(d - centre) * w).sum()
     }
 
-    /// `S v` and `S K S`.
     fn times(s: DVec3, score: &SlopesScore) -> (DVec2, DVec3) {
         let matrix = |m: DVec3| DMat2::from_cols_array(&[m.x, m.z, m.z, m.y]);
         let wide = matrix(s) * matrix(score.narrowed) * matrix(s);
         (matrix(s) * score.moved, DVec3::new(wide.x_axis.x, wide.y_axis.y, wide.x_axis.y))
     }
 
-    /// A range of views, lights and slopes.
     fn for_all(mut each: impl FnMut(DVec3, DVec3, DVec2, DVec3)) {
         for s in [DVec3::new(0.04, 0.04, 0.0), DVec3::new(0.3, 0.1, 0.05), DVec3::new(0.5, 0.5, 0.0)] {
             for m in [DVec2::ZERO, DVec2::new(0.2, -0.1)] {
@@ -263,7 +263,7 @@ mod tests {
         assert!(worst < 0.25 && worst_width < 0.4, "{worst} {worst_width}");
     }
 
-    /// White where slopes rise along a direction, black elsewhere.
+    /// Returns a surface that is white where slopes rise along a direction, else black.
     fn half_white(s: DVec3, along: DVec2) -> ReliefColor {
         let toward = DVec2::new(s.x * along.x + s.z * along.y, s.z * along.x + s.y * along.y);
         let of_white = toward / (TAU * toward.dot(along)).sqrt();
@@ -291,14 +291,13 @@ mod tests {
         assert!(seen < 0.03 && lit < 0.17 && wide > 3.0 * seen, "{seen} {lit} {wide}");
     }
 
-    /// Slopes that move without narrowing.
     #[test]
     fn colours_stop_at_paint_edges() {
         let s = DVec3::new(0.25, 0.09, 0.03);
         let deviation = s.x.sqrt();
         let r = half_white(s, DVec2::X);
         for moved in [-5.0, -2.0, -0.5, 0.0, 0.1, 1.0, 3.0] {
-            // S⁻¹ of a shift along the slopes' regression on x.
+            // S⁻¹ times a shift along the slopes' regression on x.
             let score = SlopesScore { moved: DVec2::new(moved / deviation, 0.0), ..Default::default() };
             let got = relief_color(DVec3::splat(0.5), &r, 0.0, slopes_change(&r, &score, s)).x;
             let want = normal_ramp(moved).cdf;
@@ -332,7 +331,7 @@ mod tests {
     #[test]
     fn snow_flips_with_the_light() {
         let s = DVec3::new(0.1, 0.1, 0.0);
-        // Snow on slopes that rise towards +x: facets that face -x.
+        // Snow lies on slopes that rise towards +x, on facets that face -x.
         let r = ReliefColor { x: DVec3::splat(0.1), ..Default::default() };
         let color = |x: f64| {
             let wi = DVec3::new(x, 0.0, 0.7).normalize();

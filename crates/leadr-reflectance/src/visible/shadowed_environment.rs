@@ -1,10 +1,10 @@
-//! Diffuse environments with self-shadowing of the surface, by one irradiance lookup.
+//! Diffuse reflection of environments with self-shadowing of the surface, by one irradiance lookup.
 //!
-//! Two exact facts are the basis:
+//! The method is based on two exact facts:
 //!
-//! 1. The surface as a whole loses no light: all light that passes the mesosurface reaches some facet. Under any environment the total
-//!    irradiance on all facets is therefore that of the flat mesosurface, one clamped cosine. So shadowed diffuse reflection is nearly an
-//!    occlusion factor times one clamped cosine around a bent normal.
+//! 1. The surface as a whole loses no light: all light that passes the mesosurface reaches some facet. Under any environment, the total
+//!    irradiance on all facets therefore equals the irradiance on the flat mesosurface, one clamped cosine. So shadowed diffuse reflection
+//!    is nearly an occlusion factor times one clamped cosine around a bent normal.
 //! 2. The mean of the visible slopes has a closed form (Stein's lemma for the clamped facet areas):
 //!
 //!    ```text
@@ -31,7 +31,7 @@ use crate::slopes::grid::normal_of_slope;
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
-/// `Δ`: mean visible slope minus the mean slope. Exact. Clamped to ±1e3; larger values occur only for a back-facing surface.
+/// Returns `Δ`, the exact mean visible slope minus the mean slope. The shift is clamped to ±1e3, which only back-facing surfaces exceed.
 pub fn visible_slope_shift(o: &DirectionArea, cholesky: DVec3) -> DVec2 {
     let tilt = clamped_lean((o.meso / o.spread.max(1e-12)).clamp(-1e6, 1e6));
     let along = o.whitened * (-tilt / o.spread.max(1e-12));
@@ -39,16 +39,16 @@ pub fn visible_slope_shift(o: &DirectionArea, cholesky: DVec3) -> DVec2 {
         .clamp(DVec2::splat(-1e3), DVec2::splat(1e3))
 }
 
-/// A shadowed diffuse surface's response to an environment.
+/// The response of a shadowed diffuse surface to an environment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BentNormal {
-    /// Unit normal for the irradiance lookup; tangent frame.
+    /// The unit normal for the irradiance lookup, in the tangent frame.
     pub normal: DVec3,
-    /// `a₀`: factor of that irradiance, 0..1.
+    /// `a₀`: the factor of the irradiance, 0..1.
     pub open: f64,
 }
 
-/// Bent normal and occlusion of a surface of mean slope `m` and covariance `C Cᵀ`, where `o` is the viewer's
+/// Returns the bent normal and occlusion of a surface of mean slope `m` and covariance `C Cᵀ`, where `o` is the viewer's
 /// [`direction_area`](crate::masking::correlated::direction_area).
 pub fn bent_normal(o: &DirectionArea, m: DVec2, cholesky: DVec3) -> BentNormal {
     let iq = 1.0 / (1.0 + m.length_squared());
@@ -64,8 +64,8 @@ pub fn bent_normal(o: &DirectionArea, m: DVec2, cholesky: DVec3) -> BentNormal {
     BentNormal { normal: normal_of_slope(m + bend * shift), open: open.clamp(0.0, 1.0) }
 }
 
-/// Diffuse radiance under an environment, with shadowing, per unit of albedo, ≥ 0. `c`: radiance coefficients in the world; `f`: the
-/// tangent frame in the world; `rest`: irradiance beyond order 2 at the bent normal, or 0.
+/// Returns the diffuse radiance under an environment, with shadowing, per unit of albedo, ≥ 0. `c` and `f` are the radiance coefficients
+/// and the tangent frame in the world. `rest` is the irradiance beyond order 2 at the bent normal, or 0.
 ///
 /// A bent normal represents one clamped cosine (the module's first fact), so `rest` is added in full for any roughness.
 pub fn shadowed_diffuse_environment(v: &BentNormal, f: &Frame, c: &Sh9, rest: DVec3) -> DVec3 {

@@ -1,21 +1,22 @@
-//! Specular environments with self-shadowing of the surface, for rules with few probes.
+//! Specular reflection of environments with self-shadowing of the surface, for rules with few probes.
 //!
-//! Probes sample the slopes that reflect lit directions ([`lit_slopes`](super::lit_slopes)), and each is weighted by its share of all
-//! visible facets. A probe represents part of the lobe, not one direction. The lit fraction of a direction ([`lit_fraction`]) depends on
-//! its height above the mesosurface. It is concave and falls to zero at the mesosurface's horizon, where shares are largest. Each part of
-//! the lobe is therefore split into two directions: one standard deviation above and one below its facet's reflection. The variance `v` is
-//! a share of the part's ([`lit_spread`](super::specular::VisibleProbes::lit_spread)). With the height `x = cos θ` and `tan² δ = v`,
+//! Probes sample the slopes that reflect lit directions ([`lit_slopes`](super::lit_slopes)), and are weighted by their share of all visible
+//! facets. A probe represents part of the lobe, not one direction. The lit fraction of a direction ([`lit_fraction`]) depends on its height
+//! above the mesosurface. It is concave and falls to zero at the mesosurface's horizon, where shares are largest. Each probe is therefore
+//! split into two directions, one standard deviation above and below its facet's reflection. The split's variance `v` is a fraction of the
+//! part's variance ([`lit_spread`](super::specular::VisibleProbes::lit_spread)). With the height `x = cos θ` and `tan² δ = v`, the two
+//! heights are
 //!
 //! ```text
 //! x± = x cos² δ ± sin θ sin δ
 //! ```
 //!
-//! (the second `cos δ` accounts for the width to the sides). Each direction has its own lit fraction, share and Fresnel term, because
-//! grazing directions are both brighter and more often hidden. The mean of their products is the probe's. Their difference, `bias = (lit₊
-//! − lit₋)/(lit₊ + lit₋)`, locates the lit part: the lookup direction is tilted by `bias sin δ`, and the kernel's variance shrinks by half
-//! the share `bias²` that the tilt has of the variance along it. Bumps larger than the pixel occlude the two directions in the same way,
-//! each by its height over their horizon ([`horizon_visibility`]). One value for the whole probe would make a lobe cut by a horizon too
-//! bright.
+//! The second factor `cos δ` accounts for the width to the sides. Each direction has its own lit fraction, share and Fresnel term, because
+//! grazing directions are both brighter and more often hidden. The probe uses the mean of their products. Their relative difference,
+//! `bias = (lit₊ − lit₋)/(lit₊ + lit₋)`, locates the lit part: the lookup direction is tilted by `bias sin δ`. The tilt accounts for the
+//! fraction `bias²` of the variance along it, so the kernel's variance shrinks by half of this fraction. Bumps larger than the pixel
+//! occlude the two directions in the same way, each by its height over their horizon ([`horizon_visibility`]). A single value for both
+//! would make a lobe cut by a horizon too bright.
 
 use super::horizon::{Horizon, horizon_visibility, raised_horizon};
 use super::lit_slopes::lit_share;
@@ -26,31 +27,32 @@ use crate::masking::correlated::{DirectionArea, direction_area, lit_fraction};
 use crate::masking::shadowing::Shadowing;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
-/// Excess of the horizon for specular facets relative to the whole surface. Visible specular facets reflect lower surroundings than
-/// average facets, where the true horizon is jagged and hides more. Fitted to images (`docs/theory.md`, section 10).
+/// The excess of the horizon for specular facets, relative to its excess for the whole surface. Visible specular facets reflect lower
+/// directions than average facets do. There, the true horizon is jagged and hides more. The factor is fitted to images (`docs/theory.md`,
+/// section 10).
 pub const SPECULAR_HORIZON: f64 = 1.2;
 
-/// Largest logarithm of a share. Only directions near the horizon, where nothing is lit, approach it.
+/// The largest logarithm of a share. Only directions near the horizon, where nothing is lit, approach this bound.
 const MOST_SHARE: f64 = 4.0;
 
-/// Standard deviation of each of a probe's two directions, relative to the probe's.
+/// The standard deviation of each of a probe's two directions, relative to the probe's.
 const HALF_DEVIATION: f64 = 0.5;
 
 /// The lit part of a probe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LitProbe {
-    /// Lit fraction times its share of the visible facets; replaces the probe's weight.
+    /// The lit fraction times the probe's share of the visible facets, a factor of its weight.
     pub lit: f64,
-    /// The same weighted by Schlick's term, without the reflectance at normal incidence.
+    /// The same product times Schlick's weight, without the reflectance at normal incidence.
     pub grazing: f64,
-    /// Lookup direction in the environment, unit.
+    /// The unit lookup direction in the environment.
     pub wi: DVec3,
-    /// Factor of the lookup variance, 0.5..1.
+    /// The factor of the lookup variance, 0.5..1.
     pub narrowing: f64,
 }
 
-/// The lit part of a probe. `o`: the viewer's areas ([`direction_area`]) of `probes.m` and `probes.cholesky`; `f0`: mean reflectance at
-/// normal incidence, which weights the two directions; `horizon`: of bumps larger than the pixel.
+/// Returns the lit part of a probe. `o` has the viewer's areas ([`direction_area`]) for `probes.m` and `probes.cholesky`. `f0` is the mean
+/// reflectance at normal incidence, which weights the two directions. `horizon` is the horizon of bumps larger than the pixel.
 pub fn lit_probe(
     shadowing: Shadowing,
     probes: &VisibleProbes,
@@ -98,8 +100,8 @@ pub fn lit_probe(
     }
 }
 
-/// Radiance towards `wo` under an environment, and the mean Fresnel reflectance of the visible facets, from the probes
-/// of `rule`. `f0`: linear RGB reflectance at normal incidence. `radiance` is called for each probe.
+/// Returns the radiance towards `wo` under an environment, and the mean Fresnel reflectance of the visible facets, from the probes of
+/// `rule`. `f0` is the linear RGB reflectance at normal incidence. `radiance` is called for each probe.
 pub fn visible_specular_environment(
     shadowing: Shadowing,
     wo: DVec3,
@@ -122,7 +124,7 @@ pub fn visible_specular_environment(
         sum.weight += p.weight;
         lit += p.weight * l.lit;
     }
-    // Weights of a rule sum to one. Approximated shares may exceed that, but must not add energy.
+    // The weights of a rule sum to one. Approximated shares may exceed this sum, but must not add energy.
     sum.reflected /= lit.max(1.0);
     sum
 }

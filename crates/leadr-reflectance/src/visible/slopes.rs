@@ -15,45 +15,45 @@ use crate::facets::projected_area::{face_viewer, meso_area, spread_along};
 use crate::slopes::statistics::{clamp_covariance, outer_square};
 use glam::{DVec2, DVec3};
 
-/// Limit of a back-facing mesosurface's area, in units of `slope_spread`. Beyond this almost nothing is visible (0.8 % of `slope_spread`),
-/// and `face_viewer` tilts it back.
+/// The limit of a back-facing mesosurface's area, in units of `slope_spread`. Beyond this limit, almost nothing is visible (0.8 % of
+/// `slope_spread`), and `face_viewer` tilts the mesosurface back.
 pub const VISIBLE_TAIL: f64 = 2.0;
 
 /// Gaussian slopes weighted by visibility to one viewer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VisibleSlopes {
-    /// Mean slope, tilted back if necessary.
+    /// The mean slope, tilted back if necessary.
     pub m: DVec2,
-    /// Covariance of the slopes `(s_xx, s_yy, s_xy)`, clamped to the usable range.
+    /// The covariance of the slopes `(s_xx, s_yy, s_xy)`, clamped to the usable range.
     pub s: DVec3,
-    /// `a(wo)`, projected area of the mesosurface.
+    /// `a(wo)`: the projected area of the mesosurface.
     pub a: f64,
-    /// `b(wo)`, spread of the slope along `wo`.
+    /// `b(wo)`: the spread of the slope along `wo`.
     pub b: f64,
-    /// `A(wo)`, visible area, > 0.
+    /// `A(wo)`: the visible area, > 0.
     pub area: f64,
-    /// Change of slope per unit of `u`.
+    /// The change of slope per unit of `u`.
     pub axis: DVec2,
-    /// Minus the mean of `u` over the visible facets, ≥ 0.
+    /// The negated mean of `u` over the visible facets, ≥ 0.
     pub shift: f64,
-    /// Mean of the visible slopes.
+    /// The mean of the visible slopes.
     pub mean: DVec2,
-    /// Covariance of the visible slopes.
+    /// The covariance of the visible slopes.
     pub cov: DVec3,
-    /// Projected area of the facet with the mean visible slope, > 0.
+    /// The projected area of the facet with the mean visible slope, > 0.
     pub facet: f64,
-    /// Variance of `u` over the visible facets, 0..1.
+    /// The variance of `u` over the visible facets, 0..1.
     pub variance: f64,
-    /// Third central moment of `u` over the visible facets, ≤ 0.
+    /// The third central moment of `u` over the visible facets, ≤ 0.
     pub third: f64,
 }
 
-/// Projected area of a mesosurface, tilted back to the limit [`VISIBLE_TAIL`]; `m`: the mean slope before the tilt.
+/// Returns the projected area of a mesosurface, tilted back to the limit [`VISIBLE_TAIL`]. `m` is the mean slope before the tilt.
 pub fn tilted_area(wo: DVec3, m: DVec2, b: f64) -> f64 {
     meso_area(wo, m).max(1e-3 - VISIBLE_TAIL * b)
 }
 
-/// The exact moments of the visible slopes. `wo`: unit; `m`, `s`: any finite value.
+/// Returns the exact moments of the visible slopes. `wo` is a unit vector; `m` and `s` may have any finite value.
 pub fn visible_slopes(wo: DVec3, m: DVec2, s: DVec3) -> VisibleSlopes {
     let s = clamp_covariance(s);
     let (across, b) = spread_along(wo, s);
@@ -64,7 +64,7 @@ pub fn visible_slopes(wo: DVec3, m: DVec2, s: DVec3) -> VisibleSlopes {
     let n = normal_ramp(nu);
     let axis = across * per_b;
     let shift = n.cdf / n.ramp; // minus the mean of u
-    let excess = n.pdf / n.ramp; // its second moment minus one
+    let excess = n.pdf / n.ramp; // the second moment of u minus one
     let variance = (1.0 + excess - shift * shift).clamp(0.02, 1.0);
     let third = (nu * excess - 3.0 * shift + shift * (3.0 + 3.0 * excess - 2.0 * shift * shift)).min(0.0);
     VisibleSlopes {

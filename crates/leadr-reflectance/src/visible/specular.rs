@@ -2,46 +2,47 @@
 //!
 //! The visible slopes have a mean `μ` and a covariance `S` ([`visible_slopes`](super::slopes)). Near the mean, reflection maps slopes to
 //! directions by a linear map `J`: `|dwi|² = dsᵀ M ds` with `M = JᵀJ`. The reflection lobe is then a Gaussian of covariance `Σ = J S Jᵀ`.
-//! It is approximated by smaller, round Gaussians, one per probe. Each lookup filters with a kernel of variance `v`
-//! ([`kernel`](super::kernel)), and the nodes have the covariance `Σ − v`. For every `v` the second moments match those of the lobe. Where
-//! kernels overlap enough, the sum shows no pattern.
+//! Smaller, round Gaussians approximate the lobe, one per probe. Each lookup filters with a kernel of variance `v`
+//! ([`kernel`](super::kernel)), and the nodes have the covariance `Σ − v`. For every `v`, the sum has the second moments of the lobe.
+//! Kernels that overlap enough show no pattern.
 //!
-//! **Kernel width.** With `λ₁ ≥ λ₂` the eigenvalues of `Σ`,
+//! **Kernel width.** If `λ₁ ≥ λ₂` are the eigenvalues of `Σ`, the kernel variance is
 //!
 //! ```text
 //! v = λ₂ (1 − (1 − κ) ρ) + g (λ₁ − λ₂)²/(λ₁ + λ₂),   r = 4 λ₁λ₂/(λ₁ + λ₂)²,   ρ = r⁸ in narrow lobes, 1 in wide ones
 //! ```
 //!
-//! For round lobes (`r = 1`) the kernel takes the share `κ` of the variance. For elongated narrow lobes the kernel approaches the width of
-//! the lobe, and nodes spread along it only. The term in `g` hides the separate nodes of very long lobes. The nodes keep the remaining
-//! covariance: `λ₁ − v` along the lobe and `λ₂ − v` across it, smoothly bounded at 0. In slopes it is `a S + b M⁻¹`, and its square root
-//! `C` positions the nodes. This needs no ellipse axes, so it stays continuous for circular lobes.
+//! For round lobes (`r = 1`), the kernel takes the fraction `κ` of the variance. For elongated narrow lobes, the kernel approaches the
+//! width of the lobe, and nodes spread along it only. The term in `g` hides the separate nodes of very long lobes. The nodes keep the
+//! remaining covariance: `λ₁ − v` along the lobe and `λ₂ − v` across it, smoothly bounded at 0. In slopes, this covariance is
+//! `a S + b M⁻¹`, and its square root `C` positions the nodes. The formula needs no ellipse axes, so it stays continuous for circular
+//! lobes.
 //!
-//! **Nodes** are points on two or three rings in a plane. They have unit variance and no preferred direction: `slope = μ + d + e γ (u² −
-//! E[u²])`, `d = C p`. Here `u` is the slope along the view azimuth in standard deviations of all slopes, and `e` is the slope per unit of
-//! `u`. `γ` gives the nodes the skewness of the visible slopes. The formulas use `d·wo.xy` instead of the azimuth, so they are continuous
-//! at normal incidence.
+//! **Nodes** are points `p` on two or three rings in a plane. The points have unit variance and no preferred direction. Their slopes are
+//! `slope = μ + d + e γ (u² − E[u²])` with `d = C p`. Here `u` is the slope along the view azimuth in standard deviations of all slopes,
+//! and `e` is the slope per unit of `u`. `γ` gives the nodes the skewness of the visible slopes. The formulas use `d·wo.xy` instead of the
+//! azimuth, so they are continuous at normal incidence.
 //!
-//! **Away from the mean** the lobe has a different density, and kernels scale with it. With the density of the visible slopes, `facet P22
-//! / A`, and the Jacobian of reflection, `4 facet / |N|⁴`, the variance of a probe is
+//! **Away from the mean**, the lobe has a different density, and kernels scale with it. With the density of the visible slopes,
+//! `facet P22 / A`, and the Jacobian of reflection, `4 facet / |N|⁴`, the variance of a probe is
 //!
 //! ```text
 //! v a A exp((t² − y²)/2) / |N|⁴ · |N₀|⁴/(facet₀ σ)      y = u/σ,  t = slope along the azimuth
 //! ```
 //!
-//! where `σ` is the standard deviation of the visible slopes along the azimuth and 0 marks the mean. The node constant `a` is 1 on
-//! average. Reflected directions span at most π, so the lookup uses `v/(1 + v/2)`.
+//! Here `σ` is the standard deviation of the visible slopes along the azimuth, and the index 0 marks the mean. The node constant `a` is 1
+//! on average. Reflected directions span at most π, so the lookup uses `v/(1 + v/2)`.
 //!
-//! Reflection is nonlinear, so part of a lobe is not centred on the reflection at its mean slope. Each lookup uses the mean direction of
-//! its part ([`mean_mirror`]).
+//! Reflection is nonlinear, so the reflection at the mean slope is not the centre of a probe's part of the lobe. Each lookup uses the mean
+//! direction of that part ([`mean_mirror`]).
 //!
 //! Weights sum to one, so a constant environment is returned unchanged. Kernels do not filter the Fresnel term; it is evaluated at each
 //! node as if nodes covered the whole lobe.
 //!
-//! Wide lobes are not Gaussian in direction, so they need other nodes: smaller kernels, spread over both axes of a long lobe. Share, `ρ`,
-//! radii, weights and covers change smoothly with the slope variance ([`wide_lobe`]). The nodes keep their azimuths ([`ProbeRing`]; fitted
-//! by `lab::quadrature_study::fit_probes`). With shadowing, probes sample only the slopes that reflect lit directions
-//! ([`lit_slopes`](super::lit_slopes)).
+//! Wide lobes are not Gaussian in direction, so they need other nodes: smaller kernels, spread over both axes of a long lobe. The kernel
+//! fraction, `ρ`, radii, weights and covers change smoothly with the slope variance ([`wide_lobe`]). Node azimuths stay fixed
+//! ([`ProbeRing`]; fitted by `lab::quadrature_study::fit_probes`). With shadowing, probes sample only the slopes that reflect lit
+//! directions ([`lit_slopes`](super::lit_slopes)).
 
 use super::lit_slopes::{LitSlopes, lit_slopes};
 use super::mapped::MappedSlopes;
@@ -56,39 +57,39 @@ use std::f64::consts::TAU;
 /// One node of a rule.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProbeNode {
-    /// Position, in standard deviations of the nodes.
+    /// The position, in standard deviations of the nodes.
     pub offset: DVec2,
-    /// Weight; the weights of a rule sum to one.
+    /// The weight. The weights of a rule sum to one.
     pub weight: f64,
-    /// Factor `a` in the module docs: the kernel's variance relative to the rule's other nodes.
+    /// The factor `a` of the module docs: the kernel's variance relative to the rule's other nodes.
     pub cover: f64,
 }
 
-/// Shape of a ring for one lobe width.
+/// The shape of a ring for one lobe width.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RingShape {
-    /// Distance from the origin, in standard deviations of the nodes.
+    /// The distance from the origin, in standard deviations of the nodes.
     pub radius: f64,
-    /// Weight of each node.
+    /// The weight of each node.
     pub weight: f64,
-    /// Cover of each node ([`ProbeNode::cover`]).
+    /// The cover of each node ([`ProbeNode::cover`]).
     pub cover: f64,
 }
 
 /// Evenly spaced nodes at one distance from the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProbeRing {
-    /// Number of nodes.
+    /// The number of nodes.
     pub count: usize,
-    /// Azimuth of the first node, in radians.
+    /// The azimuth of the first node, in radians.
     pub phase: f64,
-    /// Shape for narrow lobes: `Σ weight = 1`, `Σ weight radius² = 2` and `Σ weight cover = 1` over the nodes of a rule.
+    /// The shape for narrow lobes, with `Σ weight = 1`, `Σ weight radius² = 2` and `Σ weight cover = 1` over the nodes of a rule.
     pub narrow: RingShape,
-    /// Limit shape for wide lobes: `Σ weight = 1`, `Σ weight radius² = 2`.
+    /// The limit shape for wide lobes, with `Σ weight = 1` and `Σ weight radius² = 2`.
     pub wide: RingShape,
 }
 
-/// A ring from count and phase, with radius, weight and cover for narrow and for wide lobes.
+/// Returns a ring with this count and phase. `narrow` and `wide` are radius, weight and cover.
 const fn ring(count: usize, phase: f64, narrow: [f64; 3], wide: [f64; 3]) -> ProbeRing {
     const fn shape([radius, weight, cover]: [f64; 3]) -> RingShape {
         RingShape { radius, weight, cover }
@@ -96,21 +97,21 @@ const fn ring(count: usize, phase: f64, narrow: [f64; 3], wide: [f64; 3]) -> Pro
     ProbeRing { count, phase, narrow: shape(narrow), wide: shape(wide) }
 }
 
-/// How a rule divides the variance of a lobe between its kernels and its nodes.
+/// The division of a lobe's variance between kernels and nodes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProbeKernel {
-    /// `κ`: kernel share of a round lobe's variance, for narrow lobes and in the limit of wide ones.
+    /// `κ`: the fraction of a round lobe's variance in the kernel, for narrow lobes and in the limit of wide ones.
     pub share: [f64; 2],
-    /// `g`: kernel share of a long lobe's variance along it.
+    /// `g`: the fraction of a long lobe's variance in the kernel, along the lobe.
     pub along: f64,
 }
 
 /// A probe quadrature rule.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProbeRule<'a> {
-    /// How kernels and nodes share the variance.
+    /// The division of the variance between kernels and nodes.
     pub kernel: ProbeKernel,
-    /// Rings of nodes.
+    /// The rings of nodes.
     pub rings: &'a [ProbeRing],
 }
 
@@ -140,7 +141,7 @@ const SIXTEEN: ProbeRule<'_> = ProbeRule {
 };
 
 impl<'a> ProbeRule<'a> {
-    /// The nodes for a lobe of width `wide` ([`wide_lobe`], 0..1).
+    /// Returns the nodes for a lobe of width `wide` ([`wide_lobe`], 0..1).
     pub fn nodes(self, wide: f64) -> impl Iterator<Item = ProbeNode> + 'a {
         self.rings.iter().flat_map(move |ring| {
             let ProbeRing { narrow, wide: other, count, phase } = *ring;
@@ -155,7 +156,7 @@ impl<'a> ProbeRule<'a> {
     }
 }
 
-/// The rule of 5, 9 or 16 probes; any other number selects the next larger rule.
+/// Returns the rule of 5, 9 or 16 probes. Other numbers select the next larger rule, up to 16 probes.
 pub fn probe_rule(n: u32) -> ProbeRule<'static> {
     match n {
         0..=5 => FIVE,
@@ -164,41 +165,41 @@ pub fn probe_rule(n: u32) -> ProbeRule<'static> {
     }
 }
 
-/// Round-slope variance, summed over both axes, at which [`wide_lobe`] is 1/2: a standard deviation of 0.42 per axis.
+/// The variance of round slopes, summed over both axes, at which [`wide_lobe`] is 1/2: a standard deviation of 0.42 per axis.
 pub const WIDE_HALF: f64 = 0.35;
 
-/// [`VisibleProbes::lit_spread`] of wide lobes and at normal incidence. Narrow lobes at grazing angles have twice as much: they end at the
-/// horizon, and their shadowed part lies mostly in tails that few probes sample. Fitted to converged integrals in a white room and under
-/// order 2, and validated against ray casts.
+/// The value of [`VisibleProbes::lit_spread`] for wide lobes and at normal incidence. Narrow lobes at grazing angles have twice this
+/// spread: they end at the horizon, with their shadowed part in tails that few probes sample. Fitted to converged integrals in a white room
+/// and under harmonics of order 2, and validated against ray casts.
 const LIT_SPREAD: f64 = 0.6;
 
-/// Width of a lobe, 0 to 1; `s`: covariance of the slopes. The minor axis sets the width of long lobes.
+/// Returns the width of a lobe, 0 to 1, where `s` is the covariance of the slopes. The minor axis sets the width of long lobes.
 pub fn wide_lobe(s: DVec3) -> f64 {
     let x = 4.0 / WIDE_HALF * (s.x * s.y - s.z * s.z).max(0.0) / (s.x + s.y).max(1e-15);
     x * x / (1.0 + x * x)
 }
 
-/// Positions of a rule's nodes in slope space: `middle + root p + bend u²`, `u = azimuth·root p`.
+/// The positions of a rule's nodes in slope space: `middle + root p + bend u²`, `u = azimuth·root p`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NodePositions {
-    /// Slope of a node at the origin.
+    /// The slope of a node at the origin.
     pub middle: DVec2,
-    /// Square root of the nodes' covariance `(xx, yy, xy)`.
+    /// The square root of the nodes' covariance `(xx, yy, xy)`.
     pub root: DVec3,
-    /// Additional slope per `u²`.
+    /// The additional slope per `u²`.
     pub bend: DVec2,
-    /// `u` per slope.
+    /// The change of `u` per slope.
     pub azimuth: DVec2,
 }
 
-/// Slope of a node, and its `u`.
+/// Returns the slope of a node, and its `u`.
 pub fn node_slope(nodes: &NodePositions, p: DVec2) -> (DVec2, f64) {
     let d = covariance_times(nodes.root, p);
     let u = within(d.dot(nodes.azimuth), 6.0);
     (nodes.middle + d + nodes.bend * (u * u), u)
 }
 
-/// Node positions of covariance `spread` about the mean of `v`, with its skewness. Also returns `γ` and `E[u²]`.
+/// Returns node positions of covariance `spread` about the mean of `v`, with the skewness of `v`. Also returns `γ` and `E[u²]`.
 fn node_positions(wo: DVec3, v: &VisibleSlopes, spread: DVec3) -> (NodePositions, f64, f64) {
     let skew = v.third / (6.0 * v.variance * v.variance);
     let azimuth = wo.xy() / v.b.max(1e-18);
@@ -211,42 +212,42 @@ fn node_positions(wo: DVec3, v: &VisibleSlopes, spread: DVec3) -> (NodePositions
     (NodePositions { middle, root: root_of(spread), bend, azimuth }, skew, mean_square)
 }
 
-/// Values shared by all probes of a pixel.
+/// The values shared by all probes of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VisibleProbes {
-    /// Mean slope of all facets.
+    /// The mean slope of all facets.
     pub m: DVec2,
-    /// Lower Cholesky factor `(c_xx, c_yx, c_yy)` of the slope covariance.
+    /// The lower Cholesky factor `(c_xx, c_yx, c_yy)` of the slope covariance.
     pub cholesky: DVec3,
-    /// Visible area `A(wo)` of all facets.
+    /// The visible area `A(wo)` of all facets.
     pub area: f64,
-    /// Node positions of the probes.
+    /// The node positions of the probes.
     pub nodes: NodePositions,
-    /// Coefficients of `t = along.x + u + along.y u²`; `along.z` is half the inverse variance of the visible `u`.
+    /// The coefficients of `t = along.x + u + along.y u²`. `along.z` is half the inverse variance of the visible `u`.
     pub along: DVec3,
-    /// Projected area of the mesosurface, and its decrease per unit of `t`.
+    /// The projected area of the mesosurface, and its decrease per unit of `t`.
     pub facet: DVec2,
-    /// Slope covariance filtered by one kernel.
+    /// The slope covariance filtered by one kernel.
     pub part: DVec3,
-    /// Lookup variance per `a exp((t² − y²)/2) / |N|⁴`.
+    /// The lookup variance per `a exp((t² − y²)/2) / |N|⁴`.
     pub kernel: f64,
-    /// Width of the lobe ([`wide_lobe`]).
+    /// The width of the lobe ([`wide_lobe`]).
     pub wide: f64,
-    /// Node positions over the whole lobe, lit or not, for the Fresnel term.
+    /// The node positions over the whole lobe, lit or not, for the Fresnel term.
     pub fresnel_nodes: NodePositions,
-    /// Projected area of a facet of slope 0 in `fresnel_nodes`.
+    /// The projected area of a facet of slope 0 in `fresnel_nodes`.
     pub flat: f64,
-    /// How far kernels scale with the projected area of their facet (0, or the share of a normal map), and the inverse of that area at the
-    /// mean.
+    /// The degree to which kernels scale with the projected area of their facet (0, or a normal map's variance fraction), and the inverse
+    /// of this area at the mean.
     pub projected: DVec2,
-    /// Spread of the two directions that split a probe's light, as a share of the probe's variance, 0.6..1.2
+    /// The spread of the two directions that split a probe's light, as a fraction of the probe's variance, 0.6..1.2
     /// ([`shadowed_specular`](super::shadowed_specular)).
     pub lit_spread: f64,
-    /// Lit slopes that replace all visible slopes; their `mean` includes the ratio of the visible areas.
+    /// The lit slopes that replace all visible slopes. The field `lit.mean` includes the ratio of the visible areas.
     pub lit: LitSlopes,
 }
 
-/// The symmetric square root of a covariance `(xx, yy, xy)`. Unlike a Cholesky factor, it stays continuous when a thin distribution
+/// Returns the symmetric square root of a covariance `(xx, yy, xy)`. Unlike a Cholesky factor, it stays continuous when a thin distribution
 /// crosses an axis.
 pub fn root_of(s: DVec3) -> DVec3 {
     let det = (s.x * s.y - s.z * s.z).max(0.0).sqrt();
@@ -254,14 +255,14 @@ pub fn root_of(s: DVec3) -> DVec3 {
     DVec3::new(s.x.max(0.0) + det, s.y.max(0.0) + det, s.z) * per
 }
 
-/// The probes for all facets visible from `wo`, or for the lit ones only if `shadowing` applies. `wo`: unit; `m`, `s`: mean slope and
-/// covariance, any finite value.
+/// Returns the probes for all facets visible from `wo`, or for the lit facets only if `shadowing` applies. `wo` is a unit vector; the mean
+/// slope `m` and covariance `s` may have any finite value.
 pub fn visible_probes(shadowing: Shadowing, wo: DVec3, m: DVec2, s: DVec3, kernel: ProbeKernel) -> VisibleProbes {
     visible_probes_of(shadowing, wo, visible_slopes(wo, m, s), kernel)
 }
 
-/// The probes of a normal map and its base ([`mapped_slopes`](super::mapped::mapped_slopes)): those of front-facing facets. Away from the
-/// mean, kernels also scale with the projected facet area, which does not cancel here.
+/// Returns the probes of a normal map and its base ([`mapped_slopes`](super::mapped::mapped_slopes)), over its front-facing facets. Away
+/// from the mean, kernels also scale with the projected facet area, which does not cancel for normal maps.
 pub fn mapped_probes(wo: DVec3, v: &MappedSlopes, kernel: ProbeKernel) -> VisibleProbes {
     let facet = v.slopes.facet.max(1e-9);
     VisibleProbes {
@@ -305,11 +306,11 @@ fn visible_probes_of(shadowing: Shadowing, wo: DVec3, all: VisibleSlopes, kernel
     let round8 = (round * round * round * round).powi(2);
     let even = round8 + wide * (1.0 - round8);
     let share = kernel.share[0] + wide * (kernel.share[1] - kernel.share[0]);
-    // 2 det/sum equals the minor variance for round lobes, but is smooth there.
+    // For round lobes, 2 det/sum equals the minor variance but is smooth.
     let most = (minor - share * 0.5 * sum * round) * even;
     let long = kernel.along * sum * (1.0 - round);
     let variance = minor - most + long;
-    // Node variance across the lobe: the lobe's less the kernel's, smoothly bounded at 0.
+    // The node variance across the lobe is the lobe's variance minus the kernel's, smoothly bounded at 0.
     let rest = most - long;
     let soft = 0.1 * long;
     let root = (rest * rest + soft * soft).sqrt();
@@ -340,22 +341,22 @@ fn visible_probes_of(shadowing: Shadowing, wo: DVec3, all: VisibleSlopes, kernel
 /// One lookup of the environment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VisibleProbe {
-    /// Slope of the facet.
+    /// The slope of the facet.
     pub slope: DVec2,
-    /// Direction reflected by this facet, unit.
+    /// The unit direction reflected by this facet.
     pub mirror: DVec3,
-    /// Mean direction reflected by the probe's part of the lobe, unit.
+    /// The unit mean direction reflected by the probe's part of the lobe.
     pub wi: DVec3,
-    /// `wo·wn` for the Fresnel term of all visible facets, 0..1.
+    /// The cosine `wo·wn` for the Fresnel term of all visible facets, 0..1.
     pub cosine: f64,
-    /// Weight; the weights of a rule sum to one.
+    /// The weight. The weights of a rule sum to one.
     pub weight: f64,
-    /// Variance of the lookup per axis, in radians², below 2 ([`kernel`](super::kernel)).
+    /// The variance of the lookup per axis, in radians², below 2 ([`kernel`](super::kernel)).
     pub variance: f64,
 }
 
-/// Mean reflected direction, unit, of Gaussian slopes of covariance `c` about `slope`: to second order, `E[f N/|N|²]` by the moments of `f
-/// N` and of `|N|²`. The projected area of a facet is `f`; the argument is its value at `slope`.
+/// Returns the unit mean reflected direction of Gaussian slopes of covariance `c` about `slope`. To second order, this is `E[f N/|N|²]` by
+/// the moments of `f N` and of `|N|²`. The projected area of a facet is `f`; the argument is its value at `slope`.
 pub fn mean_mirror(wo: DVec3, slope: DVec2, f: f64, c: DVec3) -> DVec3 {
     let (o, s) = (covariance_times(c, wo.xy()), covariance_times(c, slope));
     let per = 1.0 / (1.0 + slope.dot(slope) + c.x + c.y);
@@ -365,7 +366,7 @@ pub fn mean_mirror(wo: DVec3, slope: DVec2, f: f64, c: DVec3) -> DVec3 {
     wi / wi.length_squared().max(1e-12).sqrt()
 }
 
-/// The lookup of one node.
+/// Returns the lookup of one node.
 pub fn visible_probe(probes: &VisibleProbes, wo: DVec3, node: &ProbeNode) -> VisibleProbe {
     let (slope, u) = node_slope(&probes.nodes, node.offset);
     let t = probes.along.x + u + probes.along.y * u * u;
@@ -374,7 +375,7 @@ pub fn visible_probe(probes: &VisibleProbes, wo: DVec3, node: &ProbeNode) -> Vis
     let facet = (probes.facet.x - t * probes.facet.y).max(0.0);
     let grown = 1.0 + probes.projected.x * (facet * probes.projected.y - 1.0);
     let variance = (probes.kernel * node.cover * stretch * grown).min(1e6);
-    // The Fresnel term is convex, and kernels do not filter it.
+    // The Fresnel term is convex and not filtered by kernels, so it uses the whole lobe's nodes.
     let (fresnel_slope, _) = node_slope(&probes.fresnel_nodes, node.offset);
     let cosine = (probes.flat - wo.xy().dot(fresnel_slope)).max(0.0) / (1.0 + fresnel_slope.length_squared()).sqrt();
     let facing = (wo.z - wo.xy().dot(slope)).max(0.0);
@@ -413,7 +414,6 @@ mod tests {
         }
     }
 
-    /// Lobes widen gradually.
     #[test]
     fn wide_lobes_come_smoothly() {
         let at = |x: f64| wide_lobe(DVec3::new(0.5 * x, 0.5 * x, 0.0));

@@ -1,4 +1,4 @@
-//! What a frame draws, and how. It depends on the frame's state and settings alone.
+//! The contents and method of a frame's drawing, which depend only on its state and settings.
 
 use super::surfaces::SurfaceDrawing;
 use crate::light::environment::Environment;
@@ -16,27 +16,27 @@ pub(super) enum Purpose {
     Picture,
     /// The picture, always through the G-buffer.
     GBuffer,
-    /// The fractions of light that arrive, instead of radiance.
+    /// The fractions of the light that arrive at each pixel, instead of radiance.
     Light,
-    /// Geometry only, as triangle edges.
+    /// Only the geometry, as triangle edges.
     Wires,
 }
 
-/// What the surfaces require from a frame's shading.
+/// The shading features that the surfaces of a frame require.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Demands {
-    /// Bumps occlude the environment.
+    /// Whether bumps occlude the environment.
     pub relief: bool,
-    /// Something casts shadows.
+    /// Whether any surface casts shadows.
     pub casters: bool,
-    /// Bases of the surfaces.
+    /// Base materials of the surfaces.
     pub bases: Bases,
-    /// Some colours follow the relief.
+    /// Whether any colours follow the relief.
     pub relief_color: bool,
 }
 
-/// The shading of the pixels. It omits relief occlusion and relief colours if no surface has them, and shadow maps and sky
-/// occlusion if nothing casts shadows.
+/// Returns the shading of the pixels, without relief occlusion and colours if no surface has them, and without shadow maps and sky
+/// occlusion if none casts shadows.
 pub(super) fn shade_kind(
     state: &FrameState,
     settings: &RenderSettings,
@@ -54,16 +54,16 @@ pub(super) fn shade_kind(
         shading: settings.shading.plain().adjusted(needed),
         lights: LightSet::new(state, environment, settings.shadows && casters),
         edges: if settings.edges().is_some() { Edges::Joined } else { Edges::None },
-        // Techniques without a Beckmann base only use the roughness of measured materials.
+        // Techniques without a Beckmann base use only the roughness of measured materials.
         bases: if settings.shading.technique().has_base_frame() { bases } else { Bases { fit_lobes: 0, ..bases } },
         light_visibility: false,
     }
 }
 
-/// The drawing of surfaces for this shading, with adjusted settings. Multisampling needs a filter pass that also shades.
+/// Returns the drawing of surfaces for this shading, and the adjusted settings. Multisampling needs a filter pass that also shades.
 pub(super) fn drawing(settings: RenderSettings, kind: ShadeKind, purpose: Purpose) -> (RenderSettings, SurfaceDrawing) {
     let filter = match kind {
-        // Edge samples are joined in the G-buffer; the reference has its own shading pass.
+        // Edge samples are joined in the G-buffer, and the reference has its own shading pass.
         ShadeKind { edges: Edges::None, .. }
             if purpose != Purpose::GBuffer
                 && !settings.shadows_of_relief()
@@ -73,7 +73,7 @@ pub(super) fn drawing(settings: RenderSettings, kind: ShadeKind, purpose: Purpos
         }
         _ => FilterInto::GBuffer,
     };
-    // The G-buffer has no slots for the other surfaces of a pixel.
+    // The G-buffer has room for only one surface per pixel.
     let msaa = if filter == FilterInto::GBuffer { 1 } else { settings.msaa };
     let settings = RenderSettings { msaa, ..settings };
     let drawing = SurfaceDrawing {

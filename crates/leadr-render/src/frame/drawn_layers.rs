@@ -1,4 +1,4 @@
-//! Layers that the sample's images do not contain. The sample is drawn again for them, without changing the picture.
+//! Layers that are missing in the images of a sample. The sample is drawn again for these layers, without changing the picture.
 
 use super::Layer;
 use super::drawing::Purpose;
@@ -9,11 +9,13 @@ use crate::light::sky_visibility::SkyProbe;
 use crate::settings::RenderSettings;
 use leadr_gpu::Result;
 
-/// Largest depth difference between a line and the surface below it, relative to their distance. Both are rasterised separately.
+/// Largest depth difference between a line and the surface below it, relative to their distance. Lines and surfaces are rasterised
+/// separately.
 const LINE_SLACK: f32 = 1e-3;
 
 impl Renderer {
-    /// Fractions of light that arrive in each pixel: from suns and lamps, and from the environment. 1 in empty pixels.
+    /// Returns the fractions of light that reach each pixel, from suns and lamps, and from the environment. Both are 1 in empty
+    /// pixels.
     pub(super) fn light_shares(&mut self) -> Result<Vec<[f32; 2]>> {
         let shares = self.once_more(Purpose::Light, |frame, index| {
             frame.draw_sample(index)?;
@@ -23,7 +25,7 @@ impl Renderer {
         Ok(shares.iter().flatten().map(share).collect())
     }
 
-    /// 1 in each pixel on a triangle edge, else 0.
+    /// Returns 1 for each pixel on a triangle edge, and 0 elsewhere.
     pub(super) fn wires(&mut self) -> Result<Vec<[f32; 4]>> {
         let (patches, depth) = (self.layer(Layer::Patch)?, self.layer(Layer::Depth)?);
         let lines = self.once_more(Purpose::Wires, |frame, index| {
@@ -54,7 +56,7 @@ impl Renderer {
         Ok(lines.iter().enumerate().map(shows).collect())
     }
 
-    /// Segments of the patch under each pixel along u and v; 0 where nothing is tessellated.
+    /// Returns the segments along u and v of each pixel's patch, or 0 where nothing is tessellated.
     pub(super) fn segments(&mut self) -> Result<Vec<[f32; 4]>> {
         let patches = self.layer(Layer::Patch)?;
         let segments = self.once_more(Purpose::Picture, |frame, index| {
@@ -70,7 +72,8 @@ impl Renderer {
         Ok(segments.unwrap_or_default())
     }
 
-    /// The probes of sky occlusion of the last frame. Empty without shadow casters, or if sky occlusion is not shaded.
+    /// Returns the sky occlusion probes of the last frame. The list is empty without shadow casters, or if sky occlusion is not
+    /// shaded.
     pub fn sky_probes(&self) -> Vec<SkyProbe> {
         let shaded = self
             .last
@@ -80,7 +83,7 @@ impl Renderer {
     }
 
     /// Draws the last sample again for a purpose, with one sample per pixel and separate images, so the picture's images stay
-    /// unchanged. `None` before the first sample.
+    /// unchanged. Returns `None` before the first sample.
     fn once_more<T>(
         &mut self,
         purpose: Purpose,

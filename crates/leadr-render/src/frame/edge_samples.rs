@@ -16,24 +16,24 @@ pub struct EdgeSamples {
     pub area: PixelArea,
     /// The render targets.
     pub targets: EdgeTargets,
-    /// Shades edge samples of other surfaces than their pixel's.
+    /// The pass that shades edge samples on a different surface from their pixel's.
     pub shade: ShadePass,
-    /// Joins the edge samples of each pixel.
+    /// The pass that joins the edge samples of each pixel.
     pub join: JoinPass,
 }
 
-/// One image of edge samples.
+/// An image of edge samples.
 pub struct EdgeImage {
-    /// The samples.
+    /// The view of the samples.
     pub view: View,
-    /// Their rays and those of the pixels.
+    /// The rays through the edge samples and the pixels.
     pub rays: EdgeRays,
     /// The scissor rectangle: x, y, width, height.
     pub scissor: [u32; 4],
 }
 
 impl EdgeSamples {
-    /// The images that provide the edge samples, in addition to the pixels' own samples.
+    /// Returns the images that provide the edge samples, in addition to the pixels' own samples.
     pub fn images(&self, pixels: &View) -> Vec<EdgeImage> {
         let grid = self.targets.grid;
         let count = self.samples / (grid * grid);

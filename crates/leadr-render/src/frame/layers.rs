@@ -14,13 +14,13 @@ use leadr_reflectance::frame::{frame_about, to_frame};
 /// A quantity in every pixel of the last sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Layer {
-    /// Distance along the view axis, metres; infinity in empty pixels.
+    /// Distance along the view axis in metres, infinite in empty pixels.
     Depth,
     /// World displacement direction, the z axis of the tangent frame.
     Normal,
     /// Mean slope in the tangent frame.
     MeanSlope,
-    /// Slope covariance `sxx, syy, sxy`.
+    /// The slope covariance `sxx, syy, sxy`.
     Covariance,
     /// Level of detail of the maps.
     Lod,
@@ -28,18 +28,20 @@ pub enum Layer {
     Albedo,
     /// Beckmann roughness of the base material.
     Roughness,
-    /// Projected area of the bumps visible to the viewer, relative to the macrosurface's: `A(ωo) / cos θ` (LEADR section 4.3).
+    /// Projected area of the bumps that face the viewer, relative to the projected area of the macrosurface: `A(ωo) / cos θ` (LEADR
+    /// section 4.3).
     VisibleArea,
-    /// Object (from 1, the sea last), patch, and position on the patch; 0 in empty pixels.
+    /// Object number (from 1, the sea last), patch number, and position on the patch. All are 0 in empty pixels.
     Patch,
-    /// Fraction of the light of suns and lamps that is not shadowed by relief or casters: 1 lit, 0 in shadow. 1 in empty pixels.
-    /// The reference also takes this layer from shadow maps.
+    /// Fraction of the light of suns and lamps that relief and casters leave unshadowed, from 0 (shadow) to 1 (lit). It is 1 in
+    /// empty pixels. The reference also takes this layer from shadow maps.
     Shadow,
-    /// Cosine-weighted fraction of the environment that large shapes leave visible. 1 in empty pixels, or if it is not shaded.
+    /// Cosine-weighted fraction of the environment that large shapes leave visible. It is 1 in empty pixels, and without sky
+    /// occlusion.
     Sky,
-    /// 1 on triangle edges, else 0.
+    /// Triangle edges: 1 on an edge, and 0 elsewhere.
     Triangles,
-    /// Segments of the patch along u and v, 1 to 63; 0 in empty pixels and on a ray-marched sea.
+    /// Number of patch segments along u and v, 1 to 63, or 0 in empty pixels and on a ray-marched sea.
     Tessellation,
 }
 
@@ -97,17 +99,17 @@ impl Layer {
         }
     }
 
-    /// The name on the command line.
+    /// Returns the layer's name on the command line.
     pub fn name(self) -> &'static str {
         self.row().name
     }
 
-    /// One line of help.
+    /// Returns one line of help.
     pub fn help(self) -> &'static str {
         self.row().help
     }
 
-    /// The channel names in an EXR file, in order.
+    /// Returns the channel names of the layer in an EXR file, in order.
     pub fn channels(self) -> &'static [&'static str] {
         self.row().channels
     }
@@ -120,11 +122,12 @@ impl Serialize for Layer {
 }
 
 impl Renderer {
-    /// Reads a layer of the last sample; unused channels are zero. Empty before the first sample. Layers in neither the geometry
-    /// nor the G-buffer are drawn again, after which a paused frame cannot be resumed.
+    /// Reads a layer of the last sample, with zeros in unused channels. It is empty before the first sample. Layers in neither the
+    /// geometry nor the G-buffer are drawn again, after which a paused frame cannot be resumed.
     ///
     /// # Errors
-    /// As [`prepare`](Self::prepare). [`GpuError::Usage`](leadr_gpu::GpuError) for triangles on a device that cannot draw lines.
+    /// Returns the errors of [`prepare`](Self::prepare), and [`GpuError::Usage`](leadr_gpu::GpuError) for triangle edges on a
+    /// device that cannot draw lines.
     pub fn layer(&mut self, layer: Layer) -> Result<Vec<[f32; 4]>> {
         let Some((camera, settings)) = self.last.as_ref().map(|last| (last.state.camera, last.settings)) else {
             return Ok(Vec::new());
@@ -180,13 +183,13 @@ impl Renderer {
                 };
                 return Ok(surface.iter().map(patch).collect());
             }
-            // These layers are drawn again above.
+            // These layers were returned above.
             Layer::Shadow | Layer::Sky | Layer::Triangles | Layer::Tessellation => |_| Vec4::ZERO,
         };
         Ok(targets.pixels.gbuffer.read()?.iter().map(|pixel| channels(pixel).to_array()).collect())
     }
 
-    /// Filters the last sample into the G-buffer, if it was shaded without one.
+    /// Filters the last sample into the G-buffer, if the sample was shaded without a G-buffer.
     fn fill_gbuffer(&mut self) -> Result<()> {
         let Some(last) = self.last.clone().filter(|last| !last.in_gbuffer) else { return Ok(()) };
         let timer = self.timer.clone();
@@ -207,7 +210,7 @@ impl Renderer {
 /// Smallest cosine of the view angle; steeper views are clamped.
 const LEAST_COSINE: f64 = 1e-2;
 
-/// Projected area of the bumps that face the eye, relative to the projected area of the surface.
+/// Returns the projected area of the bumps that face the eye, relative to the projected area of the surface.
 fn visible_share(pixel: &FilteredPixel, towards_eye: Vec3) -> f32 {
     let wo = to_frame(&frame_about(pixel.normal), towards_eye.as_dvec3());
     let area = visible_area(wo, pixel.mean_slope.as_dvec2(), pixel.slope_covariance.as_dvec3());

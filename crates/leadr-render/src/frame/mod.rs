@@ -1,4 +1,4 @@
-//! The frame: the scene data of a renderer, the preparation for one state, and the order of the passes.
+//! Frames: the scene data of a renderer, the preparation for one state, and the order of the passes.
 //!
 //! [`Renderer::prepare`] turns a state and settings into a [`PreparedFrame`], the only type that can be drawn.
 

@@ -1,4 +1,4 @@
-//! Pipelines that depend on how a frame is drawn. Each is made on first use.
+//! Pipelines that depend on the drawing of a frame. Each pipeline is made on first use.
 
 use super::cache::Cache;
 use crate::passes::accumulate::{AccumulatePass, PartsKind};
@@ -7,19 +7,19 @@ use crate::passes::msaa::MsaaPass;
 use crate::passes::reference::{ReferenceKind, ReferencePass};
 use crate::passes::shade::{ShadeKind, ShadePass, SkyBehindPass};
 
-/// The pipelines made so far.
+/// The pipelines that frames have used so far.
 #[derive(Default)]
 pub struct Pipelines {
-    /// Shading of pixels or edge samples.
+    /// Pipelines that shade pixels or edge samples.
     pub shade: Cache<ShadeKind, ShadePass>,
-    /// The sky behind surfaces, keyed by whether the geometry is multisampled.
+    /// Pipelines for the sky behind surfaces, keyed by whether the geometry is multisampled.
     pub sky: Cache<bool, SkyBehindPass>,
-    /// Finding the surfaces of a pixel, by number of samples.
+    /// Pipelines that find the surfaces of a pixel, by number of samples.
     pub multisample: Cache<u32, MsaaPass>,
-    /// The mean of the samples, by the parts of a sample.
+    /// Pipelines for the mean of the samples, by the parts of a sample.
     pub accumulate: Cache<PartsKind, AccumulatePass>,
-    /// Joining of edge samples.
+    /// Pipelines that join edge samples.
     pub join: Cache<JoinKind, JoinPass>,
-    /// The reference with relief shadows.
+    /// Pipelines of the reference with relief shadows.
     pub reference: Cache<ReferenceKind, ReferencePass>,
 }

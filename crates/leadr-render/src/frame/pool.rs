@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use leadr_gpu::Result;
 
-/// The objects made so far. Objects that no frame holds are reused.
+/// A pool of objects. Objects that no frame holds are reused.
 pub struct Pool<T>(Vec<Arc<T>>);
 
 impl<T> Default for Pool<T> {
@@ -14,7 +14,7 @@ impl<T> Default for Pool<T> {
 }
 
 impl<T> Pool<T> {
-    /// An unused object, or a new one.
+    /// Returns an unused object, or a new one.
     pub fn take(&mut self, make: impl FnOnce() -> Result<T>) -> Result<Arc<T>> {
         if let Some(free) = self.0.iter().find(|made| Arc::strong_count(made) == 1) {
             return Ok(free.clone());
@@ -43,7 +43,7 @@ mod tests {
         assert_eq!((*first, *second), (1, 2));
         drop(first);
         for _ in 0..2 {
-            // Dropped immediately.
+            // The object is dropped immediately.
             assert_eq!(*take().unwrap(), 1);
         }
         assert_eq!(*second, 2);

@@ -24,17 +24,17 @@ use crate::surfaces::tessellation::TessellationSettings;
 use leadr_gpu::{Buffer, GpuError, Memory, Result};
 
 impl Renderer {
-    /// Poses the scene and makes everything that a frame needs for drawing. It may write to images of the last frame that the
-    /// device is still drawing.
+    /// Poses the scene and makes everything that a frame needs for drawing. It may write to images of the last frame while the
+    /// device is still drawing that frame.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] for invalid settings or settings that the device does not support; insufficient memory, a lost device,
-    /// or a failed pipeline.
+    /// Returns [`GpuError::Usage`] for invalid or unsupported settings. Also fails for lack of memory, a lost device, or a failed
+    /// pipeline.
     pub fn prepare(&mut self, state: &FrameState, settings: &RenderSettings) -> Result<PreparedFrame<'_>> {
         self.prepare_for(state, settings, Purpose::Picture)
     }
 
-    /// As [`prepare`](Self::prepare), for any purpose.
+    /// Like [`prepare`](Self::prepare), but for any purpose.
     pub(super) fn prepare_for(
         &mut self,
         state: &FrameState,
@@ -95,15 +95,16 @@ impl Renderer {
         let walks = 2 + (suns + state.point_lights.len()) as u32;
         match settings.shading.quadrature() {
             Some(Quadrature::Grid(grid)) if grid * grid * walks >= limit => {
-                let fault =
-                    format!("{grid} x {grid} slopes exceed this driver's {limit} loop iterations: use a smaller grid");
+                let fault = format!(
+                    "{walks} loops over {grid} x {grid} slopes exceed this driver's {limit} iterations: use a smaller grid"
+                );
                 Err(GpuError::Usage { name: "slope grid".to_owned(), fault })
             }
             _ => Ok(()),
         }
     }
 
-    /// The targets of the last frame if they fit, or new ones.
+    /// Returns the last frame's targets if they fit, or new targets.
     fn targets_for(
         &mut self,
         surfaces: &PreparedSurfaces,
@@ -125,7 +126,7 @@ impl Renderer {
         {
             return Ok(kept.clone());
         }
-        // Drop unsuitable targets first: memory may not hold both.
+        // Unsuitable targets are dropped first, since memory may not hold both sets.
         self.gpu.wait_idle()?;
         let mean = self.targets.take().map(|targets| targets.mean);
         self.last = None;

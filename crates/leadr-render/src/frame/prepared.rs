@@ -22,11 +22,11 @@ pub struct PreparedFrame<'r> {
     pub(super) plan: FramePlan,
 }
 
-/// A frame paused between two samples, which does not borrow the renderer. A window keeps one to spread its samples over many
-/// refreshes. Continue with [`Renderer::resume`].
+/// A frame that is paused between two samples, and does not borrow the renderer. A window keeps a paused frame to spread its
+/// samples over many refreshes. Continue with [`Renderer::resume`].
 pub struct PausedFrame(FramePlan);
 
-/// The data of a frame fixed before its first sample.
+/// The data of a frame that is fixed before its first sample.
 pub(super) struct FramePlan {
     pub state: FrameState,
     pub settings: RenderSettings,
@@ -34,7 +34,7 @@ pub(super) struct FramePlan {
     pub targets: Targets,
     pub path: FramePath,
     pub shadow_maps: ShadowMaps,
-    /// The [`LightingGpu`](crate::passes::shade::LightingGpu) block.
+    /// The buffer of the [`LightingGpu`](crate::passes::shade::LightingGpu) block.
     pub lighting: Arc<Buffer>,
     /// The descriptor set of the light.
     pub scene: ResourceSet,
@@ -47,33 +47,33 @@ pub(super) struct FramePlan {
 
 /// The sequence of passes of a frame.
 pub(super) enum FramePath {
-    /// Filter passes also shade, in one submission.
+    /// The filter passes also shade, in one submission.
     Fused {
         lit: MappedLight,
         /// Multisampled geometry, if enabled.
         multisample: Option<Multisample>,
     },
-    /// Through the G-buffer, where edge samples are joined before shading.
+    /// Shading reads the G-buffer, where edge samples were joined.
     Deferred { lit: MappedLight, shade: ShadePass, edges: Option<Box<EdgeSamples>> },
-    /// The reference, with lights shadowed by the relief and drawn anew for every sample.
+    /// The reference, with lights shadowed by the relief and redrawn for every sample.
     Reference { pass: ReferencePass, lights: Box<ReliefLights> },
 }
 
-/// Suns, point lights and environment, with coarse shadows from maps.
+/// The suns, point lights and environment, with coarse shadows from maps.
 pub(super) struct MappedLight {
-    /// Views of the lights that cast shadows: suns, then point lights.
+    /// Views of the lights that cast shadows, suns before point lights.
     pub shadows: Vec<ShadowView>,
     pub behind: SkyBehindPass,
 }
 
-/// Several geometry samples per pixel.
+/// Multisampled geometry and its pass.
 pub(super) struct Multisample {
     pub pass: MsaaPass,
     pub targets: MultisampleTargets,
 }
 
 impl FramePath {
-    /// The lights with shadow maps, if there are any.
+    /// Returns the lights with shadow maps, if any.
     pub fn lit(&self) -> Option<&MappedLight> {
         match self {
             Self::Fused { lit, .. } | Self::Deferred { lit, .. } => Some(lit),
@@ -81,7 +81,7 @@ impl FramePath {
         }
     }
 
-    /// The views of the shadow maps.
+    /// Returns the views of the shadow maps.
     pub fn shadows(&self) -> &[ShadowView] {
         self.lit().map_or(&[], |lit| &lit.shadows)
     }
@@ -91,7 +91,7 @@ impl FramePath {
         !matches!(self, Self::Fused { .. })
     }
 
-    /// The edge samples, if there are any.
+    /// Returns the edge samples, if any.
     pub fn edges(&self) -> Option<&EdgeSamples> {
         match self {
             Self::Deferred { edges, .. } => edges.as_deref(),
@@ -99,7 +99,7 @@ impl FramePath {
         }
     }
 
-    /// The multisampled geometry, if enabled.
+    /// Returns the multisampled geometry, if enabled.
     pub fn multisample(&self) -> Option<&Multisample> {
         match self {
             Self::Fused { multisample, .. } => multisample.as_ref(),
@@ -109,13 +109,13 @@ impl FramePath {
 }
 
 impl PreparedFrame<'_> {
-    /// Whether a sample is a single submission. The CPU can then prepare the next frame while the GPU draws this one.
+    /// Whether a sample is a single submission, so the CPU can prepare the next frame while the GPU draws this one.
     #[doc(hidden)]
     pub fn overlaps(&self) -> bool {
         self.plan.path.lit().is_some() && self.plan.path.edges().is_none()
     }
 
-    /// The image with the mean of the samples.
+    /// Returns the image with the mean of the samples.
     #[doc(hidden)]
     pub fn image(&self) -> &Image {
         &self.plan.targets.mean
@@ -134,7 +134,7 @@ impl PreparedFrame<'_> {
 }
 
 impl PausedFrame {
-    /// The state, for preparing it with other settings.
+    /// Returns the state, for preparing it with different settings.
     pub fn state(&self) -> &FrameState {
         &self.0.state
     }
@@ -144,13 +144,13 @@ impl PausedFrame {
         self.0.drawn
     }
 
-    /// The image with the mean of the samples.
+    /// Returns the image with the mean of the samples.
     #[doc(hidden)]
     pub fn image(&self) -> &Image {
         &self.0.targets.mean
     }
 
-    /// Upper bound on the triangles of one sample over all views, and number of patches drawn for the camera.
+    /// Returns an upper bound on the triangles of one sample over all views, and the number of patches drawn for the camera.
     #[doc(hidden)]
     pub fn counts(&self) -> (u64, u32) {
         self.0.surfaces.counts()
@@ -158,11 +158,11 @@ impl PausedFrame {
 }
 
 impl Renderer {
-    /// Prepares the state of a paused frame with other settings, in separate targets ([`swap_targets`](Self::swap_targets)). Both
-    /// frames share light and waves, so each can be paused and resumed while the other is drawn.
+    /// Prepares the state of a paused frame with different settings, in separate targets ([`swap_targets`](Self::swap_targets)).
+    /// The two frames share light and waves, so each can be paused and resumed while the other is drawn.
     ///
     /// # Errors
-    /// As [`prepare`](Self::prepare), and as [`resume`](Self::resume) if the paused frame is outdated.
+    /// Returns the errors of [`prepare`](Self::prepare), and of [`resume`](Self::resume) for an outdated frame.
     #[doc(hidden)]
     pub fn prepare_second(&mut self, paused: &PausedFrame, settings: &RenderSettings) -> Result<PreparedFrame<'_>> {
         let number = self.check_current(paused)?;
@@ -174,13 +174,13 @@ impl Renderer {
     /// Continues a paused frame.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] if this renderer has prepared another frame since, which overwrote shared data.
+    /// Returns [`GpuError::Usage`] if this renderer has prepared another frame since, which overwrote shared data.
     pub fn resume(&mut self, paused: PausedFrame) -> Result<PreparedFrame<'_>> {
         self.check_current(&paused)?;
         Ok(PreparedFrame { renderer: self, plan: paused.0 })
     }
 
-    /// The number of a paused frame, if its shared data is still valid.
+    /// Returns the number of a paused frame, if its shared data is still valid.
     fn check_current(&self, paused: &PausedFrame) -> Result<u64> {
         if paused.0.number != self.prepared {
             let fault = "another frame or environment overwrote it while it was paused: prepare it again".to_owned();

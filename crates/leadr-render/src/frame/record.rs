@@ -19,9 +19,9 @@ impl PreparedFrame<'_> {
         self.draw_sample_repeating(index, 1, &mut CpuTime::default())
     }
 
-    /// Draws a sample. The passes follow the paper's overview (LEADR Figure 3): light; tessellated and displaced geometry, which
-    /// finds the surface at each pixel; slope statistics per pixel; shading. Edge samples run the same passes between the pixels'
-    /// statistics and their shading, and add to these statistics. CPU time is added to `cpu`.
+    /// Draws a sample. The passes follow the paper's overview (LEADR Figure 3): the light, the tessellated and displaced geometry
+    /// with the surface at each pixel, the slope statistics per pixel, and the shading. Edge samples run the same passes before the
+    /// pixels are shaded, and add to the pixels' statistics. CPU time is added to `cpu`.
     pub(super) fn draw_sample_repeating(
         &mut self,
         index: u32,
@@ -46,7 +46,7 @@ impl PreparedFrame<'_> {
                 cpu.prepare += since(start);
                 add_times(&mut times, timer.submit(cpu, |passes| self.record_edges(passes, &edges, &image))?);
             }
-            // The pixels' statistics are complete only now.
+            // The pixels' slope statistics now include the edge samples.
             self.write_lighting(&pixels, index)?;
             add_times(&mut times, timer.submit(cpu, |passes| self.record_shading(passes))?);
         }
@@ -55,11 +55,11 @@ impl PreparedFrame<'_> {
     }
 
     /// Records the passes of sample `index` and writes a named timestamp after each. `timestamps` must have room for a first mark
-    /// and `MAX_PASSES` more. Buffers of the frame are written at once, so the device must have finished earlier samples of this
-    /// frame, but not other frames.
+    /// and `MAX_PASSES` more. The frame's buffers are written immediately, so the device must have finished earlier samples of this
+    /// frame. It may still be drawing other frames.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] for a frame that cannot [overlap](Self::overlaps) with others; insufficient memory.
+    /// Returns [`GpuError::Usage`] for a frame that cannot [overlap](Self::overlaps) with others. Also fails for lack of memory.
     #[doc(hidden)]
     pub fn record_sample(&mut self, index: u32, cmd: &mut Commands, timestamps: &Timestamps) -> Result<()> {
         if !self.overlaps() {
@@ -73,7 +73,7 @@ impl PreparedFrame<'_> {
         Ok(())
     }
 
-    /// All passes of a sample, or those before its edge samples.
+    /// Records all passes of a sample, or only the passes before its edge samples.
     fn record_pixels(&mut self, passes: &mut Passes<'_>, pixels: &View) {
         self.record_light(passes);
         self.record_pixel_geometry(passes, pixels);
@@ -120,8 +120,8 @@ impl PreparedFrame<'_> {
         lighting.write(0, &[if surfaces.sea.is_some() { block.with_sea_horizon() } else { block }])
     }
 
-    /// Records the light, shared by all views: waves, sky, irradiance and shadows, once per frame. Relief shadows are new for every
-    /// sample.
+    /// Records the light that all views share. Waves, sky, irradiance and shadows are recorded once per frame, but relief shadows
+    /// for every sample.
     fn record_light(&mut self, passes: &mut Passes<'_>) {
         let FramePlan { state, surfaces, path, shadow_maps, drawn, .. } = &self.plan;
         let Renderer { environment, irradiance, common, .. } = &mut *self.renderer;
@@ -174,7 +174,7 @@ impl PreparedFrame<'_> {
         }
     }
 
-    /// Records the filter passes: statistics of each surface's maps under each pixel.
+    /// Records the filter passes, which compute statistics of each surface's maps under each pixel.
     pub(super) fn record_filter(
         &self,
         passes: &mut Passes<'_>,
@@ -219,8 +219,8 @@ impl PreparedFrame<'_> {
         }
     }
 
-    /// Records an image of edge samples. Those of another surface than their pixel's are shaded; the others add to the pixel's
-    /// statistics.
+    /// Records an image of edge samples. Samples on the pixel's own surface add to the pixel's slope statistics, and all others are
+    /// shaded.
     fn record_edges(&self, passes: &mut Passes<'_>, edges: &EdgeSamples, image: &EdgeImage) {
         let (renderer, targets) = (&*self.renderer, &edges.targets);
         let (pixels, samples, scissor) = (&self.plan.targets.pixels, &targets.samples, Some(image.scissor));
@@ -235,7 +235,7 @@ impl PreparedFrame<'_> {
         passes.run("edges", |cmd| edges.join.record(cmd, samples, &pixels.gbuffer, joined, scene, &image.rays));
     }
 
-    /// Records the shading of the pixels and the mean of the samples.
+    /// Records the shading of the pixels and the update of the mean.
     fn record_shading(&self, passes: &mut Passes<'_>) {
         let FramePlan { targets, path, accumulate, drawn, scene, .. } = &self.plan;
         let Renderer { environment, common, .. } = &*self.renderer;
@@ -264,7 +264,7 @@ impl PreparedFrame<'_> {
 }
 
 impl FramePlan {
-    /// The view of the pixels' own samples for sample `index`.
+    /// Returns the view of the pixels' own samples for sample `index`.
     pub(super) fn pixels(&self, index: u32) -> View {
         View {
             camera: self.state.camera,

@@ -1,4 +1,4 @@
-//! Complete frames: rendered and read back, or timed.
+//! Complete frames, which are rendered and read back, or timed.
 
 use std::ops::Range;
 use std::time::Instant;
@@ -16,9 +16,9 @@ use leadr_maps::RgbImage;
 pub struct FrameOutput {
     /// Width and height in pixels.
     pub size: (u32, u32),
-    /// Linear radiance in rgb and coverage in alpha, row by row from the top.
+    /// Linear radiance in rgb and coverage in alpha, in rows from the top.
     pub color: Vec<[f32; 4]>,
-    /// Time per pass.
+    /// The device time of each pass.
     pub times: Vec<PassTime>,
     /// Upper bound on the triangles of one sample, over all views.
     pub triangles: u64,
@@ -27,7 +27,7 @@ pub struct FrameOutput {
 }
 
 impl FrameOutput {
-    /// The radiance without coverage.
+    /// Returns the radiance without the coverage.
     pub fn image(&self) -> RgbImage {
         let texels = self.color.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
         RgbImage { width: self.size.0, height: self.size.1, texels }
@@ -40,7 +40,8 @@ impl Renderer {
         self.render_watched(state, settings, &mut |_| ())
     }
 
-    /// As [`render`](Self::render), and reports the number of finished samples after each: a frame may take minutes.
+    /// Like [`render`](Self::render), but also reports the number of finished samples after each sample, since a frame may take
+    /// minutes.
     pub fn render_watched(
         &mut self,
         state: &FrameState,
@@ -51,10 +52,11 @@ impl Renderer {
     }
 
     /// Renders a range of a frame's samples and returns their mean. An [`Accumulation`](crate::passes::accumulate::Accumulation)
-    /// combines the parts of a long frame. A sample does not depend on the range it is rendered in.
+    /// combines the parts of a long frame. A sample is the same in every range that contains it.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] for an empty range or one beyond `settings.samples`; otherwise as [`prepare`](Self::prepare).
+    /// Returns [`GpuError::Usage`] for an empty range or one beyond `settings.samples`, and the errors of
+    /// [`prepare`](Self::prepare).
     pub fn render_range(
         &mut self,
         state: &FrameState,
@@ -93,13 +95,13 @@ impl Renderer {
         Ok(FrameOutput { size: settings.size, color: frame.plan.targets.mean.read(0, 0)?, times, triangles, patches })
     }
 
-    /// Draws sample `index` of `settings.samples` with all passes and edge samples. Returns the device time of each pass. Nothing
-    /// is read back.
+    /// Draws sample `index` of `settings.samples` with all passes and edge samples, without readback. Returns the device time of
+    /// each pass.
     ///
     /// Buffers and missing pipelines are made before the first timestamp. The device is idle at the start and the end. Drivers may
-    /// compile at a pipeline's first use, so treat the first frame with new settings as a warm-up. Each pass runs `repeats` times
-    /// (at least once) between its timestamps, and its time is divided by that number. Fast devices need repeats, since their
-    /// clocks tick in fractions of a microsecond. The passes' own barriers prevent repetitions from overlapping.
+    /// compile a pipeline when it is first used, so treat the first frame with new settings as a warm-up. Each pass runs `repeats`
+    /// times (at least once) between its timestamps, and its time is divided by that number. Repeats make passes on fast devices
+    /// long enough for the resolution of the device clock. Barriers in each pass prevent repetitions from overlapping.
     pub fn measure(
         &mut self,
         state: &FrameState,
@@ -110,8 +112,8 @@ impl Renderer {
         Ok(self.cost(state, settings, index, repeats)?.passes)
     }
 
-    /// As [`measure`](Self::measure), and returns the cost on the device and the CPU. With `repeats` above 1 the CPU times include
-    /// the repetitions, unlike those of a normal frame.
+    /// Like [`measure`](Self::measure), but returns the cost on the device and the CPU. With `repeats` above 1 the CPU times
+    /// include the repetitions, unlike the CPU times of a normal frame.
     #[doc(hidden)]
     pub fn cost(
         &mut self,

@@ -1,4 +1,4 @@
-//! The renderer: a scene on a device, with the passes that draw it.
+//! The renderer, which holds a scene on a device and the passes that draw it.
 
 use std::sync::Arc;
 
@@ -29,35 +29,35 @@ use leadr_gpu::{Buffer, Gpu, Image, Result};
 pub struct Renderer {
     pub(super) gpu: Arc<Gpu>,
     pub(super) surfaces: Surfaces,
-    /// The kinds of shadow casters.
+    /// The kinds of shadow casters in the scene.
     pub(super) casters: CasterKinds,
     pub(super) environment: Environment,
     pub(super) irradiance: IrradiancePass,
     pub(super) tables: SceneTables,
-    /// Sky occlusion by large shapes.
+    /// The cached sky occlusion by large shapes.
     pub(super) sky: SkyCache,
     pub(super) common: CommonPasses,
     pub(super) pipelines: Pipelines,
-    /// [`LightingGpu`](crate::passes::shade::LightingGpu) blocks.
+    /// Buffers of [`LightingGpu`](crate::passes::shade::LightingGpu) blocks.
     pub(super) lighting: Pool<Buffer>,
     pub(super) timer: PassTimer,
-    /// Targets, shared by frames of the same size.
+    /// Render targets, shared by frames of the same size.
     pub(super) targets: Option<Targets>,
     /// The last sample drawn into the targets.
     pub(super) last: Option<LastSample>,
     pub(super) numbering: Numbering,
-    /// Number of prepared frames.
+    /// Number of frames prepared so far.
     pub(super) prepared: u64,
 }
 
-/// Targets that a renderer has set aside.
+/// Render targets that a renderer has set aside.
 #[derive(Default)]
 pub struct KeptTargets {
     targets: Option<Targets>,
     last: Option<LastSample>,
 }
 
-/// The content of the targets.
+/// The sample that the render targets contain.
 #[derive(Clone)]
 pub(super) struct LastSample {
     pub state: FrameState,
@@ -71,13 +71,14 @@ impl Renderer {
     /// Uploads a scene: objects, a sea, or both.
     ///
     /// # Errors
-    /// More than `MAX_OBJECTS` objects, too many patches in an object, invalid waves, insufficient memory, or a failed Vulkan call.
+    /// Fails for more than `MAX_OBJECTS` objects, too many patches in an object, invalid waves, lack of memory, or a failed Vulkan
+    /// call.
     pub fn new(gpu: &Arc<Gpu>, scene: impl Into<Scene>, environment: Environment) -> Result<Self> {
         Self::with(gpu, scene.into(), environment, None)
     }
 
     /// Uploads a scene and, in parallel, makes the pipelines for frames with this `state` and `settings`. Drivers take up to half a
-    /// second for them. All CPU threads share the work. The first frame makes missing pipelines.
+    /// second to make these pipelines. All CPU threads share the work. The first frame makes missing pipelines.
     pub fn for_frames_like(
         gpu: &Arc<Gpu>,
         scene: impl Into<Scene>,
@@ -88,7 +89,7 @@ impl Renderer {
         Self::with(gpu, scene.into(), environment, Some((state, settings)))
     }
 
-    /// `first`: a frame to make pipelines for.
+    /// Uploads a scene. Pipelines are made for the frame `first`, if any.
     fn with(
         gpu: &Arc<Gpu>,
         Scene { objects, ocean, cache, map_precision }: Scene,
@@ -150,36 +151,37 @@ impl Renderer {
         self.surfaces.sea.is_some()
     }
 
-    /// The device.
+    /// Returns the device.
     pub fn gpu(&self) -> &Arc<Gpu> {
         &self.gpu
     }
 
-    /// The nine spherical harmonics coefficients of the environment in the last frame, see `IrradiancePass`. rgb and 0 each.
+    /// Returns the nine spherical harmonics coefficients of the environment in the last frame, each as rgb and 0. See
+    /// `IrradiancePass`.
     #[doc(hidden)]
     pub fn radiance_sh(&self) -> Result<Vec<[f32; 4]>> {
         self.irradiance.coefficients().read(0, 9)
     }
 
-    /// Updates the environment to a sky in advance of the frame that shows it.
+    /// Updates the environment to a sky, before the frame that shows this sky.
     pub fn show_sky(&mut self, sky: &Sky) -> Result<()> {
         let environment = &mut self.environment;
         let drawn = self.gpu.submit("sky", |cmd| environment.update_sky(cmd, sky)).map(|_| ());
         drawn.inspect_err(|_| environment.invalidate_sky())
     }
 
-    /// The environment.
+    /// Returns the environment.
     pub fn environment(&self) -> &Environment {
         &self.environment
     }
 
-    /// Replaces the environment and returns the old one. Later frames use the new one. Paused frames cannot be resumed.
+    /// Replaces the environment and returns the old one. Later frames use the new environment. Paused frames cannot be resumed.
     pub fn set_environment(&mut self, environment: Environment) -> Environment {
         self.prepared += 1;
         std::mem::replace(&mut self.environment, environment)
     }
 
-    /// Exchanges the environments of two renderers; see [`set_environment`](Self::set_environment).
+    /// Exchanges the environments of two renderers. See [`set_environment`](Self::set_environment).
     pub fn swap_environments(&mut self, other: &mut Self) {
         self.prepared += 1;
         other.prepared += 1;
@@ -192,7 +194,7 @@ impl Renderer {
         std::mem::swap(&mut self.last, &mut kept.last);
     }
 
-    /// The image with the mean of the last frame's samples, for display in a window.
+    /// Returns the image with the mean of the last frame's samples, for display in a window.
     #[doc(hidden)]
     pub fn image(&self) -> Option<&Image> {
         self.targets.as_ref().map(|targets| &targets.mean)

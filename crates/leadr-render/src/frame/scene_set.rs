@@ -14,24 +14,24 @@ use leadr_reflectance::materials::energy::EnergyTable;
 pub struct SceneTables {
     energies: Buffer,
     fits: Buffer,
-    /// Bound when sky occlusion is off.
+    /// Placeholder that is bound when sky occlusion is off.
     no_sky: Buffer,
     nearest: Sampler,
     trilinear: Sampler,
 }
 
-/// The light of a frame that depends on more than the scene and its environment.
+/// The inputs of a frame's light beyond the scene and its environment.
 pub struct FrameLight<'a> {
-    /// The [`LightingGpu`](crate::passes::shade::LightingGpu) block.
+    /// The buffer of the [`LightingGpu`](crate::passes::shade::LightingGpu) block.
     pub lighting: &'a Buffer,
-    /// One layer per light.
+    /// The shadow maps, with one layer per light.
     pub shadow_maps: &'a ImageView,
-    /// Sky visibility, if it is shaded.
+    /// The sky visibility, if it is shaded.
     pub sky: Option<&'a Buffer>,
 }
 
 impl SceneTables {
-    /// Uploads the tables of a scene with these measured materials.
+    /// Uploads the tables for a scene with these measured materials.
     pub fn new(gpu: &Arc<Gpu>, fits: &Fits) -> Result<Self> {
         let energies = [EnergyTable::ggx(), EnergyTable::beckmann()].map(|table| table.texels().concat()).concat();
         let fits = fits.words();
@@ -44,7 +44,7 @@ impl SceneTables {
         })
     }
 
-    /// The descriptor set of a frame.
+    /// Creates the descriptor set of a frame.
     pub fn set(
         &self,
         gpu: &Arc<Gpu>,

@@ -7,14 +7,15 @@ use crate::light::sky_visibility::{SkyProbe, SkyVisibility};
 use crate::surfaces::posed::PosedObject;
 use leadr_gpu::{Buffer, Gpu, Memory, Result};
 
-/// The last volume, with the casters it was made for.
+/// The last visibility volume, and the casters it was made for.
 #[derive(Default)]
 pub struct SkyCache {
     last: Option<(Columns, SkyVisibility, Buffer)>,
 }
 
 impl SkyCache {
-    /// The volume around the shadow casters, on the device; `None` without casters. It is remade after the casters move.
+    /// Returns the visibility volume around the shadow casters on the device, or `None` without casters. It is remade after the
+    /// casters move.
     pub fn around(&mut self, gpu: &Arc<Gpu>, casters: &[&PosedObject]) -> Result<Option<Buffer>> {
         let Some(columns) = Columns::of(casters.iter().flat_map(|posed| posed.triangles())) else { return Ok(None) };
         if let Some((known, _, buffer)) = &self.last
@@ -30,7 +31,7 @@ impl SkyCache {
         Ok(Some(buffer))
     }
 
-    /// The probes of the last volume.
+    /// Returns the probes of the last visibility volume.
     pub fn probes(&self) -> Vec<SkyProbe> {
         self.last.iter().flat_map(|(_, volume, _)| volume.probes()).collect()
     }

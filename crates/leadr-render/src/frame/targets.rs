@@ -5,12 +5,12 @@ use std::sync::Arc;
 use crate::passes::targets::{JoinedEdges, MultisampleTargets, RADIANCE_FORMAT, SampleTargets};
 use leadr_gpu::{Gpu, Image, ImageDesc, Result};
 
-/// Targets of edge samples and their sums. Clones share the images.
+/// Render targets of edge samples and their sums. Clones share the images.
 #[derive(Clone)]
 pub struct EdgeTargets {
     /// An image of edge samples.
     pub samples: SampleTargets,
-    /// Joined sums of each pixel's edge samples.
+    /// The joined sums of each pixel's edge samples.
     pub joined: JoinedEdges,
     /// Edge samples along one side of a pixel, in one image.
     pub grid: u32,
@@ -21,7 +21,7 @@ pub struct EdgeTargets {
 pub struct TargetShape {
     /// Width and height in pixels.
     pub size: (u32, u32),
-    /// Edge samples along one side of a pixel in one image, if there are any.
+    /// Edge samples along one side of a pixel in one image, if any.
     pub grid: Option<u32>,
     /// Geometry samples per pixel.
     pub msaa: u32,
@@ -31,17 +31,17 @@ pub struct TargetShape {
     pub sun_maps: u32,
 }
 
-/// The images of a frame. Clones share them.
+/// The images of a frame, shared by clones.
 #[derive(Clone)]
 pub struct Targets {
     shape: TargetShape,
-    /// Samples of the pixels' own surfaces.
+    /// Targets for the samples of the pixels' own surfaces.
     pub pixels: SampleTargets,
-    /// Multisampled geometry, if enabled.
+    /// Targets for multisampled geometry, if enabled.
     pub multisample: Option<MultisampleTargets>,
-    /// Edge samples, if enabled.
+    /// Targets for edge samples, if enabled.
     pub edges: Option<EdgeTargets>,
-    /// The mean of the samples.
+    /// The image with the mean of the samples.
     pub mean: Image,
 }
 
@@ -53,7 +53,7 @@ impl EdgeTargets {
 }
 
 impl Targets {
-    /// Makes images of a shape. `mean`: the mean of an earlier frame to reuse, if it fits.
+    /// Makes images of a shape. `mean` is an earlier frame's mean image, which is reused if it fits.
     pub fn new(gpu: &Arc<Gpu>, shape: TargetShape, mean: Option<Image>) -> Result<Self> {
         let TargetShape { size, grid, msaa, gbuffer, sun_maps } = shape;
         let multisample = (msaa > 1).then(|| MultisampleTargets::new(gpu, size, msaa)).transpose()?;
@@ -69,7 +69,7 @@ impl Targets {
         Ok(Self { shape, pixels, multisample, edges, mean })
     }
 
-    /// Whether they fit frames of this shape.
+    /// Whether the targets fit frames of this shape.
     pub fn fits(&self, shape: TargetShape) -> bool {
         let TargetShape { size, sun_maps, .. } = shape;
         (TargetShape { sun_maps, ..self.shape }) == shape

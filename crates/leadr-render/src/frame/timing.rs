@@ -13,18 +13,18 @@ pub const MAX_PASSES: u32 = 31;
 pub struct PassTime {
     /// Name of the pass.
     pub pass: String,
-    /// Milliseconds per run.
+    /// Time per run in milliseconds.
     pub milliseconds: f64,
 }
 
-/// CPU cost of a frame: wall-clock milliseconds.
+/// CPU cost of a frame in wall-clock milliseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CpuTime {
-    /// Posing the scene, selecting patches and tessellation, and writing buffers.
+    /// Time for posing the scene, selecting patches and tessellation, and writing buffers.
     pub prepare: f64,
-    /// Recording commands.
+    /// Time for recording commands.
     pub record: f64,
-    /// From the end of recording until the device has finished.
+    /// Time from the end of recording until the device has finished.
     pub wait: f64,
 }
 
@@ -41,7 +41,7 @@ pub struct FrameCost {
     pub patches: u32,
 }
 
-/// Milliseconds since `start`.
+/// Returns the milliseconds since `start`.
 pub(super) fn since(start: Instant) -> f64 {
     start.elapsed().as_secs_f64() * 1000.0
 }
@@ -61,17 +61,17 @@ pub(super) fn add_times(times: &mut Vec<PassTime>, more: Vec<PassTime>) {
 pub(super) struct PassTimer {
     gpu: Arc<Gpu>,
     timestamps: Timestamps,
-    /// How often each repeatable pass is recorded.
+    /// Number of times that each repeatable pass is recorded.
     repeats: u32,
 }
 
 impl PassTimer {
-    /// A timer that runs each pass once.
+    /// Creates a timer that runs each pass once.
     pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
         Ok(Self { gpu: gpu.clone(), timestamps: Timestamps::new(gpu, MAX_PASSES + 1)?, repeats: 1 })
     }
 
-    /// The same timer with repeated passes, at least once each, for devices too fast for their clock.
+    /// Returns the same timer with each pass run `repeats` times, at least once, for passes too short for the device's clock.
     pub fn repeating(&self, repeats: u32) -> Self {
         Self { repeats: repeats.max(1), ..self.clone() }
     }
@@ -99,18 +99,18 @@ impl PassTimer {
     }
 }
 
-/// Passes being recorded.
+/// A recorder of passes.
 pub(super) struct Passes<'a> {
     cmd: &'a mut Commands,
     timestamps: &'a Timestamps,
-    /// How often each repeatable pass is recorded.
+    /// Number of times that each repeatable pass is recorded.
     repeats: u32,
-    /// How often each pass was recorded.
+    /// Number of times that each pass was recorded.
     counts: Vec<u32>,
 }
 
 impl<'a> Passes<'a> {
-    /// Records passes, and returns the number of runs of each.
+    /// Records passes, and returns the number of runs of each pass.
     pub fn record(
         cmd: &'a mut Commands,
         timestamps: &'a Timestamps,
@@ -124,7 +124,7 @@ impl<'a> Passes<'a> {
         passes.counts
     }
 
-    /// Runs an idempotent pass. Its own barriers must order repetitions.
+    /// Runs an idempotent pass. The pass's own barriers must order its repetitions.
     pub fn run(&mut self, name: &str, record: impl Fn(&mut Commands)) {
         let repeats = self.repeats;
         self.cmd.label_times(name, repeats, record);

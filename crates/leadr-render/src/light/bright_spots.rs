@@ -5,49 +5,50 @@ use glam::DVec3;
 use super::texels::{Texels, texel_luminance};
 use leadr_maps::RgbImage;
 
-/// Spots are blocks of texels, at most this many around the horizon.
+/// Maximum number of blocks around the horizon. Each bright spot is one block of texels.
 const BLOCKS: usize = 1024;
-/// Bands of the sphere with the cells from which the search for maxima starts.
+/// Number of bands of the sphere, divided into cells from which the search for maxima starts.
 const BANDS: usize = 60;
 /// Maximum number of density maxima.
 const MOST_MAXIMA: usize = 48;
-/// Mean-shift steps towards a maximum; they shrink geometrically.
+/// Maximum number of mean-shift steps towards a maximum. The steps shrink geometrically.
 const STEPS: usize = 200;
 
-/// 0 for x ≤ 0, 1 for x ≥ 1, smooth between.
+/// Rises smoothly from 0 for x ≤ 0 to 1 for x ≥ 1.
 pub fn smooth(x: f64) -> f64 {
     let x = x.clamp(0.0, 1.0);
     x * x * (3.0 - 2.0 * x)
 }
 
-/// 1 up to `from`, 0 from `to`, smooth between.
+/// Falls smoothly from 1 for x ≤ `from` to 0 for x ≥ `to`.
 pub fn falloff(x: f64, [from, to]: [f64; 2]) -> f64 {
     1.0 - smooth((x - from) / (to - from))
 }
 
-/// Angles to a maximum in degrees: fully inside up to the first, outside from the second.
+/// Angles from a maximum in degrees: fully inside up to the first angle, and outside from the second.
 const INSIDE: [f64; 2] = [7.0, 12.0];
-/// Light that is not inside counts as surroundings up to the first angle, and no longer from the second.
+/// Angles from a maximum in degrees. Light outside a maximum counts as background up to the first angle, and not at all from the
+/// second.
 const AROUND: [f64; 2] = [18.0, 25.0];
-/// Standard deviation in degrees of the density kernel. Two spots closer than twice this distance share a maximum and are fully
-/// inside its area. Spots further apart are outside each other's area.
+/// Standard deviation of the density kernel in degrees. Two spots closer than twice this angle share a maximum and are fully inside
+/// it. Spots further apart lie outside each other's maximum.
 const DEVIATION: f64 = 5.0;
-/// Radius of the inside, radians.
+/// Radius in radians of the area inside a maximum.
 pub const REACH: f64 = INSIDE[1].to_radians();
-/// Radius of the surroundings, radians.
+/// Radius in radians of the background around a maximum.
 pub const FAR: f64 = AROUND[1].to_radians();
 
-/// Angle in degrees; accurate for small angles.
+/// Returns an angle in degrees, accurate for small angles.
 fn angle(a: DVec3, b: DVec3) -> f64 {
     2.0 * (0.5 * a.distance(b)).min(1.0).asin().to_degrees()
 }
 
-/// Weight of a direction as inside a maximum, 0 to 1.
+/// Returns the degree, from 0 to 1, to which a direction is inside a maximum.
 pub fn inside(middle: DVec3, direction: DVec3) -> f64 {
     falloff(angle(middle, direction), INSIDE)
 }
 
-/// Weight of a direction as surroundings of a maximum, 0 to 1.
+/// Returns the weight, from 0 to 1, of a direction in the background estimate around a maximum.
 pub fn around(middle: DVec3, direction: DVec3) -> f64 {
     let near = falloff(angle(middle, direction), AROUND);
     if near > 0.0 { near * (1.0 - inside(middle, direction)) } else { 0.0 }
@@ -60,9 +61,9 @@ fn density(middle: DVec3, direction: DVec3) -> f64 {
 
 /// A bright spot.
 pub struct Spot {
-    /// Unit direction.
+    /// The unit direction of the spot.
     pub direction: DVec3,
-    /// Luminance above the threshold times solid angle.
+    /// Luminance above the threshold, times the solid angle.
     pub flux: f64,
 }
 
@@ -76,7 +77,7 @@ pub struct Spots {
 }
 
 impl Spots {
-    /// The spots above the threshold.
+    /// Finds the spots above the threshold.
     pub fn above(image: &RgbImage, sphere: &Texels, threshold: f64) -> Self {
         let (width, height) = (image.width as usize, image.height as usize);
         let block = width.div_ceil(BLOCKS).max(1);
@@ -110,8 +111,8 @@ impl Spots {
         Self { spots, cells, cell_count: numbers.len() }
     }
 
-    /// Maxima of the spots' density, found one after another. Each uses the spots that earlier ones leave. Stops when a maximum has
-    /// less than `least` flux around it.
+    /// Returns the maxima of the spots' density, found one after another without the spots of earlier maxima. The search stops at a
+    /// maximum with less than `least` flux around it.
     pub fn maxima(&self, least: f64) -> Vec<DVec3> {
         let mut flux: Vec<f64> = self.spots.iter().map(|spot| spot.flux).collect();
         let mut maxima = Vec::new();
@@ -141,7 +142,7 @@ impl Spots {
         maxima
     }
 
-    /// The density maximum reached from a direction by mean shift.
+    /// Returns the density maximum that mean shift reaches from a direction.
     fn climb(&self, from: DVec3, flux: &[f64]) -> DVec3 {
         let mut at = from;
         for _ in 0..STEPS {
@@ -157,7 +158,7 @@ impl Spots {
     }
 }
 
-/// Index of the cell of a direction; cells have about equal areas.
+/// Returns the index of a direction's cell. Cells have about equal areas.
 fn cell_of(direction: DVec3) -> usize {
     let from_top = direction.truncate().length().atan2(direction.z) / std::f64::consts::PI;
     let band = ((from_top * BANDS as f64) as usize).min(BANDS - 1);

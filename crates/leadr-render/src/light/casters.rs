@@ -1,35 +1,36 @@
-//! The shadow casters as columns of solid matter. The columns are coarse, omit bumps, and are recomputed for every frame.
+//! The shadow casters as columns of solid matter, for occlusion. The columns are coarse, omit bumps, and are recomputed for every
+//! frame.
 
 use glam::{Vec2, Vec3};
 
 /// Columns along the longer side of the casters.
 const COLUMNS: f32 = 64.0;
-/// Maximum number of spans of matter in a column; further ones are merged into the lowest.
+/// Maximum number of spans of matter in a column. Further spans are merged into the lowest span.
 const MOST_SPANS: usize = 4;
 
-/// Bottom and top of a span of matter.
+/// The bottom and top of a span of matter.
 pub type Span = [f32; 2];
 
-/// Vertical columns over the world's xy plane, each with the matter along its axis.
+/// Vertical columns over the world's xy plane. Each column stores the matter along its axis.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Columns {
     /// Corner of the first column.
     pub origin: Vec2,
-    /// Width of a column, metres.
+    /// Width of a column in metres.
     pub cell: f32,
-    /// Number of columns along x and y.
+    /// Columns along x and y.
     pub size: [usize; 2],
     /// Bottom and top of all matter.
     pub height: Span,
     spans: Vec<[Span; MOST_SPANS]>,
 }
 
-/// No matter: the bottom is above the top.
+/// The empty span, whose bottom is above its top.
 const EMPTY: Span = [f32::INFINITY, f32::NEG_INFINITY];
 
 impl Columns {
-    /// Columns through the solids bounded by these triangles, which run counter-clockwise seen from outside. Open surfaces are as
-    /// thick as a column is wide. `None` without triangles.
+    /// Returns columns through the solids that these triangles bound, counter-clockwise seen from outside. Open surfaces are as
+    /// thick as a column is wide. Returns `None` without triangles.
     pub fn of(triangles: impl Iterator<Item = [Vec3; 3]> + Clone) -> Option<Self> {
         let (low, high) = triangles
             .clone()
@@ -51,9 +52,9 @@ impl Columns {
         Some(columns)
     }
 
-    /// Adds the intersections of a triangle with the column axes, and whether it faces up there.
+    /// Adds the intersections of a triangle with the column axes, and whether the triangle faces up.
     fn cross(&self, triangle: [Vec3; 3], crossings: &mut [Vec<(f32, bool)>]) {
-        // In columns, relative to the axis of the first column.
+        // Positions are in columns, relative to the first column's axis.
         let [a, b, c] = triangle.map(|p| ((p.truncate() - self.origin) / self.cell - 0.5).extend(p.z));
         let twice = (b - a).truncate().perp_dot((c - a).truncate());
         if twice == 0.0 {
@@ -78,7 +79,7 @@ impl Columns {
         }
     }
 
-    /// The matter of a column, from the top. Points outside the columns have none.
+    /// Returns the spans of matter at a position, from the top, none outside the columns.
     pub fn spans_at(&self, position: Vec2) -> impl Iterator<Item = Span> + use<'_> {
         let at = ((position - self.origin) / self.cell).floor();
         let inside = at.cmpge(Vec2::ZERO).all() && at.x < self.size[0] as f32 && at.y < self.size[1] as f32;
@@ -92,7 +93,7 @@ impl Columns {
     }
 }
 
-/// The matter between the intersections of a column.
+/// Returns the spans of matter between the intersections of a column.
 fn spans(mut crossings: Vec<(f32, bool)>, thin: f32) -> [Span; MOST_SPANS] {
     crossings.sort_by(|a, b| b.0.total_cmp(&a.0));
     let (mut spans, mut count, mut inside) = ([EMPTY; MOST_SPANS], 0usize, false);
@@ -103,17 +104,17 @@ fn spans(mut crossings: Vec<(f32, bool)>, thin: f32) -> [Span; MOST_SPANS] {
                     count += 1;
                     spans[count - 1][1] = z;
                 }
-                // Open below, until a lower intersection closes it.
+                // The span is open below, until a lower intersection closes it.
                 spans[count - 1][0] = z - thin;
                 inside = true;
             }
-            // Inside another solid.
+            // A surface inside a solid does not end the span.
             (true, true) => {}
             (false, true) => {
                 spans[count - 1][0] = z;
                 inside = false;
             }
-            // Several solids end here, or one has no top.
+            // Several solids end here, or a solid has no top.
             (false, false) if count > 0 => spans[count - 1][0] = z,
             (false, false) => {
                 (count, spans[0]) = (1, [z, z + thin]);
@@ -129,7 +130,7 @@ pub(super) mod tests {
 
     use super::*;
 
-    /// The triangles of a sphere.
+    /// Returns the triangles of a sphere.
     pub fn ball(centre: Vec3, radius: f32) -> Vec<[Vec3; 3]> {
         let (around, up) = (32, 16);
         let at = |i: u32, j: u32| {

@@ -1,8 +1,9 @@
-//! The pass that blurs the environment for a few lookups per pixel: a second cube whose levels have a smooth, round kernel
-//! ([`kernel`](leadr_reflectance::visible::kernel)). Each level is made from the previous one by 19 lookups per texel. The lookups
-//! of the first level would leave gaps in an unsmoothed environment, so a pass with a denser lattice precedes it at the same size.
+//! The pass that blurs the environment into a second cube map, for a few lookups per pixel. The levels of the cube have a smooth,
+//! round kernel ([`kernel`](leadr_reflectance::visible::kernel)). Each level is made from the previous one by 19 lookups per texel.
+//! The lookups of the first level would leave gaps in an unsmoothed environment, so a pass with a denser lattice precedes it at the
+//! same size.
 //!
-//! Texels are half floats if these can hold the environment: hardware filters 32 bits four times as slowly.
+//! Texels are half floats if these can represent the environment, because hardware filters 32-bit floats four times as slowly.
 
 use std::sync::Arc;
 
@@ -24,20 +25,20 @@ shared_struct! {
     }
 }
 
-/// Squared distance from the centre, in lattice spacings, of the six lookups of each star.
+/// Squared distance of the six lookups of each star from the centre, in lattice spacings.
 const STARS: [f64; 3] = [1.0, 3.0, 4.0];
-/// Standard deviation of the weights, in spacings.
+/// Standard deviation of the lookup weights, in lattice spacings.
 const DEVIATION: f64 = 1.1;
-/// Variance added by the lattice before the first level, in squared texels of the finest. With less, samples as far apart as the
-/// first level's texels would make the power of a bright pixel depend on its position.
+/// Variance added by the lattice before the first level, in squared texels of the finest level. With less variance, the power of a
+/// bright pixel would depend on its position, because samples are as far apart as the first level's texels.
 const SMOOTHING: f64 = 0.65;
 
-/// Peak radiances that are stored as half floats: precise to a two-thousandth of the value, or to 3e-8 below 6e-5.
+/// Peak radiances that are stored as half floats, with a precision of 1/2000, or of 3e-8 below 6e-5.
 const OF_HALVES: std::ops::Range<f32> = 1e-3..6e4;
 
-/// One dispatch. Its source and target are indices of [`CubeLobes::views`].
+/// One dispatch, with the indices of its source and target in [`CubeLobes::views`].
 struct Step {
-    /// `None` reads the environment.
+    /// The source. `None` reads the environment.
     source: Option<usize>,
     target: usize,
     push: Push,
@@ -47,9 +48,9 @@ struct Step {
 pub struct CubeLobes {
     /// The blurred levels, for `samplerCube`.
     pub cube: Image,
-    /// The source of the first level; `None` for a smooth environment.
+    /// The source of the first level, or `None` for a smooth environment.
     smoothed: Option<Image>,
-    /// Views of every level and the smoothed source: as array faces to write, and as a cube to sample.
+    /// Views of every level and of the smoothed source: an array of faces to write, and a cube to sample.
     views: Vec<[ImageView; 2]>,
     steps: Vec<Step>,
     pipeline: ComputePipeline,
@@ -57,9 +58,9 @@ pub struct CubeLobes {
 }
 
 impl CubeLobes {
-    /// The pass for environments with faces of `environment_size` texels. The cube's faces have `size` texels, at most
-    /// `environment_size`. `smooth`: whether the environment has no detail as small as two texels of the cube. `brightest`: its
-    /// peak radiance. The cube is undefined until recorded.
+    /// Creates the pass for environments with faces of `environment_size` texels. Faces of the blurred cube have `size` texels, at
+    /// most `environment_size`. `smooth` is whether the environment lacks detail as small as two texels of the cube, and
+    /// `brightest` is its peak radiance. The cube is undefined until the pass is recorded.
     pub fn new(gpu: &Arc<Gpu>, environment_size: u32, size: u32, smooth: bool, brightest: f32) -> Result<Self> {
         let levels = kernel_levels(size);
         let mip = (environment_size / size).max(1).ilog2();
@@ -94,7 +95,7 @@ impl CubeLobes {
         let between = |cmd: &mut Commands, image: &Image, mip: u32, from: Use, to: Use| {
             cmd.mip_barrier(image, mip..mip + 1, 0..6, from, to);
         };
-        // Track the use of the whole image; each part returns to it below.
+        // The use is tracked for the whole image. Each level returns to that use below.
         for image in [Some(&self.cube), self.smoothed.as_ref()].into_iter().flatten() {
             cmd.image_barrier(image, Use::Undefined, Use::Sampled);
         }
@@ -117,7 +118,8 @@ impl CubeLobes {
     }
 }
 
-/// All dispatches for a cube with faces of `size` texels. Its finest level has the size of mip `mip` of the environment.
+/// Returns all dispatches for a cube with faces of `size` texels. The finest level of the cube has the size of mip `mip` of the
+/// environment.
 fn steps(mip: u32, size: u32, smooth: bool) -> Vec<Step> {
     let levels = kernel_levels(size) as usize;
     let as_it_is =
@@ -126,7 +128,7 @@ fn steps(mip: u32, size: u32, smooth: bool) -> Vec<Step> {
     for target in 1..levels {
         let texel = |level: usize| 2.0 / f64::from(size >> level);
         let wanted = kernel_variance(target as u32, size);
-        // Variances in squared texels: of bilinear lookups, and of box-filtered mips.
+        // Variance in squared texels, for bilinear lookups and for box-filtered mips.
         let (bilinear, of_box) = (1.0 / 6.0, 0.25);
         let push = if target > 1 {
             let seen = lookup_variance(target as f64 - 1.0, f64::from(size));
@@ -151,11 +153,12 @@ fn steps(mip: u32, size: u32, smooth: bool) -> Vec<Step> {
     steps
 }
 
-/// A lattice that adds `variance`. `shrinks`: the part of the lookups' variance that scales with the source's texels.
+/// Returns a lattice that adds `variance`. `shrinks` is the component of the lookups' variance that scales with the texels of the
+/// source.
 fn lattice(variance: f64, shrinks: f64) -> Push {
     let weights = STARS.map(|square| (-0.5 * square / (DEVIATION * DEVIATION)).exp());
     let sum = 1.0 + 6.0 * weights.iter().sum::<f64>();
-    // The mean cosine of the lookups equals that of a kernel of this variance.
+    // The mean cosine of the lookups equals the mean cosine of a kernel with this variance.
     let cosine = |spacing: f64| {
         let rings: f64 =
             weights.iter().zip(STARS).map(|(weight, square)| weight * (spacing * square.sqrt()).cos()).sum();
@@ -179,7 +182,7 @@ fn lattice(variance: f64, shrinks: f64) -> Push {
 mod tests {
     use super::*;
 
-    /// A lattice coarser than the smoothness of its source would be visible.
+    /// A lattice that is coarser than the blur of its source would be visible.
     #[test]
     fn lookup_spacing_is_within_lookup_width() {
         for size in [16, 256] {

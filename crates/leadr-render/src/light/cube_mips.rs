@@ -1,12 +1,13 @@
-//! The cube mip pass: makes all levels of a float cube map from the finest, weighted by solid angle.
+//! The cube mip pass, which computes all levels of a float cube map from the finest, weighted by solid angle.
 
 use std::sync::Arc;
 
 use leadr_gpu::{Commands, ComputePipeline, Descriptor, Gpu, ImageView, Result, SpecValue, Use};
 
-/// The pass.
+/// The cube mip pass.
 pub struct CubeMips {
-    /// For large and for small texels. In a shared shader, software rasterisers would compute both variants of the solid angle.
+    /// Pipelines for large and for small texels. In a single shader, software rasterisers would compute both variants of the solid
+    /// angle.
     pipelines: [ComputePipeline; 2],
 }
 

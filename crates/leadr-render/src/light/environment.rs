@@ -1,4 +1,4 @@
-//! The environment: a cube map of radiance with all mips, from an equirectangular image or the analytic sky.
+//! The environment, a cube map of radiance with all mips, made from an equirectangular image or the analytic sky.
 //!
 //! The texels are RGBA32F with alpha 1, so means and irradiance are exact up to rounding. Measured environments contain suns
 //! brighter than 65504, which half floats would clamp or make infinite. Most pixels sample the [`CubeLobes`] instead.
@@ -20,7 +20,7 @@ use leadr_gpu::{Commands, Gpu, GpuError, Image, ImageDesc, ImageView, Result, Us
 use leadr_maps::RgbImage;
 
 /// Largest face size in texels of the analytic sky's [`CubeLobes`], which are remade whenever the sun moves. The finest detail is
-/// the horizon, 1.3 texels wide: [`HORIZON`](super::constants::HORIZON).
+/// the horizon ([`HORIZON`](super::constants::HORIZON)), with a width of 1.3 texels.
 const SKY_LOBES: u32 = 128;
 
 /// Upper bound on the radiance of the analytic sky at intensity 1 (measured: 4.3). Half floats leave room for later intensities in
@@ -34,20 +34,20 @@ pub struct Environment {
     mips: CubeMips,
     lobes: CubeLobes,
     rest: IrradianceRest,
-    /// Fills the cube; `None` for an image.
+    /// The pass that fills the cube, or `None` for an image.
     sky: Option<SkyPass>,
-    /// The sky currently in the cube.
+    /// The sky that the cube currently contains.
     shown: Option<Sky>,
     lights: Vec<EnvironmentLight>,
-    /// The cube including its extracted lights, if it has any: one level, for the background.
+    /// The cube including its extracted lights, if any, with a single level, for the background.
     background: Option<Image>,
 }
 
 impl Environment {
-    /// Default face size in texels: 0.35° per texel, as in a 1024-texel panorama.
+    /// Default face size in texels, with 0.35° per texel, as in a 1024-texel panorama.
     pub const FACE_SIZE: u32 = 256;
 
-    /// The analytic sky. The cube is filled on return.
+    /// Creates an environment of the analytic sky, and fills its cube.
     ///
     /// # Errors
     /// [`GpuError::Usage`] unless `face_size` is a power of two; [`GpuError::Allocation`]; a failed submission.
@@ -58,14 +58,14 @@ impl Environment {
         Ok(environment)
     }
 
-    /// An equirectangular panorama. Its top row is +z, its centre +x, and its columns run clockwise seen from above. Texels must be
-    /// finite, as the loaders of `maps` guarantee. Up to four small, bright regions become directional [`lights`](Self::lights)
-    /// that cast shadows; the cube contains the rest.
+    /// Creates an environment from an equirectangular panorama, with +z in the top row, +x in the centre, and columns clockwise
+    /// from above. Texels must be finite, as the loaders of `maps` guarantee. Up to four small, bright regions become directional
+    /// [`lights`](Self::lights) that cast shadows. The cube contains the remaining light.
     pub fn from_equirect(gpu: &Arc<Gpu>, face_size: u32, image: &RgbImage) -> Result<Self> {
         Self::from_panorama(gpu, face_size, image, LightExtraction::default())
     }
 
-    /// As `from_equirect`, with parameters for the light extraction.
+    /// Like `from_equirect`, with parameters for the light extraction.
     pub fn from_panorama(gpu: &Arc<Gpu>, face_size: u32, image: &RgbImage, lights: LightExtraction) -> Result<Self> {
         let pass = EquirectPass::new(gpu)?;
         let parts = split(image, lights);
@@ -100,10 +100,10 @@ impl Environment {
     }
 
     fn new(gpu: &Arc<Gpu>, face_size: u32, lobes: CubeLobes, sky: Option<SkyPass>) -> Result<Self> {
-        // A sky is smooth and may change every frame.
+        // A sky is smooth, so it needs fewer texels, and may change every frame.
         let rest_size = if sky.is_some() { 8 } else { 16 };
         if !face_size.is_power_of_two() {
-            let fault = format!("a face size of {face_size} texels is not a power of two");
+            let fault = format!("a face size of {face_size} texels is not a power of two: choose one that is");
             return Err(GpuError::usage("environment", fault));
         }
         let desc = ImageDesc::new(Format::R32G32B32A32_SFLOAT, face_size, face_size).cube().full_mips().storage();
@@ -114,8 +114,8 @@ impl Environment {
     }
 
     /// Records the sky pass and the mips if `sky` differs from the cube's content. Call it every frame. Returns whether it recorded
-    /// anything. The cube then counts as up to date, so the commands must be submitted. No effect for an environment made from an
-    /// image.
+    /// anything. The cube then counts as up to date, so the commands must be submitted. This has no effect on an environment made
+    /// from an image.
     #[doc(hidden)]
     pub fn update_sky(&mut self, cmd: &mut Commands, sky: &Sky) -> bool {
         let moved = self.begin_sky(cmd, sky);
@@ -125,7 +125,7 @@ impl Environment {
         moved
     }
 
-    /// The first half of [`update_sky`](Self::update_sky): the finest level. If it returns true, record
+    /// Records the first half of [`update_sky`](Self::update_sky), the finest level. If it returns true, record
     /// [`make_mips`](Self::make_mips) before reading the cube.
     #[doc(hidden)]
     pub fn begin_sky(&mut self, cmd: &mut Commands, sky: &Sky) -> bool {
@@ -141,7 +141,8 @@ impl Environment {
         self.shown = None;
     }
 
-    /// The second half: mips, blurred levels and irradiance remainder from the finest level.
+    /// Records the second half of `update_sky`, which derives mips, blurred levels and irradiance beyond order 2 from the finest
+    /// level.
     #[doc(hidden)]
     pub fn make_mips(&self, cmd: &mut Commands) {
         self.mips.record(cmd, &self.levels);
@@ -150,62 +151,63 @@ impl Environment {
         self.rest.record(cmd, &self.levels);
     }
 
-    /// Records `record`, which overwrites the finest level.
+    /// Calls `record` with the finest level, which it overwrites.
     fn begin(&self, cmd: &mut Commands, record: impl FnOnce(&mut Commands, &ImageView)) {
-        // discard the old content, but wait for its readers
+        // Discards the old content, but waits for its readers.
         cmd.image_barrier(&self.cube, Use::Undefined, Use::ComputeReadWrite);
         record(cmd, &self.levels[0]);
     }
 
-    /// The directional lights extracted from the image; the cube contains the rest. Empty for the analytic sky, whose sun is never
-    /// in the cube.
+    /// Returns the directional lights extracted from the image, and missing in the cube. There are none for the analytic sky, whose
+    /// sun is never in the cube.
     pub fn lights(&self) -> &[EnvironmentLight] {
         &self.lights
     }
 
-    /// The cube map for the background, including the extracted lights. Read only the finest level.
+    /// Returns the cube map for the background, including the extracted lights. Only its finest level may be read.
     #[doc(hidden)]
     pub fn background(&self) -> &ImageView {
         self.background.as_ref().unwrap_or(&self.cube).whole()
     }
 
-    /// The cube map, for `samplerCube`.
+    /// Returns the cube map, for `samplerCube`.
     #[doc(hidden)]
     pub fn cube(&self) -> &ImageView {
         self.cube.whole()
     }
 
-    /// The environment blurred for few lookups ([`kernel`](leadr_reflectance::visible::kernel)): a cube map.
+    /// Returns a cube map of the environment, blurred for a small number of lookups
+    /// ([`kernel`](leadr_reflectance::visible::kernel)).
     #[doc(hidden)]
     pub fn lobes(&self) -> &Image {
         &self.lobes.cube
     }
 
-    /// The irradiance beyond order 2: a cube map to add to the order-2 irradiance at the same normal.
+    /// Returns a cube map of the irradiance beyond order 2, to add to the order-2 irradiance at the same normal.
     #[doc(hidden)]
     pub fn irradiance_rest(&self) -> &Image {
         &self.rest.cube
     }
 
-    /// The image of the cube.
+    /// Returns the image of the cube.
     #[doc(hidden)]
     pub fn image(&self) -> &Image {
         &self.cube
     }
 
-    /// One mip level as an array of six faces.
+    /// Returns one mip level as an array of six faces.
     #[doc(hidden)]
     pub fn level(&self, mip: u32) -> &ImageView {
         &self.levels[(mip as usize).min(self.levels.len() - 1)]
     }
 
-    /// Number of mip levels, down to 1 × 1.
+    /// Returns the number of mip levels, down to 1 × 1.
     #[doc(hidden)]
     pub fn levels(&self) -> u32 {
         self.levels.len() as u32
     }
 
-    /// Face size in texels.
+    /// Returns the face size in texels.
     #[doc(hidden)]
     pub fn face_size(&self) -> u32 {
         self.cube.desc().width

@@ -1,11 +1,11 @@
-//! The exposure of an image. Under the sky it follows the sun's elevation like a partly adapted eye: dusk is dimmer than noon and
-//! night is dark. Under a panorama, which has no known unit, it is metered.
+//! The exposure of an image. Under the sky it follows the sun's elevation like a partly adapted eye: dusk is dimmer than noon, and
+//! night is dark. Under a panorama it is metered, because the unit of the radiance is unknown.
 
 use super::sky::Sky;
 use super::texels::Texels;
 use leadr_maps::RgbImage;
 
-/// Luminance of sun and sky on level ground under the default air at intensity 1, by the sun's elevation in degrees.
+/// Luminance of level ground lit by sun and sky, for the default atmosphere at intensity 1, by the sun's elevation in degrees.
 const LEVEL: [(f32, f32); 16] = [
     (-18.0, 4.755e-4),
     (-15.0, 4.755e-4),
@@ -28,21 +28,21 @@ const LEVEL: [(f32, f32); 16] = [
 /// Fraction of the brightness difference, in stops, that the exposure compensates.
 const ADAPTATION: f32 = 0.68;
 
-/// Factor on the radiance under `sky`: 1 from a mid-morning sun upwards, several hundred at night.
+/// Returns the factor on the radiance under `sky`: 1 from a mid-morning sun upwards, and several hundred at night.
 pub fn exposure(sky: &Sky) -> f32 {
     let elevation = sky.sun_direction.normalize_or(glam::Vec3::Z).z.clamp(-1.0, 1.0).asin().to_degrees();
     (LEVEL[LEVEL.len() - 1].1 / level(elevation)).powf(ADAPTATION)
 }
 
-/// Factor on the radiance under a panorama. It makes level ground as bright as under the sky from mid-morning on. 1 for a panorama
-/// that does not light the ground.
+/// Returns the factor on the radiance under a panorama. It makes level ground as bright as under the sky from mid-morning on. It is
+/// 1 for a panorama that does not light the ground.
 pub fn metered(panorama: &RgbImage) -> f32 {
     let irradiance = Texels::new(panorama).integral(panorama, |z| z.max(0.0));
     let factor = f64::from(LEVEL[LEVEL.len() - 1].1) / irradiance;
     if (1e-30..=1e30).contains(&factor) { factor as f32 } else { 1.0 }
 }
 
-/// Luminance at an elevation in degrees, log-linear in the table and extrapolated at its ends.
+/// Returns the luminance at an elevation in degrees, interpolated log-linearly in the table and extrapolated at its ends.
 fn level(elevation: f32) -> f32 {
     let next = LEVEL.partition_point(|entry| entry.0 <= elevation);
     if next == 0 || next == LEVEL.len() {

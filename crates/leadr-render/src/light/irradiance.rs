@@ -1,10 +1,10 @@
-//! The irradiance pass: computes the environment's nine order-2 spherical harmonics coefficients every frame (LEADR section 5.3,
-//! Algorithm 2).
+//! The irradiance pass, which computes the environment's nine order-2 spherical harmonics coefficients every frame (LEADR section
+//! 5.3, Algorithm 2).
 //!
 //! The coefficients are of *radiance*, in world space, in the order L00, L1-1, L10, L11, L2-2, L2-1, L20, L21, L22 (one `vec4`
 //! each, w = 0). The cosine lobe's factors `A_l` are applied by `sh_irradiance` of `leadr/integrals/sh.glsl`, not here.
 //!
-//! Sums are in a fixed order: the same cube always gives the same bytes.
+//! Sums have a fixed order, so the same cube always gives the same bytes.
 
 use std::sync::Arc;
 
@@ -14,18 +14,18 @@ use leadr_gpu::{
     Use, shared_struct,
 };
 
-/// Largest projected face size in texels. Order-2 harmonics do not resolve finer detail: the levels have equal means, and a sun
-/// moves by less than a texel, 1.4°.
+/// Largest projected face size in texels. Order-2 harmonics do not resolve finer detail. All levels have equal means, and a sun
+/// shifts by less than a texel, which is 1.4°.
 const FACE_SIZE: u32 = 64;
 
 shared_struct! {
     struct Push for "Push" {
-        /// Partial sums of each coefficient.
+        /// Number of partial sums of each coefficient.
         rows: u32,
     }
 }
 
-/// The pass.
+/// The irradiance pass.
 pub struct IrradiancePass {
     rows: ComputePipeline,
     sum: ComputePipeline,
@@ -50,7 +50,7 @@ impl IrradiancePass {
     pub fn record(&self, cmd: &mut Commands, environment: &Environment) {
         let level = environment.level(self.level(environment));
         let rows = 6 * level.extent()[0];
-        // an earlier frame may still be reading
+        // An earlier frame may still be reading the coefficients.
         cmd.memory_barrier(Use::Undefined, Use::ComputeWrite);
         cmd.bind(
             &self.rows,
@@ -71,12 +71,12 @@ impl IrradiancePass {
         cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
     }
 
-    /// The mip level to project.
+    /// Returns the projected mip level.
     pub fn level(&self, environment: &Environment) -> u32 {
         (environment.face_size() / FACE_SIZE).max(1).ilog2()
     }
 
-    /// `vec4[9]`, device-local.
+    /// Returns the device-local coefficients, `vec4[9]`.
     pub fn coefficients(&self) -> &Buffer {
         &self.coefficients
     }

@@ -1,5 +1,5 @@
-//! The irradiance beyond order 2, in a small cube. With bright, narrow lamps left in a panorama, order 2 is off by several percent.
-//! The harmonics of the clamped cosine fall off so fast from band 4 that few texels suffice.
+//! The irradiance beyond order 2, in a small cube. Without it, irradiance has errors of several percent under bright, narrow lamps
+//! that remain in a panorama. A few texels suffice, because the harmonics of the clamped cosine fall off fast from band 4.
 
 use std::sync::Arc;
 
@@ -8,10 +8,10 @@ use leadr_gpu::{
     AddressMode, Commands, ComputePipeline, Descriptor, Filter, Gpu, Image, ImageDesc, ImageView, Result, Sampler, Use,
 };
 
-/// Face size of the environment level to integrate.
+/// Face size in texels of the environment level to integrate.
 const SOURCE_SIZE: u32 = 16;
 
-/// The cube and its pass. The cube is always in [`Use::Sampled`] between recordings.
+/// The cube of irradiance and its pass. The cube is always in [`Use::Sampled`] between recordings.
 pub struct IrradianceRest {
     /// Irradiance to add to the order-2 irradiance at the same normal, for `samplerCube`.
     pub cube: Image,
@@ -21,8 +21,8 @@ pub struct IrradianceRest {
 }
 
 impl IrradianceRest {
-    /// The pass and a cube with `face_size` texels per face edge, undefined until recorded. Interpolation flattens detail between
-    /// texels: under an image of the sky with one bright side, irradiance is 0.8 % too dark with 8 texels and 0.3 % with 16.
+    /// Creates the pass and a cube with `face_size` texels per face edge, undefined until recorded. Interpolation flattens detail
+    /// between texels. Under a sky image with one bright side, irradiance is 0.8 % too dark with 8 texels, and 0.3 % with 16.
     pub fn new(gpu: &Arc<Gpu>, face_size: u32) -> Result<Self> {
         let desc = ImageDesc::new(Format::R32G32B32A32_SFLOAT, face_size, face_size).cube().storage();
         let cube = Image::new(gpu, "irradiance rest", desc)?;
@@ -34,7 +34,7 @@ impl IrradianceRest {
         })
     }
 
-    /// Fills the cube from the levels of an environment, array views in [`Use::Sampled`].
+    /// Fills the cube from the levels of an environment, which are array views in [`Use::Sampled`].
     pub fn record(&self, cmd: &mut Commands, levels: &[ImageView]) {
         let Some(level) = levels.iter().find(|level| level.extent()[0] <= SOURCE_SIZE) else { return };
         cmd.image_barrier(&self.cube, Use::Undefined, Use::ComputeWrite);

@@ -1,4 +1,4 @@
-//! The lighting of a scene: the sky, environment cube maps, their spherical harmonics, and the exposure.
+//! The lighting of a scene: the sky, environment cube maps and their spherical harmonics, and the exposure.
 
 mod atmosphere;
 mod bright_spots;

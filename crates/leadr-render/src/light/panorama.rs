@@ -1,9 +1,9 @@
-//! A panorama as an image and extracted suns. Small bright regions work better as directional lights: they cast shadows, and
-//! neither few probes nor nine harmonics can miss them. The extracted light is subtracted from the image per texel.
+//! Splits a panorama into an image and directional lights. Small bright regions work better as directional lights, because these
+//! cast shadows, and are not missed by a few probes or nine harmonics. The extracted light is subtracted from the image per texel.
 //!
-//! All criteria are continuous, so similar images give similar lights. A region counts by its excess over the threshold. It
-//! becomes a light to the degree that it is small, round, isolated and strong. Its lead over the first region beyond the maximum
-//! number counts too. The remainder stays in the image.
+//! All criteria are continuous, so similar images give similar lights. A region is weighted by its excess over the threshold. It
+//! becomes a light to the degree that it is small, round, isolated, strong, and brighter than the first region beyond the maximum
+//! number. The remaining light stays in the image.
 
 use std::f64::consts::PI;
 
@@ -22,26 +22,26 @@ pub const MAX_ENVIRONMENT_LIGHTS: u32 = crate::constants::MAX_ENVIRONMENT_LIGHTS
 /// A directional light extracted from a panorama.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EnvironmentLight {
-    /// Unit direction towards its centre, world.
+    /// Unit direction towards the light's centre, in world space.
     pub direction: Vec3,
-    /// Irradiance on a plane facing it, linear rgb.
+    /// Irradiance on a plane that faces the light, linear rgb.
     pub irradiance: Vec3,
-    /// Variance of the light's directions, radians², along each of two axes perpendicular to `direction`.
+    /// Variance of the light's directions in radians², along each of two axes perpendicular to `direction`.
     pub variance: f32,
 }
 
 impl EnvironmentLight {
-    /// Angular radius in radians of a uniform disk with the same variance.
+    /// Returns the angular radius in radians of a uniform disk with the same variance.
     pub fn radius(&self) -> f32 {
         2.0 * self.variance.max(0.0).sqrt()
     }
 
-    /// Angular radius in degrees of a uniform disk with the same variance.
+    /// Returns the angular radius in degrees of a uniform disk with the same variance.
     pub fn radius_degrees(&self) -> f32 {
         self.radius().to_degrees()
     }
 
-    /// A direction of the light for a point of the unit square: uniform on a disk with its variance.
+    /// Maps a point of the unit square to a direction, uniformly on a disk with the light's variance.
     pub fn direction_within(&self, u: [f32; 2]) -> Vec3 {
         let radius = self.radius() * u[0].sqrt();
         let (sine, cosine) = (std::f32::consts::TAU * u[1]).sin_cos();
@@ -64,7 +64,7 @@ impl Serialize for EnvironmentLight {
 /// Parameters of the light extraction. Serialised under the names of the command line flags.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LightExtraction {
-    /// Maximum number of lights, 0 to 4. With 0 everything stays in the image.
+    /// Maximum number of lights, from 0 to 4. With 0, all light stays in the image.
     #[serde(rename = "environment_lights")]
     pub count: u32,
     /// Lowest radiance of a light, as a multiple (above 0) of the panorama's mean radiance.
@@ -73,7 +73,7 @@ pub struct LightExtraction {
 }
 
 impl Default for LightExtraction {
-    /// Up to four lights, from eight times the mean radiance.
+    /// Extracts up to four lights, from eight times the mean radiance.
     fn default() -> Self {
         Self { count: MAX_ENVIRONMENT_LIGHTS, threshold: 8.0 }
     }
@@ -84,34 +84,38 @@ impl Default for LightExtraction {
 pub struct Split {
     /// The lights, brightest first.
     pub lights: Vec<EnvironmentLight>,
-    /// The texels darkened by the extraction: index and remaining radiance, by ascending index.
+    /// The index and remaining radiance of each texel that the extraction darkens, by ascending index.
     pub rest: Vec<(usize, [f32; 3])>,
 }
 
-/// Angular spread of a light in degrees (standard deviation per axis times √2): small up to the first, large from the second.
+/// Angular spread of a light in degrees (standard deviation per axis times √2). A light is small up to the first value, and large
+/// from the second.
 const SIZE: [f64; 2] = [3.5, 6.0];
-/// The same measure of the variance difference between its axes: round up to the first, elongated from the second.
+/// Difference in spread between a light's axes, in the same measure. A light is round up to the first value, and elongated from the
+/// second.
 const LENGTH: [f64; 2] = [2.5, 4.0];
-/// Bright surrounding light relative to the light's own: isolated up to the first, part of a larger region from the second.
+/// Bright surrounding flux relative to a light's own. A light is isolated up to the first value, and belongs to a larger region
+/// from the second.
 const SURROUNDINGS: [f64; 2] = [0.1, 0.5];
-/// Irradiance relative to a uniform environment of the panorama's mean: ignored up to the first, fully counted from the second.
+/// Irradiance of a light relative to a uniform environment of the panorama's mean. A light is ignored up to the first value, and
+/// counts fully from the second.
 const WORTH: [f64; 2] = [0.01, 0.04];
-/// Relative lead over the first light beyond the maximum number from which a light counts fully.
+/// Relative lead in brightness over the first excluded light, from which a light counts fully.
 const AHEAD: f64 = 0.5;
 
-/// Smallest degree of a light; avoids shadow maps for negligible lights.
+/// Smallest extracted fraction of a light, which avoids shadow maps for negligible lights.
 const LEAST_DEGREE: f64 = 0.02;
 
 /// A region that may become a light.
 struct Candidate {
     middle: DVec3,
     flux: f64,
-    /// Fraction extracted as a light, 0 to 1.
+    /// Fraction of the region's light to extract, from 0 to 1.
     degree: f64,
 }
 
-/// Extracts lights from an equirectangular panorama (as [`Environment::from_equirect`] expects it). Image and lights together keep
-/// the power of the panorama. The result is deterministic.
+/// Extracts lights from an equirectangular panorama, in the layout of [`Environment::from_equirect`]. The remaining image and the
+/// lights together keep the power of the panorama. The result is deterministic.
 ///
 /// [`Environment::from_equirect`]: super::environment::Environment::from_equirect
 pub fn split(image: &RgbImage, how: LightExtraction) -> Split {
@@ -141,7 +145,8 @@ pub fn split(image: &RgbImage, how: LightExtraction) -> Split {
     if candidates.is_empty() { Split::default() } else { take(image, &sphere, threshold, &candidates) }
 }
 
-/// The candidate around a density maximum. `even`: irradiance of a uniform environment of the panorama's mean luminance.
+/// Returns the candidate around a density maximum. `even` is the irradiance of a uniform environment of the panorama's mean
+/// luminance.
 fn candidate(spots: &Spots, middle: DVec3, even: f64) -> Candidate {
     let (x, y) = middle.any_orthonormal_pair();
     let (mut flux, mut around, mut first, mut second) = (0.0, 0.0, DVec2::ZERO, [0.0; 3]);
@@ -170,7 +175,7 @@ fn candidate(spots: &Spots, middle: DVec3, even: f64) -> Candidate {
     Candidate { middle, flux, degree }
 }
 
-/// Subtracts the candidates from every texel above the threshold, down to the radiance of their surroundings.
+/// Subtracts the candidates from every texel above the threshold, down to the background radiance around each candidate.
 fn take(image: &RgbImage, sphere: &Texels, threshold: f64, candidates: &[Candidate]) -> Split {
     let bases: Vec<f64> = candidates.iter().map(|c| surroundings(image, sphere, threshold, c.middle)).collect();
     let mut sums = vec![Sum::default(); candidates.len()];
@@ -192,7 +197,7 @@ fn take(image: &RgbImage, sphere: &Texels, threshold: f64, candidates: &[Candida
             if candidates.iter().all(|c| c.middle.dot(direction) <= lowest) {
                 continue;
             }
-            // Just above the threshold everything stays; far above it, only the radiance of the surroundings.
+            // A texel just above the threshold keeps all its light. A texel far above it keeps only the background radiance.
             let mut whole = 0.0;
             for ((share, c), base) in shares.iter_mut().zip(candidates).zip(&bases) {
                 let kept = base + (threshold - base) * (threshold / l);
@@ -206,7 +211,7 @@ fn take(image: &RgbImage, sphere: &Texels, threshold: f64, candidates: &[Candida
                 continue;
             }
             let left = texel.map(|v| (f64::from(v) * (1.0 - taken)) as f32);
-            // Extracted light equals the removed light exactly.
+            // The extracted light is exactly the light removed from the image.
             let missing: [f64; 3] = std::array::from_fn(|c| f64::from(texel[c]) - f64::from(left[c]));
             for (sum, share) in sums.iter_mut().zip(&shares) {
                 sum.add(missing, direction, share * scale / taken, sphere.solid_angles[row]);
@@ -219,7 +224,7 @@ fn take(image: &RgbImage, sphere: &Texels, threshold: f64, candidates: &[Candida
     Split { lights, rest }
 }
 
-/// Mean radiance around a light, clamped at the threshold.
+/// Returns the mean radiance around a light, clamped at the threshold.
 fn surroundings(image: &RgbImage, sphere: &Texels, threshold: f64, middle: DVec3) -> f64 {
     let step = (image.width as usize).div_ceil(2048).max(1);
     let (mut sum, mut weights) = (0.0, 1e-300);
@@ -235,13 +240,13 @@ fn surroundings(image: &RgbImage, sphere: &Texels, threshold: f64, middle: DVec3
     (sum / weights).min(threshold)
 }
 
-/// Sums of the radiance extracted for one light.
+/// Sums over the texels of one extracted light.
 #[derive(Clone, Default)]
 struct Sum {
     irradiance: DVec3,
     direction: DVec3,
     flux: f64,
-    /// Variance within its texels, times flux.
+    /// Sum over texels of the variance within a texel times its flux.
     within: f64,
 }
 
@@ -260,7 +265,7 @@ impl Sum {
         if length <= 0.0 {
             return None;
         }
-        // The mean cosine to the mean direction is 1 minus half the sum of both variances.
+        // The mean cosine to the mean direction is 1 minus half the sum of the two axes' variances.
         let variance = (1.0 - length / self.flux).max(0.0) + self.within / self.flux;
         Some(EnvironmentLight {
             direction: (self.direction / length).as_vec3().normalize(),

@@ -1,10 +1,10 @@
 //! An analytic clear sky with a movable sun: Rayleigh scattering, aerosol scattering and ozone over a spherical Earth. Single
 //! scattering is integrated numerically, and higher orders are an isotropic series (Hillaire 2020, "A Scalable and Production Ready
-//! Sky and Atmosphere Rendering Technique"). Below a soft horizon is Lambertian ground.
+//! Sky and Atmosphere Rendering Technique"). The ground below a soft horizon is Lambertian.
 //!
-//! This file documents the model and computes it in 64 bits. `shaders-glsl/passes/light/sky.glsl` is the same in 32 bits with the
-//! same names, and `tests/render/environment.rs` compares them. The sky does not contain the sun's disk: it is the directional
-//! light [`Sky::sun_irradiance`], attenuated by the same air, in the same units.
+//! This file documents the model and computes it in 64 bits. `shaders-glsl/passes/light/sky.glsl` computes it in 32 bits with the
+//! same names, and `tests/render/environment.rs` compares the results. The sky does not contain the sun's disk. The disk is the
+//! directional light [`Sky::sun_irradiance`], attenuated by the same air, in the same units.
 //!
 //! Three small tables hold the integrals: isotropic multiple scattering by altitude, scattering integrals without phase functions
 //! by view direction (smooth, so 64×16 entries suffice), and the light on the ground. Phase functions are applied per texel, so the
@@ -18,11 +18,11 @@ use super::atmosphere::{
 };
 use super::constants::{self, ATMOSPHERE, HAZE_HEIGHT, HORIZON, NIGHT};
 
-/// Rows of the view table.
+/// Number of rows of the view table.
 pub const ROWS: usize = constants::ROWS as usize;
 /// Columns of the view table.
 pub const COLUMNS: usize = constants::COLUMNS as usize;
-/// Entries of the multiple scattering table.
+/// Number of entries of the multiple scattering table.
 pub const ALTITUDES: usize = constants::ALTITUDES as usize;
 
 /// Sunlight above the atmosphere: white, scaled so that a mid-morning sun gives an irradiance of about 3.
@@ -30,9 +30,9 @@ const SUNLIGHT: DVec3 = DVec3::splat(4.8);
 /// A clear sky over flat ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sky {
-    /// Direction towards the sun, world, z up; need not be unit.
+    /// World direction towards the sun, z up, of any length.
     pub sun_direction: Vec3,
-    /// Optical thickness of haze and air together divided by that of air alone, 1 (pure air) to 10 (mist).
+    /// Optical thickness of haze and air together, relative to air alone, from 1 (pure air) to 10 (mist).
     pub turbidity: f32,
     /// Linear albedo of the ground, `[0, 1]`.
     pub ground_albedo: [f32; 3],
@@ -41,14 +41,14 @@ pub struct Sky {
 }
 
 impl Default for Sky {
-    /// A clear mid-morning: the sun 40° high in the south-east (world +y is north).
+    /// Returns a clear mid-morning with the sun 40° high in the south-east (world +y is north).
     fn default() -> Self {
         Self::with_sun(0.70, -0.80)
     }
 }
 
 impl Sky {
-    /// The default atmosphere and ground, with the sun at `elevation` and `azimuth` (from +x towards +y), radians.
+    /// Returns the default atmosphere and ground, with the sun at `elevation` and `azimuth` (from +x towards +y) in radians.
     pub fn with_sun(elevation: f32, azimuth: f32) -> Self {
         let (se, ce) = elevation.sin_cos();
         let (sa, ca) = azimuth.sin_cos();
@@ -60,22 +60,22 @@ impl Sky {
         }
     }
 
-    /// RGB irradiance of the sun on a surface facing it, at the ground. Fades to 0 as the disk sets.
+    /// Returns the RGB irradiance of the sun on a surface at the ground that faces it. It fades to 0 as the disk sets.
     pub fn sun_irradiance(&self) -> [f32; 3] {
         (self.sunlight() * sun_transmittance(0.0, self.sun().z, self.haze())).to_array().map(|x| x as f32)
     }
 
-    /// Integrates the tables: about 30 ms on one core. The GPU pass does the same whenever the sun moves.
+    /// Integrates the tables, in about 30 ms on one core. The GPU pass does the same whenever the sun moves.
     pub fn tables(&self) -> SkyTables {
         SkyTables::new(self)
     }
 
-    /// Unit direction of the sun; a zero or non-finite direction means the zenith.
+    /// Returns the unit direction of the sun. A zero or non-finite direction means the zenith.
     pub(crate) fn sun(&self) -> DVec3 {
         self.sun_direction.as_dvec3().try_normalize().unwrap_or(DVec3::Z)
     }
 
-    /// Aerosol extinction at the ground at 550 nm, per km. Turbidity is clamped to 1 to 20.
+    /// Aerosol extinction at the ground at 550 nm, per km. Turbidity is clamped to the range 1 to 20.
     pub(crate) fn haze(&self) -> f64 {
         (f64::from(self.turbidity).clamp(1.0, 20.0) - 1.0) * AIR_THICKNESS / HAZE_HEIGHT
     }
@@ -91,7 +91,7 @@ impl Sky {
     }
 }
 
-/// The tables for one sun position; all values are per unit of sunlight above the atmosphere.
+/// The tables for one sun position, per unit of sunlight above the atmosphere.
 #[derive(Clone, Debug)]
 pub struct SkyTables {
     sky: Sky,
@@ -124,7 +124,7 @@ impl SkyTables {
                 tables.view.push([ray.air, ray.haze, ray.multiple]);
             }
         }
-        // irradiance of the sky on the ground: midpoint rule between rows, trapezium rule in azimuth
+        // The sky's irradiance on the ground uses the midpoint rule between rows and the trapezium rule in azimuth.
         let mut irradiance = DVec3::ZERO;
         for row in 0..ROWS - 1 {
             let span = FRAC_PI_2_SQUARED_ROWS * (2.0 * row as f64 + 1.0);
@@ -141,10 +141,10 @@ impl SkyTables {
         tables
     }
 
-    /// Radiance arriving from a unit world direction, RGB, without the sun's disk.
+    /// Returns the RGB radiance that arrives from a unit world direction, without the sun's disk.
     pub fn radiance(&self, direction: DVec3) -> DVec3 {
         let sun = self.sky.sun();
-        // below the horizon: fade from the horizon's radiance at the same azimuth to the ground
+        // Below the horizon, the sky fades into the ground, starting with the horizon's radiance at the same azimuth.
         let mut w = direction;
         w.z = w.z.max(0.0);
         let w = w.try_normalize().unwrap_or(DVec3::X);
@@ -166,7 +166,7 @@ impl SkyTables {
         self.sky.sunlight() * (self.irradiance + PI * NIGHT)
     }
 
-    /// Zenith cosine of a view table position, and its cosine to the sun.
+    /// Returns the zenith cosine at a position in the view table, and the cosine to the sun.
     fn view_cosines(&self, row: f64, column: f64) -> (f64, f64) {
         let s = row / (ROWS - 1) as f64;
         let (mu, level) = (PI / 2.0 * s * s).sin_cos();
@@ -174,7 +174,7 @@ impl SkyTables {
         (mu, mu * sun.z + level * sun.truncate().length() * (PI * column / (COLUMNS - 1) as f64).cos())
     }
 
-    /// Radiance per unit of sunlight at a view table position (bilinear), for the sun cosine `nu`.
+    /// Returns the radiance per unit of sunlight, bilinear in the view table, for the sun cosine `nu`.
     fn scattered(&self, row: f64, column: f64, nu: f64) -> DVec3 {
         let r = (row as usize).min(ROWS - 2);
         let c = (column as usize).min(COLUMNS - 2);
@@ -184,7 +184,7 @@ impl SkyTables {
         phase_of_air(nu) * mix(0) + phase_of_haze(nu) * mix(1) + mix(2)
     }
 
-    /// Multiple scattering at an altitude, linear in its square root.
+    /// Returns the multiple scattering at an altitude, linear in the square root of altitude.
     fn multiple_along(&self, h: f64) -> DVec3 {
         let x = (h / ATMOSPHERE).clamp(0.0, 1.0).sqrt() * (ALTITUDES - 1) as f64;
         let i = (x as usize).min(ALTITUDES - 2);
@@ -192,7 +192,7 @@ impl SkyTables {
     }
 }
 
-/// `(π/2)/(ROWS−1)²`: table row k spans this times `2k + 1` in elevation.
+/// `(π/2)/(ROWS−1)²`. Table row `k` spans an elevation of `2k + 1` times this constant.
 const FRAC_PI_2_SQUARED_ROWS: f64 = PI / 2.0 / ((ROWS - 1) * (ROWS - 1)) as f64;
 
 #[cfg(test)]
@@ -222,7 +222,7 @@ mod tests {
 
     #[test]
     fn the_sky_neither_makes_nor_swallows_much_light() {
-        // only ozone and aerosol absorb, so level ground must receive between half and all of the incoming sunlight
+        // Only ozone and aerosol absorb, so level ground must receive between half and all of the incoming sunlight.
         for elevation in [20.0f32, 40.0, 80.0] {
             let sky = Sky { ground_albedo: [0.0; 3], ..Sky::with_sun(elevation.to_radians(), 0.0) };
             let sun = Vec3::from(sky.sun_irradiance()).as_dvec3() * sky.sun().z;

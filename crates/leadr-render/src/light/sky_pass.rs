@@ -10,7 +10,7 @@ use leadr_gpu::{
 
 shared_struct! {
     struct Push for "Push" {
-        /// Direction toward the sun; w: extinction of the haze.
+        /// Direction toward the sun, and the extinction of the haze in w.
         sun: [f32; 4],
         albedo: [f32; 4],
         sunlight: [f32; 4],
@@ -19,7 +19,7 @@ shared_struct! {
 }
 
 shared_struct! {
-    /// The tables, on the device only.
+    /// The sky tables, which exist only on the device.
     struct SkyTablesGpu for "SkyTables" {
         multiple: [[f32; 4]; ALTITUDES],
         ground: [f32; 4],
@@ -38,7 +38,7 @@ impl Push {
     }
 }
 
-/// The pass.
+/// The sky pass.
 pub struct SkyPass {
     tables: ComputePipeline,
     faces: ComputePipeline,
@@ -59,7 +59,7 @@ impl SkyPass {
     /// Fills `faces`, mip 0 of an RGBA32F cube as an array, in [`Use::ComputeWrite`].
     pub fn record(&self, cmd: &mut Commands, sky: &Sky, faces: &ImageView) {
         let tables = ("Tables", Descriptor::Storage(&self.buffer));
-        // an earlier frame's sky pass may still be reading the tables
+        // The sky pass of an earlier frame may still be reading the tables.
         cmd.memory_barrier(Use::ComputeRead, Use::ComputeWrite);
         cmd.bind(&self.tables, &[tables]);
         for (stage, groups) in [ALTITUDES, ROWS * COLUMNS / 64, 1].into_iter().enumerate() {

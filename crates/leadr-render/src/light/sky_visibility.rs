@@ -1,8 +1,8 @@
-//! Large-scale ambient occlusion of the environment: a volume of visibility around all shadow casters.
+//! Large-scale ambient occlusion of the environment, stored as a volume of visibility around all shadow casters.
 //!
 //! Each node stores the visibility of all directions to first order, `v(ω) = a + b·ω`. The mean visibility is `a`; the mean of
 //! visibility times direction is a third of `b`. A surface with normal `n` sees the cosine-weighted fraction `a + ⅔ b·n` of a
-//! constant environment. This is exact if a half space is visible. The occluders are the [`Columns`], which omit the relief,
+//! constant environment. The fraction is exact if a half space is visible. The occluders are the [`Columns`]. They omit the relief,
 //! because slope statistics and horizons handle the occlusion by bumps.
 //!
 //! Each node marches through the columns by azimuth, and stores the occluded elevations as bits (as in Therrien et al. 2023).
@@ -19,11 +19,11 @@ use leadr_gpu::shared_struct;
 /// Maximum number of nodes per layer, along x times y.
 const MOST_ACROSS: f32 = (SKY_NODES / SKY_LAYERS) as f32;
 const LAYERS: usize = SKY_LAYERS as usize;
-/// Azimuths of a node; every other node uses the azimuths in between.
+/// Number of azimuths of a node. Every second node uses the azimuths in between.
 const AZIMUTHS: usize = 8;
-/// Growth of steps, in metres per metre of distance.
+/// Growth of the march steps, in metres per metre of distance.
 const GROWTH: f32 = 0.2;
-/// Extent of the volume beyond the casters, as a multiple of their height: to the sides, and above and below their lowest point.
+/// Extents of the volume as multiples of the casters' height: beyond their sides, and above and below their lowest point.
 const ASIDE: f32 = 0.9;
 const ABOVE: f32 = 1.4;
 const BELOW: f32 = 0.4;
@@ -31,9 +31,9 @@ const BELOW: f32 = 0.4;
 shared_struct! {
     /// The header of the volume on the device.
     pub struct SkyVisibilityGpu for "SkyVisibility" {
-        /// Its lowest corner and its floor, metres.
+        /// Lowest corner and floor of the volume in metres.
         sky_corner: [f32; 4],
-        /// Nodes per metre across; reciprocal reach of the layers above and below the floor.
+        /// Nodes per metre across, and the reciprocal extents of the layers above and below the floor.
         sky_rates: [f32; 4],
         /// Nodes across.
         sky_across: [f32; 2],
@@ -43,31 +43,31 @@ shared_struct! {
 /// The visibility volume.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyVisibility {
-    /// Its lowest corner, and the height of the densest layer.
+    /// The lowest corner, and the height of the densest layer.
     origin: Vec2,
     floor: f32,
-    /// Horizontal spacing of the nodes, metres, and their number.
+    /// The horizontal spacing in metres, and the number of nodes.
     step: Vec2,
     size: [usize; 2],
-    /// Reach of the layers above and below the floor, metres.
+    /// Extents of the layers above and below the floor in metres.
     reach: [f32; 2],
-    /// `b` and `a`.
+    /// The visibility `b` and `a` of each node.
     nodes: Vec<[f32; 4]>,
 }
 
-/// Visibility of the environment at a point past large shapes: `mean + lean·ω` in the unit direction `ω`.
+/// Visibility of the environment between large shapes at a point, `mean + lean·ω` in the unit direction `ω`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SkyProbe {
-    /// The position, metres.
+    /// The position in metres.
     pub position: Vec3,
     /// Mean visibility of all directions, 0 to 1.
     pub mean: f32,
-    /// Gradient towards the more visible directions.
+    /// Gradient of the visibility towards more visible directions.
     pub lean: Vec3,
 }
 
 impl SkyVisibility {
-    /// The volume around some columns.
+    /// Computes the volume around some columns.
     pub fn around(columns: &Columns) -> Self {
         let tall = (columns.height[1] - columns.height[0]).max(columns.cell);
         let matter = Vec2::new(columns.size[0] as f32, columns.size[1] as f32) * columns.cell;
@@ -96,7 +96,7 @@ impl SkyVisibility {
             .map(|i| {
                 let (k, y, x) = index(i);
                 let position = (volume.origin + step * Vec2::new(x as f32, y as f32)).extend(volume.layer(k));
-                // Just above the ground.
+                // Nodes of the floor layer lie just above the ground.
                 let position =
                     if k == SKY_LAYERS_BELOW as usize { position.with_z(floor + 1e-3 * tall) } else { position };
                 (!columns.is_solid(position)).then(|| bins.seen(columns, position, (x + y + k) % 2 == 1))
@@ -113,7 +113,7 @@ impl SkyVisibility {
         self.floor + if k < 0.0 { -self.reach[1] * (k / below).powi(2) } else { self.reach[0] * (k / above).powi(2) }
     }
 
-    /// The nodes.
+    /// Returns the nodes as probes.
     pub fn probes(&self) -> impl Iterator<Item = SkyProbe> + use<'_> {
         let [across, down] = self.size;
         self.nodes.iter().enumerate().map(move |(i, &[x, y, z, mean])| {
@@ -122,7 +122,7 @@ impl SkyVisibility {
         })
     }
 
-    /// The layout of `passes/shade/sky_visibility.glsl`: header, then nodes with eight bits per number.
+    /// Returns the layout of `passes/shade/sky_visibility.glsl`: a header, then nodes with eight bits per number.
     pub fn bytes(&self) -> Vec<u8> {
         let [rate, above_and_below] = [self.step, Vec2::from(self.reach)].map(Vec2::recip);
         let head = SkyVisibilityGpu {
@@ -136,7 +136,7 @@ impl SkyVisibility {
         [bytemuck::bytes_of(&head), nodes.as_flattened()].concat()
     }
 
-    /// First-order visibility at a point, `b` and `a`, interpolated between nodes. Matches `sky_seen` in
+    /// Returns the first-order visibility `b` and `a` at a point, interpolated between nodes, like `sky_seen` in
     /// `passes/shade/sky_visibility.glsl`.
     #[cfg(test)]
     fn seen(&self, position: Vec3) -> [f32; 4] {
@@ -163,12 +163,12 @@ impl SkyVisibility {
     }
 }
 
-/// Elevations as bits, uniform in their sines, with prefix sums.
+/// Elevation bins, uniform in the sine, with prefix sums.
 struct Elevations {
     /// Prefix sums of sines and of cosines, from the lowest elevation.
     sines: [f32; 65],
     cosines: [f32; 65],
-    /// Azimuths of every other node, and the azimuths in between.
+    /// Azimuths of even nodes, and the azimuths in between for odd nodes.
     azimuths: [[Vec2; AZIMUTHS]; 2],
 }
 
@@ -185,7 +185,7 @@ impl Elevations {
         Self { sines, cosines, azimuths }
     }
 
-    /// Visibility of all directions from a point: `b` and `a`.
+    /// Computes the visibility `b` and `a` of all directions from a point.
     fn seen(&self, columns: &Columns, position: Vec3, between: bool) -> [f32; 4] {
         let matter = Vec2::new(columns.size[0] as f32, columns.size[1] as f32) * columns.cell;
         let (low, high) = (columns.origin, columns.origin + matter);
@@ -243,7 +243,7 @@ fn filled(mut seen: Vec<Option<[f32; 4]>>, [width, depth]: [usize; 2]) -> Vec<[f
         let found: Vec<(usize, [f32; 4])> = missing.filter_map(|i| Some((i, around(&seen, i)?))).collect();
         found.into_iter().for_each(|(i, node)| seen[i] = Some(node));
     }
-    // Deep inside matter, where nothing is shaded.
+    // Nothing is shaded at these nodes deep inside matter.
     seen.into_iter().map(|node| node.unwrap_or([0.0, 0.0, 0.0, 1.0])).collect()
 }
 
@@ -256,7 +256,7 @@ mod tests {
         (a + 2.0 / 3.0 * Vec3::new(x, y, z).dot(n)).clamp(0.0, 1.0)
     }
 
-    /// The fraction of the hemisphere above a floor that a sphere hides. Exact while the sphere is above the horizon.
+    /// Returns the fraction of the hemisphere above a floor that a sphere hides, exact while the sphere is above the horizon.
     fn truth(position: Vec2, height: f32, radius: f32) -> f32 {
         1.0 - radius * radius * height / (position.length_squared() + height * height).powf(1.5)
     }
@@ -286,7 +286,7 @@ mod tests {
         for i in 0..200 {
             let z = (i as f32 + 0.5) / 100.0 - 1.0;
             let n = (Vec2::from_angle(2.4 * i as f32) * (1.0 - z * z).sqrt()).extend(z);
-            // At the offset that shading uses.
+            // Shading also offsets its lookups like this.
             let position = Vec3::Z + n + n * volume.step.max_element();
             let seen = cosine_share(volume.seen(position), n);
             assert!(seen > 0.95, "{n}: {seen}");

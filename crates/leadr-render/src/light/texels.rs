@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3, Vec3};
 use leadr_maps::RgbImage;
 use leadr_reflectance::color::luminance;
 
-/// Luminance of a texel.
+/// Returns the luminance of a texel.
 pub fn texel_luminance(texel: [f32; 3]) -> f64 {
     luminance(Vec3::from(texel).as_dvec3())
 }
@@ -23,7 +23,7 @@ pub struct Texels {
 }
 
 impl Texels {
-    /// The texels of an image of this size.
+    /// Computes the texels of an image of this size.
     pub fn new(image: &RgbImage) -> Self {
         let (width, height) = (image.width as usize, image.height as usize);
         let edge = |row: usize| (PI * row as f64 / height as f64).cos();
@@ -36,7 +36,7 @@ impl Texels {
         }
     }
 
-    /// Unit direction of a texel's centre.
+    /// Returns the unit direction of a texel's centre.
     pub fn direction(&self, row: usize, column: usize) -> DVec3 {
         let (sin, cos) = self.rows[row];
         (sin * self.columns[column]).extend(cos)
@@ -48,7 +48,7 @@ impl Texels {
         (sin * direction.truncate().length() + cos * direction.z).min(1.0).acos() <= reach
     }
 
-    /// Integral of the luminance over the sphere. `weight`: of a direction's height `z`.
+    /// Integrates the luminance over the sphere, weighted by `weight(z)` of a direction's height `z`.
     pub fn integral(&self, image: &RgbImage, weight: impl Fn(f64) -> f64) -> f64 {
         let rows = image.texels.chunks_exact(image.width as usize).zip(self.rows.iter().zip(&self.solid_angles));
         rows.map(|(texels, (&(_, z), solid_angle))| {

@@ -1,4 +1,4 @@
-//! Accumulation pass: the running mean of a frame's jittered samples.
+//! The accumulation pass, which computes the running mean of a frame's jittered samples.
 
 use std::sync::Arc;
 
@@ -20,7 +20,7 @@ shared_struct! {
 /// The parts that make up a sample of a pixel.
 #[derive(Clone, Copy)]
 pub enum Parts<'a> {
-    /// Only the pixel's own surface.
+    /// The pixel's own surface alone.
     One,
     /// All surfaces at the geometry samples.
     Multisampled(&'a MultisampleTargets),
@@ -52,7 +52,7 @@ pub struct AccumulatePass {
 }
 
 impl AccumulatePass {
-    /// The pass.
+    /// Creates the pass.
     pub fn new(gpu: &Arc<Gpu>, kind: PartsKind) -> Result<Self> {
         let msaa = if let PartsKind::Multisampled(count) = kind { count } else { 1 };
         let edges = kind == PartsKind::Edges;
@@ -63,7 +63,7 @@ impl AccumulatePass {
         })
     }
 
-    /// Adds a `sample` to the `mean` of the samples `before` it. The `parts` of the sample must match the pass's kind.
+    /// Adds a `sample` to the `mean` of `before` earlier samples. The `parts` of the sample must match the `kind` of the pass.
     pub fn record(&self, cmd: &mut Commands, sample: &SampleTargets, parts: Parts<'_>, mean: &Image, before: u32) {
         let radiance = &sample.radiance;
         cmd.transition(radiance, Use::Sampled);
@@ -72,7 +72,7 @@ impl AccumulatePass {
         } else {
             cmd.transition(mean, Use::ComputeReadWrite);
         }
-        // Pipelines without a part still need an image bound in its place.
+        // Pipelines that lack a part still need a placeholder image for it.
         let (plain, visible) = ([radiance, radiance], &sample.visible.surface);
         let ([others, shares], slots) = match parts {
             Parts::One => (plain, visible),
@@ -128,7 +128,7 @@ impl Accumulation {
         self.samples
     }
 
-    /// The mean of all samples so far.
+    /// Returns the mean of all samples so far.
     pub fn mean(&self) -> Vec<[f32; 4]> {
         let scale = 1.0 / self.samples.max(1) as f64;
         self.sums.iter().map(|sum| sum.map(|v| (v * scale) as f32)).collect()

@@ -1,7 +1,7 @@
 //! Random lights from the environment: each sample of the reference is lit from a few environment directions.
 //!
-//! A shadow map serves one light, but a sky is the mean of many lights drawn from it. The draws are importance-sampled:
-//! proportional to texel luminance and to the cosines at the visible surfaces, so every draw contributes about the same light.
+//! A shadow map serves one light, but a sky is the mean of many random lights. The draws are importance-sampled, proportional to
+//! texel luminance and to the cosines at the visible surfaces, so every draw contributes about the same light.
 
 use glam::{Vec2, Vec3};
 
@@ -9,7 +9,7 @@ use crate::light::environment::Environment;
 use leadr_gpu::Result;
 use leadr_reflectance::color::luminance;
 
-/// Largest face size to draw lights from: 256 texels, 0.35° each.
+/// Largest face size in texels for drawing lights, with 0.35° per texel.
 const FACE_SIZE: u32 = 256;
 /// Fraction of uniform draws over the sphere, which also reach colours without luminance.
 const EVEN: f64 = 0.05;
@@ -19,31 +19,31 @@ const BANDS: usize = 48;
 /// A light drawn from an environment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DrawnLight {
-    /// Unit direction towards it, world.
+    /// Unit direction towards the light, in world space.
     pub direction: Vec3,
-    /// Irradiance on a plane facing it, divided by the probability of the draw. The mean over the draws is the environment's
-    /// irradiance.
+    /// Irradiance on a plane that faces the light, divided by the probability of the draw. The mean over the draws is the
+    /// environment's irradiance.
     pub irradiance: Vec3,
     /// Density of the draw per solid angle.
     pub density: f32,
 }
 
-/// The texels of an environment, to draw lights from.
+/// The texels of an environment from which lights are drawn.
 #[derive(Clone, Debug)]
 pub struct EnvironmentLights {
     size: u32,
     texels: Vec<Vec3>,
     /// Texel indices, sorted into [`BANDS`] bands by the height of their centres, and by azimuth within a band.
     order: Vec<u32>,
-    /// Cumulative probability in that order.
+    /// Cumulative probability of the texels in this order.
     cumulative: Vec<f64>,
-    /// The end of each band in the order.
+    /// The end index of each band in the order.
     ends: Vec<usize>,
 }
 
 impl EnvironmentLights {
-    /// Reads an environment back from the device, which must be idle; `None` if it is black. `receiving`: weight of a world
-    /// direction for lighting the visible surfaces, above 0, in any unit.
+    /// Reads an environment back from the device, which must be idle. Returns `None` if the environment is black. `receiving` is
+    /// the weight of a world direction for lighting the visible surfaces, above 0, in any unit.
     pub fn read(environment: &Environment, receiving: impl Fn(Vec3) -> f64) -> Result<Option<Self>> {
         let mip = (environment.face_size() / FACE_SIZE).max(1).ilog2().min(environment.levels() - 1);
         let mut texels = Vec::new();
@@ -56,10 +56,10 @@ impl EnvironmentLights {
     }
 
     /// Takes the faces +x, −x, +y, −y, +z, −z of `size`² texels each, linear Rec. 709 radiance. `None` if all are black.
-    /// `receiving` is as for [`read`](Self::read).
+    /// `receiving` has the meaning of [`read`](Self::read).
     ///
     /// # Panics
-    /// When the number of texels is not `6 size²`.
+    /// Panics if the number of texels is not `6 size²`.
     pub fn new(size: u32, texels: Vec<Vec3>, receiving: impl Fn(Vec3) -> f64) -> Option<Self> {
         assert_eq!(texels.len(), 6 * (size * size) as usize, "texels of six faces");
         let centre = |i: u32| {
@@ -68,7 +68,7 @@ impl EnvironmentLights {
             face_direction(face as usize, position * (2.0 / size as f32) - 1.0).normalize()
         };
         let luminance = |c: Vec3| luminance(c.max(Vec3::ZERO).as_dvec3());
-        // Solid angles, weighted by how much the receivers gain from each texel.
+        // The solid angles are weighted by the effect of each texel on the receivers.
         let angles: Vec<f64> =
             (0..texels.len()).map(|i| solid_angle(size, i) * receiving(centre(i as u32)).max(0.0)).collect();
         let total: f64 = texels.iter().zip(&angles).map(|(&c, a)| luminance(c) * a).sum();
@@ -94,8 +94,8 @@ impl EnvironmentLights {
         Some(Self { size, texels, order, cumulative, ends })
     }
 
-    /// The light at a point of the unit square. The first coordinate selects the band, the second the texel, and the remainders the
-    /// position in the texel.
+    /// Returns the light at a point of the unit square. The first coordinate selects the band, the second the texel, and the
+    /// remainders the position in the texel.
     pub fn draw(&self, u: [f64; 2]) -> DrawnLight {
         let before = |i: usize| if i == 0 { 0.0 } else { self.cumulative[i - 1] };
         let last = before(self.order.len());
@@ -122,8 +122,8 @@ impl EnvironmentLights {
         }
     }
 
-    /// Radiance and density at the texels of a cube of [`size`](Self::size). Densities are relative to the area of a face of side
-    /// 2. Multiply by the cubed distance to the face along the direction for the density per solid angle.
+    /// Returns radiance and density at the texels of a cube of [`size`](Self::size). Densities are relative to the area of a face
+    /// of side 2. To get the density per solid angle, multiply by the cubed distance to the face along the direction.
     pub fn table(&self) -> Vec<[f32; 4]> {
         let area = 4.0 / f64::from(self.size * self.size);
         let last = self.cumulative.last().copied().unwrap_or(1.0);
@@ -136,13 +136,13 @@ impl EnvironmentLights {
         table
     }
 
-    /// Texels along a face.
+    /// Returns the number of texels along a face.
     pub fn size(&self) -> u32 {
         self.size
     }
 }
 
-/// Solid angle of a texel, approximated at its centre.
+/// Returns the solid angle of a texel, approximated at its centre.
 fn solid_angle(size: u32, index: usize) -> f64 {
     let texel = index % (size * size) as usize;
     let at = |i: usize| (2.0 * i as f64 + 1.0) / f64::from(size) - 1.0;
@@ -150,7 +150,7 @@ fn solid_angle(size: u32, index: usize) -> f64 {
     4.0 / f64::from(size * size) / (1.0 + s * s + t * t).powf(1.5)
 }
 
-/// The point on a cube's face that Vulkan's cube lookup maps to `st`, in [−1, 1]².
+/// Returns the point on a cube's face that Vulkan's cube lookup maps to `st`, in [−1, 1]².
 fn face_direction(face: usize, st: Vec2) -> Vec3 {
     let Vec2 { x: s, y: t } = st;
     match face {
@@ -163,10 +163,11 @@ fn face_direction(face: usize, st: Vec2) -> Vec3 {
     }
 }
 
-/// The point of the unit square for the light of sample `index`: the first two dimensions of the Sobol sequence, with digits
-/// scrambled by the seed. Among the first `2ⁿ` points, each of `2ⁿ` equal boxes of any shape contains one.
+/// Returns the point of the unit square for the light of sample `index`, from the first two dimensions of the Sobol sequence, with
+/// digits scrambled by the seed. Among the first `2ⁿ` points, each of `2ⁿ` equal boxes of any shape contains one point.
 ///
-/// It is independent of the pixel offsets ([`jitter`](crate::sampling::jitter)), so a pixel's samples fill all four dimensions.
+/// The point is independent of the pixel offset ([`jitter`](crate::sampling::jitter)), so a pixel's samples fill all four
+/// dimensions.
 pub fn light_point(index: u32, seed: u64) -> [f64; 2] {
     let mut state = seed.wrapping_mul(0xd605_1ccb_05a6_2b0f) ^ 0x2545_f491_4f6c_dd1d;
     let mut scramble = || {
@@ -215,7 +216,7 @@ mod tests {
             irradiance += light.irradiance * light.direction.dot(normal).max(0.0) / n as f32;
             even += light.irradiance / n as f32;
         }
-        // ∫ (1 + d·x/2) max(0, d·n) = π + π n.x/3 (2/3 of ½), … ; the blue lobe faces away.
+        // The red irradiance is ∫ (1 + d·x/2) max(0, d·n) = π + π n.x/3. The blue lobe faces away.
         let pi = std::f32::consts::PI;
         let want = Vec3::new(pi * (1.0 + normal.x / 3.0), pi * (0.8 + 0.2 * normal.z), irradiance.z);
         assert!((irradiance / want - 1.0).abs().max_element() < 0.01, "{irradiance} {want}");
@@ -262,7 +263,7 @@ mod tests {
                 let centre = |i: usize| {
                     let point = face_direction(i / n as usize, Vec2::new(at(i % 16), at(i % n as usize / 16)));
                     let scale = d.abs().max_element();
-                    // Distance on this face, infinite on the others.
+                    // The distance on this face, and infinity on all other faces.
                     let on_face = (d / scale).dot(face_direction(i / n as usize, Vec2::ZERO)) > 0.9999;
                     if on_face { -(d / scale - point).abs().max_element() } else { f32::NEG_INFINITY }
                 };
@@ -277,14 +278,14 @@ mod tests {
 
     #[test]
     fn draws_fill_the_square_beside_the_offsets_in_the_pixel() {
-        // Four dimensions: each of 16 boxes (halves of every axis) gets its share of points.
+        // Halving all four axes gives 16 boxes, which must contain about equal numbers of points.
         let mut boxes = [0; 16];
         for i in 0..1024 {
             let (p, q) = (crate::sampling::jitter(i, 1024, 5), light_point(i, 5));
             let bits = [p.x > 0.0, p.y > 0.0, q[0] > 0.5, q[1] > 0.5];
             boxes[bits.iter().fold(0, |a, &b| 2 * a + usize::from(b))] += 1;
         }
-        // 64 points per box; random numbers would be off by 16 in one of them.
+        // Each box expects 64 points. With random numbers, one box would deviate by about 16.
         assert!(boxes.iter().all(|&n| (53..=76).contains(&n)), "{boxes:?}");
     }
 }

@@ -1,5 +1,5 @@
-//! Filter pass: fetches slope statistics and material under each pixel, and also shades the pixel if no other pass needs these
-//! inputs.
+//! The filter pass, which fetches slope statistics and material under each pixel, and also shades the pixel if no other pass needs
+//! these inputs.
 
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
@@ -29,14 +29,14 @@ use leadr_gpu::{
 /// The output of a filter pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum FilterInto {
-    /// The G-buffer, where edge samples are joined before other passes shade it.
+    /// The G-buffer, where edge samples are joined before shading.
     GBuffer,
     /// Shaded radiance.
     Radiance(ShadeKind),
 }
 
 impl FilterInto {
-    /// Formats of the output images.
+    /// Returns the formats of the output images.
     pub fn formats(self) -> &'static [vk::Format] {
         match self {
             Self::GBuffer => &GBuffer::FORMATS,
@@ -44,7 +44,7 @@ impl FilterInto {
         }
     }
 
-    /// How the pass selects the pixels of its surface. For the G-buffer, the fragment stage selects them.
+    /// Returns the depth test that selects the pixels of the surface. For the G-buffer, the fragment stage selects the pixels.
     #[must_use]
     pub fn depth(self) -> Option<Depth> {
         match self {
@@ -53,7 +53,7 @@ impl FilterInto {
         }
     }
 
-    /// The geometry of the pass: tiles that contain the surface, or a screen-covering triangle.
+    /// Returns the geometry of the pass: tiles that contain the surface, or a screen-covering triangle.
     #[must_use]
     pub fn topology(self) -> Topology {
         match self {
@@ -62,7 +62,7 @@ impl FilterInto {
         }
     }
 
-    /// Structs of the fragment stage, except those of the surface.
+    /// Returns the structs of the fragment stage, except for the surface's structs.
     pub fn structs(self) -> &'static [StructLayout] {
         match self {
             Self::GBuffer => &[],
@@ -70,8 +70,8 @@ impl FilterInto {
         }
     }
 
-    /// Specialisation constants of the fragment stage, except those of the surface. `bases`: the base materials; `relief_color`:
-    /// whether colours follow the relief.
+    /// Returns the specialisation constants of the fragment stage, except for the surface's. `bases` are the base materials, and
+    /// `relief_color` is whether colours follow the relief.
     #[must_use]
     pub fn spec(self, needs: Needs, bases: Bases, relief_color: bool) -> Vec<(&'static str, SpecValue)> {
         match self {
@@ -86,7 +86,7 @@ impl FilterInto {
         }
     }
 
-    /// The shader or pipeline name for this output.
+    /// Returns the shader or pipeline name for this output.
     pub fn choose(self, gbuffer: &'static str, radiance: &'static str) -> &'static str {
         match self {
             Self::GBuffer => gbuffer,
@@ -95,8 +95,8 @@ impl FilterInto {
     }
 }
 
-/// Rows of taps across the footprint in the slope and material maps. A single row would blur a pixel with its neighbours, which
-/// shows at boundaries between two roughnesses.
+/// Returns the number of rows of taps across the footprint in the slope and material maps. A single row would blur a pixel with its
+/// neighbours, visibly at boundaries between two roughnesses.
 fn tap_rows(kind: SurfaceKind) -> i32 {
     if kind.features.bases.mixed { 3 } else { 1 }
 }
@@ -109,8 +109,8 @@ pub struct FilterPass {
 }
 
 impl FilterPass {
-    /// The pass for a technique's inputs and these kinds of objects. `relief_drawn`: whether the geometry is displaced by the full
-    /// heights of the maps.
+    /// Creates the pass for a technique's inputs and these kinds of objects. `relief_drawn` is whether the full heights of the maps
+    /// displace the geometry.
     pub fn new(
         gpu: &Arc<Gpu>,
         needs: Needs,
@@ -119,7 +119,7 @@ impl FilterPass {
         objects: impl Iterator<Item = SurfaceKind>,
         numbering: Numbering,
     ) -> Result<Self> {
-        // Make pipelines in parallel: drivers take a quarter of a second or more for one that shades.
+        // Pipelines are made in parallel, because drivers take a quarter of a second or more for a pipeline that shades.
         let kinds: HashSet<SurfaceKind> = objects.collect();
         let pipeline = |kind| Ok((kind, Self::pipeline(gpu, needs, relief_drawn, into, kind, numbering)?));
         Ok(Self {
@@ -197,8 +197,8 @@ impl FilterPass {
         GraphicsPipeline::new(gpu, name, &desc)
     }
 
-    /// Filters the maps of `objects` into the active targets, at the pixels of a view that show them. `light`: the set of the scene,
-    /// if the pass shades. The pass must have been made for the kinds of all objects.
+    /// Filters the maps of `objects` into the active targets, at the pixels of a view that show them. `light` is the scene's
+    /// descriptor set, if the pass shades. The pass must have been made for the kinds of all objects.
     pub fn draw<'a>(
         &self,
         cmd: &mut Commands,

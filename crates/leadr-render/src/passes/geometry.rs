@@ -1,4 +1,4 @@
-//! Geometry pass: tessellates, displaces and rasterises. It stores the visible surface of each pixel.
+//! The geometry pass, which tessellates, displaces and rasterises surfaces, and stores the visible surface of each pixel.
 
 use std::sync::Arc;
 
@@ -26,7 +26,7 @@ pub enum GeometryKind {
 }
 
 impl GeometryKind {
-    /// The kind for the samples of a view.
+    /// Returns the kind for the samples of a view.
     pub fn of(samples: Samples) -> Self {
         match samples {
             Samples::Pixels => Self::Pixels,
@@ -35,7 +35,7 @@ impl GeometryKind {
         }
     }
 
-    /// Samples per texel of the targets.
+    /// Returns the number of samples per texel of the targets.
     pub fn samples(self) -> u32 {
         match self {
             Self::Multisampled(count) => count,
@@ -43,7 +43,7 @@ impl GeometryKind {
         }
     }
 
-    /// The specialisation constant `PIXELS` of the shaders.
+    /// Returns the specialisation constant `PIXELS` of the shaders.
     pub fn pixels(self) -> (&'static str, SpecValue) {
         let kind = match self {
             Self::Pixels | Self::Wires => PIXELS_ARE_SAMPLES,
@@ -58,7 +58,7 @@ impl GeometryKind {
 #[derive(Clone)]
 pub struct GeometryPass(PatchPipelines);
 
-/// The pipelines that draw patches into one kind of target. The shadow passes share them.
+/// The pipelines that draw patches into one kind of target. The shadow passes share these pipelines.
 #[derive(Clone)]
 pub(crate) struct PatchPipelines(Vec<(DrawnAs, PipelineSet)>);
 
@@ -84,18 +84,18 @@ impl Shape {
 /// The properties that select a surface's pipeline.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct DrawnAs {
-    /// Only the front is drawn.
+    /// Whether only the front is drawn.
     pub front_only: bool,
-    /// It has an alpha mask or partial coverage.
+    /// Whether the surface has an alpha mask or partial coverage.
     pub cutout: bool,
-    /// Its maps are tiled by example.
+    /// Whether the surface's maps are tiled by example.
     pub by_example: bool,
-    /// How its patches are tessellated.
+    /// How the surface's patches are tessellated.
     pub shape: Shape,
 }
 
 impl DrawnAs {
-    /// The kind with both sides drawn.
+    /// Returns the kind with both sides drawn.
     fn both_sides(kind: SurfaceKind) -> Self {
         let shape = match kind {
             SurfaceKind { flat: true, .. } => Shape::Flat,
@@ -115,20 +115,20 @@ pub struct CasterKinds {
 }
 
 impl CasterKinds {
-    /// All possible kinds.
+    /// Returns all possible kinds.
     fn all() -> impl Iterator<Item = DrawnAs> {
         let tiled = |shape| [false, true].map(|by_example| (shape, by_example));
         let drawn = |(shape, by_example), cutout| DrawnAs { front_only: false, cutout, by_example, shape };
         Shape::ALL.into_iter().flat_map(tiled).flat_map(move |tiled| [false, true].map(|cutout| drawn(tiled, cutout)))
     }
 
-    /// The set with only this kind.
+    /// Returns the set with only this kind.
     pub fn of(kind: SurfaceKind) -> Self {
         let drawn = DrawnAs::both_sides(kind);
         Self { present: Self::all().position(|other| other == drawn).map_or(0, |bit| 1 << bit) }
     }
 
-    /// The union of two sets.
+    /// Returns the union of two sets.
     #[must_use]
     pub fn or(self, other: Self) -> Self {
         Self { present: self.present | other.present }
@@ -147,9 +147,9 @@ impl CasterKinds {
 /// The purpose of drawing patches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum PatchMode {
-    /// Visible surfaces, with back faces optionally in a marker colour.
+    /// Draws visible surfaces, with back faces optionally in a marker colour.
     Seen { mark_inside: bool },
-    /// Shadow casters.
+    /// Draws shadow casters.
     Caster,
 }
 
@@ -157,13 +157,13 @@ pub(crate) enum PatchMode {
 struct PipelineSet {
     undivided: GraphicsPipeline,
     divided: GraphicsPipeline,
-    /// One vertex per height texel; planes only.
+    /// Pipeline with one vertex per height texel, for planes only.
     at_texels: Option<GraphicsPipeline>,
 }
 
 impl PatchPipelines {
-    /// Pipelines with the vertex and tessellation stages of patches, for surfaces of these kinds. `cutout`: the fragment stage of
-    /// cutout surfaces.
+    /// Creates pipelines with the vertex and tessellation stages of patches, for surfaces of these kinds. `cutout` is the fragment
+    /// stage of cutout surfaces.
     pub(crate) fn new(
         gpu: &Arc<Gpu>,
         name: &str,
@@ -191,7 +191,7 @@ impl PatchPipelines {
         Ok(Self(sets))
     }
 
-    /// Binds and draws one object. Its kind must be among those the pipelines were made for.
+    /// Binds and draws one object. The pipelines must have been made for the object's kind.
     pub(crate) fn draw(&self, cmd: &mut Commands, drawn: DrawnObject<'_>, mode: PatchMode) {
         let kind = drawn.posed.object.kind;
         let front_only = kind.front_only && mode == PatchMode::Seen { mark_inside: false };
@@ -266,13 +266,13 @@ impl PipelineSet {
 }
 
 impl GeometryPass {
-    /// The pass for objects of these kinds. It draws both sides of a surface unless the object is front-only. A closed surface
-    /// hides its own inside.
+    /// Creates the pass for objects of these kinds. It draws both sides of a surface, unless the object is front-only. A closed
+    /// surface hides its own back faces.
     pub fn new(gpu: &Arc<Gpu>, kind: GeometryKind, objects: &[SurfaceKind], numbering: Numbering) -> Result<Self> {
         let desc = GraphicsDesc {
             fragment: Some("passes/geometry/geometry.frag"),
             colors: &GeometryTargets::FORMATS,
-            // Single samples store no footprint.
+            // The geometry of single samples stores no footprint.
             kept_colors: usize::from(matches!(kind, GeometryKind::Pixels | GeometryKind::Wires)),
             depth: Some(Depth::default()),
             samples: kind.samples(),

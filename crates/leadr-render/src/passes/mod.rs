@@ -1,4 +1,4 @@
-//! The passes of a frame, one file each. `new` makes a pass's pipelines; `record` records its commands.
+//! The passes of a frame, one file each. `new` makes the pipelines of a pass, and `record` records its commands.
 
 use std::sync::Arc;
 

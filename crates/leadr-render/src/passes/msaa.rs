@@ -1,9 +1,10 @@
-//! Multisampling: finds the surfaces at the samples of each pixel, so that each surface is shaded once.
+//! Multisampling, which finds the surfaces at the samples of each pixel, so that each surface is shaded once.
 //!
-//! The geometry is drawn with several samples per pixel. Most pixels show one surface. At an outline a pixel shows several, and
-//! each covers some of its samples. The surface with the most samples stays at the pixel's position. The others go into slots below
-//! the image, so the same draws filter and shade both. [`AccumulatePass`](super::accumulate::AccumulatePass) then combines the
-//! surfaces of a pixel, weighted by their coverage. A surface is evaluated at the pixel's centre, as with a single sample.
+//! The geometry is drawn with several samples per pixel. Most pixels show one surface. At an outline a pixel shows several
+//! surfaces, and each surface covers some of the samples. The surface with the most samples stays at the pixel's position. Further
+//! surfaces go into slots below the image, so the same draws filter and shade pixels and slots.
+//! [`AccumulatePass`](super::accumulate::AccumulatePass) then combines the surfaces of a pixel, weighted by their coverage. A
+//! surface is evaluated at the pixel's centre, as with a single sample.
 
 use std::sync::Arc;
 
@@ -16,16 +17,16 @@ use leadr_gpu::{
 };
 
 shared_struct! {
-    /// Rays through the pixels, see [`Camera::rays`](crate::camera::Camera::rays).
+    /// Rays through the pixels, as in [`Camera::rays`](crate::camera::Camera::rays).
     struct MsaaRays for "MsaaRays" {
         x: [f32; 4],
         y: [f32; 4],
-        /// w: near plane.
+        /// The z axis of the rays; w: near plane.
         middle: [f32; 4],
     }
 }
 
-/// The pass for one number of samples.
+/// The multisampling pass for one number of samples.
 #[derive(Clone)]
 pub struct MsaaPass {
     pipeline: ComputePipeline,
@@ -33,7 +34,7 @@ pub struct MsaaPass {
 }
 
 impl MsaaPass {
-    /// The pass for this many samples per pixel.
+    /// Creates the pass for this many samples per pixel.
     pub fn new(gpu: &Arc<Gpu>, samples: u32, numbering: Numbering) -> Result<Self> {
         let spec = [("SAMPLES", SpecValue::I32(samples.cast_signed())), numbering.spec()];
         Ok(Self {

@@ -1,5 +1,5 @@
-//! Object depth: the object of each pixel, stored as a depth. Passes that draw one object after the other then skip pixels of other
-//! objects with the early depth test.
+//! The object depth, which stores the object of each pixel as a depth. When a pass draws a single object, the early depth test then
+//! skips the pixels of all other objects.
 
 use std::sync::Arc;
 
@@ -26,7 +26,7 @@ pub struct ObjectDepthPass {
 }
 
 impl ObjectDepthPass {
-    /// The pass.
+    /// Creates the pass.
     pub fn new(gpu: &Arc<Gpu>, numbering: Numbering) -> Result<Self> {
         let pipeline = |fragment: &str| {
             let desc = GraphicsDesc {
@@ -45,7 +45,7 @@ impl ObjectDepthPass {
         })
     }
 
-    /// Writes the image after the geometry passes. `seen`: the multisampled targets, if any.
+    /// Writes the image of objects after the geometry passes. `seen` are the multisampled targets, if any.
     pub fn record(&self, cmd: &mut Commands, visible: &VisibleSurface, seen: Option<&MultisampleTargets>) {
         cmd.image_barrier(&visible.objects, Use::Undefined, Use::DepthTarget);
         cmd.begin_rendering(&[], Some(DepthTarget { view: visible.objects.whole(), clear: Some(0.0) }));

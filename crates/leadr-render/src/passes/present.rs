@@ -1,5 +1,5 @@
-//! Present pass: exposes and tonemaps the renderer's linear image into a window's image with the curves of [`leadr_maps::tonemap`].
-//! The codes match those of a PNG.
+//! The present pass, which exposes and tonemaps the renderer's linear image into a window's image with the curves of
+//! [`leadr_maps::tonemap`]. The codes equal those in a PNG.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ use leadr_maps::tonemap::Tonemap;
 
 shared_struct! {
     struct Constants for "Constants" {
-        /// Factor on the radiance.
+        /// Exposure factor on the radiance.
         exposure: f32,
         /// Fraction of the width that shows the first image.
         split: f32,
@@ -23,23 +23,24 @@ shared_struct! {
 /// The pipeline of the present pass.
 pub struct PresentPass {
     pipeline: GraphicsPipeline,
-    /// For images of the target's size, and for others.
+    /// Samplers for images of the target's size and of other sizes.
     samplers: [Sampler; 2],
 }
 
 /// The input of the present pass.
 #[derive(Clone, Copy)]
 pub struct Presented<'a> {
-    /// Linear radiance.
+    /// Image of linear radiance.
     pub image: &'a Image,
-    /// A second image on the right, and the fraction of the width left of it.
+    /// A second image on the right, and the fraction of the width for the first image.
     pub beside: Option<(&'a Image, f32)>,
-    /// Factor on the radiance.
+    /// Exposure factor on the radiance.
     pub exposure: f32,
 }
 
 impl PresentPass {
-    /// The pass for targets of one format. sRGB formats encode automatically; for other formats the pass writes sRGB codes.
+    /// Creates the pass for targets of one format. sRGB formats encode automatically. For linear formats the pass writes sRGB
+    /// codes.
     pub fn new(gpu: &Arc<Gpu>, format: vk::Format, tonemap: Tonemap) -> Result<Self> {
         let target_encodes = matches!(format, vk::Format::B8G8R8A8_SRGB | vk::Format::R8G8B8A8_SRGB);
         let pipeline = GraphicsPipeline::new(
@@ -58,7 +59,7 @@ impl PresentPass {
         Ok(Self { pipeline, samplers: [sampler(Filter::Nearest)?, sampler(Filter::Bilinear)?] })
     }
 
-    /// Draws images over the whole `target`, which ends in [`Use::ColorTarget`]. Images of another size are stretched.
+    /// Draws images over the whole `target`, which ends in [`Use::ColorTarget`]. Images of a different size are stretched.
     pub fn record(&self, cmd: &mut Commands, Presented { image, beside, exposure }: Presented<'_>, target: &Image) {
         let (other, split) = beside.unwrap_or((image, 2.0));
         let extent = target.mip_extent(0);
@@ -81,7 +82,7 @@ mod tests {
     use leadr_gpu::{DriverCall, GpuError, GpuOptions, ImageDesc};
     use leadr_maps::tonemap::display_srgb8;
 
-    /// A ramp over 18 stops with both signs and non-finite values.
+    /// Returns a ramp over 18 stops with both signs and non-finite values.
     fn ramp() -> Vec<[f32; 4]> {
         let mut texels: Vec<[f32; 4]> = (0..1020)
             .map(|i| {
@@ -96,7 +97,7 @@ mod tests {
         texels
     }
 
-    /// Largest code difference between the ramp in a target of one format and the CPU's curve.
+    /// Returns the largest code difference between the ramp in a target of one format and the CPU's curve.
     fn worst_difference(gpu: &Arc<Gpu>, format: vk::Format, shader: Tonemap, exposure: f32, cpu: Tonemap) -> u8 {
         let texels = ramp();
         let image = Image::new(gpu, "ramp", ImageDesc::new(vk::Format::R32G32B32A32_SFLOAT, 32, 32)).unwrap();
@@ -146,7 +147,7 @@ mod tests {
         assert_eq!(gpu.validation_messages(), Vec::<String>::new());
     }
 
-    /// Called by the test above, because all pipelines of a process share their shaders.
+    /// The test above calls this, because all pipelines of a process share their shaders.
     fn newer_shaders_are_drawn_with_once_they_fit(gpu: &Arc<Gpu>) {
         use leadr_gpu::shader_watch::CompiledShaders;
 
@@ -180,7 +181,7 @@ mod tests {
         let message = gpu.take_shaders(foreign).unwrap_err().to_string();
         assert!(message.contains("Constants"), "{message}");
         assert_eq!(shown(), [188, 0, 0, 255]);
-        // The same holds when the driver refuses the pipeline.
+        // Nothing changes either when the driver refuses the pipeline.
         let back = || changed("vec4(display, 1.0)", "vec4(display, 1.0) ");
         gpu.fail_after(0, DriverCall::Pipeline);
         let message = gpu.take_shaders(back()).unwrap_err().to_string();

@@ -1,17 +1,18 @@
-//! The reference with relief shadows: supersampled displacement that shadows itself.
+//! The reference with relief shadows, where supersampled displaced geometry casts shadows on itself.
 //!
 //! Every sample lights the visible facets by the sun, the point lights, the lights of the panorama, and a few directions of the
-//! remaining environment. Some directions are drawn for the whole image ([`environment_lights`](super::environment_lights)), others
-//! per pixel from its specular lobe and hemisphere. The mean over the samples is the environment with true visibility.
+//! remaining environment. Some of these directions are drawn for the whole image
+//! ([`environment_lights`](super::environment_lights)), and some for each pixel from its specular lobe and hemisphere. The mean
+//! over the samples is the environment with true visibility.
 //!
-//! Visibility uses one of two methods. If all casters are displaced in one direction, they form a height field: its depth map along
-//! that direction is searched from each pixel in any direction. Other casters are drawn into one depth map per light of the sample
+//! Visibility uses one of two methods. If all casters are displaced in one direction, they form a height field, and rays from each
+//! pixel are traced through its depth map. Otherwise the casters are drawn into one depth map per light of the sample
 //! ([`relief_shadow`](super::relief_shadow)). Then all draws estimate the unoccluded environment, and the draws with maps estimate
 //! the occluded part.
 //!
-//! Blocked directions are black: light is reflected only once. With per-light maps, base materials smoother than
-//! [`MIRROR_ALPHA`](crate::constants::MIRROR_ALPHA) reflect the environment as if the relief hid only the viewer's rays: lights
-//! with maps would almost never fall into such a narrow lobe.
+//! Blocked directions are black, since light is reflected only once. With per-light maps, base materials smoother than
+//! [`MIRROR_ALPHA`](crate::constants::MIRROR_ALPHA) reflect the environment as if the relief hid only the viewer's rays, because
+//! lights with maps would almost never fall into their narrow lobe.
 
 use std::sync::Arc;
 
@@ -43,19 +44,19 @@ shared_struct! {
     /// A light as the shader reads it (`Light` in `passes/shade/visibility.glsl`).
     #[derive(Default)]
     pub struct ReliefLightGpu for "Light" {
-        /// World to texture coordinates and depth in the map.
+        /// Matrix from world space to texture coordinates and depth in the map.
         pub texture_from_world: [[f32; 4]; 4],
-        /// Its inverse.
+        /// The inverse of `texture_from_world`.
         pub world_from_texture: [[f32; 4]; 4],
-        /// Direction towards it, or its position; w 1 for a point light.
+        /// Direction towards the light, or position of a point light; w is 1 for a point light.
         pub position: [f32; 4],
-        /// Irradiance or intensity; w one of the `LIGHT_` constants.
+        /// Irradiance or intensity; w is one of the `LIGHT_` constants.
         pub power: [f32; 4],
-        /// [`PointLight::falloff`](crate::scene::PointLight).
+        /// The spot cone, [`PointLight::falloff`](crate::scene::PointLight).
         pub falloff: [f32; 4],
-        /// One over the squared range, or 0.
+        /// Reciprocal of the squared range, or 0.
         pub range: [f32; 4],
-        /// Layer, world size of a texel, density of the draw per solid angle, 1 if it has a map.
+        /// Map layer, world size of a texel, density of the draw per solid angle, and 1 if the light has a map.
         pub map: [f32; 4],
     }
 }
@@ -64,17 +65,17 @@ shared_struct! {
     /// The light block (`Lighting`).
     #[derive(Default)]
     pub struct ReliefLightingGpu for "Lighting" {
-        /// World to the map of a height field.
+        /// Matrix from world space to the map of a height field.
         pub field_from_world: [[f32; 4]; 4],
-        /// Rays through the image; the last w is the near plane.
+        /// Rays through the image, with the near plane in the last w.
         pub rays: [[f32; 4]; 3],
-        /// Position of the camera, and the radiance of an emission of 1.
+        /// Position of the camera, and radiance of an emission value of 1.
         pub camera_position: [f32; 4],
-        /// Width and height of the image, face size of the environment.
+        /// Width and height of the image, and face size of the environment.
         pub viewport: [f32; 4],
-        /// Of a height field: world size of a map texel, depth of the highest point, map size in texels.
+        /// World size of a map texel, depth of the highest point, and map size in texels, for a height field.
         pub field: [f32; 4],
-        /// Number of lights, number of drawn lights, face size of the environment's texels, index of the sample.
+        /// Number of lights, number of drawn lights, face size of the texels from which lights are drawn, and index of the sample.
         pub counts: [i32; 4],
         /// Random seed of the draws.
         pub seed: [u32; 4],
@@ -86,11 +87,11 @@ shared_struct! {
 /// The pipeline key of the reference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct ReferenceKind {
-    /// Light terms.
+    /// The enabled light terms.
     pub terms: Terms,
     /// Whether the base roughness applies in the frame of the facets instead of the macrosurface.
     pub facet_frame: bool,
-    /// Bases of the surfaces.
+    /// Base materials of the surfaces.
     pub bases: Bases,
     /// The kinds of casters.
     pub casters: CasterKinds,
@@ -112,7 +113,7 @@ pub struct ReferencePass {
 }
 
 impl ReferencePass {
-    /// The pass of one kind.
+    /// Creates the pass of one kind.
     pub fn new(gpu: &Arc<Gpu>, kind: ReferenceKind) -> Result<Self> {
         let desc = GraphicsDesc {
             vertex: "passes/fullscreen.vert",
@@ -145,7 +146,8 @@ impl ReferencePass {
         self.shadows.record(cmd, &lights.maps, casters);
     }
 
-    /// Shades every pixel of the sample's G-buffer into its active radiance target. `scene`: the scene's set, for measured materials.
+    /// Shades every pixel of the sample's G-buffer into its active radiance target. `scene` is the scene's descriptor set, for
+    /// measured materials.
     pub fn draw(
         &self,
         cmd: &mut Commands,
@@ -201,7 +203,7 @@ struct HeightFieldAxis {
 }
 
 impl HeightFieldAxis {
-    /// `None` without casters or with several displacement directions.
+    /// Returns the axis, or `None` without casters or with several displacement directions.
     fn of(casters: &[&PosedObject]) -> Option<Self> {
         let axis = casters.first()?.vertices.displaced_along().first()?.normalize_or_zero();
         let mut top = f32::NEG_INFINITY;
@@ -218,7 +220,7 @@ impl HeightFieldAxis {
 }
 
 impl ReliefLights {
-    /// The lights of a frame and its casters. The device must be idle, and the environment must show the frame's sky.
+    /// Creates the lights of a frame for its casters. The device must be idle, and the environment must contain the frame's sky.
     pub fn new(
         gpu: &Arc<Gpu>,
         state: &FrameState,
@@ -272,8 +274,8 @@ impl ReliefLights {
         self.environment.is_some()
     }
 
-    /// Selects the lights of sample `index` in `view`, and points their maps at the `casters` given to `new`. The device must be
-    /// idle.
+    /// Selects the lights of sample `index` in `view`, and sets the views of their maps. `casters` must be the casters passed to
+    /// `new`. The device must be idle.
     pub fn point(
         &mut self,
         state: &FrameState,
@@ -373,20 +375,20 @@ impl ReliefLights {
 struct SampleLight {
     caster: Caster,
     power: Vec3,
-    /// One of the `LIGHT_` constants.
+    /// The type of the light, one of the `LIGHT_` constants.
     kind: i32,
-    /// Density per solid angle of a drawn light.
+    /// Density of a drawn light per solid angle.
     density: f32,
     falloff: [f32; 4],
     inverse_square_range: f32,
 }
 
-/// Weight of a direction that lights no visible smooth surface, relative to one that lights all: bumps may face it.
+/// Smallest weight of a direction for drawing lights. Bumps may face a direction that lights no visible smooth surface.
 const LEAST_RECEIVED: f64 = 0.15;
 /// Maximum number of normals returned by [`seen_normals`].
 const SEEN_NORMALS: usize = 64;
 
-/// A subset of the vertex normals that face the viewer.
+/// Returns a subset of the vertex normals that face the viewer.
 fn seen_normals(eye: Vec3, casters: &[&PosedObject]) -> Vec<Vec3> {
     let vertices = casters.iter().flat_map(|posed| posed.vertices.positions.iter().zip(&posed.vertices.normals));
     let seen: Vec<Vec3> = vertices.filter(|&(&p, n)| n.dot(eye - p) > 0.0).map(|(_, &n)| n).collect();
@@ -415,7 +417,7 @@ mod tests {
             square += f64::from(d.reject_from(light.direction).length_squared()) / f64::from(n);
         }
         assert!(sum.normalize().angle_between(light.direction) < 2e-4, "{sum}");
-        // The squared distance sums the variance of two axes.
+        // The mean squared distance is the sum of the variances of two axes.
         assert!((square / 8e-4 - 1.0).abs() < 0.01, "{square}");
     }
 }

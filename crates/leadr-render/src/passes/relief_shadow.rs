@@ -24,21 +24,21 @@ const MAP_SIZES: [u32; 2] = [256, 4096];
 /// The light of a relief map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Caster {
-    /// At infinity, in this unit direction.
+    /// A light at infinity, in this unit direction.
     Directional(Vec3),
-    /// At this position.
+    /// A light at this position.
     Point(Vec3),
 }
 
-/// The view for a map of `size` texels over a sphere, shifted by `offset` texels. For a point light, [`ShadowView::texel`] is the
-/// size at distance 1. A point light inside the sphere covers a wide cone towards the sphere's centre.
+/// Returns the view for a map of `size` texels over a sphere, shifted by `offset` texels. For a point light, [`ShadowView::texel`]
+/// is the size of a texel at distance 1. A point light inside the sphere covers a wide cone towards the sphere's centre.
 pub fn relief_view(caster: Caster, sphere: Sphere, size: u32, offset: Vec2) -> ShadowView {
     match caster {
         Caster::Directional(toward) => {
             let Sphere { centre, radius } = sphere;
             let (x, y) = toward.any_orthonormal_pair();
             let texel = 2.0 * radius / size as f32;
-            // Leave a margin of one texel for the offset.
+            // A margin of one texel leaves room for the offset.
             let wider = radius + texel;
             let moved = centre + (x * offset.x + y * offset.y) * texel;
             ShadowView::parallel(toward, Sphere { centre: moved, radius: wider }, size)
@@ -47,10 +47,10 @@ pub fn relief_view(caster: Caster, sphere: Sphere, size: u32, offset: Vec2) -> S
     }
 }
 
-/// Texels along one side of a map that resolves relief texels of `texel` metres on casters within `radius`. An infinite `texel`
-/// means smooth casters.
+/// Returns the texels along one side of a map that resolves relief texels of `texel` metres on casters within `radius`. An infinite
+/// `texel` means smooth casters.
 pub fn map_size(radius: f32, texel: f32) -> u32 {
-    // Smooth casters only need resolved silhouettes.
+    // Smooth casters need only resolved silhouettes.
     let texel = if texel.is_finite() { texel } else { radius / 512.0 };
     let wanted = (TEXELS_PER_RELIEF_TEXEL * 2.0 * radius / texel.max(1e-9)).min(1e6) as u32;
     wanted.clamp(MAP_SIZES[0], MAP_SIZES[1]).next_multiple_of(64)
@@ -63,13 +63,13 @@ pub struct ReliefShadowPass {
 }
 
 impl ReliefShadowPass {
-    /// The pass for these kinds of casters.
+    /// Creates the pass for these kinds of casters.
     pub fn new(gpu: &Arc<Gpu>, kinds: CasterKinds) -> Result<Self> {
         let desc = GraphicsDesc { depth: Some(Depth::default()), ..Default::default() };
         Ok(Self { pipelines: PatchPipelines::new(gpu, "relief shadow", &desc, CUTOUT_DEPTH, kinds.iter())? })
     }
 
-    /// Draws the maps with their last views, and leaves them readable. `casters` must be those given to [`ReliefMaps::new`].
+    /// Draws the maps with their last views, and leaves them readable. `casters` must be the casters passed to [`ReliefMaps::new`].
     pub fn record(&self, cmd: &mut Commands, maps: &ReliefMaps, casters: &[&PosedObject]) {
         cmd.image_barrier(&maps.image, Use::Undefined, Use::DepthTarget);
         for ((layer, views), light) in maps.layers.iter().zip(&maps.views).zip(0..) {
@@ -92,14 +92,14 @@ pub struct ReliefMaps {
     layers: Vec<ImageView>,
     /// The objects, tessellated as for the camera.
     divided: Vec<DividedObject>,
-    /// Per light, the view of each object.
+    /// The views of all objects, for each light.
     views: Vec<Vec<ObjectView>>,
     /// The view of each light.
     records: ViewRecords,
 }
 
 impl ReliefMaps {
-    /// Maps of `size`² texels for this number of lights and these casters.
+    /// Creates maps of `size`² texels for this number of lights and these casters.
     pub fn new(gpu: &Arc<Gpu>, casters: &[&PosedObject], size: u32, lights: usize) -> Result<Self> {
         let layers = lights.max(1) as u32;
         let desc = ImageDesc::new(vk::Format::D32_SFLOAT, size, size).depth_target().layers(layers);
@@ -121,7 +121,7 @@ impl ReliefMaps {
         })
     }
 
-    /// Sets the view of each light for the casters given to `new`. The device must be idle.
+    /// Sets the view of each light, for the casters passed to `new`. The device must be idle.
     pub fn point(
         &mut self,
         casters: &[&PosedObject],
@@ -176,7 +176,7 @@ mod tests {
             let at = |offset| view(offset).texture_from_world.project_point3(centre).truncate() * size as f32;
             let moved = at(Vec2::new(0.5, 0.25)) - at(Vec2::ZERO);
             assert!((moved.abs() - Vec2::new(0.5, 0.25)).abs().max_element() < 0.01, "{caster:?}: {moved}");
-            // Measure the size of a texel.
+            // Measures the size of a texel.
             let distance = if let Caster::Point(p) = caster { p.distance(centre) } else { 1.0 };
             let side = toward.any_orthonormal_vector() * still.texel * distance;
             let step = still.texture_from_world.project_point3(centre + side)

@@ -1,4 +1,4 @@
-//! Shading: the inputs of a shading fragment stage, the pass that shades the G-buffer, and the sky behind surfaces.
+//! The inputs of shading fragment stages, the pass that shades the G-buffer, and the pass that draws the sky behind surfaces.
 
 use std::sync::Arc;
 
@@ -22,42 +22,43 @@ use leadr_gpu::{
 const SUNS: usize = MAX_SUNS as usize;
 const SHADOW_MAPS: usize = MAX_SHADOW_MAPS as usize;
 
-/// Angular radius of the frame's own sun, radians: 0.2665°, at the mean distance of the Earth.
+/// Angular radius of the frame's own sun in radians, 0.2665° at the mean distance of the Earth.
 pub const SUN_RADIUS: f32 = 4.651e-3;
 
 shared_struct! {
     /// The light block (`Lighting` in `passes/shade/shade.frag`).
     pub struct LightingGpu for "Lighting" {
-        /// Rays through the image, see [`Camera::rays`](crate::camera::Camera::rays). The last w is the near plane.
+        /// Rays through the image, as in [`Camera::rays`](crate::camera::Camera::rays), with the near plane in the last w.
         pub rays: [[f32; 4]; 3],
-        /// World to shadow texture space, per light: the frame's own sun, those of the panorama, point lights.
+        /// Matrices from world space to shadow texture space for the frame's own sun, the panorama's suns, and the point lights.
         pub shadow_from_world: [[[f32; 4]; 4]; SHADOW_MAPS],
-        /// Position of the camera, and the radiance of an emission of 1.
+        /// Position of the camera, and radiance of an emission value of 1.
         pub camera_position: [f32; 4],
         /// Directions toward the suns, and the angular variance of their light.
         pub sun_direction: [[f32; 4]; SUNS],
-        /// Their irradiance on a plane facing them, and the tangents of their angular radii.
+        /// Irradiance of each sun on a plane that faces it, and the tangents of the suns' angular radii.
         pub sun_irradiance: [[f32; 4]; SUNS],
-        /// Positions of the point lights, and one over the squared range.
+        /// Positions of the point lights, and the reciprocals of their squared ranges.
         pub point_position: [[f32; 4]; MAX_POINT_LIGHTS],
-        /// Their intensities.
+        /// Intensities of the point lights.
         pub point_intensity: [[f32; 4]; MAX_POINT_LIGHTS],
-        /// [`PointLight::falloff`](crate::scene::PointLight).
+        /// The spot cones, [`PointLight::falloff`](crate::scene::PointLight).
         pub point_falloff: [[f32; 4]; MAX_POINT_LIGHTS],
-        /// Penumbra texels in the map per unit of depth, and texels at distance 1.
+        /// Width of the penumbra in map texels per unit of depth, and texels at distance 1.
         pub point_shadow: [[f32; 4]; MAX_POINT_LIGHTS],
         /// Width and height of the image, and samples along one side of a pixel.
         pub viewport: [f32; 4],
-        /// Face size of the cube, 0, world size of a shadow texel, tangent of the lowest elevation of background lookups in the
-        /// cube.
+        /// Face size of the cube, 0, world size of a shadow texel, and tangent of the lowest elevation for background lookups in
+        /// the cube.
         pub environment: [f32; 4],
-        /// Index of the sample, and its random seed.
+        /// Index and random seed of the sample.
         pub draws: [u32; 4],
     }
 }
 
 impl LightingGpu {
-    /// The block for an image of the scene under an environment. `shadows`: the views of the shadow-casting lights, in order.
+    /// Returns the block for an image of the scene under an environment. `shadows` are the views of the shadow-casting lights, in
+    /// order.
     pub fn new(state: &FrameState, view: &View, environment: &Environment, shadows: &[ShadowView]) -> Self {
         let four = |v: Vec3, w: f32| v.extend(w).to_array();
         let mut sun_direction = [[0.0, 0.0, 1.0, 0.0]; SUNS];
@@ -86,7 +87,7 @@ impl LightingGpu {
             point_falloff: [[0.0; 4]; MAX_POINT_LIGHTS],
             point_shadow: [[0.0; 4]; MAX_POINT_LIGHTS],
             viewport: [size.0 as f32, size.1 as f32, view.grid() as f32, 0.0],
-            // The maps of all suns cover the same sphere, and precede those of point lights.
+            // The maps of all suns cover the same sphere, and precede the maps of point lights.
             environment: [environment.face_size() as f32, 0.0, shadows.first().map_or(0.0, |s| s.texel), -1e9],
             draws: [0; 4],
         };
@@ -108,48 +109,48 @@ impl LightingGpu {
         self
     }
 
-    /// Extends the lowest sky texels below eye level to the horizon of a sea, which sinks as the viewer rises.
+    /// Extends the lowest sky texels down to the horizon of a sea, which sinks below eye level as the viewer rises.
     #[must_use]
     pub fn with_sea_horizon(mut self) -> Self {
-        // Elevation of the centres of the lowest texels above eye level.
+        // This is the elevation of the lowest texel centres above eye level.
         self.environment[3] = 1.0 / self.environment[0];
         self
     }
 }
 
-/// The number of lights in a frame. Each set has its own pipelines, so absent lights cost nothing.
+/// The numbers of lights in a frame. Each set has separate pipelines, so absent lights cost nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct LightSet {
-    /// The frame's own sun.
+    /// Whether the frame has its own sun.
     pub sun: bool,
-    /// Lights taken out of the panorama.
+    /// Number of lights extracted from the panorama.
     pub panorama: u32,
-    /// Point lights.
+    /// Number of point lights.
     pub points: u32,
-    /// Whether these have shadow maps.
+    /// Whether the lights have shadow maps.
     pub shadows: bool,
 }
 
 impl LightSet {
-    /// The lights of a frame under an environment, with or without shadow maps.
+    /// Counts the lights of a frame under an environment, with or without shadow maps.
     pub fn new(state: &FrameState, environment: &Environment, shadows: bool) -> Self {
         let points = state.point_lights.len().min(MAX_POINT_LIGHTS) as u32;
         let panorama = (environment.lights().len() as u32).min(MAX_ENVIRONMENT_LIGHTS);
         Self { sun: state.sun().is_some(), panorama, shadows, points }
     }
 
-    /// Number of directional lights with shadow maps.
+    /// Counts the directional lights with shadow maps.
     pub fn sun_maps(&self) -> u32 {
         if self.shadows { u32::from(self.sun) + self.panorama } else { 0 }
     }
 
-    /// Number of lights with shadow maps.
+    /// Counts the lights with shadow maps.
     pub fn shadow_maps(&self) -> u32 {
         if self.shadows { self.sun_maps() + self.points } else { 0 }
     }
 }
 
-/// The directional lights of a frame in shader order: its own sun, with zero size, then those of the panorama.
+/// Returns the directional lights of a frame in shader order: its own sun with zero size, then the panorama's lights.
 pub fn suns_of<'a>(
     state: &FrameState,
     environment: &'a Environment,
@@ -176,20 +177,20 @@ pub enum Edges {
 /// The pipeline key of the shading pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct ShadeKind {
-    /// How surfaces are shaded. [Plain](Shading::plain), since no other setting affects the pipelines.
+    /// How surfaces are shaded. The value is [plain](Shading::plain), since no other setting affects the pipelines.
     pub shading: Shading,
     /// The lights of the frame.
     pub lights: LightSet,
     /// The use of edge samples.
     pub edges: Edges,
-    /// Bases of the surfaces.
+    /// Base materials of the surfaces.
     pub bases: Bases,
-    /// Whether it outputs the fractions of light that arrive, instead of radiance.
+    /// Whether the pass outputs the fractions of light that arrive, instead of radiance.
     pub light_visibility: bool,
 }
 
 impl ShadeKind {
-    /// The specialisation constants of `passes/shade/settings.glsl`.
+    /// Returns the specialisation constants of `passes/shade/settings.glsl`.
     pub fn spec(&self) -> Vec<(&'static str, SpecValue)> {
         let Self { shading, lights, edges, bases, light_visibility } = self;
         let lit = [
@@ -219,7 +220,7 @@ pub struct ShadePass {
 }
 
 impl ShadePass {
-    /// The pass of one kind.
+    /// Creates the pass of one kind.
     pub fn new(gpu: &Arc<Gpu>, kind: ShadeKind) -> Result<Self> {
         let desc = GraphicsDesc {
             vertex: "passes/shade/shade.vert",
@@ -234,12 +235,12 @@ impl ShadePass {
         Ok(Self { pipeline: GraphicsPipeline::new(gpu, "shade", &desc)?, nearest: nearest(gpu)? })
     }
 
-    /// Shades the surface pixels of a filtered sample into its active radiance target, or the edge samples that need it. `joined`:
+    /// Shades the surface pixels of a filtered sample, or its unmarked edge samples, into the active radiance target. `joined` has
     /// the sums of each pixel's edge samples, if any.
     pub fn draw(&self, cmd: &mut Commands, sample: &SampleTargets, scene: &ResourceSet, joined: Option<&JoinedEdges>) {
         let SampleTargets { visible, gbuffer, .. } = sample;
         let nearest = &self.nearest;
-        // Pipelines without joined edge samples still need a float image bound in their place.
+        // Pipelines without joined edge samples still need a placeholder float image.
         let shares = joined.map_or(&visible.depth, |joined| &joined.shares);
         let more_suns = joined.map_or(&visible.depth, |joined| &joined.more_suns);
         let filtered = [
@@ -270,7 +271,7 @@ pub struct SkyBehindPass {
 }
 
 impl SkyBehindPass {
-    /// The pass, with or without the slots of multisampled pixels.
+    /// Creates the pass, with or without the slots of multisampled pixels.
     pub fn new(gpu: &Arc<Gpu>, multisampled: bool) -> Result<Self> {
         let desc = GraphicsDesc {
             vertex: "passes/shade/sky.vert",

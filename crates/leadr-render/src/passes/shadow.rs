@@ -1,4 +1,4 @@
-//! Shadow pass: the depth of the displaced scene from each light.
+//! The shadow pass, which draws the depth of the displaced scene from each light.
 
 use std::sync::Arc;
 
@@ -11,10 +11,10 @@ use crate::surfaces::sphere::Sphere;
 use crate::surfaces::tessellation::{Lens, Viewer};
 use leadr_gpu::{Commands, Depth, DepthTarget, Gpu, GraphicsDesc, Image, ImageDesc, ImageView, Result, Use};
 
-/// Widest half angle of a point light's view, radians, for a light among the casters. Directions outside it count as lit.
+/// Widest half angle of a point light's view in radians, for a light among the casters. Directions outside it count as lit.
 const WIDEST: f32 = 1.3;
 
-/// Clip space to texture coordinates.
+/// Matrix from clip space to texture coordinates.
 const TEXTURE_FROM_CLIP: Mat4 = Mat4::from_cols(
     Vec4::new(0.5, 0.0, 0.0, 0.0),
     Vec4::new(0.0, 0.5, 0.0, 0.0),
@@ -25,25 +25,25 @@ const TEXTURE_FROM_CLIP: Mat4 = Mat4::from_cols(
 /// The view of a shadow map.
 #[derive(Clone, Copy, Debug)]
 pub struct ShadowView {
-    /// World to clip space, with depth 1 nearest the light: orthographic for suns, perspective for points.
+    /// Matrix from world to clip space, with depth 1 nearest the light, orthographic for suns and perspective for points.
     pub clip_from_world: Mat4,
-    /// World to texture coordinates (xy) and depth (z).
+    /// Matrix from world space to texture coordinates (xy) and depth (z).
     pub texture_from_world: Mat4,
     /// Texels along one side of the map.
     pub size: u32,
-    /// World size of a texel; for points at distance 1.
+    /// World size of a texel, at distance 1 for point lights.
     pub texel: f32,
     /// World size of a texel at the centre of the map's bounding sphere.
     pub texel_at_centre: f32,
-    /// Distance of depth 1 from a point; 0 for orthographic views.
+    /// Distance from a point light at which depth is 1, or 0 for orthographic views.
     pub near: f32,
     /// The position or direction of the light.
     pub viewer: Viewer,
 }
 
 impl ShadowView {
-    /// A view of a sphere from the sun with unit direction `sun`, in a map of `size` texels. The sphere's centre snaps to the texel
-    /// grid, so cast shadows of moving objects do not crawl.
+    /// Returns a view of a sphere from the sun with unit direction `sun`, in a map of `size` texels. The sphere's centre snaps to
+    /// the texel grid, so that the shadows of moving objects do not crawl.
     pub fn around(sun: Vec3, sphere: Sphere, size: u32) -> Self {
         let Sphere { centre, radius } = sphere;
         let (x, y) = sun.any_orthonormal_pair();
@@ -53,7 +53,7 @@ impl ShadowView {
         Self::parallel(sun, Sphere { centre: snapped, radius }, size)
     }
 
-    /// The same without snapping.
+    /// Like [`around`](Self::around), but without snapping.
     pub fn parallel(sun: Vec3, sphere: Sphere, size: u32) -> Self {
         let Sphere { centre, radius } = sphere;
         let (x, y) = sun.any_orthonormal_pair();
@@ -79,8 +79,8 @@ impl ShadowView {
         }
     }
 
-    /// A view of a sphere from a point. From outside it contains the whole sphere, so nothing beyond its edges is in shadow. From
-    /// inside it covers a wide cone towards the sphere's centre, and everything else counts as lit.
+    /// Returns a view of a sphere from a point. From outside it contains the whole sphere, so nothing beyond its edges is in
+    /// shadow. From inside it covers a wide cone towards the centre, and all points outside the cone count as lit.
     pub fn from_point(eye: Vec3, sphere: Sphere, size: u32) -> Self {
         let Sphere { centre, radius } = sphere;
         let distance = eye.distance(centre);
@@ -102,7 +102,7 @@ impl ShadowView {
         }
     }
 
-    /// The same view, shifted by this many texels.
+    /// Returns the same view, shifted by this many texels.
     #[must_use]
     pub fn moved(self, texels: Vec2) -> Self {
         let clip_from_world =
@@ -110,7 +110,7 @@ impl ShadowView {
         Self { clip_from_world, texture_from_world: TEXTURE_FROM_CLIP * clip_from_world, ..self }
     }
 
-    /// The viewpoint for casters tessellated for the camera's `lens`.
+    /// Returns the viewpoint for casters that are tessellated for the camera's `lens`.
     pub fn viewpoint(&self, lens: Lens) -> Viewpoint {
         Viewpoint {
             clip_from_world: self.clip_from_world,
@@ -123,13 +123,13 @@ impl ShadowView {
     }
 }
 
-/// Texels along one side of the shadow maps: twice the longer side of the picture, from 1024 to 2048. Small pictures do not show
-/// finer shadows, and smaller maps are faster to draw and sample.
+/// Returns the number of texels along one side of the shadow maps: twice the longer side of the picture, from 1024 to 2048. Small
+/// pictures do not show finer shadows, and smaller maps are faster to draw and sample.
 pub fn map_size((width, height): (u32, u32)) -> u32 {
     width.max(height).saturating_mul(2).clamp(1024, 2048).next_power_of_two()
 }
 
-/// The pipelines of the pass, and the maps made so far.
+/// The shadow pass, with its pipelines and the maps made so far.
 pub struct ShadowPass {
     pipelines: PatchPipelines,
     maps: Vec<ShadowMaps>,
@@ -158,7 +158,7 @@ impl ShadowMaps {
 }
 
 impl ShadowPass {
-    /// The pass for these kinds of casters.
+    /// Creates the pass for these kinds of casters.
     pub fn new(gpu: &Arc<Gpu>, kinds: CasterKinds) -> Result<Self> {
         let desc =
             GraphicsDesc { depth: Some(Depth { bias: Some([-2.0, -2.0]), ..Depth::default() }), ..Default::default() };
@@ -166,7 +166,8 @@ impl ShadowPass {
         Ok(Self { pipelines, maps: Vec::new() })
     }
 
-    /// Maps of `size`² texels for this number of lights, shared by frames. Without lights, a single unused texel.
+    /// Returns maps of `size`² texels for this number of lights, which frames share. Without lights, the map is a single unused
+    /// texel.
     pub fn maps(&mut self, gpu: &Arc<Gpu>, size: u32, lights: u32) -> Result<ShadowMaps> {
         let (size, layers) = if lights == 0 { (1, 1) } else { (size, lights) };
         let kept = |maps: &&ShadowMaps| maps.image.desc().width == size && maps.image.desc().layers >= layers;
@@ -222,7 +223,7 @@ mod tests {
             assert!((s.truncate() - 0.5).length() < 1e-4);
             assert!((view.near / s.z - p.distance(eye)).abs() < 1e-3, "{s}");
         }
-        // A view from inside still covers what lies ahead.
+        // A view from inside the sphere still covers points ahead.
         let inside = ShadowView::from_point(sphere.centre + Vec3::Z, sphere, 512);
         let s = inside.texture_from_world.project_point3(sphere.centre - Vec3::Z + Vec3::X);
         assert!(s.min_element() > 0.0 && s.max_element() < 1.0, "{s}");

@@ -1,4 +1,4 @@
-//! Tile pass: records the content of each screen tile.
+//! The tile pass, which records the content of each screen tile.
 
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ pub struct TilePass {
 }
 
 impl TilePass {
-    /// The pass.
+    /// Creates the pass.
     pub fn new(gpu: &Arc<Gpu>, numbering: Numbering) -> Result<Self> {
         Ok(Self {
             pipeline: ComputePipeline::new(gpu, "passes/tiles.comp", &[numbering.spec()], &[])?,

@@ -24,23 +24,23 @@ use super::view::Samples;
 pub struct RenderSettings {
     /// Width and height in pixels.
     pub size: (u32, u32),
-    /// Samples per pixel, at least 1. Each is a full frame with its own offset in the pixel.
+    /// Samples per pixel, at least 1. Each sample is a full frame with its own offset in the pixel.
     pub samples: u32,
     /// Geometry samples per pixel: 1, 2, 4 or 8. More than one smooths outlines, and each surface in a pixel is still shaded once.
-    /// Edge samples and the reference smooth outlines themselves and keep it at 1.
+    /// With edge samples or the reference, which smooth outlines too, it stays at 1.
     pub msaa: u32,
     /// Seed of the sample offsets. A single sample always lies at the pixel centre.
     pub seed: u64,
     /// The technique and its settings.
     pub shading: Shading,
-    /// Tessellation.
+    /// The tessellation settings.
     pub tessellation: TessellationSettings,
     /// Whether the sun casts shadows.
     pub shadows: bool,
     /// Whether heights move the surface. Without displacement the slopes of the maps still shade the smooth geometry: with
     /// [`Technique::Reference`] that is the ground truth of normal mapping (LEADR Figure 8).
     pub displacement: bool,
-    /// Paints the inside of surfaces in a marker colour. On a closed surface none is visible.
+    /// Whether to paint the inside of surfaces in a marker colour. It is invisible on closed surfaces.
     pub mark_inside: bool,
 }
 
@@ -48,7 +48,7 @@ impl RenderSettings {
     /// Checks whether these settings can produce an image.
     ///
     /// # Errors
-    /// A description of the invalid setting.
+    /// Returns a description of the invalid setting.
     pub fn check(&self) -> Result<(), String> {
         self.shading.check()?;
         let msaa = self.msaa;
@@ -58,7 +58,8 @@ impl RenderSettings {
         Ok(())
     }
 
-    /// These settings with another shading. The reference smooths outlines with its samples and has geometry at every texel.
+    /// Returns these settings with a different shading. The reference smooths outlines with its samples per pixel, and has geometry
+    /// at every texel.
     pub fn shaded_by(&self, shading: Shading) -> Self {
         let reference = shading.technique().is_reference();
         Self {
@@ -69,12 +70,12 @@ impl RenderSettings {
         }
     }
 
-    /// How the geometry samples map to the pixels.
+    /// Returns how the geometry samples map to the pixels.
     pub fn pixel_samples(&self) -> Samples {
         if self.msaa > 1 { Samples::Multisampled { count: self.msaa } } else { Samples::Pixels }
     }
 
-    /// Edge samples per sample; `None` without extra ones.
+    /// Returns the edge samples per sample, or `None` without edge samples.
     pub fn edges(&self) -> Option<u32> {
         Some(self.shading.options().edge_samples).filter(|samples| *samples > 1)
     }
@@ -84,12 +85,12 @@ impl RenderSettings {
         self.shading.options().relief_shadows
     }
 
-    /// Offset of sample `index` from its pixel centre, in pixels.
+    /// Returns the offset of sample `index` from its pixel centre, in pixels.
     pub fn sample_offset(&self, index: u32) -> Vec2 {
         jitter(index, self.samples.max(1), self.seed)
     }
 
-    /// The height factor of the geometry, given the height factor of the maps.
+    /// Returns the height factor of the geometry, from the height factor of the maps.
     pub fn geometry_scale(&self, height_scale: f32) -> f32 {
         if self.displacement { height_scale } else { 0.0 }
     }

@@ -16,7 +16,7 @@ pub fn positive(text: &str) -> Result<f32, String> {
     finite(text).and_then(|v| if v > 0.0 { Ok(v) } else { Err("must be above 0".to_owned()) })
 }
 
-/// Parses a finite number of zero or more.
+/// Parses a finite number of at least zero.
 pub fn not_negative(text: &str) -> Result<f32, String> {
     finite(text).and_then(|v| if v >= 0.0 { Ok(v) } else { Err("must not be negative".to_owned()) })
 }

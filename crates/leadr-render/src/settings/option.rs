@@ -1,5 +1,5 @@
-//! The declaration of an option: flag, help, values, JSON key and window control. The command line, error messages, window,
-//! `--json` and the guide's tables all read these rows, so each option is declared once.
+//! Declarations of options: flag, help, values, JSON key and window control. The command line, error messages, window, `--json` and
+//! the guide's tables all read these declarations, so each option is declared once.
 
 use serde::Serialize;
 
@@ -25,7 +25,7 @@ pub enum Panel {
     Control,
     /// A custom control, drawn by the panel.
     Own,
-    /// No control, for this reason.
+    /// No control, with the reason.
     Without(&'static str),
 }
 
@@ -36,11 +36,11 @@ pub struct Spec {
     pub name: &'static str,
     /// Hidden alias of the flag.
     pub old_name: Option<&'static str>,
-    /// Placeholder of the value in the help; empty for a flag without a value.
+    /// Placeholder of the value in the help, empty for a flag without a value.
     pub value_name: &'static str,
-    /// What the option does. Default, scenes and techniques are added automatically.
+    /// Help text of what the option does. Default, scenes and techniques are added automatically.
     pub help: &'static str,
-    /// The default in words; `None` prints the default value.
+    /// The default in words. `None` prints the default value.
     pub default: Option<&'static str>,
     /// The help section: one of the [`headings`].
     pub heading: &'static str,
@@ -53,7 +53,7 @@ pub struct Spec {
 }
 
 impl Spec {
-    /// An option in the long help only.
+    /// Creates an option that only the long help includes.
     pub const fn new(heading: &'static str, name: &'static str, value_name: &'static str, help: &'static str) -> Self {
         let panel = Panel::Control;
         Self { name, old_name: None, value_name, help, default: None, heading, is_common: false, json: None, panel }
@@ -72,17 +72,17 @@ impl Spec {
 }
 
 impl Spec {
-    /// The flag: `--name`.
+    /// Returns the flag, `--name`.
     pub fn flag(&self) -> String {
         format!("--{}", self.name)
     }
 
-    /// The JSON path of the value.
+    /// Returns the JSON path of the value.
     pub fn json_key(&self) -> String {
         self.json.map_or_else(|| self.name.replace('-', "_"), str::to_owned)
     }
 
-    /// The name with spaces instead of dashes.
+    /// Returns the name with spaces instead of dashes.
     pub fn label(&self) -> String {
         self.name.replace('-', " ")
     }
@@ -91,7 +91,7 @@ impl Spec {
 /// A slider for a number.
 #[derive(Clone, Copy, Debug)]
 pub struct Slider {
-    /// Lowest and highest slider position; a flag may exceed them. If the lowest is above 0, the scale is logarithmic.
+    /// Lowest and highest slider positions, which a flag may exceed. If the lowest is above 0, the scale is logarithmic.
     pub ends: [f32; 2],
     /// Decimals displayed.
     pub decimals: usize,
@@ -99,9 +99,9 @@ pub struct Slider {
     pub unit: &'static str,
 }
 
-/// Accessor of an option's value in `C`, and its format.
+/// Accessor and format of an option's value in `C`.
 pub enum Value<C: 'static> {
-    /// `on` or `off`.
+    /// A switch, `on` or `off`.
     Switch(fn(&mut C) -> &mut bool),
     /// A flag without a value. It sets the field to this boolean.
     Flag(fn(&mut C) -> &mut bool, bool),
@@ -119,9 +119,9 @@ pub enum Value<C: 'static> {
 pub struct Text<C: 'static> {
     /// Parses the text and sets the value.
     pub read: fn(&mut C, &str) -> Result<(), String>,
-    /// Formats the value; `None` if another option prints it.
+    /// Formats the value. Returns `None` if a different option prints it.
     pub write: fn(&C) -> Option<String>,
-    /// The value in JSON; `None` to leave it out.
+    /// Returns the value in JSON, or `None` to leave it out.
     pub json: fn(&C) -> Option<Json>,
 }
 
@@ -139,15 +139,15 @@ pub enum Json {
 
 /// A type with a few named values.
 pub trait Named {
-    /// The name on the command line and in JSON.
+    /// Returns the name on the command line and in JSON.
     fn name(&self) -> &'static str;
-    /// All names, each with a one-line description.
+    /// Returns all names, each with a one-line description.
     fn names(&self) -> Vec<(&'static str, &'static str)>;
     /// Sets the value by name. Unknown names are errors.
     fn choose(&mut self, name: &str) -> Result<(), String>;
 }
 
-/// Implements [`Named`] for types with `name` and `help`: the type, its default and its values.
+/// Implements [`Named`] for types with `name` and `help`. The arguments are the type, its default and its values.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! named {
@@ -171,7 +171,7 @@ macro_rules! named {
     };
 }
 
-/// Declares an enumeration that is [`Named`]: each value with its name and description.
+/// Declares an enumeration that is [`Named`], where each value has a name and a description.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! named_enum {
@@ -216,7 +216,7 @@ impl<C: Copy> Value<C> {
         Ok(())
     }
 
-    /// The value as on the command line. `None` for an absent flag, or if another option prints it.
+    /// Returns the value as on the command line, or `None` for an absent flag, or if a different option prints it.
     pub fn write(&self, mut config: C) -> Option<String> {
         match self {
             Self::Switch(at) => Some(if *at(&mut config) { "on" } else { "off" }.to_owned()),
@@ -228,7 +228,7 @@ impl<C: Copy> Value<C> {
         }
     }
 
-    /// The value in JSON; `None` to leave it out.
+    /// Returns the value in JSON, or `None` to leave it out.
     pub fn json(&self, mut config: C) -> Option<Json> {
         Some(match self {
             Self::Switch(at) | Self::Flag(at, _) => Json::Bool(*at(&mut config)),
@@ -239,7 +239,7 @@ impl<C: Copy> Value<C> {
         })
     }
 
-    /// The named values with their descriptions; empty for other kinds.
+    /// Returns the named values with descriptions, if any.
     pub fn names(&self, mut config: C) -> Vec<(&'static str, &'static str)> {
         if let Self::Name(at) = self { at(&mut config).names() } else { Vec::new() }
     }
@@ -259,12 +259,12 @@ pub fn on_off(text: &str) -> Result<bool, String> {
 pub struct Techniques {
     /// Whether the set contains a technique.
     pub has: fn(Technique) -> bool,
-    /// Description of the set, to follow "techniques …".
+    /// Description of the set, as it continues "techniques …".
     pub which: &'static str,
 }
 
 impl Techniques {
-    /// The names of the techniques.
+    /// Returns the names of the techniques.
     pub fn names(&self) -> String {
         Technique::ALL.into_iter().filter(|&t| (self.has)(t)).map(Technique::name).collect::<Vec<_>>().join(", ")
     }

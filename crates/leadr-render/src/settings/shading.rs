@@ -1,4 +1,4 @@
-//! The shading of surfaces: a technique with exactly the settings that apply to it.
+//! The shading of surfaces, as a technique with exactly the settings that apply to it.
 
 use std::fmt;
 
@@ -11,7 +11,7 @@ use super::terms::Terms;
 use crate::named_enum;
 use leadr_gpu::SpecValue;
 
-/// Where the integrals over visible slopes are sampled.
+/// The sampling rule of the integrals over visible slopes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Quadrature {
     /// The paper's `N × N` grid of slopes, `N` from 1 to [`MAX_GRID`](Self::MAX_GRID).
@@ -24,7 +24,7 @@ impl Quadrature {
     /// Maximum number of slopes along one side of the grid.
     pub const MAX_GRID: u32 = 128;
 
-    /// Environment lookups per pixel: one per slope or probe.
+    /// Returns the number of environment lookups per pixel, one per slope or probe.
     pub const fn samples(self) -> u32 {
         match self {
             Self::Grid(n) => n * n,
@@ -32,19 +32,19 @@ impl Quadrature {
         }
     }
 
-    /// Slopes along one side of the grid, for a grid.
+    /// Returns the number of slopes along one side, for a grid.
     #[must_use]
     pub const fn side(self) -> Option<u32> {
         if let Self::Grid(side) = self { Some(side) } else { None }
     }
 
-    /// The number of probes, for visible-slope rules.
+    /// Returns the number of probes, for visible-slope rules.
     #[must_use]
     pub const fn probes(self) -> Option<Probes> {
         if let Self::VisibleSlopes(probes) = self { Some(probes) } else { None }
     }
 
-    /// The name of the rule on the command line.
+    /// Returns the name of the rule on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Grid(_) => "grid",
@@ -56,24 +56,24 @@ impl Quadrature {
 /// Number of environment probes. Rules exist for these numbers only.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Probes {
-    /// 5.
+    /// Five probes.
     Five = 5,
-    /// 9.
+    /// Nine probes.
     Nine = 9,
-    /// 16.
+    /// Sixteen probes.
     Sixteen = 16,
 }
 
 impl Probes {
-    /// All numbers, smallest first.
+    /// All numbers of probes, smallest first.
     pub const ALL: [Self; 3] = [Self::Five, Self::Nine, Self::Sixteen];
 
-    /// The number.
+    /// Returns the number of probes.
     pub const fn count(self) -> u32 {
         self as u32
     }
 
-    /// The rule with `count` probes, if there is one.
+    /// Returns the rule with `count` probes, if there is one.
     pub fn of(count: u32) -> Option<Self> {
         Self::ALL.into_iter().find(|probes| probes.count() == count)
     }
@@ -82,9 +82,9 @@ impl Probes {
 named_enum! {
     /// Integration of sun and point lights on the diffuse base.
     pub enum DiffuseLights {
-        /// Clamped cosine of each slope.
+        /// The clamped cosine of each slope.
         Cosine = "cosine", "The clamped cosine of each slope";
-        /// Order-2 spherical harmonics (Algorithm 2 of the LEADR paper): up to 9 % off.
+        /// Order-2 spherical harmonics (Algorithm 2 of the LEADR paper), with errors of up to 9 %.
         Sh = "sh", "Order-2 spherical harmonics, as in the LEADR paper; up to 9 % off";
     }
 }
@@ -109,7 +109,7 @@ pub struct Shading {
 }
 
 impl Technique {
-    /// The technique with the `options` that apply to it.
+    /// Returns the technique with the `options` that apply to it.
     #[must_use]
     pub fn with(self, options: ShadingOptions) -> Shading {
         Shading { technique: self, options: options.of(self) }
@@ -129,22 +129,22 @@ impl Default for Shading {
 }
 
 impl Shading {
-    /// The technique.
+    /// Returns the technique.
     pub fn technique(&self) -> Technique {
         self.technique
     }
 
-    /// The options; those that the technique does not have are at their defaults.
+    /// Returns the options. Options that the technique does not have are at their defaults.
     pub fn options(&self) -> ShadingOptions {
         self.options
     }
 
-    /// The enabled light terms; none for unlit techniques.
+    /// Returns the enabled light terms, none for unlit techniques.
     pub fn terms(&self) -> Terms {
         if self.technique.is_lit() { self.options.terms } else { Terms::NONE }
     }
 
-    /// Where the integrals are sampled; `None` for techniques without integrals.
+    /// Returns the sampling rule of the integrals, or `None` for techniques without integrals.
     pub fn quadrature(&self) -> Option<Quadrature> {
         self.technique.integrates().then_some(self.options.quadrature)
     }
@@ -154,12 +154,12 @@ impl Shading {
         self.technique.has_base_frame() && self.options.base_frame == BaseFrame::Facet
     }
 
-    /// The inputs that the technique needs from the passes.
+    /// Returns the inputs that the technique needs from the passes.
     pub fn needs(&self) -> Needs {
         self.technique.needs(self.options)
     }
 
-    /// The specialisation constants of the shading pass for this shading.
+    /// Returns the specialisation constants of the shading pass for this shading.
     pub fn spec(&self) -> Vec<(&'static str, SpecValue)> {
         let ShadingOptions { shadowing, diffuse_lights, .. } = self.options;
         let mut spec = self.needs().spec();
@@ -181,20 +181,20 @@ impl Shading {
                 ("SHADOWING_MODEL", SpecValue::I32(shadowing.code())),
                 ("LIGHTS_BY_SH", SpecValue::Bool(diffuse_lights == DiffuseLights::Sh)),
                 ("FACET_FRAME", SpecValue::Bool(self.facet_frame())),
-                // A few fixed probes would stay visible even in the mean of many samples.
+                // Errors of a few fixed probes would stay visible even in the mean of many samples.
                 ("DRAWN_SPECULAR", SpecValue::Bool(visible && self.technique.is_reference())),
             ]);
         }
         spec
     }
 
-    /// The same shading with one edge sample and no relief shadows: the cache key of the pipelines that shade pixels.
+    /// Returns the same shading with one edge sample and no relief shadows, the cache key of the pipelines that shade pixels.
     #[must_use]
     pub fn plain(self) -> Self {
         self.adjusted(|options| ShadingOptions { edge_samples: 1, relief_shadows: false, ..options })
     }
 
-    /// The same technique with other options.
+    /// Returns the same technique with different options.
     #[must_use]
     pub fn adjusted(self, change: impl FnOnce(ShadingOptions) -> ShadingOptions) -> Self {
         self.technique.with(change(self.options))
@@ -203,7 +203,7 @@ impl Shading {
     /// Checks whether this shading can produce an image.
     ///
     /// # Errors
-    /// A description of the invalid setting.
+    /// Returns a description of the invalid setting.
     pub fn check(&self) -> Result<(), String> {
         let ShadingOptions { quadrature, edge_samples, .. } = self.options;
         if let Quadrature::Grid(n) = quadrature
@@ -221,7 +221,7 @@ impl Shading {
 }
 
 impl fmt::Display for Shading {
-    /// The technique and, if it integrates, the quadrature.
+    /// Formats the technique and, if it integrates, the quadrature.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.technique.name())?;
         match self.quadrature() {

@@ -17,14 +17,14 @@ named! {
     Shadowing: [Self::NormalMap, Self::None, Self::Smith, Self::Correlated];
 }
 
-/// What the scene must contain for an option to have an effect.
+/// Required scene content for an option to have an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Subject {
     /// No requirement.
     Anything,
-    /// Objects, not the waves of a sea.
+    /// Objects, not just a sea.
     Objects,
-    /// Relief displaced by heights.
+    /// Relief that is displaced by heights.
     Relief,
 }
 
@@ -34,15 +34,15 @@ pub struct ShadingOption {
     pub spec: Spec,
     /// Accessor of the value.
     pub value: Value<ShadingOptions>,
-    /// The techniques that have it.
+    /// The techniques that have the option.
     pub techniques: Techniques,
-    /// What the scene must contain for it to have an effect.
+    /// Required scene content for the option to have an effect.
     pub subject: Subject,
-    /// The value accepted by techniques without the option, because it changes nothing.
+    /// The neutral value, which techniques without the option accept because it changes nothing.
     pub neutral: Option<&'static str>,
     /// The boolean specialisation constant of `passes/shade/settings.glsl` that enables it.
     pub(super) constant: Option<&'static str>,
-    /// The JSON value for techniques without it, if that is not the default.
+    /// The JSON value for techniques without the option, if it differs from the default.
     json_without: Option<&'static str>,
 }
 
@@ -68,7 +68,7 @@ impl ShadingOption {
         (self.techniques.has)(technique)
     }
 
-    /// The value in JSON. For techniques without the option, switches are off and other values default.
+    /// Returns the value in JSON. For techniques without the option, switches are off, and all other values are at their defaults.
     pub fn json(&self, technique: Technique, options: ShadingOptions) -> Option<Json> {
         match (&self.value, self.json_without) {
             _ if self.applies_to(technique) => self.value.json(options),
@@ -95,7 +95,7 @@ const RAYS: Techniques = techniques(Technique::has_relief_shadows, "that sample 
 /// Declares each field once: its type, its default, and its flags.
 macro_rules! shading_options {
     ($($(#[$doc:meta])* $field:ident: $type:ty = $default:expr => [$($row:expr),+ $(,)?];)*) => {
-        /// The options for any technique. Each technique takes those that apply to it ([`Technique::with`]).
+        /// The options of all techniques. Each technique uses the options that apply to it ([`Technique::with`]).
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         pub struct ShadingOptions {
             $($(#[$doc])* pub $field: $type,)*
@@ -111,7 +111,7 @@ macro_rules! shading_options {
             /// All options, in the order of the help.
             pub const ALL: &[ShadingOption] = &[$($($row,)+)*];
 
-            /// The options of `technique`, with the others at their defaults.
+            /// Returns the options of `technique`, with all others at their defaults.
             pub(super) fn of(self, technique: Technique) -> Self {
                 let default = Self::default();
                 $(let [row, ..] = const { &[$($row),+] };
@@ -123,7 +123,7 @@ macro_rules! shading_options {
 }
 
 shading_options! {
-    /// Where the integrals are sampled.
+    /// The sampling rule of the integrals.
     quadrature: Quadrature = Quadrature::VisibleSlopes(Probes::Sixteen) => [
         row(shading("rule", "grid|visible", "Sample the integrals over slopes on the paper's grid, or where the viewer sees (--probes)")
                 .default("grid with --grid, else visible").panel(Panel::Own),
@@ -154,7 +154,7 @@ shading_options! {
                 json: |options| options.quadrature.probes().map(|probes| Json::Count(probes.count())),
             }), INTEGRALS),
     ];
-    /// How visible facets are tested for light.
+    /// The shadowing model of visible facets.
     shadowing: Shadowing = Shadowing::Correlated => [
         row(shading("shadowing", "MODEL", "Choose how facets below a pixel shadow each other").common()
                 .default("correlated; normal-map for a material of normals without heights").formerly("masking").key("masking"),
@@ -183,8 +183,8 @@ shading_options! {
             Value::Name(|options| &mut options.base_frame), BECKMANN) },
     ];
     /// Adds the variation of the macrosurface's normal across a pixel to the roughness (Tokuyoshi & Kaplanyan 2019; meshes only).
-    /// Also widens slopes that face away from the pixel's viewer toward it (`tilt_to_edge`). The LEADR paper does neither. The
-    /// other techniques that integrate always widen slopes.
+    /// Also widens slopes that face away from the viewer towards the viewer (`tilt_to_edge`). The LEADR paper has neither. All
+    /// other integrating techniques always widen slopes.
     pixel_kernel: bool = true => [
         row(shading("pixel-kernel", "on|off", "Add the curvature of the smooth surface under a pixel to the roughness"),
             Value::Switch(|options| &mut options.pixel_kernel), KERNEL).about(Subject::Objects),
@@ -222,9 +222,9 @@ shading_options! {
             Value::Flag(|options| &mut options.relief_shadows, true), RAYS).about(Subject::Relief),
     ];
     /// Edge samples per sample, 1 (none) to [`MAX_EDGE_SAMPLES`](Self::MAX_EDGE_SAMPLES). The geometry is sampled again at these
-    /// positions. Samples of another surface than the pixel's own are shaded too, which smooths silhouettes as that many samples
-    /// per pixel would. The inside of a surface does not change (`render::passes::edges`). Multiples of 16 are fastest. The samples
-    /// per pixel of the reference already smooth silhouettes.
+    /// positions. Samples on a different surface from the pixel's own are shaded too, which smooths silhouettes like the same
+    /// number of samples per pixel. The inside of a surface does not change (`render::passes::edges`). Multiples of 16 are fastest.
+    /// The samples per pixel of the reference already smooth silhouettes.
     edge_samples: u32 = 1 => [
         row(Spec::new(headings::QUALITY, "edge-samples", "N",
                 "Sample the geometry N times per sample for smooth silhouettes; each surface in a pixel is shaded once. \

@@ -10,11 +10,11 @@ use leadr_shaders::families;
 
 /// The table's entry for one technique.
 struct Row {
-    /// The name on the command line and in JSON.
+    /// Returns the name on the command line and in JSON.
     name: &'static str,
     /// The line in `--help`.
     help: &'static str,
-    /// The key in the window.
+    /// Returns the technique's key in the window.
     key: char,
     family: Family,
     slopes: Slopes,
@@ -24,7 +24,7 @@ struct Row {
     pixel_kernel: bool,
 }
 
-/// A technique with a Beckmann base and no pixel kernel.
+/// Returns the row of a technique with a Beckmann base and no pixel kernel.
 const fn row(name: &'static str, key: char, family: Family, slopes: Slopes, help: &'static str) -> Row {
     Row { name, help, key, family, slopes, ggx: false, pixel_kernel: false }
 }
@@ -48,20 +48,20 @@ pub enum Family {
     Lean = families::LEAN,
     /// Integrals over the visible slopes.
     Leadr = families::LEADR,
-    /// A GGX lobe about the mean normal. The length of normals shortened by roughness sets its roughness.
+    /// A GGX lobe about the mean normal, with roughness from the length of filtered normals, which the base roughness shortens.
     Gloss = families::GLOSS,
 }
 
 /// The slope statistics that a technique receives per pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Slopes {
-    /// None: surfaces are smooth.
+    /// No statistics: surfaces are smooth.
     None,
     /// The mean slope.
     Mean,
-    /// Mean and covariance.
+    /// The mean slope and the slope covariance.
     Covariance,
-    /// Mean and one variance for all directions.
+    /// The mean slope, and one variance for all directions.
     Isotropic,
     /// The finest level of the maps at every distance. Filtering is left to the samples per pixel.
     Finest,
@@ -69,7 +69,7 @@ pub enum Slopes {
 
 macro_rules! techniques {
     ($($(#[$doc:meta])* $technique:ident = $row:expr;)*) => {
-        /// How surfaces are filtered and shaded.
+        /// A technique of filtering and shading surfaces.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         pub enum Technique {
             $($(#[$doc])* $technique,)*
@@ -90,7 +90,7 @@ macro_rules! techniques {
 }
 
 techniques! {
-    /// Albedo without light. Shows the cost of geometry and colour filtering.
+    /// Albedo without light, which shows the cost of geometry and colour filtering.
     Constant = row("constant", '9', Family::Unlit, Slopes::None, "Albedo without light");
     /// Mipmapped normals under a normalised Blinn-Phong lobe.
     BlinnPhong = row("blinn-phong", '7', Family::BlinnPhong, Slopes::Mean, "Mipmapped normals, Blinn-Phong");
@@ -100,7 +100,7 @@ techniques! {
     /// Mipmapped normals, with roughness from their length (Toksvig 2005).
     Toksvig = row("toksvig", '6', Family::Toksvig, Slopes::Covariance,
         "Mipmapped normals, roughness from their length");
-    /// Mipmapped normals shortened by roughness, under a GGX lobe with the roughness of their length (Chan 2018).
+    /// Mipmapped normals under a GGX lobe. Roughness shortens the normals, and is recovered from their mean length (Chan 2018).
     Gloss = row("gloss", 'y', Family::Gloss, Slopes::Covariance,
         "Normals shortened by roughness, GGX lobe from their length (Call of Duty: WWII)").ggx();
     /// One slope variance for all directions (CLEAN mapping, Baker 2011).
@@ -108,7 +108,7 @@ techniques! {
     /// Slope covariance under a Beckmann lobe, without projected areas (LEAN mapping, Olano & Baker 2010).
     Lean = row("lean", '4', Family::Lean, Slopes::Covariance,
         "Slope covariance without projected areas (LEAN mapping)");
-    /// LEADR mapping: mean slope and slope covariance of each pixel.
+    /// LEADR mapping, with the mean slope and slope covariance of each pixel.
     Leadr = row("leadr", '1', Family::Leadr, Slopes::Covariance,
         "Slope covariance and projected areas (LEADR mapping)").pixel_kernel();
     /// LEADR mapping of a GGX base, with two lobes.
@@ -123,17 +123,17 @@ techniques! {
 }
 
 impl Technique {
-    /// The name on the command line and in JSON.
+    /// Returns the name on the command line and in JSON.
     pub const fn name(self) -> &'static str {
         self.row().name
     }
 
-    /// A one-line description.
+    /// Returns a one-line description.
     pub const fn help(self) -> &'static str {
         self.row().help
     }
 
-    /// The key in the window.
+    /// Returns the technique's key in the window.
     pub const fn key(self) -> char {
         self.row().key
     }
@@ -143,7 +143,7 @@ impl Technique {
         self.row().family != Family::Unlit
     }
 
-    /// Whether it integrates over the visible slopes.
+    /// Whether the technique integrates over the visible slopes.
     pub fn integrates(self) -> bool {
         self.row().family == Family::Leadr
     }
@@ -155,7 +155,8 @@ impl Technique {
 
     /// Whether the setting [`multiscattering`](super::ShadingOptions::multiscattering) applies.
     pub fn has_multiscattering(self) -> bool {
-        // Not LEADR's GGX base: its lobes reflect more of the environment at grazing angles than the GGX of the energy tables.
+        // LEADR's GGX base is excluded, because its lobes reflect more of the environment at grazing angles than the GGX of the
+        // energy tables.
         self.has_base_frame() || self.row().family == Family::Gloss
     }
 
@@ -164,7 +165,7 @@ impl Technique {
         self.row().pixel_kernel
     }
 
-    /// Whether it reads the finest level of the maps and leaves filtering to the samples per pixel.
+    /// Whether the technique reads the finest level of the maps, and leaves filtering to the samples per pixel.
     pub fn is_reference(self) -> bool {
         self.row().slopes == Slopes::Finest
     }
@@ -179,7 +180,7 @@ impl Technique {
         self.row().ggx
     }
 
-    /// The reference technique with the same base material.
+    /// Returns the reference technique with the same base material.
     #[must_use]
     pub fn reference(self) -> Self {
         if self.has_ggx_base() { Self::ReferenceGgx } else { Self::Reference }
@@ -190,7 +191,7 @@ impl Technique {
         self.row().family == Family::Leadr && matches!(self.row().slopes, Slopes::Covariance | Slopes::Isotropic)
     }
 
-    /// The inputs of the technique with these options.
+    /// Returns the inputs of the technique with these options.
     pub(super) fn needs(self, options: ShadingOptions) -> Needs {
         let Row { family, slopes, ggx, pixel_kernel: has_kernel, .. } = self.row();
         Needs {
@@ -205,7 +206,8 @@ impl Technique {
     }
 }
 
-/// The inputs of a technique from the passes between filtering and shading. A cache key for pipelines that depend on nothing else.
+/// The inputs of a technique from the passes between filtering and shading. They are the cache key of pipelines that depend on
+/// nothing else.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Needs {
     family: Family,
@@ -218,7 +220,7 @@ pub struct Needs {
 }
 
 impl Needs {
-    /// The specialisation constants of `passes/technique.glsl`.
+    /// Returns the specialisation constants of `passes/technique.glsl`.
     #[must_use]
     pub fn spec(self) -> Vec<(&'static str, SpecValue)> {
         let covariance = matches!(self.slopes, Slopes::Covariance | Slopes::Isotropic | Slopes::Finest);
@@ -236,7 +238,7 @@ impl Needs {
         ]
     }
 
-    /// Whether it reads the finest level of the maps at every distance.
+    /// Whether the technique reads the finest level of the maps at every distance.
     pub fn is_finest(self) -> bool {
         self.slopes == Slopes::Finest
     }

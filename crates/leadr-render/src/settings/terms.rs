@@ -4,7 +4,7 @@ use std::fmt;
 
 use crate::constants;
 
-/// A set of light terms: the parts of the light transport in an image.
+/// A set of light terms, the components of light transport in an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Terms(i32);
 
@@ -17,11 +17,11 @@ impl Terms {
     pub const SPECULAR_ENVIRONMENT: Self = Self(constants::TERM_SPECULAR_ENVIRONMENT);
     /// Diffuse reflection of the environment.
     pub const DIFFUSE_ENVIRONMENT: Self = Self(constants::TERM_DIFFUSE_ENVIRONMENT);
-    /// All light.
+    /// All light terms.
     pub const ALL: Self = Self(
         Self::SPECULAR_LIGHTS.0 | Self::DIFFUSE_LIGHTS.0 | Self::SPECULAR_ENVIRONMENT.0 | Self::DIFFUSE_ENVIRONMENT.0,
     );
-    /// No light: the image is black.
+    /// No light terms, so that the image is black.
     pub const NONE: Self = Self(0);
 
     /// Each term with its name on the command line.
@@ -37,13 +37,13 @@ impl Terms {
         self.0 & other.0 == other.0
     }
 
-    /// The set without `other`.
+    /// Returns the set without `other`.
     #[must_use]
     pub fn without(self, other: Self) -> Self {
         Self(self.0 & !other.0)
     }
 
-    /// The `TERM_` bits of the shading pass.
+    /// Returns the `TERM_` bits of the shading pass.
     pub fn bits(self) -> i32 {
         self.0
     }
@@ -51,7 +51,7 @@ impl Terms {
     /// Parses `all` or a comma-separated list of terms.
     ///
     /// # Errors
-    /// An unknown name.
+    /// Fails for an unknown name.
     pub fn named(text: &str) -> Result<Self, String> {
         if text == "all" {
             return Ok(Self::ALL);
@@ -63,7 +63,7 @@ impl Terms {
         })
     }
 
-    /// The names of the terms in the set.
+    /// Returns the names of the terms in the set.
     pub fn names(self) -> impl Iterator<Item = &'static str> {
         Self::NAMES.into_iter().filter(move |(term, _)| self.contains(*term)).map(|(_, name)| name)
     }
@@ -78,7 +78,7 @@ impl std::ops::BitOr for Terms {
 }
 
 impl fmt::Display for Terms {
-    /// Formats the set as [`named`](Self::named) parses it.
+    /// Formats the set in the syntax that [`named`](Self::named) parses.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if *self == Self::ALL { f.write_str("all") } else { f.write_str(&self.names().collect::<Vec<_>>().join(",")) }
     }

@@ -1,4 +1,4 @@
-//! A repeating detail relief on the device: LEADR maps, colours, mask, and mapping. `shaders-glsl/passes/filter/detail.glsl`
+//! A repeating detail relief on the device, with LEADR maps, colours, mask and mapping. `shaders-glsl/passes/filter/detail.glsl`
 //! filters it.
 
 use std::sync::Arc;
@@ -16,44 +16,44 @@ use crate::scene::{Detail, DetailColors, DetailMapping, DetailMask, MaterialMap}
 use leadr_gpu::{AddressMode, Buffer, Filter, Gpu, GpuError, Image, ImageDesc, Result, Sampler, shared_struct};
 
 shared_struct! {
-    /// The mapping of a detail onto its surface. One `RestVertexGpu` per vertex follows.
+    /// The mapping of a detail onto its surface. For triplanar mapping, one `RestVertexGpu` per vertex follows it in the buffer.
     pub struct DetailHeadGpu for "Detail" {
-        /// Columns: from the surface's coordinates to the detail's.
+        /// Columns of the matrix from texture coordinates of the surface to those of the detail.
         detail_linear: [f32; 4],
-        /// Columns: from the surface's coordinates to the mask's.
+        /// Columns of the matrix from texture coordinates of the surface to those of the mask.
         mask_linear: [f32; 4],
         detail_offsets: [f32; 4],
-        /// Factor on the colours; reflectance at normal incidence.
+        /// Factor on the colours (rgb), and reflectance at normal incidence (a).
         detail_color: [f32; 4],
     }
 }
 
 shared_struct! {
-    /// A rest vertex, in units of the detail's triplanar coordinates.
+    /// A vertex at rest. Its position is in units of the detail's triplanar coordinates.
     pub struct RestVertexGpu for "RestVertex" {
         position: [f32; 4],
         normal: [f32; 4],
     }
 }
 
-/// The inputs of the filter pass from a detail.
+/// The inputs that the filter pass takes from a detail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct DetailKind {
-    /// A `DETAIL_` constant for the coordinates, or for no detail.
+    /// The `DETAIL_` constant of the mapping, or of no detail.
     pub mapping: u32,
-    /// A `DETAIL_` constant for the use of its colours.
+    /// The `DETAIL_` constant for the use of the detail's colours.
     pub colors: u32,
-    /// Whether it has a mask.
+    /// Whether the detail has a mask.
     pub masked: bool,
 }
 
 impl DetailKind {
-    /// Whether there is a detail.
+    /// Whether the object has a detail.
     pub const fn is_some(self) -> bool {
         self.mapping != DETAIL_NONE
     }
 
-    /// The kind of a detail.
+    /// Returns the kind of a detail.
     pub fn of(detail: Option<&Detail>) -> Self {
         let Some(detail) = detail else {
             return Self { mapping: DETAIL_NONE, colors: DETAIL_COLORLESS, masked: false };
@@ -73,22 +73,22 @@ impl DetailKind {
     }
 }
 
-/// A detail on the device. For objects without one, placeholders that are never read.
+/// A detail on the device. Objects without a detail have placeholders that are never read.
 pub struct DetailImages {
-    /// `DetailHeadGpu`, then a `RestVertexGpu` per vertex for triplanar mapping.
+    /// Buffer with a `DetailHeadGpu`, followed by a `RestVertexGpu` per vertex for triplanar mapping.
     pub layout: Buffer,
-    /// Its slope moments.
+    /// Slope moments of the detail.
     pub maps: LeadrMapGpu,
-    /// Its colours and roughness.
+    /// Colours and roughness of the detail.
     pub material: MaterialImages,
-    /// The mask `m` and `m²`, half floats.
+    /// The mask `m` and its square `m²`, as half floats.
     pub mask: Image,
-    /// Sampler of all its maps.
+    /// Sampler of all maps of the detail.
     pub sampler: Sampler,
 }
 
 impl DetailImages {
-    /// A placeholder detail, made of placeholder maps.
+    /// Creates a placeholder detail from placeholder maps.
     pub fn none(gpu: &Arc<Gpu>, leadr: &LeadrMapGpu, material: &MaterialImages) -> Result<Self> {
         Ok(Self {
             layout: Buffer::from_slice(gpu, "no detail", &[0u8; size_of::<DetailHeadGpu>()])?,
@@ -99,11 +99,11 @@ impl DetailImages {
         })
     }
 
-    /// Uploads the detail of a surface with this mesh and these borders. `none`: placeholders for missing material images.
+    /// Uploads the detail of a surface with this mesh and border rule. `none` holds placeholders for missing material images.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] for texture coordinates that end at a tile, or for maps with a wrong number of texels; insufficient
-    /// memory, or a failed Vulkan call.
+    /// Returns [`GpuError::Usage`] if the detail uses the texture coordinates of an atlas, or for maps with a wrong number of
+    /// texels.
     pub fn new(
         gpu: &Arc<Gpu>,
         name: &str,
@@ -157,7 +157,7 @@ fn rest_vertices(mesh: &PatchMesh, metres: f32) -> Vec<RestVertexGpu> {
     mesh.positions.iter().zip(&mesh.normals).map(vertex).collect()
 }
 
-/// Colour factor that normalises a map's mean colour to 1, at most 100.
+/// Returns the colour factor, at most 100, that normalises the mean colour of a map to 1.
 fn per_mean(map: &MaterialMap) -> [f32; 4] {
     let codes = Codes::new();
     let sum = map.colors.iter().fold([0.0f64; 3], |sum, &texel| {

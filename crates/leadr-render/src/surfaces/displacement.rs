@@ -1,9 +1,9 @@
-//! Heights where patches meet.
+//! Heights at the edges and vertices shared by patches.
 //!
-//! Inside a patch the tessellation stage reads heights from the LEADR map. On an edge, two patches must agree to the last bit
-//! although their texture coordinates differ (a UV seam, two atlas tiles). The heights along every edge and at every vertex are
-//! therefore baked once: the mean over the adjacent patches, at [`EDGE_LEVELS`] resolutions, each filtered to its own spacing. They
-//! are 0 on rims, where another object continues the surface.
+//! Inside a patch the tessellation stage reads heights from the LEADR map. Two patches must agree to the last bit along a shared
+//! edge, even if their texture coordinates differ (a UV seam, two atlas tiles). The heights along every edge and at every vertex
+//! are therefore baked once, as the mean over the adjacent patches. They are stored at [`EDGE_LEVELS`] resolutions, each filtered
+//! to its sample spacing. Heights are 0 on rims, where another object continues the surface.
 
 use std::borrow::Cow;
 use std::collections::HashSet;
@@ -16,17 +16,17 @@ use glam::Vec2;
 use leadr_maps::HeightMap;
 use rayon::prelude::*;
 
-/// Resolutions of the heights along an edge: 64, 32, … 1 segments.
+/// Number of resolutions of the heights along an edge: 64, 32, … 1 segments.
 pub const EDGE_LEVELS: usize = constants::EDGE_LEVELS as usize;
-/// Samples of one edge over all levels.
+/// Number of height samples of one edge, over all levels.
 pub const EDGE_STRIDE: usize = constants::EDGE_STRIDE as usize;
 
 /// A height map and its border rule.
 #[derive(Clone, Debug)]
 pub struct HeightField {
-    /// Heights in the mesh's unit.
+    /// Heights, in the mesh's unit of length.
     pub map: HeightMap,
-    /// The border rule.
+    /// How the map continues beyond its borders.
     pub border: Border,
 }
 
@@ -37,22 +37,22 @@ pub enum Border {
     Wrap,
     /// The last texel repeats.
     Clamp,
-    /// One tile per patch; taps stay inside their own tile.
+    /// The map has one tile per patch, and samples stay inside their own tile.
     Tiles(TileLayout),
 }
 
 impl HeightField {
-    /// A repeating map.
+    /// Creates a height field that repeats the map.
     pub fn repeating(map: HeightMap) -> Self {
         Self { map, border: Border::Wrap }
     }
 
-    /// A single height of 0: a placeholder that is never sampled.
+    /// Returns a placeholder with a single height of 0; it is never sampled.
     pub(super) fn flat() -> Self {
         Self { map: HeightMap { width: 1, height: 1, texels: vec![0.0] }, border: Border::Clamp }
     }
 
-    /// The texel at index `i` along an axis of `n` texels, by the border rule.
+    /// Applies the border rule to texel index `i` along an axis of `n` texels.
     fn within(&self, i: i64, n: u32) -> usize {
         match self.border {
             Border::Wrap => i.rem_euclid(i64::from(n)) as usize,
@@ -64,17 +64,17 @@ impl HeightField {
         self.map.texels[self.within(y, self.map.height) * self.map.width as usize + self.within(x, self.map.width)]
     }
 
-    /// The two texels around a position along an axis of `n` texels, and the interpolation weight of the second.
-    fn beside(&self, weld: f32, n: u32) -> ([usize; 2], f32) {
-        // Called many millions of times: `floor` is a function call on targets limited to SSE2.
-        let toward_zero = weld as i32;
-        let cell = i64::from(toward_zero) - i64::from(weld < toward_zero as f32);
+    /// Returns the two texels around a position along an axis of `n` texels, and the interpolation weight of the second texel.
+    fn beside(&self, position: f32, n: u32) -> ([usize; 2], f32) {
+        // This function runs many millions of times, and `floor` is a function call on targets limited to SSE2.
+        let toward_zero = position as i32;
+        let cell = i64::from(toward_zero) - i64::from(position < toward_zero as f32);
         let inside = cell >= 0 && cell + 1 < i64::from(n);
         let texels = [cell, cell + 1].map(|i| if inside { i as usize } else { self.within(i, n) });
-        (texels, weld - cell as f32)
+        (texels, position - cell as f32)
     }
 
-    /// Bilinear sample at a texture coordinate.
+    /// Samples the map bilinearly at a texture coordinate.
     pub fn bilinear(&self, texcoord: Vec2) -> f32 {
         let (columns, fx) = self.beside(texcoord.x * self.map.width as f32 - 0.5, self.map.width);
         let (rows, fy) = self.beside(texcoord.y * self.map.height as f32 - 0.5, self.map.height);
@@ -85,7 +85,8 @@ impl HeightField {
         along(rows[0]) * (1.0 - fy) + along(rows[1]) * fy
     }
 
-    /// Catmull-Rom sample: interpolates the texels with continuous slopes. Used to resample a map at a finer resolution.
+    /// Samples the map with Catmull-Rom interpolation, which has continuous slopes. It is used to resample a map at a finer
+    /// resolution.
     pub fn bicubic(&self, texcoord: Vec2) -> f32 {
         let (x, y) = (texcoord.x * self.map.width as f32 - 0.5, texcoord.y * self.map.height as f32 - 0.5);
         let (x0, y0) = (x.floor(), y.floor());
@@ -106,7 +107,7 @@ impl HeightField {
 
 /// Box-filtered mip chain of heights on the CPU, sampled like the LEADR map on the device.
 struct HeightPyramid<'a> {
-    /// The finest level is the field itself.
+    /// Levels from fine to coarse; the first is the height field itself.
     levels: Vec<Cow<'a, HeightField>>,
 }
 
@@ -132,12 +133,13 @@ impl<'a> HeightPyramid<'a> {
         &self.levels[self.levels.len() - 1]
     }
 
-    /// Texels of the finest level, across and down.
+    /// Width and height of the finest level, in texels.
     fn size(&self) -> Vec2 {
         Vec2::new(self.levels[0].map.width as f32, self.levels[0].map.height as f32)
     }
 
-    /// Trilinear sampling at a level of detail. With tiles, taps stay inside tile `patch`, as with `clamp_to_tile` of the shader.
+    /// Prepares trilinear sampling at a level of detail. With tiles, samples stay inside tile `patch`, as with the shader's
+    /// `clamp_to_tile`.
     fn lookup(&self, lod: f32, patch: usize) -> Lookup<'_> {
         let mut lod = lod.clamp(0.0, (self.levels.len() - 1) as f32);
         let mut inside = None;
@@ -153,12 +155,12 @@ impl<'a> HeightPyramid<'a> {
     }
 }
 
-/// Samples of a pyramid at one level of detail.
+/// A sampler of a pyramid at one level of detail.
 struct Lookup<'a> {
     pyramid: &'a HeightPyramid<'a>,
     level: usize,
     fraction: f32,
-    /// Size of the map, and the first and last allowed sample positions.
+    /// Size of the map, then the lowest and highest allowed sample positions, in texels.
     inside: Option<[Vec2; 3]>,
 }
 
@@ -182,7 +184,8 @@ impl Mapped<'_> {
         self.pyramid.coarsest().map.texels[0]
     }
 
-    /// Vector between two corners of a patch in texels. For triplanar maps, x is an upper bound on its length and y is 0.
+    /// Returns the vector between two corners of a patch, in texels. For triplanar maps, x is an upper bound on the length of the
+    /// vector and y is 0.
     fn extent(&self, patch: usize, from: usize, to: usize) -> Vec2 {
         let size = self.pyramid.size();
         if let Some(repeat) = self.mesh.triplanar {
@@ -193,7 +196,7 @@ impl Mapped<'_> {
         (t[to] - t[from]) * size
     }
 
-    /// The height between two corners of a patch, sampled in `lookup`, the patch's own.
+    /// Returns the height at fraction `part` of the way between two corners of a patch, sampled in the patch's `lookup`.
     fn height(&self, patch: usize, from: usize, to: usize, part: f32, lookup: &Lookup<'_>) -> f32 {
         if let Some(repeat) = self.mesh.triplanar {
             let [a, b] = [from, to].map(|corner| self.mesh.patches[patch][corner] as usize);
@@ -206,7 +209,7 @@ impl Mapped<'_> {
     }
 }
 
-/// Area-weighted mean of the source texels under texel `(x, y)` of a `w × h` level; exact for odd sizes.
+/// Returns the area-weighted mean of the source texels under texel `(x, y)` of a `w × h` level. It is exact for odd sizes.
 fn box_filter(source: &HeightField, w: u32, h: u32, x: u32, y: u32) -> f32 {
     if (source.map.width, source.map.height) == (2 * w, 2 * h) {
         let rows = [2 * y, 2 * y + 1].map(|y| &source.map.texels[(y * source.map.width + 2 * x) as usize..][..2]);
@@ -229,23 +232,23 @@ fn box_filter(source: &HeightField, w: u32, h: u32, x: u32, y: u32) -> f32 {
     (sum / total) as f32
 }
 
-/// Baked heights of edges and vertices, and the height range of each patch, before the height scale.
+/// Baked heights of edges and vertices, and the height range of each patch, before multiplication by the height scale.
 #[derive(Clone, Debug)]
 pub struct BoundaryHeights {
-    /// [`EDGE_STRIDE`] samples for each edge of the topology.
+    /// Heights along the edges, with [`EDGE_STRIDE`] samples for each edge of the topology.
     pub edges: Vec<f32>,
-    /// [`EDGE_LEVELS`] samples for each vertex.
+    /// Heights at the vertices, with [`EDGE_LEVELS`] samples for each vertex.
     pub vertices: Vec<f32>,
-    /// Lowest and highest height over each patch (its tile, or the whole map for repeating maps).
+    /// Lowest and highest height of each patch, taken over its tile, or over the whole map if the map has no tiles.
     pub patch_range: Vec<[f32; 2]>,
-    /// Map texels along each edge, for the finest adjacent patch.
+    /// Number of map texels along each edge, the maximum over the adjacent patches.
     pub edge_texels: Vec<f32>,
-    /// Height range over the patches at each edge; 0 on a rim.
+    /// Largest height range of the patches at each edge; 0 on a rim.
     pub edge_relief: Vec<f32>,
 }
 
 impl BoundaryHeights {
-    /// Placeholders for a smooth mesh; they are never read.
+    /// Returns placeholders for a mesh without relief; they are never read.
     pub fn none() -> Self {
         Self {
             edges: vec![0.0],
@@ -256,8 +259,8 @@ impl BoundaryHeights {
         }
     }
 
-    /// The heights of a map tiled by example. The device samples them directly, because patches agree on texture coordinates where
-    /// they meet. `vertices` holds the levels of detail for this.
+    /// Returns the data for a map tiled by example. The device samples heights directly, because adjacent patches have equal
+    /// texture coordinates at shared edges. `vertices` holds the levels of detail for this.
     pub fn by_example(mesh: &PatchMesh, topology: &Topology, field: &HeightField) -> Self {
         let mapped = Mapped { mesh, pyramid: HeightPyramid { levels: vec![Cow::Borrowed(field)] } };
         let mut extents = vec![(0.0, 0); mesh.positions.len()];
@@ -281,7 +284,7 @@ impl BoundaryHeights {
         let ranges = patch_ranges(mesh, field);
         let relief = ranges.first().map_or(0.0, |range| range[1] - range[0]);
         let wider = |range: [f32; 2]| {
-            // Blends deviate from the map's mean, which lies between both ends.
+            // Blended heights deviate from the map's mean, which lies between `low` and `high`.
             let [low, high] = range;
             [high - MOST_BLENDED * (high - low), low + MOST_BLENDED * (high - low)]
         };
@@ -297,7 +300,7 @@ impl BoundaryHeights {
     /// Bakes the heights of all edges and vertices of `mesh`.
     pub fn bake(mesh: &PatchMesh, topology: &Topology, field: &HeightField) -> Self {
         let mapped = Mapped { mesh, pyramid: HeightPyramid::new(field) };
-        // The patch sides at each edge, and the patch corners at each position.
+        // `sides` holds the patch sides at each edge, and `corners` the patch corners at each position.
         let mut sides = vec![Vec::with_capacity(2); topology.edges.len()];
         let mut corners = vec![Vec::with_capacity(4); mesh.positions.len()];
         for (patch, edges) in topology.patch_edges.iter().enumerate() {
@@ -317,7 +320,7 @@ impl BoundaryHeights {
                 }
                 std::array::from_fn(|level| {
                     mean(corners.iter().map(|&(patch, corner)| {
-                        // The third corner of a triangle is stored as its last corner too.
+                        // A triangle stores its third corner in the last two slots.
                         let before = if mesh.triangles && corner == 3 { 1 } else { (corner + 3) & 3 };
                         let along = [(corner + 1) & 3, before].map(|other| mapped.extent(patch, corner, other).abs());
                         let lod = level_lod((along[0] + along[1]) * 0.5, level);
@@ -374,7 +377,7 @@ impl BoundaryHeights {
     }
 }
 
-/// Map LOD where texels are as long as the segments of an edge of `extent` texels at `level`.
+/// Returns the LOD at which map texels are as long as the segments of an edge of `extent` texels at `level`.
 fn level_lod(extent: Vec2, level: usize) -> f32 {
     (extent.length() / (64 >> level) as f32).max(1.0).log2()
 }
@@ -407,7 +410,7 @@ mod tests {
     use glam::Vec3;
 
     fn strip() -> PatchMesh {
-        // Two adjacent patches. The second exchanges u and v in its texture coordinates, which makes a seam.
+        // The second of two adjacent patches exchanges u and v in its texture coordinates, which makes a seam.
         PatchMesh {
             positions: vec![
                 Vec3::ZERO,
@@ -436,7 +439,7 @@ mod tests {
         let baked = BoundaryHeights::bake(&mesh, &topology, &field);
         let shared = topology.edges.iter().position(|&e| e == [1, 2]).unwrap();
         let middle = baked.edges[shared * EDGE_STRIDE + 32];
-        // Midpoint: the first patch reads column 15.5, the second column 0.25 · 32 − 0.5.
+        // At the midpoint, the first patch reads column 15.5 and the second patch reads column 0.25 · 32 − 0.5.
         assert!((middle - (15.5 + 7.5) / 2.0).abs() < 1e-4, "{middle}");
         assert_eq!(baked.edges[shared * EDGE_STRIDE], baked.vertices[EDGE_LEVELS]);
         assert_eq!(baked.patch_range[0], [0.0, 31.0]);
@@ -449,8 +452,8 @@ mod tests {
         for border in [Border::Wrap, Border::Clamp] {
             let field = HeightField { map: HeightMap { width: 7, height: 5, texels: texels.clone() }, border };
             for i in 0..4000 {
-                let weld = |ratio: f64| ((f64::from(i) * ratio).fract() * 7.0 - 3.5) as f32;
-                let at = Vec2::new(weld(0.754_877_666_2), weld(0.569_840_290_9));
+                let position = |ratio: f64| ((f64::from(i) * ratio).fract() * 7.0 - 3.5) as f32;
+                let at = Vec2::new(position(0.754_877_666_2), position(0.569_840_290_9));
                 let (x, y) = (at.x * 7.0 - 0.5, at.y * 5.0 - 0.5);
                 let texel = |i: i64, j: i64| field.texel(x.floor() as i64 + i, y.floor() as i64 + j);
                 let (fx, fy) = (x - x.floor(), y - y.floor());

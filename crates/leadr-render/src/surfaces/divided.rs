@@ -1,5 +1,5 @@
-//! A posed object, tessellated for a lens. Suns draw shadow casters with the camera's tessellation, or a coarser one where their
-//! maps cannot resolve it. A finer one would protrude from the visible surface and shadow it.
+//! A posed object, tessellated for a lens. Suns draw shadow casters with the camera's tessellation, or with a coarser tessellation
+//! if their shadow maps cannot resolve it. A finer tessellation would protrude from the visible surface and shadow it.
 
 use std::sync::Arc;
 
@@ -13,13 +13,13 @@ use super::tessellation::{Division, Lens, TessellationSettings};
 use leadr_gpu::{Buffer, Gpu, Result, shared_struct};
 
 shared_struct! {
-    /// One vertex as the shaders read it (`Vertex` in `passes/geometry/interface.glsl`).
+    /// A vertex in shader layout (`Vertex` in `passes/geometry/interface.glsl`).
     pub struct VertexGpu for "Vertex" {
-        /// World position; w: ambient accessibility.
+        /// World position (xyz) and ambient accessibility (w).
         pub position: [f32; 4],
-        /// World displacement direction; w: LOD of the boundary heights.
+        /// World displacement direction (xyz) and LOD of the boundary heights (w).
         pub normal: [f32; 4],
-        /// Linear albedo; a: Beckmann roughness.
+        /// Linear albedo (rgb) and Beckmann roughness (a).
         pub color: [f32; 4],
         /// Shading normal of a triangle.
         pub facing: [f32; 4],
@@ -28,14 +28,14 @@ shared_struct! {
 
 /// The buffers of a tessellation, large enough for every vertex and edge of an object.
 pub struct DivisionBuffers {
-    /// One `Vertex` per vertex.
+    /// Buffer with one `Vertex` struct per vertex.
     pub vertices: Buffer,
     /// Tessellation factor of each edge.
     pub edge_factors: Buffer,
 }
 
 impl DivisionBuffers {
-    /// Buffers for an object.
+    /// Creates the buffers for an object.
     pub fn new(gpu: &Arc<Gpu>, object: &GpuObject) -> Result<Self> {
         Ok(Self {
             vertices: object.frame_buffer(
@@ -57,18 +57,18 @@ pub struct DividedObject {
     pub division: Division,
     /// Whether each height texel has a vertex at its centre.
     pub at_texels: bool,
-    /// The lens and settings it was made for.
+    /// The lens and settings for which the tessellation was computed.
     of: Option<(Lens, TessellationSettings)>,
 }
 
 impl DividedObject {
-    /// An empty tessellation with these buffers.
+    /// Creates an empty tessellation with these buffers.
     pub fn new(buffers: Arc<DivisionBuffers>) -> Self {
         Self { buffers, division: Division::default(), at_texels: false, of: None }
     }
 
-    /// Tessellates the object, unless this was already done for the same lens and settings. The result depends only on these and
-    /// the pose. The device must not be reading the buffers.
+    /// Tessellates the object, unless it is already tessellated for the same lens and settings. The result depends only on the
+    /// lens, the settings and the pose. The device must not be reading the buffers.
     pub fn divide(&mut self, posed: &PosedObject, lens: Lens, settings: &TessellationSettings) -> Result<()> {
         if self.of.is_some_and(|(of, so)| of == lens && so.divides_as(settings)) {
             return Ok(());
@@ -77,8 +77,8 @@ impl DividedObject {
         self.write(posed, Division::new(posed.mesh(), lens, settings))
     }
 
-    /// The same tessellation with vertices at least this many metres apart, in other buffers; `None` if no vertices are closer. The
-    /// device must not be reading the buffers.
+    /// Writes to other buffers the same tessellation with vertices at least `spacing` metres apart. Returns `None` if no vertices
+    /// are closer. The device must not be reading the buffers.
     pub fn with_min_spacing(
         &self,
         spacing: f32,
@@ -116,7 +116,7 @@ impl DividedObject {
     }
 }
 
-/// Whether a mesh still matches [`PatchMesh::flat_repeat`]: no pose has moved or bent it.
+/// Whether a mesh still matches [`PatchMesh::flat_repeat`], because no pose has moved or bent it.
 fn is_undeformed_plane(mesh: &PatchMesh, positions: &[Vec3]) -> bool {
     let Some(repeat) = mesh.flat_repeat else { return false };
     let mut corners = mesh.patches.iter().flatten().zip(mesh.texcoords.iter().flatten());

@@ -7,7 +7,7 @@ use crate::scene::Object;
 use leadr_gpu::{GpuError, Result};
 use leadr_reflectance::materials::fitted_table::FittedTable;
 
-/// Maximum size of all tables, in numbers. Start offsets are stored as floats, which are exact up to this count.
+/// Maximum total count of numbers in the tables. Start offsets are stored as floats, which are exact up to this count.
 const MOST_WORDS: usize = (1 << 24) - MAX_FITS as usize;
 
 /// The measured materials of a scene.
@@ -18,7 +18,7 @@ impl Fits {
     /// Collects the materials of these objects.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] for more than `MAX_FITS` materials, or for tables too large for float offsets.
+    /// Returns [`GpuError::Usage`] for more than `MAX_FITS` materials, or for tables too large for float offsets.
     pub fn of(objects: &[Object]) -> Result<Self> {
         let mut all: Vec<Arc<FittedTable>> = Vec::new();
         for fit in objects.iter().filter_map(fit_of) {
@@ -38,13 +38,13 @@ impl Fits {
         Ok(Self(all))
     }
 
-    /// The number of an object's material, from 1; 0 without one.
+    /// Returns the number of an object's measured material, counted from 1, or 0 without one.
     pub fn number_of(&self, object: &Object) -> u32 {
         let index = fit_of(object).and_then(|fit| self.0.iter().position(|known| known == fit));
         index.map_or(0, |index| index as u32 + 1)
     }
 
-    /// Start offsets of the materials, then their tables (`passes/shade/fits.glsl`).
+    /// Returns the start offsets of the materials, followed by their tables (`passes/shade/fits.glsl`).
     pub fn words(&self) -> Vec<f32> {
         let mut at = self.0.len();
         let mut words = Vec::new();

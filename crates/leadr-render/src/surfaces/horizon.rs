@@ -1,11 +1,11 @@
-//! The horizon maps of an object: self-occlusion of its relief at every texel of every height level
-//! ([`leadr_reflectance::visible::horizon`]). Two images:
+//! The horizon maps of an object, which describe the self-occlusion of its relief at every texel of every height level
+//! ([`leadr_reflectance::visible::horizon`]). There are two images:
 //!
-//! * leans, RGBA: `lean` (xy) and the deviations of `spread` (zw), per unit of texture coordinate, in the heights' unit
+//! * leans, RGBA: `lean` (xy) and the standard deviations of `spread` (zw), in height units per unit of texture coordinate
 //! * correlations, R: the correlation of `spread`
 //!
-//! Each level is computed from *its own* filtered heights: detail below a texel of the level belongs to the slope moments. At the
-//! coarsest level no occluders remain. The images of large maps begin at a coarser level than the maps.
+//! Each level is computed from *its own* filtered heights, because detail smaller than a texel of the level belongs to the slope
+//! moments. The coarsest level has no occluders. For large maps, the images begin at a coarser level than the heights.
 
 use std::cmp::Ordering;
 use std::sync::Arc;
@@ -26,20 +26,21 @@ use leadr_maps::cache::{MapCache, put};
 use leadr_maps::checksum::checksum;
 use leadr_maps::horizon::{Heights, HorizonTexel, Rays, Window, horizons};
 
-/// Maximum number of texels of a horizon map. Larger maps start at a coarser level, which all closer pixels share.
+/// Maximum number of texels of a horizon map. The horizons of larger maps start at a coarser level, which also serves all finer
+/// levels.
 pub const MOST_TEXELS: u32 = 8 << 20;
 
-/// Pairs of opposite rays: on a map, and on the tiles of an atlas, which have many more texels.
+/// Number of pairs of opposite rays per texel. An atlas has many more texels, so its tiles use fewer rays.
 const AXES: usize = 8;
 const TILE_AXES: usize = 4;
 
-/// Longest ray on an atlas: in texels of the level, and in texels of level 0.
+/// Maximum length of rays on an atlas, in texels of the level and in texels of level 0.
 const TILE_REACH: [u32; 2] = [12, 24];
 
-/// Minimum number of texels worth caching: below this, computing is as fast as reading a file.
+/// Minimum number of texels worth caching. Fewer texels are computed as fast as a file is read.
 const LEAST_CACHED: usize = 1 << 18;
 
-/// Source code that determines the result. It is part of the cache key.
+/// Source code that determines the horizons. It is part of the cache key.
 const SOURCES: [&str; 4] = [
     include_str!("horizon.rs"),
     include_str!("atlas/tiles.rs"),
@@ -47,7 +48,7 @@ const SOURCES: [&str; 4] = [
     leadr_maps::horizon::SOURCE,
 ];
 
-/// The inputs of a map's horizons besides its heights.
+/// The inputs of a map's horizons apart from the heights.
 pub struct HorizonInput<'a> {
     /// The surface with the relief.
     pub mesh: &'a PatchMesh,
@@ -64,7 +65,7 @@ impl HorizonInput<'_> {
         if self.height_scale < 0.0 { -1.0 } else { 1.0 }
     }
 
-    /// The cache key for this relief and these heights.
+    /// Returns the cache key for this relief and the checksum of its heights.
     fn key(&self, size: [u32; 2], heights: u64) -> u64 {
         let mut words = vec![u64::from(size[0]) << 32 | u64::from(size[1]), heights, u64::from(self.sign() > 0.0)];
         match self.border {
@@ -82,13 +83,13 @@ impl HorizonInput<'_> {
     }
 }
 
-/// Bytes per texel: lean and deviations, and correlation, as half floats.
+/// Bytes per texel of the two images, for half floats.
 const TEXEL_BYTES: [usize; 2] = [8, 2];
 
 /// The horizon maps of an object. Clones share them.
 #[derive(Clone)]
 pub struct HorizonMaps {
-    /// `lean` and the deviations of `spread`, with mips.
+    /// `lean` and the standard deviations of `spread`, with mips.
     pub leans: Image,
     /// The correlations of `spread`, with mips.
     pub correlations: Image,
@@ -98,12 +99,12 @@ pub struct HorizonMaps {
 struct HeightLevel {
     size: [u32; 2],
     heights: Vec<f32>,
-    /// Mean slopes, heights per texel.
+    /// Mean slopes, in height units per texel.
     slopes: Vec<[f32; 2]>,
 }
 
 impl HeightLevel {
-    /// Reads a level back. `sign`: -1 for heights that point inwards.
+    /// Reads back a level. `sign` is -1 for heights that point inwards, otherwise 1.
     fn read(maps: &LeadrMapGpu, level: u32, sign: f32) -> Result<Self> {
         let size = maps.heights.mip_extent(level);
         let [w, h] = size.map(|n| sign / n as f32);
@@ -116,7 +117,7 @@ impl HeightLevel {
         })
     }
 
-    /// The horizons of a map that is one surface.
+    /// Computes the horizons of a map without tiles.
     fn of_map(&self, wrap: Wrap) -> Vec<HorizonTexel> {
         let [width, height] = self.size.map(|n| n as usize);
         let heights = Heights::new(width, height, &self.heights, wrap);
@@ -124,7 +125,7 @@ impl HeightLevel {
         horizons(&heights, Window { x: 0, y: 0, width, height }, &self.slopes, rays)
     }
 
-    /// The horizons of tiles, one per patch. Rays continue in the tiles of adjacent patches.
+    /// Computes the horizons of an atlas with one tile per patch. Rays continue in the tiles of adjacent patches.
     fn of_tiles(&self, level: u32, atlas: &Tiles) -> Vec<HorizonTexel> {
         let layout = atlas.layout();
         let [width, height] = self.size.map(|n| n as usize);
@@ -152,7 +153,8 @@ impl HeightLevel {
             for y in 0..side {
                 let row = &mut texels[start + y * width..][..side];
                 row.copy_from_slice(&tile[y * side..][..side]);
-                // The neighbourhood of a corner depends on its number of patches, so corners keep the gutter's values.
+                // A corner of the gutter repeats the nearest texel of the patch, because any number of patches can meet at a
+                // corner.
                 for x in (0..gutter).chain(side - gutter..side).filter(|_| inside(y) != y) {
                     row[x] = tile[inside(y) * side + inside(x)];
                 }
@@ -163,7 +165,7 @@ impl HeightLevel {
 }
 
 impl HorizonMaps {
-    /// Placeholders for an object without relief; they are never read.
+    /// Creates placeholders for an object without relief; they are never read.
     pub fn none(gpu: &Arc<Gpu>) -> Result<Self> {
         Ok(Self {
             leans: placeholder(gpu, "no horizon", Format::R16G16B16A16_SFLOAT)?,
@@ -171,7 +173,8 @@ impl HorizonMaps {
         })
     }
 
-    /// The horizons of the heights in `maps`, with the checksum `heights`. Large maps are looked up in the cache, if there is one.
+    /// Computes the horizons of the heights in `maps`. Large results are loaded from the cache if it contains them. `cache` holds
+    /// the cache and the checksum of the heights.
     pub fn new(
         gpu: &Arc<Gpu>,
         name: &str,
@@ -181,7 +184,7 @@ impl HorizonMaps {
     ) -> Result<Self> {
         let levels = match relief.border {
             Border::Wrap | Border::Clamp => maps.levels(),
-            // The filter pass uses no coarser tile levels.
+            // The filter pass does not use coarser levels of tiles.
             Border::Tiles(_) => maps.levels().min(SOURCE_LEVEL + 1),
         };
         let small = |&level: &u32| maps.heights.mip_extent(level).iter().product::<u32>() <= MOST_TEXELS;
@@ -193,7 +196,7 @@ impl HorizonMaps {
         let correlations = Image::new(gpu, &format!("{name} horizon correlation"), single)?;
         let sizes: Vec<usize> =
             (first..levels).map(|level| maps.heights.mip_extent(level).iter().product::<u32>() as usize).collect();
-        // All levels in order, both images of each.
+        // The bytes hold all levels in order, with both images of each level.
         let find = || {
             let mut bytes = Vec::new();
             (first..levels).try_for_each(|level| Self::level(maps, level, relief, &mut bytes))?;

@@ -1,13 +1,14 @@
-//! The material of a surface on the device: the inputs filtered in addition to slopes, each with area-weighted mips.
+//! The material of a surface on the device. It holds the inputs that are filtered in addition to slopes, each with area-weighted
+//! mips:
 //!
-//! * colour, sRGB: albedo, averaged in linear light, and the root of the roughness `α`, averaged as the variance `α²` (LEADR
-//!   section 4.1)
+//! * colour, sRGB: the albedo, averaged in linear light, and the square root of the roughness `α`, averaged as the variance `α²`
+//!   (LEADR section 4.1)
 //! * reflectance at normal incidence, sRGB
 //! * two roughnesses, half floats: [`mixed_roughness`](leadr_reflectance::facets::mixed_roughness)
 //! * emission, linear, half floats
-//! * accessibility, 8 bits, or its cones, four numbers of 8 bits
-//! * coverage, 8 bits: a mask, and the covered fraction of each texel, which is averaged. Averaged mask values would lose or
-//!   thicken details thinner than a texel
+//! * accessibility, 8 bits, or cones of ambient visibility, four components of 8 bits
+//! * coverage, 8 bits: a mask and the covered fraction of each texel. Mips average the fraction, because averaged mask values would
+//!   lose or thicken details thinner than a texel
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -30,62 +31,62 @@ pub const MIXED_FORMAT: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 const COLOR_FORMAT: vk::Format = vk::Format::R8G8B8A8_SRGB;
 /// Format of accessibility.
 const SHARE_FORMAT: vk::Format = vk::Format::R8_UNORM;
-/// Format of cones.
+/// Format of the cones of ambient visibility.
 const CONE_FORMAT: vk::Format = vk::Format::R8G8B8A8_SNORM;
 /// Format of coverage.
 const COVERAGE_FORMAT: vk::Format = vk::Format::R8G8_UNORM;
 
-/// The images of a material, with placeholders for missing ones. Clones share them.
+/// The images of a material, with placeholders for missing images. Clones share the images.
 #[derive(Clone)]
 pub struct MaterialImages {
-    /// Albedo and the root of `α`.
+    /// Albedo, with the square root of `α` in alpha.
     pub color: Image,
     /// Reflectance at normal incidence.
     pub f0: Image,
-    /// Fraction of the rougher texels, and the contributions of them and of the others to the mean `α²`.
+    /// Fraction of the texels in the rougher class, and the contributions of the rougher and the smoother class to the mean `α²`.
     pub mixed: Image,
-    /// Emitted radiance.
+    /// Emitted radiance, linear.
     pub emission: Image,
-    /// Accessibility, or cones.
+    /// Accessibility, or cones of ambient visibility.
     pub occlusion: Image,
-    /// Coverage.
+    /// Mask and coverage.
     pub opacity: Image,
-    /// Samplers of colours, reflectance and roughnesses; of emission; of accessibility; of coverage.
+    /// Four samplers, for colour-like images (colours, reflectance and roughnesses), emission, accessibility, and coverage.
     pub samplers: [Sampler; 4],
-    /// Which images exist.
+    /// The inputs that exist.
     pub features: MaterialFeatures,
 }
 
 /// The inputs of a material besides its colours.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct MaterialFeatures {
-    /// Reflectance at normal incidence.
+    /// Whether the material has reflectance at normal incidence.
     pub f0: bool,
-    /// The base beyond a single lobe.
+    /// Features of the base beyond a single lobe.
     pub bases: Bases,
-    /// Emission.
+    /// Whether the material has emission.
     pub emission: bool,
-    /// Accessibility.
+    /// Whether the material has accessibility or cones.
     pub occlusion: bool,
-    /// Alpha mask or partial coverage.
+    /// Alpha mask or partial coverage; `None` for an opaque surface.
     pub cutout: Option<CutoutKind>,
 }
 
 /// Features of surfaces beyond a single-lobe base. Each combination has its own pipelines, so absent features cost nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Bases {
-    /// Two roughnesses on one surface.
+    /// Whether a surface has two roughnesses.
     pub mixed: bool,
-    /// Lobes of measured materials.
+    /// Maximum number of lobes of a measured material; 0 without one.
     pub fit_lobes: u32,
     /// Whether all surfaces use measured materials.
     pub all_fitted: bool,
-    /// Cones of ambient visibility.
+    /// Whether ambient visibility is stored as cones.
     pub cones: bool,
 }
 
 impl Bases {
-    /// The combined features of these surfaces and others.
+    /// Returns the features of both sets of surfaces together.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
         Self {
@@ -96,7 +97,7 @@ impl Bases {
         }
     }
 
-    /// The features common to both.
+    /// Returns the features restricted to those of `other`.
     #[must_use]
     pub fn within(self, other: Self) -> Self {
         Self {
@@ -107,7 +108,7 @@ impl Bases {
         }
     }
 
-    /// The specialisation constants of `passes/bases.glsl`.
+    /// Returns the specialisation constants of `passes/bases.glsl`.
     pub fn spec(self) -> [(&'static str, SpecValue); 4] {
         [
             ("MIXED_ROUGHNESS", SpecValue::Bool(self.mixed)),
@@ -121,14 +122,14 @@ impl Bases {
 /// The kind of alpha of a cutout surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum CutoutKind {
-    /// [`Cutout::Mask`].
+    /// An alpha mask, [`Cutout::Mask`].
     Mask,
-    /// [`Cutout::Share`].
+    /// Partial coverage, [`Cutout::Share`].
     Share,
 }
 
 impl MaterialFeatures {
-    /// The inputs in `map`.
+    /// Returns the inputs present in `map`.
     pub fn of(map: &MaterialMap) -> Self {
         Self {
             f0: map.f0.is_some(),
@@ -149,7 +150,7 @@ impl MaterialFeatures {
 }
 
 impl MaterialImages {
-    /// Single white texels, for objects without a material.
+    /// Creates white placeholder images of one texel, for objects without a material.
     pub fn none(gpu: &Arc<Gpu>) -> Result<Self> {
         let none = |what: &str, format| {
             let image = Image::new(gpu, &format!("no {what}"), ImageDesc::new(format, 1, 1))?;
@@ -169,11 +170,11 @@ impl MaterialImages {
         })
     }
 
-    /// Uploads a material with its mips. In an atlas of tiles the mips end where a tile is one texel. `none`: placeholders for
+    /// Uploads a material with its mips. In an atlas, the last mip has one texel per tile. `none` holds the placeholders for
     /// missing images.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] if reflectance and colours differ in size; insufficient memory, or a failed Vulkan call.
+    /// Returns [`GpuError::Usage`] if reflectance and colours differ in size.
     pub fn new(gpu: &Arc<Gpu>, name: &str, map: MaterialMap, border: Border, none: &Self) -> Result<Self> {
         let sampler = |wrap: [TextureWrap; 2]| {
             let modes = match border {
@@ -269,10 +270,10 @@ impl MaterialImages {
     }
 }
 
-/// The relation between an object's colours and its relief: [`relief_color`](super::relief_color), with mips.
+/// The correlation of an object's colours with its relief ([`relief_color`](super::relief_color)), with mips.
 pub struct ReliefColorImages {
-    /// Weighted colours with the weights: [`Follows::layers`] layers of half floats. A single texel if colours do not follow the
-    /// relief.
+    /// Weighted colours, with the weights in alpha, as [`Follows::layers`] layers of half floats. The placeholder if colours do not
+    /// follow the relief.
     pub weighted: Image,
     /// The relief properties that the colours follow.
     pub follows: Follows,
@@ -281,7 +282,7 @@ pub struct ReliefColorImages {
 }
 
 impl ReliefColorImages {
-    /// The images of an object that still has its heights and its material. `none`: the placeholder.
+    /// Creates the images of an object that still has its heights and its material. `none` is the placeholder image.
     pub fn new(gpu: &Arc<Gpu>, object: &Object, border: Border, none: &Image) -> Result<Self> {
         let name = format!("{} weighted colour", object.name);
         let colors = ReliefColors::of(object).filter(|colors| colors.follows.any());
@@ -300,7 +301,7 @@ impl ReliefColorImages {
     }
 }
 
-/// A placeholder for weighted colours; it is never read.
+/// Creates a placeholder for weighted colours; it is never read.
 pub(super) fn none_weighted(gpu: &Arc<Gpu>) -> Result<Image> {
     let image = Image::new(gpu, "no weighted colours", ImageDesc::new(MIXED_FORMAT, 1, 1).layers(2))?;
     for layer in 0..2 {
@@ -309,7 +310,7 @@ pub(super) fn none_weighted(gpu: &Arc<Gpu>) -> Result<Image> {
     Ok(image)
 }
 
-/// Number of mips of an image. In an atlas of tiles they end where a tile is one texel.
+/// Returns the number of mips of an image. In an atlas, the last mip has one texel per tile.
 fn mips_of(desc: ImageDesc, border: Border) -> u32 {
     match border {
         Border::Tiles(layout) => layout.tile.ilog2() + 1,
@@ -317,7 +318,8 @@ fn mips_of(desc: ImageDesc, border: Border) -> u32 {
     }
 }
 
-/// For every roughness code: whether it is at least `threshold`, and its `α²` in the rougher or smoother class.
+/// Returns for every roughness code whether its `α` is at least `threshold` (1 or 0), and its `α²` in the slot of the rougher or
+/// the smoother class.
 fn classes_of_codes(threshold: f32) -> [[f32; 4]; 256] {
     std::array::from_fn(|code| {
         let alpha = alpha_of(code as u8);
@@ -326,8 +328,8 @@ fn classes_of_codes(threshold: f32) -> [[f32; 4]; 256] {
     })
 }
 
-/// Coverage per texel for averaging. For a mask this is the covered fraction, sampled at many positions with the interpolation of
-/// the finest level.
+/// Returns the coverage of each texel for averaging. For a mask, it is the covered fraction of the texel, sampled at many positions
+/// with bilinear interpolation of the finest level.
 fn covered(cutout: &Cutout) -> Vec<f32> {
     let PropertyMap { width, height, texels, wrap } = match cutout {
         Cutout::Share(plate) => return plate.texels.clone(),
@@ -355,7 +357,7 @@ fn covered(cutout: &Cutout) -> Vec<f32> {
     (0..texels.len()).into_par_iter().map(texel).collect()
 }
 
-/// The sampler address mode of a wrap mode.
+/// Returns the sampler address mode for a wrap mode.
 pub(super) fn address_mode(wrap: TextureWrap) -> AddressMode {
     match wrap {
         TextureWrap::Repeat => AddressMode::Repeat,
@@ -364,12 +366,12 @@ pub(super) fn address_mode(wrap: TextureWrap) -> AddressMode {
     }
 }
 
-/// 8-bit unsigned codes of fractions from 0 to 1.
+/// Encodes fractions from 0 to 1 as unsigned 8-bit integers.
 fn eighths(shares: &[f32]) -> Cow<'_, [u8]> {
     shares.iter().map(|share| (share.clamp(0.0, 1.0) * 255.0 + 0.5) as u8).collect()
 }
 
-/// 8-bit signed codes of numbers from -1 to 1.
+/// Encodes numbers from -1 to 1 as signed 8-bit integers.
 fn signed_eighths(texels: &[[f32; 4]]) -> Cow<'_, [[i8; 4]]> {
     texels.iter().map(|texel| texel.map(|v| (v.clamp(-1.0, 1.0) * 127.0).round() as i8)).collect()
 }
@@ -386,8 +388,8 @@ pub(super) fn halves(texels: &[[f32; 4]]) -> Cow<'_, [[f16; 4]]> {
     texels.iter().map(|texel| texel.map(|v| f16::from_f32(v.min(65504.0)))).collect()
 }
 
-/// Writes `texels` and all coarser levels. `stored`: converts to the image's format; `halve`: computes the next level for the given
-/// sizes.
+/// Writes `texels` and all coarser levels. `stored` converts texels to the image's format. `halve` computes the next level, from
+/// its texels and both sizes.
 pub(super) fn write_mips<T, S: bytemuck::Pod>(
     image: &Image,
     size: [u32; 2],
@@ -398,7 +400,7 @@ pub(super) fn write_mips<T, S: bytemuck::Pod>(
     write_layer(image, 0, size, texels, stored, halve)
 }
 
-/// Writes one array layer and its coarser levels.
+/// Writes all levels of one array layer.
 fn write_layer<T, S: bytemuck::Pod>(
     image: &Image,
     layer: u32,
@@ -418,7 +420,7 @@ fn write_layer<T, S: bytemuck::Pod>(
     Ok(())
 }
 
-/// Means over the texels under each texel of the next level. `mean` takes texels with weights that sum to 1.
+/// Computes each texel of the next level as the mean of the texels under it. `mean` takes texels with weights that sum to 1.
 fn reduce<T: Copy + Sync, U: Send>(
     texels: &[T],
     from: [u32; 2],
@@ -448,7 +450,7 @@ pub(super) fn halve(texels: &[[f32; 4]], from: [u32; 2], to: [u32; 2]) -> Vec<[f
 /// Decoding tables of colours and roughnesses.
 pub(super) struct Codes {
     linear: [f32; 256],
-    /// `α²` per roughness code.
+    /// The variance `α²` of each roughness code.
     variance: [f32; 256],
 }
 
@@ -458,7 +460,7 @@ impl Codes {
         Self { linear: linear_of_srgb8(), variance }
     }
 
-    /// Linear colour and `α²` of a texel.
+    /// Returns the linear colour and `α²` of a texel.
     pub(super) fn linear(&self, [r, g, b, a]: [u8; 4]) -> [f32; 4] {
         let [r, g, b] = [r, g, b].map(|code| self.linear[usize::from(code)]);
         [r, g, b, self.variance[usize::from(a)]]
@@ -471,7 +473,7 @@ impl Codes {
         };
         let width = from[0] as usize;
         if from == to.map(|side| 2 * side) {
-            // Four texels each; weight tables are unnecessary.
+            // Each texel has four source texels, so weight tables are unnecessary.
             let mut halved = vec![[0; 4]; to[0] as usize * to[1] as usize];
             let rows = halved.par_chunks_mut(to[0] as usize).zip(texels.par_chunks(2 * width));
             rows.for_each(|(row, two)| {
@@ -504,7 +506,7 @@ mod tests {
         let half = Codes::new().halve(&[dark, rough, dark, rough], [2, 2], [1, 1]);
         let rough = alpha_of(alpha_code(0.5));
         assert_eq!(half, [[188, 255, 10, alpha_code(rough * 0.5f32.sqrt())]]);
-        // Averaging the codes would give a much smoother result.
+        // Averaging the codes would give a much lower roughness.
         assert!(alpha_of(half[0][3]) > 1.3 * alpha_of(alpha_code(0.5) / 2));
     }
 
@@ -513,7 +515,7 @@ mod tests {
         let (black, white) = ([0, 0, 0, 255], [255, 255, 255, 255]);
         let half = Codes::new().halve(&[black, black, white, black, black, white, black, black, white], [3, 3], [1, 1]);
         assert_eq!(half, [[156, 156, 156, 255]]);
-        // One third, encoded as sRGB.
+        // The code 156 is one third in linear light.
         assert!((linear_of_srgb8()[156] - 1.0 / 3.0).abs() < 2e-3);
         let even = halve(&[[1.0; 4], [0.0; 4], [0.0; 4]], [3, 1], [1, 1]);
         assert!((even[0][0] - 1.0 / 3.0).abs() < 1e-6);

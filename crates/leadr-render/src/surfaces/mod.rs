@@ -1,4 +1,4 @@
-//! The drawn surfaces: patches and maps on the device, and their tessellation.
+//! The drawn surfaces, with their patches and maps on the device and their tessellation.
 
 pub mod atlas;
 pub mod budget;
@@ -32,14 +32,14 @@ use std::sync::Arc;
 use half::f16;
 use leadr_gpu::{Gpu, Image, ImageDesc, Result, vk};
 
-/// A one-texel image for a missing map; it is bound but never read.
+/// Creates an image of one texel for a missing map; it is bound but never read.
 fn placeholder(gpu: &Arc<Gpu>, name: &str, format: vk::Format) -> Result<Image> {
     let image = Image::new(gpu, name, ImageDesc::new(format, 1, 1))?;
     image.write(0, 0, &vec![0u8; image.texel_bytes()? as usize])?;
     Ok(image)
 }
 
-/// The texels of one level of a half-float image.
+/// Reads the texels of one level of a half-float image.
 fn floats(image: &Image, level: u32, layer: u32) -> Result<Vec<[f32; 4]>> {
     let texels: Vec<[f16; 4]> = image.read(level, layer)?;
     Ok(texels.into_iter().map(|texel| texel.map(f16::to_f32)).collect())

@@ -1,15 +1,16 @@
-//! LEADR maps on the device (LEADR section 3) with all their mips, in three images:
+//! LEADR maps on the device (LEADR section 3), stored with all mips in three images:
 //!
 //! * slopes, RGBA: `E[hs], E[ht], E[hs²], E[ht²]`
 //! * joint, R: `E[hs·ht]`
-//! * heights, R: the mean
+//! * heights, R: the mean height
 //!
-//! The moments pass computes them from heights, or they come from a file.
+//! The moments pass computes the images from heights, or they come from a file.
 //!
-//! The last two are separate because no pass needs both: the filter pass reads the moments, the geometry pass the heights.
+//! Heights are stored apart from the moments because no pass needs both. The filter pass reads the moments and the geometry pass
+//! reads the heights.
 //!
-//! Slopes are per unit of texture coordinate in the heights' unit; the whole image is `[0, 1]²`. [`leadr_maps::moments`] computes
-//! the same on the CPU, to the last bit.
+//! Slopes are heights per unit of texture coordinate, where the whole image spans `[0, 1]²`. [`leadr_maps::moments`] computes
+//! identical values on the CPU, to the last bit.
 
 use std::sync::Arc;
 
@@ -28,17 +29,17 @@ use leadr_maps::{HeightMap, LeadrMap, halves};
 /// Storage format of the moments. Heights always have 32 bits, because the geometry uses them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MomentFormat {
-    /// RGBA32F and R32F.
+    /// 32-bit floats, in RGBA32F and R32F images.
     #[default]
     Float32,
-    /// RGBA16F and R16F: half the memory. Moments beyond ±65504 are clamped. Variances below about 2⁻¹² of the squared mean slope
-    /// are lost, because `E[x²] − E[x]²` cancels; `tests/render/moments.rs` measures the error. Objects scale their heights so that
-    /// slopes fill the range.
+    /// 16-bit floats, in RGBA16F and R16F images, which need half the memory. Moments beyond ±65504 are clamped. Variances below
+    /// about 2⁻¹² of the squared mean slope are lost, because `E[x²] − E[x]²` cancels; `tests/render/moments.rs` measures the
+    /// error. Heights are rescaled so that slopes fill the range.
     Float16,
 }
 
 impl MomentFormat {
-    /// Formats of the slopes and of their mixed moment.
+    /// Returns the image formats of the slopes and of their mixed moment.
     fn formats(self) -> [Format; 2] {
         match self {
             Self::Float32 => [Format::R32G32B32A32_SFLOAT, Format::R32_SFLOAT],
@@ -46,7 +47,7 @@ impl MomentFormat {
         }
     }
 
-    /// Bytes per texel, including its height.
+    /// Returns the bytes per texel, including the height.
     pub const fn texel_bytes(self) -> u64 {
         match self {
             Self::Float32 => 24,
@@ -54,7 +55,7 @@ impl MomentFormat {
         }
     }
 
-    /// The name on the command line.
+    /// Returns the name used on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Float32 => "f32",
@@ -79,16 +80,16 @@ impl MomentFormat {
 
 shared_struct! {
     struct Push for "Push" {
-        /// Texels along one side of an atlas tile.
+        /// Number of texels along one side of an atlas tile.
         tile: u32,
-        /// Largest magnitude of the format.
+        /// Largest magnitude that the format can store.
         limit: f32,
     }
 }
 
 shared_struct! {
     struct MipPush for "Push" {
-        /// Reciprocal size of the finer level, across and down.
+        /// Reciprocal width and height of the finer level.
         share: [f32; 2],
     }
 }
@@ -96,9 +97,9 @@ shared_struct! {
 /// LEADR maps on the GPU. Clones share them.
 #[derive(Clone)]
 pub struct LeadrMapGpu {
-    /// `E[hs], E[ht], E[hs²], E[ht²]` with mips, ready to be sampled.
+    /// Moments `E[hs], E[ht], E[hs²], E[ht²]` with mips, ready to be sampled.
     pub slopes: Image,
-    /// `E[hs·ht]` with mips, ready to be sampled.
+    /// Mixed moment `E[hs·ht]` with mips, ready to be sampled.
     pub joint: Image,
     /// Mean heights with mips, ready to be sampled.
     pub heights: Image,
@@ -109,8 +110,8 @@ impl LeadrMapGpu {
     /// Uploads heights and computes their maps with all mips. Waits for completion.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] if the number of texels does not match the size, or the atlas has another size; [`GpuError::Allocation`]
-    /// for insufficient memory; a failed submission.
+    /// Returns [`GpuError::Usage`] if the number of texels does not match the size, or the size does not match the atlas. Returns
+    /// [`GpuError::Allocation`] for insufficient memory.
     pub fn new(gpu: &Arc<Gpu>, heights: &HeightMap, border: Border, format: MomentFormat) -> Result<Self> {
         let &HeightMap { width, height, ref texels } = heights;
         if u64::from(width) * u64::from(height) != texels.len() as u64 {
@@ -134,11 +135,12 @@ impl LeadrMapGpu {
         Ok(map)
     }
 
-    /// Uploads heights with given `slopes`, one per height, per unit of texture coordinate in the heights' unit. Each texel has one
-    /// slope, as in a normal map; levels and interpolation use its moments. `spread`: additional variance `(ss, tt, st)` per texel.
+    /// Uploads heights and `slopes`, one slope per height, in height units per unit of texture coordinate. Each texel has a single
+    /// slope, as in a normal map; mips and interpolation use its moments. `spread` is an additional variance `(ss, tt, st)` per
+    /// texel.
     ///
     /// # Errors
-    /// As [`new`](Self::new), and [`GpuError::Usage`] if the numbers of slopes, spreads and heights differ.
+    /// Returns the errors of [`new`](Self::new), and [`GpuError::Usage`] if the numbers of slopes, spreads and heights differ.
     pub fn with_slopes(
         gpu: &Arc<Gpu>,
         heights: &HeightMap,
@@ -170,7 +172,7 @@ impl LeadrMapGpu {
     /// Uploads precomputed moments of all levels.
     ///
     /// # Errors
-    /// As [`new`](Self::new), and [`GpuError::Usage`] if levels are missing or have wrong sizes.
+    /// Returns the errors of [`new`](Self::new), and [`GpuError::Usage`] if levels are missing or have wrong sizes.
     pub fn with_moments(gpu: &Arc<Gpu>, moments: &LeadrMap, border: Border, format: MomentFormat) -> Result<Self> {
         let wrong = |fault: String| GpuError::usage("LEADR map", fault);
         let Some(first) = moments.levels.first() else { return Err(wrong("it has no levels".to_owned())) };
@@ -208,7 +210,7 @@ impl LeadrMapGpu {
         }
     }
 
-    /// Reads the slopes of a level back: `E[hs], E[ht], E[hs²], E[ht²]`.
+    /// Reads back the moments `E[hs], E[ht], E[hs²], E[ht²]` of a level.
     pub fn read_slopes(&self, mip: u32) -> Result<Vec<[f32; 4]>> {
         match self.format {
             MomentFormat::Float32 => self.slopes.read(mip, 0),
@@ -216,7 +218,7 @@ impl LeadrMapGpu {
         }
     }
 
-    /// Reads the mixed moments of a level back.
+    /// Reads back the mixed moments of a level.
     pub fn read_joint(&self, mip: u32) -> Result<Vec<f32>> {
         Ok(match self.format {
             MomentFormat::Float32 => self.joint.read(mip, 0)?,
@@ -224,7 +226,7 @@ impl LeadrMapGpu {
         })
     }
 
-    /// Maps of this size with undefined content.
+    /// Creates maps of this size with undefined content.
     fn empty(gpu: &Arc<Gpu>, [width, height]: [u32; 2], border: Border, format: MomentFormat) -> Result<Self> {
         let [slopes, joint] = format.formats();
         let mut desc = ImageDesc::new(slopes, width, height).storage().full_mips();
@@ -245,7 +247,8 @@ impl LeadrMapGpu {
         })
     }
 
-    /// Records `finest`, which completes the finest level. Then computes the other levels and leaves the images in [`Use::Sampled`].
+    /// Calls `finest` to record the commands that complete the finest level, then computes the other levels. Leaves the images in
+    /// [`Use::Sampled`].
     fn compute(&self, gpu: &Arc<Gpu>, finest: impl FnOnce(&mut Commands, &[ImageView; 3])) -> Result<()> {
         let images = [&self.slopes, &self.joint, &self.heights];
         let level =
@@ -253,7 +256,7 @@ impl LeadrMapGpu {
         let levels = (0..self.levels()).map(level).collect::<Result<Vec<_>>>()?;
         let [_, shader] = self.format.shaders();
         let pipeline = |even| ComputePipeline::new(gpu, shader, &[("EVEN", SpecValue::Bool(even))], &[MipPush::LAYOUT]);
-        // For source levels of even size, and for those with an odd side.
+        // The first pipeline is for source levels with an odd side, the second for levels of even size.
         let pipelines = [pipeline(false)?, pipeline(true)?];
         gpu.submit("moments", |cmd| {
             images.into_iter().for_each(|image| cmd.transition(image, Use::ComputeReadWrite));
@@ -273,18 +276,18 @@ impl LeadrMapGpu {
         })
     }
 
-    /// Number of mip levels of the images.
+    /// Returns the number of mip levels of the images.
     pub fn levels(&self) -> u32 {
         self.slopes.desc().mips
     }
 }
 
-/// The three images of a level with their shader names.
+/// Returns the three images of a level with their names in the shaders.
 fn bindings<'a>(names: [&'static str; 3], level: &'a [ImageView; 3]) -> [(&'static str, Descriptor<'a>); 3] {
     std::array::from_fn(|i| (names[i], Descriptor::StorageImage(&level[i])))
 }
 
-/// The LEADR maps of a height field.
+/// Creates the LEADR maps of a height field.
 pub(super) fn field_maps(
     gpu: &Arc<Gpu>,
     field: &HeightField,

@@ -1,28 +1,28 @@
-//! How the visible-surface word of a pixel is split into object and patch (`passes/visible.glsl`).
+//! The split of a pixel's visible-surface word into object and patch numbers (`passes/visible.glsl`).
 
 use crate::scene::Object;
 use leadr_gpu::{GpuError, Result, SpecValue};
 
-/// Bits of the word for object and patch.
+/// Number of bits of the word for object and patch together.
 const BITS: u32 = 30;
-/// Minimum and maximum number of object bits. The object depth has 16 bits, and its last value means no object
+/// Allowed range of the number of object bits. The object depth has 16 bits, and its largest value means no object
 /// (`passes/object_depth.glsl`).
 const OBJECT_BITS: std::ops::RangeInclusive<u32> = 6..=14;
 
-/// Maximum number of objects in a scene. The background and the sea use two more numbers.
+/// Maximum number of objects in a scene. Two more numbers are reserved for the background and the sea.
 pub const MAX_OBJECTS: usize = (1 << *OBJECT_BITS.end()) - 2;
 
-/// The number of object bits. Scenes with fewer objects allow more patches per object.
+/// The number of bits for the object. Scenes with fewer objects allow more patches per object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Numbering {
     object_bits: u32,
 }
 
 impl Numbering {
-    /// The numbering of a scene. Each instance of an object counts.
+    /// Returns the numbering of a scene. Each instance of an object counts.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] for more than [`MAX_OBJECTS`] objects, or for an object with too many patches.
+    /// Returns [`GpuError::Usage`] for more than [`MAX_OBJECTS`] objects, or for an object with too many patches.
     pub fn of(objects: &[Object]) -> Result<Self> {
         let count: usize = objects.iter().map(|object| object.instances as usize).sum();
         if count > MAX_OBJECTS {
@@ -42,23 +42,23 @@ impl Numbering {
         }
     }
 
-    /// Maximum number of patches of an object.
+    /// Returns the maximum number of patches of an object.
     pub fn patches(self) -> usize {
         1 << (BITS - self.object_bits)
     }
 
-    /// The object number of the sea.
+    /// Returns the object number of the sea.
     pub fn sea(self) -> u32 {
         (1 << self.object_bits) - 1
     }
 
-    /// The object, from 1, or 0 in empty pixels, and its patch.
+    /// Returns the object number (counted from 1, or 0 in empty pixels) and the patch number in a word.
     pub fn parts(self, word: u32) -> [u32; 2] {
         let shift = BITS - self.object_bits;
         [word >> shift & self.sea(), word & ((1 << shift) - 1)]
     }
 
-    /// The specialisation constant of the shaders.
+    /// Returns the specialisation constant of the shaders.
     pub fn spec(self) -> (&'static str, SpecValue) {
         ("OBJECT_BIT_COUNT", SpecValue::U32(self.object_bits))
     }

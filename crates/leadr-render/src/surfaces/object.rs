@@ -33,20 +33,20 @@ use leadr_maps::checksum::checksum;
 use leadr_maps::material::TextureWrap;
 
 shared_struct! {
-    /// One patch as the shaders read it (`PatchData`).
+    /// A patch in shader layout (`PatchData`).
     pub struct PatchGpu for "PatchData" {
         /// Corner vertices.
         pub vertices: [u32; 4],
-        /// `edge << 1 | backwards`, sides v=0, u=1, v=1, u=0.
+        /// `edge << 1 | backwards` for each side, in the order v=0, u=1, v=1, u=0.
         pub edges: [u32; 4],
-        /// Texture coordinates of corners 0 and 1, of corners 3 and 2, and bounds of the taps in texture space. For a triangle with
-        /// triplanar relief: its rest corners and their normals (`RestTriangle`).
+        /// Texture coordinates of corners 0 and 1, then of corners 3 and 2, then the bounds of texture samples. For a triangle with
+        /// triplanar relief, the rest corners and their normals (`RestTriangle`).
         pub mapping: [[f32; 4]; 3],
     }
 }
 
-/// A rest corner in repeats, and its octahedral normal with twelve bits per coordinate, packed into a float that holds 24 bits
-/// exactly.
+/// Packs a rest corner: its position in repeats, and its octahedral normal with twelve bits per coordinate, in a float that
+/// represents 24 bits exactly.
 fn rest_corner(position: Vec3, normal: Vec3, repeat: f32) -> [f32; 4] {
     let n = normal / normal.abs().element_sum().max(1e-12);
     let folded = (1.0 - Vec2::new(n.y, n.x).abs()) * Vec2::new(1f32.copysign(n.x), 1f32.copysign(n.y));
@@ -55,13 +55,13 @@ fn rest_corner(position: Vec3, normal: Vec3, repeat: f32) -> [f32; 4] {
     (position / repeat).extend(code.x * 4096.0 + code.y).to_array()
 }
 
-/// Corners of a triangle in each chart.
+/// Number of corners of a triangle over all charts.
 const CHART_CORNERS: usize = 3 * CHARTS as usize;
 
 shared_struct! {
     /// Texture coordinates of a triangle in the images of its material (`TriangleCharts`).
     pub struct ChartsGpu for "TriangleCharts" {
-        /// Three corners per chart, in the order of the `CHART_` constants.
+        /// Texture coordinates of the three corners in each chart, in the order of the `CHART_` constants.
         pub corners: [[f32; 2]; CHART_CORNERS],
     }
 }
@@ -74,42 +74,42 @@ impl ChartsGpu {
     }
 }
 
-/// The part of an object that is constant across frames.
+/// The data of an object that is constant across frames.
 pub struct GpuObject {
-    /// The object itself. Its height texels are dropped after the upload.
+    /// The scene object. Its height texels are dropped after the upload.
     pub object: Object,
     /// Edges of the mesh.
     pub topology: Topology,
     pub(super) height_range: Vec<[f32; 2]>,
-    /// Range of all heights, before scaling.
+    /// Height range of the object, before scaling.
     relief: f32,
     pub(super) edge_texels: Vec<f32>,
     pub(super) edge_relief: Vec<f32>,
-    /// The maps, shared with the coarser mesh and with objects of the [same maps](with_same_maps).
+    /// The maps, shared with the coarser mesh and with objects that have [the same maps](with_same_maps).
     pub maps: Arc<ObjectMaps>,
     /// Descriptor set of the mesh and the maps.
     pub set: ResourceSet,
-    /// The inputs that the filter pass fetches.
+    /// The inputs that the filter pass fetches for this object.
     pub kind: SurfaceKind,
-    /// Number of the measured material, from 1; 0 for other objects.
+    /// Number of the object's measured material, counted from 1; 0 for other materials.
     fit: u32,
 }
 
 /// The maps of an object.
 pub struct ObjectMaps {
-    /// The LEADR maps; a 1×1 placeholder for smooth objects.
+    /// The LEADR maps; a placeholder of 1×1 texels for smooth objects.
     pub leadr: LeadrMapGpu,
-    /// Self-occlusion of the relief; placeholders for smooth objects.
+    /// Horizon maps for self-occlusion of the relief; placeholders for smooth objects.
     horizons: HorizonMaps,
-    /// Links and coarse levels for filtering beyond a patch's tile.
+    /// Links and coarse levels for filtering across the borders of tiles.
     atlas: AtlasGpu,
     /// The material.
     material: MaterialImages,
-    /// Texture coordinates of the triangles in the material; a placeholder if they equal the mesh's.
+    /// Texture coordinates of the triangles in the material; a placeholder if they equal those of the mesh.
     charts: Buffer,
-    /// The repeating detail relief; placeholders without one.
+    /// The repeating detail relief; placeholders for objects without a detail.
     detail: Arc<DetailImages>,
-    /// The relation between colours and relief.
+    /// The correlation between colours and relief.
     relief_color: ReliefColorImages,
     /// Sampler of the relief maps.
     sampler: Sampler,
@@ -132,21 +132,21 @@ pub struct Upload<'a> {
 /// The inputs that the filter pass fetches for an object. Each kind has its own pipeline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct SurfaceKind {
-    /// Whether the maps are one tile per patch.
+    /// Whether the maps are an atlas with one tile per patch.
     pub tiled: bool,
-    /// Whether it has relief.
+    /// Whether the object has relief.
     pub displaced: bool,
-    /// Whether it has a material map.
+    /// Whether the object has a material map.
     pub colored: bool,
     /// The material's inputs besides colours.
     pub features: MaterialFeatures,
-    /// Whether the material has separate texture coordinates.
+    /// Whether the material has its own texture coordinates.
     pub charted: bool,
     /// The relief properties that the colours follow.
     pub follows: Follows,
-    /// Whether its bumps can occlude the environment.
+    /// Whether the bumps of the object can occlude the environment.
     pub horizon: bool,
-    /// Whether it is a plane with affine texture coordinates.
+    /// Whether the mesh is a plane with affine texture coordinates.
     pub flat: bool,
     /// Whether the patches are triangles.
     pub triangles: bool,
@@ -154,20 +154,20 @@ pub struct SurfaceKind {
     pub triplanar: bool,
     /// Whether the maps are tiled by example.
     pub by_example: bool,
-    /// Whether it is open ground with drifts and paths.
+    /// Whether the surface is open ground with drifts and paths.
     pub ground: bool,
-    /// Whether only the front is drawn.
+    /// Whether only front faces are drawn.
     pub front_only: bool,
-    /// Whether slopes are rise over run instead of per texture coordinate.
+    /// Whether slopes are stored as rise over run instead of per unit of texture coordinate.
     pub rise_over_run: bool,
     /// Whether all vertices have the same colour and accessibility.
     pub plain: bool,
-    /// The inputs from a detail relief.
+    /// The inputs that come from a detail relief.
     pub detail: DetailKind,
 }
 
 impl SurfaceKind {
-    /// The kind of an object drawn as `mesh`: its own or its coarse one.
+    /// Returns the kind of an object drawn with `mesh`, either its own mesh or its coarse mesh.
     pub fn of(object: &Object, mesh: &PatchMesh) -> Self {
         let detail = DetailKind::of(object.detail.as_ref());
         let tiles = object.heights.as_ref().is_some_and(|heights| matches!(heights.border, Border::Tiles(_)));
@@ -227,7 +227,7 @@ impl Carrier {
     }
 }
 
-/// Sources of an object's maps, dropped after the upload.
+/// Source data of an object's maps, dropped after the upload.
 struct MapSources {
     slopes: Option<Vec<[f32; 2]>>,
     slope_spread: Option<Vec<[f32; 3]>>,
@@ -252,7 +252,7 @@ impl MapSources {
 }
 
 impl ObjectMaps {
-    /// Uploads the maps of an object on its finer mesh.
+    /// Uploads the maps of an object for its finer mesh.
     fn upload(
         gpu: &Arc<Gpu>,
         object: &Object,
@@ -264,7 +264,7 @@ impl ObjectMaps {
     ) -> Result<Self> {
         let (name, field) = (&object.name, object.heights.as_ref());
         let MapSources { slopes, slope_spread, moments, detail, material, charts } = sources;
-        // Materials without relief repeat.
+        // The material of an object without relief repeats.
         let border = field.map_or(Border::Wrap, |field| field.border);
         let sum = cache.map_or(0, |_| relief_checksum(field, slopes.as_ref(), moments.as_ref()));
         let (leadr, material) = rayon::join(
@@ -312,7 +312,7 @@ impl ObjectMaps {
         })
     }
 
-    /// The images and layouts with their shader names.
+    /// Returns the images and layout buffers with their names in the shaders.
     fn bindings(&self) -> Vec<(&'static str, Descriptor<'_>)> {
         let Self { leadr, horizons, atlas, material, detail, relief_color, sampler, of_coarse_levels, .. } = self;
         let [colors, emission, occlusion, opacity] = &material.samplers;
@@ -349,10 +349,10 @@ impl ObjectMaps {
 }
 
 impl GpuObject {
-    /// Uploads an object and builds its LEADR maps, unless another object has the same maps. A coarser mesh shares them.
+    /// Uploads an object and builds its LEADR maps, unless `maps` holds them already. A coarser mesh shares the maps.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] for a coarser mesh if the maps depend on the finer mesh; insufficient memory or a failed Vulkan call.
+    /// Returns [`GpuError::Usage`] for a coarser mesh if the maps depend on the finer mesh.
     pub fn upload(
         gpu: &Arc<Gpu>,
         mut object: Object,
@@ -395,7 +395,7 @@ impl GpuObject {
             },
         );
         let maps = maps?;
-        // The texels are on the device now.
+        // The height texels are on the device, so the CPU's copy is freed.
         object.heights.iter_mut().for_each(|field| field.map.texels = Vec::new());
         let coarse = coarse.map(|(kind, carrier, mesh)| {
             let object = Object { mesh, ..object.clone() };
@@ -436,13 +436,13 @@ impl GpuObject {
         })
     }
 
-    /// A buffer that the CPU writes for a frame: `count` values, at least one, of `bytes` bytes each.
+    /// Creates a buffer that the CPU writes every frame, with room for `count` values (at least one) of `bytes` bytes each.
     pub(super) fn frame_buffer(&self, gpu: &Arc<Gpu>, what: &str, count: usize, bytes: usize) -> Result<Buffer> {
         let name = format!("{} {what}", self.object.name);
         Buffer::new(gpu, &name, (count.max(1) * bytes) as u64, Memory::Upload)
     }
 
-    /// The part of the record that does not depend on the pose.
+    /// Returns the object record with only the fields that do not depend on the pose.
     pub(super) fn record(&self, shown: &Shown) -> ObjectRecordGpu {
         let flags = [
             (FLAG_DISPLACED, self.kind.displaced),
@@ -468,13 +468,13 @@ impl GpuObject {
     }
 }
 
-/// For each object, the first earlier object with the same maps.
+/// Returns for each object the index of the first earlier object with the same maps.
 pub fn with_same_maps(objects: &[Object]) -> Vec<Option<usize>> {
     let first = |i: usize| objects[..i].iter().position(|earlier| have_same_maps(earlier, &objects[i]));
     (0..objects.len()).map(first).collect()
 }
 
-/// Whether two objects have the same maps: reliefs without materials that differ at most in height scale.
+/// Whether two objects have the same maps. They must have reliefs without materials that differ at most in height scale.
 fn have_same_maps(a: &Object, b: &Object) -> bool {
     let (Some(of_a), Some(of_b)) = (&a.heights, &b.heights) else { return false };
     let relief_alone = |object: &Object| {
@@ -482,7 +482,7 @@ fn have_same_maps(a: &Object, b: &Object) -> bool {
         let materials = [object.material.is_some(), object.detail.is_some(), object.charts.is_some()];
         !others.into_iter().chain(materials).any(|there| there) && !object.follows_relief
     };
-    // Tiles continue in those of adjacent patches.
+    // Filtering crosses tiles, so the maps of an atlas depend on the mesh.
     let same_surface = |a: &PatchMesh, b: &PatchMesh| {
         a.patches == b.patches && a.positions == b.positions && a.normals == b.normals && a.texcoords == b.texcoords
     };
@@ -503,7 +503,7 @@ fn follows_its_mesh(object: &Object) -> bool {
     tiled || at_rest || object.charts.is_some()
 }
 
-/// The patches of an object in shader layout.
+/// Returns the patches of an object in shader layout.
 fn patches(object: &Object, topology: &Topology) -> Vec<PatchGpu> {
     let mesh = &object.mesh;
     let patch = |(i, (&vertices, &edges)): (usize, (&[u32; 4], &[u32; 4]))| {
@@ -530,19 +530,19 @@ fn patches(object: &Object, topology: &Topology) -> Vec<PatchGpu> {
     mesh.patches.iter().zip(&topology.patch_edges).enumerate().map(patch).collect()
 }
 
-/// An edge tint with five bits per channel, each 0 to 4.
+/// Packs an edge tint into five bits per channel, for values from 0 to 4.
 fn edge_tint_bits(edge_tint: [f32; 3]) -> u32 {
     let code = |edge_tint: f32| (edge_tint * (31.0 / 4.0)).round().clamp(0.0, 31.0) as u32;
     code(edge_tint[0]) | code(edge_tint[1]) << 5 | code(edge_tint[2]) << 10
 }
 
-/// Checksum of the inputs of a relief's horizons: heights, and given slopes or moments.
+/// Computes a checksum of the inputs of a relief's horizons: the heights, and the slopes or moments if present.
 fn relief_checksum(field: Option<&HeightField>, slopes: Option<&Vec<[f32; 2]>>, moments: Option<&LeadrMap>) -> u64 {
     let of_levels =
         moments.iter().flat_map(|map| &map.levels).map(|level| checksum(bytemuck::cast_slice(&level.texels)));
     let mut sums: Vec<u64> = of_levels.collect();
     sums.extend(field.map(|field| checksum(bytemuck::cast_slice(&field.map.texels))));
     sums.extend(slopes.map(|slopes| checksum(bytemuck::cast_slice(slopes))));
-    // Heights alone use their own checksum.
+    // For heights alone, the result is the checksum of the heights.
     if sums.len() == 1 { sums[0] } else { checksum(bytemuck::cast_slice(&sums)) }
 }

@@ -1,4 +1,4 @@
-//! The drawn part of an object in a view.
+//! The visible patches of an object in a view.
 
 use std::sync::Arc;
 
@@ -19,17 +19,17 @@ pub const GEOMETRY_STRUCTS: [StructLayout; 5] =
 /// The viewpoint for drawing a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Viewpoint {
-    /// World to clip space.
+    /// Transform from world to clip space.
     pub clip_from_world: Mat4,
-    /// The viewer; patches that face away are culled.
+    /// Position of the viewer. Patches that face away from it are culled.
     pub viewer: Viewer,
-    /// The camera's lens, also for the map of a light.
+    /// The camera's lens, even if the viewpoint is a light.
     pub lens: Lens,
-    /// Samples along one side of a pixel of the lens.
+    /// Number of samples along one side of a pixel of the lens.
     pub grid: u32,
     /// Width and height of the image in samples.
     pub size: (u32, u32),
-    /// A number from 0 to 1, different for every sample of the picture. It selects the samples that hit surfaces with partial
+    /// A number from 0 to 1 that differs between the samples of a pixel. It selects the samples that hit surfaces with partial
     /// coverage.
     pub draw: f32,
 }
@@ -43,7 +43,8 @@ impl From<&View> for Viewpoint {
             lens: view.lens(),
             grid: view.grid(),
             size: view.size(),
-            // Sample offsets are uniform in the pixel. This combination is also uniform, and nearly independent of both.
+            // Sample offsets are uniform in the pixel. This combination of x and y is also uniform, and nearly independent of
+            // either.
             draw: (3.0 * view.offset.x + 5.0 * view.offset.y).rem_euclid(1.0),
         }
     }
@@ -54,38 +55,38 @@ impl From<&View> for Viewpoint {
 pub struct DrawnObject<'a> {
     /// The object.
     pub posed: &'a PosedObject,
-    /// The tessellation.
+    /// The tessellation of the object.
     pub divided: &'a DividedObject,
-    /// The drawn part.
+    /// The visible patches of the object.
     pub view: &'a ObjectView,
     /// The records of objects and views.
     pub records: Records<'a>,
 }
 
-/// One object in one view: the camera's or that of a shadow map.
+/// One object in the view of the camera or of a shadow map.
 pub struct ObjectView {
-    /// Visible patches, with room for every patch of the object.
+    /// Indices of the visible patches, in a buffer with room for every patch of the object.
     pub visible: Arc<Buffer>,
-    /// Draws over the visible patches.
+    /// Draws, as ranges of the visible patches.
     pub draws: Draws,
-    /// Upper bound on the triangles of these draws.
+    /// Upper bound on the number of triangles drawn.
     pub triangles: u64,
     /// Number of visible patches.
     pub patches: u32,
 }
 
 impl ObjectView {
-    /// A view without patches yet, with the buffer for them.
+    /// Creates a view without patches. `visible` is the buffer for them.
     pub fn new(visible: Arc<Buffer>) -> Self {
         Self { visible, draws: Draws::default(), triangles: 0, patches: 0 }
     }
 
-    /// A buffer for the patches of an object.
+    /// Creates a buffer for the visible patches of an object.
     pub fn buffer(gpu: &Arc<Gpu>, object: &GpuObject) -> Result<Buffer> {
         object.frame_buffer(gpu, "visible patches", object.object.mesh.patches.len(), 4)
     }
 
-    /// Selects the visible patches of a tessellated object and writes the buffers. The device must not be reading them.
+    /// Selects the visible patches of a tessellated object and writes the buffer. The device must not be reading it.
     pub fn select(
         &mut self,
         posed: &PosedObject,

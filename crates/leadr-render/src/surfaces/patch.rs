@@ -1,12 +1,13 @@
-//! The smooth limit surface of one quad: a bicubic point-normal patch.
+//! The smooth limit surface of one quad, a bicubic point-normal patch.
 //!
 //! Each boundary curve depends only on the positions and normals of its two end points, so adjacent patches meet without cracks.
-//! `shaders-glsl/passes/geometry` evaluates the same formulas on the device; displacement is baked against this implementation.
-//! Corners run counter-clockwise seen from outside, `(u, v)` = (0,0), (1,0), (1,1), (0,1), so `∂X/∂u × ∂X/∂v` points outwards.
+//! `shaders-glsl/passes/geometry` evaluates the same formulas on the device. Displacement is baked with this implementation.
+//! Corners run counter-clockwise seen from outside, in the order `(u, v)` = (0,0), (1,0), (1,1), (0,1), so `∂X/∂u × ∂X/∂v` points
+//! outwards.
 
 use glam::{Vec2, Vec3};
 
-/// The source code of this module, for cache keys: a change invalidates cached results.
+/// The source code of this module. It is part of cache keys, so that a change invalidates cached results.
 pub const SOURCE: &str = include_str!("patch.rs");
 
 /// Position, first derivatives and displacement direction of a patch at one parameter.
@@ -16,13 +17,13 @@ pub struct PatchPoint {
     pub position: Vec3,
     /// `∂X/∂u`, per unit of the patch parameter.
     pub du: Vec3,
-    /// `∂X/∂v`.
+    /// `∂X/∂v`, per unit of the patch parameter.
     pub dv: Vec3,
     /// Unit displacement direction: the normalised bilinear blend of the corner normals.
     pub normal: Vec3,
-    /// `∂N/∂u`.
+    /// `∂N/∂u`, per unit of the patch parameter.
     pub normal_du: Vec3,
-    /// `∂N/∂v`.
+    /// `∂N/∂v`, per unit of the patch parameter.
     pub normal_dv: Vec3,
 }
 
@@ -33,8 +34,8 @@ pub struct Patch {
     normals: [Vec3; 4],
 }
 
-/// Inner Bézier point next to `a` on the boundary from `a` to `b`: a third of the way along, projected onto the tangent plane of
-/// `a`.
+/// Returns the inner Bézier point next to `a` on the boundary from `a` to `b`. It lies a third of the way to `b`, projected onto
+/// the tangent plane of `a`.
 fn edge_point(a: Vec3, normal_a: Vec3, b: Vec3) -> Vec3 {
     let chord = (b - a) / 3.0;
     a + chord - normal_a * chord.dot(normal_a)
@@ -53,7 +54,7 @@ impl Patch {
         c[3][1] = edge_point(p[3], n[3], p[2]);
         c[2][0] = edge_point(p[3], n[3], p[0]);
         c[1][0] = edge_point(p[0], n[0], p[3]);
-        // Inner points: the discrete Coons patch of the boundary, which avoids flat spots at the corners.
+        // The inner points are the discrete Coons patch of the boundary, which avoids flat spots at the corners.
         for j in 1..3 {
             for i in 1..3 {
                 let (s, t) = (i as f32 / 3.0, j as f32 / 3.0);
@@ -66,7 +67,7 @@ impl Patch {
         Self { control: c, normals: n }
     }
 
-    /// Evaluates at `(u, v)`. Parameters slightly outside `[0, 1]` extrapolate smoothly, as atlas gutters need.
+    /// Evaluates the patch at `(u, v)`. Parameters slightly outside `[0, 1]` extrapolate smoothly, which atlas gutters require.
     pub fn at(&self, uv: Vec2) -> PatchPoint {
         let (bu, du) = cubic_bernstein(uv.x);
         let (bv, dv) = cubic_bernstein(uv.y);
@@ -91,7 +92,7 @@ impl Patch {
     }
 }
 
-/// The four cubic Bernstein polynomials at `t`, and their derivatives.
+/// Returns the four cubic Bernstein polynomials at `t`, and their derivatives.
 fn cubic_bernstein(t: f32) -> ([f32; 4], [f32; 4]) {
     let s = 1.0 - t;
     (

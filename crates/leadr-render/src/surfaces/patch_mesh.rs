@@ -1,8 +1,8 @@
-//! A quad mesh for tessellation and displacement: made by scenes and drawn by the geometry pass.
+//! A quad mesh for tessellation and displacement. Scenes create it, and the geometry pass draws it.
 
 use glam::{Vec2, Vec3};
 
-/// Up to four joints with weights (sum 1) for linear blend skinning.
+/// Up to four joints for linear blend skinning, with weights that sum to one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SkinWeights {
     /// Joint indices; unused slots have weight zero.
@@ -14,48 +14,51 @@ pub struct SkinWeights {
 /// A mesh of quad patches (see `render::surfaces::patch` for the corner order and the limit surface).
 #[derive(Clone, Debug, Default)]
 pub struct PatchMesh {
-    /// Rest positions, metres.
+    /// Rest positions of the vertices, in metres.
     pub positions: Vec<Vec3>,
-    /// Unit rest normals, shared by all patches around a vertex.
+    /// Unit normals at rest, shared by all patches around a vertex.
     pub normals: Vec<Vec3>,
-    /// Linear albedo (rgb) and Beckmann roughness `α` (a) per vertex. The colour map, if any, multiplies them.
+    /// Linear albedo (rgb) and Beckmann roughness `α` (a) of each vertex. They are multiplied by the colour map, if there is one.
     pub colors: Vec<[f32; 4]>,
-    /// Ambient accessibility in `[0, 1]` per vertex (1: unoccluded).
+    /// Ambient accessibility of each vertex, from 0 to 1 (unoccluded).
     pub accessibility: Vec<f32>,
-    /// Skinning weights per vertex; empty for a rigid mesh.
+    /// Skinning weights of each vertex; empty for a rigid mesh.
     pub skin: Vec<SkinWeights>,
     /// Vertex indices of each patch.
     pub patches: Vec<[u32; 4]>,
-    /// Whether each patch is a flat triangle. It uses the first two corners and the last; the third repeats the last. Triangles are
-    /// two-sided and shaded by their vertex normals. Relief displaces them along one direction per position.
+    /// Whether each patch is a flat triangle. A triangle uses the first two corners and the last; the third corner repeats the
+    /// last. Triangles are two-sided and shaded with their vertex normals. Relief displaces all vertices at a position along the
+    /// same direction.
     pub triangles: bool,
     /// For each vertex of a triangle mesh, the first vertex at the same position; empty if all positions are distinct. Vertices at
-    /// one position differ in normals or texture coordinates, and move together in every pose.
+    /// the same position differ in normals or texture coordinates, and move together in every pose.
     pub welds: Vec<u32>,
-    /// Edges, as pairs of positions, where another object continues the surface. Relief fades to 0 there so that both objects meet.
+    /// Edges, as pairs of position indices, at which another object continues the surface. Relief fades to 0 there, so that no gap
+    /// opens between the two objects.
     pub rims: Vec<[u32; 2]>,
-    /// Texture coordinates of each patch's corners. They are not shared between patches, so every edge may be a seam.
+    /// Texture coordinates of each patch's corners. Patches do not share them, so every edge may be a seam.
     pub texcoords: Vec<[Vec2; 4]>,
-    /// Metres per repeat of a triplanar relief at rest (`render::surfaces::triplanar`), instead of texture coordinates. For
-    /// triangles and repeating maps.
+    /// Length of one repeat of a triplanar relief at rest, in metres (`render::surfaces::triplanar`). It replaces texture
+    /// coordinates, for triangles with repeating maps.
     pub triplanar: Option<f32>,
-    /// Metres per repeat of the map, for a part of the plane `z = 0` with texture coordinates `xy / flat_repeat` that no pose
-    /// moves. Vertices can then lie on texel centres.
+    /// Length of one repeat of the map in metres, for a mesh in the plane `z = 0` with texture coordinates `xy / flat_repeat` that
+    /// no pose moves. Vertices of such a mesh can lie on texel centres.
     pub flat_repeat: Option<f32>,
 }
 
 impl PatchMesh {
-    /// Linear albedo and Beckmann roughness of a vertex. Grey with roughness ½ if the mesh has no colours.
+    /// Returns the linear albedo and Beckmann roughness of a vertex. The default is grey with roughness ½, if the mesh has no
+    /// colours.
     pub fn color_of(&self, vertex: usize) -> [f32; 4] {
         self.colors.get(vertex).copied().unwrap_or([0.5; 4])
     }
 
-    /// The first vertex at the position of a vertex.
+    /// Returns the first vertex at the position of a vertex.
     pub fn weld_of(&self, vertex: u32) -> u32 {
         self.welds.get(vertex as usize).copied().unwrap_or(vertex)
     }
 
-    /// Whether the mesh consists of quads that agree on texture coordinates where they meet, without rims.
+    /// Whether the mesh consists of quads without rims and every vertex has the same texture coordinate in all its quads.
     pub fn is_seamless(&self) -> bool {
         let mut seen = vec![None; self.positions.len()];
         let mut agree = |vertex: u32, at: Vec2| *seen[vertex as usize].get_or_insert(at) == at;
@@ -65,12 +68,12 @@ impl PatchMesh {
             && self.patches.iter().zip(&self.texcoords).all(|(patch, at)| (0..4).all(|i| agree(patch[i], at[i])))
     }
 
-    /// The patches' corners as position indices.
+    /// Returns the patches with each corner replaced by the first vertex at its position.
     pub fn welded_patches(&self) -> Vec<[u32; 4]> {
         self.patches.iter().map(|patch| patch.map(|vertex| self.weld_of(vertex))).collect()
     }
 
-    /// Mean length of the patches' edges at rest, metres; 0 without patches.
+    /// Returns the mean length of the patches' edges at rest, in metres; 0 without patches.
     pub fn mean_edge(&self) -> f32 {
         let side = |patch: &[u32; 4], i: usize| {
             self.positions[patch[i] as usize].distance(self.positions[patch[(i + 1) & 3] as usize])
@@ -79,7 +82,7 @@ impl PatchMesh {
         sum / (4 * self.patches.len()).max(1) as f32
     }
 
-    /// Ambient accessibility of a vertex; 1 if the mesh has none.
+    /// Returns the ambient accessibility of a vertex; 1 if the mesh has none.
     pub fn accessibility_of(&self, vertex: usize) -> f32 {
         self.accessibility.get(vertex).copied().unwrap_or(1.0)
     }
@@ -92,68 +95,68 @@ pub struct PosedVertices {
     pub positions: Vec<Vec3>,
     /// Unit normals.
     pub normals: Vec<Vec3>,
-    /// Displacement directions, of unit length, or 0 without displacement; equal for all vertices at a position. Empty if
-    /// displacement follows the normals.
+    /// Displacement directions of unit length; zero for vertices that are not displaced. They are equal for all vertices at a
+    /// position. Empty if displacement follows the normals.
     pub directions: Vec<Vec3>,
 }
 
 impl PosedVertices {
-    /// Vertices displaced along their normals.
+    /// Creates vertices that are displaced along their normals.
     pub const fn new(positions: Vec<Vec3>, normals: Vec<Vec3>) -> Self {
         Self { positions, normals, directions: Vec::new() }
     }
 
-    /// The displacement direction of each vertex.
+    /// Returns the displacement direction of each vertex.
     pub fn displaced_along(&self) -> &[Vec3] {
         if self.directions.is_empty() { &self.normals } else { &self.directions }
     }
 }
 
-/// Arrangement of per-patch tiles in an atlas: square tiles of `tile` texels, `columns` per row. The patch domain `[0,1]²` fills
-/// the inner `tile − 2·gutter` texels, with centres at `(i + ½) / (tile − 2·gutter)`. The gutter continues the surface beyond the
-/// patch.
+/// Arrangement of per-patch tiles in an atlas, with square tiles of `tile` texels per side and `columns` tiles per row. The patch
+/// domain `[0,1]²` fills the inner `tile − 2·gutter` texels, with texel centres at `(i + ½) / (tile − 2·gutter)`. The gutter
+/// continues the surface beyond the patch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TileLayout {
-    /// Tile edge in texels, a power of two.
+    /// Side of a tile in texels, a power of two.
     pub tile: u32,
-    /// Gutter in texels on each side.
+    /// Width of the gutter on each side of a tile, in texels.
     pub gutter: u32,
     /// Number of tiles per row.
     pub columns: u32,
-    /// Number of rows.
+    /// Number of rows of tiles.
     pub rows: u32,
 }
 
 impl TileLayout {
-    /// A roughly square layout for `count` tiles, with a gutter of two texels.
+    /// Returns a roughly square layout for `count` tiles, with a gutter of two texels.
     pub fn new(count: u32, tile: u32) -> Self {
         assert!(tile.is_power_of_two() && tile >= 8);
         let columns = (f64::from(count.max(1)).sqrt().ceil() as u32).next_multiple_of(4);
         Self { tile, gutter: 2, columns, rows: count.max(1).div_ceil(columns) }
     }
 
-    /// Atlas size in texels.
+    /// Returns the width and height of the atlas in texels.
     pub fn size(&self) -> (u32, u32) {
         (self.columns * self.tile, self.rows * self.tile)
     }
 
-    /// Number of texels of the patch domain inside a tile, per axis.
+    /// Returns the number of texels of the patch domain inside a tile, per axis.
     pub fn inner(&self) -> u32 {
         self.tile - 2 * self.gutter
     }
 
-    /// First texel of tile `index`, including the gutter.
+    /// Returns the position of the first texel of tile `index`, including the gutter.
     pub fn origin(&self, index: u32) -> (u32, u32) {
         (index % self.columns * self.tile, index / self.columns * self.tile)
     }
 
-    /// Texel index of the first texel of tile `index` at a mip level, row by row over the whole atlas, including the gutter.
+    /// Returns the linear index in the atlas of the first texel of tile `index` at a mip level, including the gutter.
     pub fn first_texel(&self, index: usize, level: u32) -> usize {
         let ((x, y), (width, _)) = (self.origin(index as u32), self.size());
         (y >> level) as usize * (width >> level) as usize + (x >> level) as usize
     }
 
-    /// Texture coordinates of the four corners of patch `index`.
+    /// Returns the texture coordinates of the four corners of patch `index`.
     pub fn texcoords(&self, index: u32) -> [Vec2; 4] {
         let (w, h) = self.size();
         let (x, y) = self.origin(index);

@@ -12,17 +12,17 @@ use leadr_gpu::{Gpu, Image, Result};
 
 /// The placeholders on a device.
 pub struct Placeholders {
-    /// For surfaces without relief.
+    /// LEADR maps for surfaces without relief.
     pub leadr: LeadrMapGpu,
-    /// For surfaces without horizons.
+    /// Horizon maps for surfaces without horizons.
     pub horizons: HorizonMaps,
-    /// For maps that are not an atlas.
+    /// Links and coarse levels for maps that are not an atlas.
     pub atlas: AtlasGpu,
-    /// For missing materials or material images.
+    /// Images for missing materials or material images.
     pub material: MaterialImages,
-    /// For surfaces without a detail.
+    /// Detail images for surfaces without a detail.
     pub detail: Arc<DetailImages>,
-    /// For colours that do not follow the relief.
+    /// Weighted colours for colours that do not follow the relief.
     pub weighted: Image,
 }
 

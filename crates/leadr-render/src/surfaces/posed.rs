@@ -16,18 +16,18 @@ use crate::scene::Tiling;
 pub struct PosedObject {
     /// The object on the device.
     pub object: Arc<GpuObject>,
-    /// Object number in the scene, from 1. Each instance has its own.
+    /// Number of the object in the scene, counted from 1. Each instance has its own number.
     pub number: u32,
-    /// World vertices.
+    /// Vertices in world space.
     pub vertices: PosedVertices,
-    /// Factor on the object's height scale for displacement; 0 keeps the geometry smooth.
+    /// Factor applied to the object's height scale for displacement; 0 keeps the geometry smooth.
     pub height_scale: f32,
     /// The records of all objects of the frame.
     pub records: Arc<ObjectRecords>,
 }
 
 impl PosedObject {
-    /// Mean world length of a height texel; infinite without heights.
+    /// Returns the mean length of a height texel in the world, in metres; infinite without heights.
     pub fn texel_length(&self) -> f32 {
         let positions = &self.vertices.positions;
         let lengths =
@@ -36,8 +36,8 @@ impl PosedObject {
         if texels > 0.0 { lengths.sum::<f32>() / texels } else { f32::INFINITY }
     }
 
-    /// Offset of the object in the by-example lattice, in map repeats, for tiling fixed in the world. Meshes other than planes move
-    /// by whole repeats.
+    /// Returns the offset of the object in the lattice of by-example tiling, in map repeats. It keeps the tiling fixed in the
+    /// world. Meshes other than planes move by whole repeats.
     pub fn tiling_shift(&self) -> [f32; 2] {
         let mesh = &self.object.object.mesh;
         let kind = self.object.kind;
@@ -51,11 +51,11 @@ impl PosedObject {
         (if kind.flat { shift } else { shift.round() }).to_array()
     }
 
-    /// The triangles of the patches without relief, in world space; counter-clockwise seen from outside.
+    /// Iterates over the triangles of the patches without relief, in world space. They are counter-clockwise seen from outside.
     pub fn triangles(&self) -> impl Iterator<Item = [Vec3; 3]> + Clone + '_ {
         let positions = &self.vertices.positions;
         let mesh = &self.object.object.mesh;
-        // The third corner of a triangle repeats the last.
+        // A triangle's third corner repeats the last, so it has no second half.
         let halves = if mesh.triangles { 1 } else { 2 };
         mesh.patches.iter().flat_map(move |patch| {
             let [a, b, c, d] = patch.map(|vertex| positions[vertex as usize]);
@@ -63,7 +63,7 @@ impl PosedObject {
         })
     }
 
-    /// A bounding sphere, including the bumps.
+    /// Returns a bounding sphere, including the bumps.
     pub fn bounds(&self) -> Sphere {
         let (low, high) = self
             .vertices
@@ -73,13 +73,13 @@ impl PosedObject {
         Sphere { centre: (low + high) * 0.5, radius: low.distance(high) * 0.5 + self.highest_bump() }
     }
 
-    /// Largest distance between the displaced and the smooth surface, metres.
+    /// Returns the largest distance between the displaced and the smooth surface, in metres.
     pub fn highest_bump(&self) -> f32 {
         let bump = self.object.height_range.iter().flatten().fold(0.0f32, |a, h| a.max(h.abs()));
         bump * (self.height_scale * self.object.object.height_scale).abs()
     }
 
-    /// The mesh, as input of tessellation and culling.
+    /// Returns the mesh as input of tessellation and culling.
     pub(super) fn mesh(&self) -> PosedMesh<'_> {
         let Self { object, vertices, height_scale, .. } = self;
         PosedMesh {

@@ -1,4 +1,4 @@
-//! Records of each object and each view of a frame. Draws refer to them by index.
+//! Records of the objects and views of a frame. Draws refer to records by index.
 
 use std::sync::Arc;
 
@@ -12,57 +12,57 @@ use crate::view::{Samples, View};
 use leadr_gpu::{Buffer, Descriptor, Gpu, Memory, Result, shared_struct};
 
 shared_struct! {
-    /// An object in a frame (`ObjectRecord` in `passes/geometry/object.glsl`).
+    /// The record of an object in a frame (`ObjectRecord` in `passes/geometry/object.glsl`).
     pub struct ObjectRecordGpu for "ObjectRecord" {
-        /// Plain objects: linear albedo, Beckmann roughness.
+        /// Linear albedo (rgb) and Beckmann roughness (a) of plain objects.
         pub color: [f32; 4],
-        /// Flat objects: tangents by texture coordinate; w: 1, or -1 if they run clockwise seen from outside.
+        /// Tangent of flat objects along the texture coordinate s; w: 1, or -1 if the tangents run clockwise seen from outside.
         pub tangent_s: [f32; 4],
-        /// w: accessibility of plain objects.
+        /// Tangent of flat objects along the texture coordinate t; w: accessibility of plain objects.
         pub tangent_t: [f32; 4],
-        /// [`PosedObject::tiling_shift`], repeats.
+        /// [`PosedObject::tiling_shift`], in map repeats.
         pub shift: [f32; 2],
         /// Height scale `η`.
         pub height_scale: f32,
-        /// Height scale of the geometry, which may be drawn smooth.
+        /// Height scale of the geometry; 0 if it is drawn smooth.
         pub displacement: f32,
-        /// Height range from the deepest pit to the highest bump, metres.
+        /// Height range from the deepest pit to the highest bump, in metres.
         pub relief: f32,
-        /// Height of the viewer above the plane of a flat object, metres.
+        /// Height of the viewer above the plane of a flat object, in metres.
         pub viewer_above: f32,
-        /// Metres per map repeat, for a plane with vertices on texel centres.
+        /// Metres per map repeat, for a plane that can have vertices on texel centres; otherwise 0.
         pub texel_repeat: f32,
         /// Reflectance at normal incidence.
         pub specular_f0: f32,
-        /// `FLAG_` bits.
+        /// Bits of the `FLAG_` constants.
         pub flags: u32,
         /// Object number in the scene, from 1.
         pub number: u32,
-        /// Number of the measured material, from 1, or 0.
+        /// Number of the measured material, counted from 1; 0 without one.
         pub fit: u32,
-        /// The edge tint of a conductor, five bits per channel.
+        /// Edge tint of a conductor, with five bits per channel.
         pub edge_tint: u32,
     }
 }
 
 shared_struct! {
-    /// A view (`ViewRecord`).
+    /// The record of a view (`ViewRecord`).
     pub struct ViewRecordGpu for "ViewRecord" {
-        /// World to the clip space of a viewport [`GUARD_BAND`] times the size of the image.
+        /// Transform from world space to the clip space of a viewport [`GUARD_BAND`] times as large as the image.
         clip_from_world: [[f32; 4]; 4],
-        /// [`Camera::rays`](crate::camera::Camera::rays); w: horizontal step from pixel to pixel in ndc.
+        /// First vector of [`Camera::rays`](crate::camera::Camera::rays); w: horizontal step between pixels in ndc.
         ray_x: [f32; 4],
-        /// w: vertical step from pixel to pixel in ndc.
+        /// Second vector of the rays; w: vertical step between pixels in ndc.
         ray_y: [f32; 4],
-        /// w: near plane.
+        /// Third vector of the rays; w: distance of the near plane.
         ray_middle: [f32; 4],
-        /// Position of the viewer, metres; w: [`Viewpoint::draw`].
+        /// Position of the viewer in metres; w: [`Viewpoint::draw`].
         eye: [f32; 4],
-        /// Size of the image, pixels.
+        /// Size of the image in pixels.
         size: [f32; 2],
-        /// Samples of this image along one side of a pixel of the picture.
+        /// Number of samples of this image along one side of a pixel of the picture.
         grid: f32,
-        /// The same for images of edge samples, otherwise 0.
+        /// Equal to `grid` for images of edge samples, otherwise 0.
         edge_grid: u32,
     }
 }
@@ -80,16 +80,16 @@ shared_struct! {
 /// Frame parameters common to all objects.
 #[derive(Clone, Copy, Debug)]
 pub struct Shown {
-    /// Factor on the height scale of every object.
+    /// Factor applied to the height scale of every object.
     pub height_scale: f32,
     /// Whether back faces use the marker colour.
     pub mark_inside: bool,
-    /// Position of the viewer, metres.
+    /// Position of the viewer in metres.
     pub eye: Vec3,
 }
 
 impl ObjectRecordGpu {
-    /// The record of a posed object.
+    /// Creates the record of a posed object.
     pub fn new(posed: &PosedObject, shown: &Shown) -> Self {
         let PosedObject { object, number, vertices, height_scale, .. } = posed;
         let mesh = &object.object.mesh;
@@ -112,7 +112,7 @@ impl ObjectRecordGpu {
 }
 
 impl ViewRecordGpu {
-    /// The view of a light.
+    /// Creates the record of a light's view.
     pub fn of_light(from: &Viewpoint) -> Self {
         let shrink = Mat4::from_scale(Vec3::new(1.0 / GUARD_BAND, 1.0 / GUARD_BAND, 1.0));
         Self {
@@ -127,7 +127,7 @@ impl ViewRecordGpu {
         }
     }
 
-    /// The view of a camera.
+    /// Creates the record of a camera's view.
     pub fn of_camera(view: &View) -> Self {
         let (from, [x, y, middle], (width, height)) = (Viewpoint::from(view), view.rays(), view.size());
         Self {
@@ -145,13 +145,13 @@ impl ViewRecordGpu {
 pub struct ObjectRecords(Buffer);
 
 impl ObjectRecords {
-    /// A buffer for this number of objects.
+    /// Creates a buffer for this number of objects.
     pub fn new(gpu: &Arc<Gpu>, objects: usize) -> Result<Self> {
         let bytes = (objects.max(1) * size_of::<ObjectRecordGpu>()) as u64;
         Ok(Self(Buffer::new(gpu, "objects", bytes, Memory::Upload)?))
     }
 
-    /// Writes the records of all objects in scene order. The device must not be reading them.
+    /// Writes the records of all objects in scene order. The device must not be reading the buffer.
     pub fn write(&self, records: &[ObjectRecordGpu]) -> Result<()> {
         self.0.write(0, records)
     }
@@ -161,19 +161,19 @@ impl ObjectRecords {
 pub struct ViewRecords(Buffer);
 
 impl ViewRecords {
-    /// A buffer for all views of a frame.
+    /// Creates a buffer for all views of a frame.
     pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
         let bytes = (MAX_VIEWS as usize * size_of::<ViewRecordGpu>()) as u64;
         Ok(Self(Buffer::new(gpu, "views", bytes, Memory::Upload)?))
     }
 
-    /// Writes views starting at an index. The device must not be reading them.
+    /// Writes view records from index `first` on. The device must not be reading the buffer.
     pub fn write(&self, first: u32, records: &[ViewRecordGpu]) -> Result<()> {
         self.0.write(u64::from(first) * size_of::<ViewRecordGpu>() as u64, records)
     }
 }
 
-/// The records available to a draw, and its view.
+/// The records available to a draw, and the index of its view.
 #[derive(Clone, Copy)]
 pub struct Records<'a> {
     /// Records of all objects.
@@ -185,12 +185,12 @@ pub struct Records<'a> {
 }
 
 impl<'a> Records<'a> {
-    /// The arrays with their shader names.
+    /// Returns both record buffers with their names in the shaders.
     pub fn bindings(self) -> [(&'static str, Descriptor<'a>); 2] {
         [("Objects", Descriptor::Storage(&self.objects.0)), ("Views", Descriptor::Uniform(&self.views.0))]
     }
 
-    /// The push constants for drawing this object.
+    /// Returns the push constants for drawing this object.
     pub fn draw(self, posed: &PosedObject) -> DrawGpu {
         DrawGpu { object: posed.number - 1, view: self.view }
     }

@@ -1,9 +1,9 @@
-//! Colours that follow the relief: paint on tops, dirt in cracks, snow on slopes that face one way
+//! Colours that follow the relief, such as paint on tops, dirt in cracks, or snow on slopes that face one way
 //! ([`relief_color`](leadr_reflectance::visible::relief_color)).
 //!
-//! Two layers of an image hold mean colours weighted by height rank, with the weight in alpha. Two more hold colour times slope,
-//! with the slope in alpha. These need a single chart, since each tile of an atlas has its own axes. All layers matter only for
-//! pixels with several bumps, so for large maps the image begins at a coarser level than the colours.
+//! Two layers of an image hold mean colours weighted by height rank, with the weight in alpha. Two more layers hold colour times
+//! slope, with the slope in alpha. The slope layers need a single chart, since each tile of an atlas has its own axes. The layers
+//! matter only for pixels that cover several bumps, so for large maps the image begins at a coarser level than the colours.
 
 use glam::DVec3;
 use half::f16;
@@ -18,14 +18,14 @@ use leadr_reflectance::visible::relief_color::height_weights;
 /// The relief properties that an object's colours follow.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Follows {
-    /// Heights.
+    /// Whether the colours follow the heights.
     pub heights: bool,
-    /// Slopes.
+    /// Whether the colours follow the slopes.
     pub slopes: bool,
 }
 
 impl Follows {
-    /// Number of layers of weighted means.
+    /// Returns the number of layers of weighted means.
     pub const fn layers(self) -> u32 {
         2 * (self.heights as u32 + self.slopes as u32)
     }
@@ -36,17 +36,18 @@ impl Follows {
     }
 }
 
-/// Maximum number of texels of weighted means along one side. Larger colour maps start at a coarser level.
+/// Maximum side of a weighted colour image in texels. For larger colour maps, the image starts at a coarser level.
 const MOST_TEXELS: u32 = 2048;
-/// Texels along one side that are sampled to detect the correlation.
+/// Number of texels along one side that are sampled to detect the correlation.
 const SAMPLED: u32 = 256;
-/// Smallest significant change of the mean colour, relative to the brightest channel's mean: half the difference visible side by
-/// side. For heights, compares no hidden facets with half of them hidden; for slopes, a shift of one standard deviation.
+/// Smallest significant change of the mean colour, relative to the mean of the brightest channel. It is half the smallest
+/// difference visible side by side. For heights, the change is from no hidden facets to half of the facets hidden. For slopes, it
+/// is a shift by one standard deviation.
 const LEAST_CHANGE: f64 = 0.01;
-/// Entries of the height rank table.
+/// Number of intervals of the height rank table.
 const RANKS: usize = 2048;
 
-/// Number of finest colour levels without weighted means. In an atlas, at most the levels finer than the source of the coarse
+/// Returns the number of finest colour levels without weighted means. In an atlas, it is at most the source mip of the coarse
 /// levels.
 pub(super) fn skipped_levels(map: &MaterialMap, border: Border) -> u32 {
     let most = if matches!(border, Border::Tiles(_)) { SOURCE_LEVEL } else { u32::MAX };
@@ -62,9 +63,9 @@ pub(super) struct ReliefColors<'a> {
     field: &'a HeightField,
     map: &'a MaterialMap,
     slopes: Option<&'a [[f32; 2]]>,
-    /// Heights at uniform steps of rank.
+    /// Heights at uniform steps of the height rank.
     table: Vec<f32>,
-    /// Whether the height scale is negative, so the lowest heights are on top.
+    /// Whether the height scale is negative, which puts the lowest heights on top.
     upside_down: bool,
     linear: [f32; 256],
     /// The relief properties that the colours follow.
@@ -72,10 +73,10 @@ pub(super) struct ReliefColors<'a> {
 }
 
 impl<'a> ReliefColors<'a> {
-    /// The relief colours of an object with heights and colours, if it keeps them.
+    /// Returns the relief colours of an object that has heights and colours and still holds their texels.
     pub fn of(object: &'a Object) -> Option<Self> {
         let (field, map) = (object.heights.as_ref()?, object.material.as_ref()?);
-        // Charts map colours elsewhere than heights.
+        // With charts, colours have other texture coordinates than heights.
         if !object.follows_relief
             || object.charts.is_some()
             || field.map.texels.is_empty()
@@ -134,7 +135,7 @@ impl<'a> ReliefColors<'a> {
         Follows { heights, slopes: slopes && !tiled }
     }
 
-    /// The height texel under a colour texel.
+    /// Returns the height texel under a colour texel.
     fn texel(&self, [x, y]: [u32; 2]) -> [u32; 2] {
         let of = |i: u32, n: u32, to: u32| ((u64::from(2 * i + 1) * u64::from(to)) / u64::from(2 * n)) as u32;
         [of(x, self.map.width, self.field.map.width), of(y, self.map.height, self.field.map.height)]
@@ -150,13 +151,13 @@ impl<'a> ReliefColors<'a> {
         [r, g, b].map(|code| self.linear[usize::from(code)])
     }
 
-    /// Rank of the height, 0 to 1: the fraction of heights below it.
+    /// Returns the rank of a height from 0 to 1, the fraction of heights below it.
     fn rank(&self, position: [u32; 2]) -> f64 {
         let height = self.height(position);
         let above = self.table.partition_point(|&h| h <= height);
         let below = self.table.partition_point(|&h| h < height);
         let rank = if above > below {
-            // Many heights are equal.
+            // For equal heights, the rank is the middle of their range.
             0.5 * (above + below - 1) as f64
         } else {
             let (at, end) = (below.max(1), self.table.len() - 1);
@@ -167,7 +168,7 @@ impl<'a> ReliefColors<'a> {
         if self.upside_down { 1.0 - rank } else { rank }
     }
 
-    /// Height slope per texture coordinate, in the heights' unit.
+    /// Returns the slope in height units per unit of texture coordinate.
     fn gradient(&self, position: [u32; 2]) -> [f32; 2] {
         let [x, y] = self.texel(position);
         let (width, height) = (self.field.map.width, self.field.map.height);
@@ -183,8 +184,8 @@ impl<'a> ReliefColors<'a> {
         [(at(right, y) - at(left, y)) * 0.5 * width as f32, (at(x, below) - at(x, above)) * 0.5 * height as f32]
     }
 
-    /// Colours times weights, with the weights: the layers of heights first if colours follow them, then of slopes. `size`: at most
-    /// the size of the colours.
+    /// Returns the texels of a layer, colours times weights, with the weights in alpha. Layers of heights, if any, precede layers
+    /// of slopes. `size` is at most the size of the colours.
     pub fn layer(&self, layer: u32, size: [u32; 2]) -> Vec<[f32; 4]> {
         let by_height = self.follows.heights && layer < 2;
         let which = (layer % 2) as usize;
@@ -225,7 +226,7 @@ mod tests {
     use leadr_maps::HeightMap;
 
     fn painted(paint: impl Fn(f32, f32) -> bool) -> Object {
-        // A repeating slope in one direction, with colours for it.
+        // Heights rise and fall along x, and `paint` selects colours by height and rise.
         let heights: Vec<f32> = (0..64 * 64).map(|i| ((i % 64) as f32 * 0.2).sin() + (i / 64) as f32 * 0.01).collect();
         let colors = heights.iter().enumerate().map(|(i, &h)| {
             let rise = ((i % 64) as f32 * 0.2).cos();

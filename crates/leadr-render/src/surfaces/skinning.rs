@@ -1,14 +1,14 @@
-//! Normals of a skinned mesh that follow its deformed surface.
+//! Skinning with normals that follow the deformed surface.
 //!
-//! Blending the joints' rotations transforms normals as if the weights were constant. Where weights change quickly over a strongly
-//! bent joint, the surface also shears. Point-normal patches with the blended normals then ripple.
+//! Blending the joints' rotations transforms normals as if the skinning weights were constant. If weights change quickly over a
+//! strongly bent joint, the surface also shears. Point-normal patches with the blended normals then show ripples.
 
 use glam::{Mat4, Quat, Vec3};
 
 use super::patch_mesh::{PatchMesh, PosedVertices};
 
-/// Linear blend skinning (`joints`: rest to world). Each blended normal is then rotated by the difference between the blended mean
-/// face normal around the vertex and that of the skinned mesh. Missing joints are ignored.
+/// Poses a mesh with linear blend skinning, where `joints` transform from rest to world space. Each normal is then corrected by the
+/// rotation from the blended mean face normal to the mean face normal of the skinned mesh. Missing joints are ignored.
 pub fn skin(mesh: &PatchMesh, joints: &[Mat4]) -> PosedVertices {
     let blends: Vec<Mat4> = mesh
         .skin
@@ -35,7 +35,7 @@ pub fn skin(mesh: &PatchMesh, joints: &[Mat4]) -> PosedVertices {
     PosedVertices::new(positions, normals)
 }
 
-/// Area-weighted mean of the face normals around each vertex.
+/// Computes the area-weighted mean of the face normals around each vertex.
 fn mean_normals(mesh: &PatchMesh, positions: &[Vec3]) -> Vec<Vec3> {
     let mut normals = vec![Vec3::ZERO; positions.len()];
     for q in &mesh.patches {
@@ -51,7 +51,7 @@ mod tests {
     use super::*;
     use crate::surfaces::patch_mesh::SkinWeights;
 
-    /// A strip along x, four by twenty quads. Weights change from joint 0 to joint 1 along it.
+    /// Returns a strip of twenty by four quads. Weights change along x from joint 0 to joint 1.
     fn strip() -> PatchMesh {
         let mut mesh = PatchMesh::default();
         for i in 0..=20_u32 {
@@ -71,7 +71,7 @@ mod tests {
 
     #[test]
     fn a_sheared_strip_gets_the_normals_of_its_surface() {
-        // Joint 1 only translates upwards: the strip becomes a ramp, but no joint rotates.
+        // Joint 1 only translates upwards, so the strip becomes a ramp although no joint rotates.
         let ramp = [Mat4::IDENTITY, Mat4::from_translation(Vec3::Z)];
         let expected = Vec3::new(-1.0, 0.0, 1.0).normalize();
         for n in skin(&strip(), &ramp).normals {

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-/// A sphere, world metres.
+/// A sphere in world space, in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere {
     /// Centre of the sphere.
@@ -12,7 +12,7 @@ pub struct Sphere {
 }
 
 impl Sphere {
-    /// A sphere around other spheres, centred on their bounding box; `None` for an empty slice.
+    /// Returns a sphere around other spheres, centred on the bounding box of the spheres; `None` for an empty slice.
     pub fn enclosing(spheres: &[Self]) -> Option<Self> {
         let (low, high) = spheres
             .iter()

@@ -1,7 +1,7 @@
-//! The tessellation of each patch per frame, the selection of patches, and the draws.
+//! Tessellates each patch for a frame, selects the visible patches, and splits them into draws.
 //!
-//! Factors belong to edges and depend only on the edge's two ends, so adjacent patches always agree. Rotating the camera in place
-//! changes no factor.
+//! Each tessellation factor belongs to an edge and depends only on the edge's two ends, so adjacent patches always agree. Rotating
+//! the camera in place changes no factor.
 
 use super::patch_mesh::PatchMesh;
 use super::topology::Topology;
@@ -9,22 +9,22 @@ use crate::constants::GUARD_BAND;
 use glam::{Mat4, Vec3, Vec4};
 use rayon::prelude::*;
 
-/// Largest tessellation factor (fractional odd spacing can use 63 of Vulkan's 64).
+/// Largest tessellation factor. Vulkan allows 64, but fractional odd spacing can use only 63.
 pub const MAX_FACTOR: f32 = 63.0;
 
-/// The scale from world lengths to pixels.
+/// The viewer's position and the scale from world lengths to pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lens {
     /// Position of the viewer.
     pub eye: Vec3,
-    /// Pixel size of a unit length at unit distance: `height / (2 tan(fov_y / 2))`.
+    /// Size in pixels of a unit length at unit distance: `height / (2 tan(fov_y / 2))`.
     pub focal_pixels: f32,
     /// Distance of the near plane.
     pub near: f32,
 }
 
 impl Lens {
-    /// Pixels covered by `length` around `centre`, perpendicular to the line of sight.
+    /// Returns the number of pixels covered by `length` around `centre`, perpendicular to the line of sight.
     pub(crate) fn pixels(&self, centre: Vec3, length: f32) -> f32 {
         let distance = (centre.distance(self.eye) - 0.5 * length).max(self.near);
         length * self.focal_pixels / distance
@@ -34,14 +34,14 @@ impl Lens {
 /// The position of a viewer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Viewer {
-    /// At a point.
+    /// The viewer is at this point.
     At(Vec3),
-    /// At infinity in this unit direction, like a sun.
+    /// The viewer is at infinity in this unit direction, like a sun.
     Toward(Vec3),
 }
 
 impl Viewer {
-    /// Unit direction from a point to the viewer.
+    /// Returns the unit direction from a point to the viewer.
     pub(super) fn toward(self, point: Vec3) -> Vec3 {
         match self {
             Self::At(eye) => (eye - point).normalize_or_zero(),
@@ -53,19 +53,19 @@ impl Viewer {
 /// Tessellation settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TessellationSettings {
-    /// Screen pixels per triangle. The default 4 spaces vertices about 2.8 pixels apart.
+    /// Area of a triangle in screen pixels. The default, 4, spaces vertices about 2.8 pixels apart.
     pub pixels_per_triangle: f32,
-    /// Upper bound on the factors, 1 to 63.
+    /// Upper bound on the tessellation factors, from 1 to 63.
     pub max_factor: f32,
-    /// Whether every height map texel gets a vertex (within `max_factor` and `vertices_per_pixel`), even if several share a pixel.
-    /// For reference images and edge samples. Patches without relief are tessellated as usual.
+    /// Whether every height map texel gets a vertex (within `max_factor` and `vertices_per_pixel`), even if several texels share a
+    /// pixel. This is for reference images and edge samples. Patches without relief are tessellated as usual.
     pub to_texels: bool,
-    /// Maximum number of vertices along one side of a pixel from `to_texels`. The default, 16, exceeds the resolution of any number
-    /// of samples.
+    /// Maximum number of vertices that `to_texels` places along one side of a pixel. The default, 16, exceeds the resolution of any
+    /// number of samples.
     pub vertices_per_pixel: f32,
     /// Whether invisible patches are culled.
     pub cull: bool,
-    /// Maximum number of tessellated vertices per draw. Some software drivers silently produce wrong results above 65,536.
+    /// Maximum number of tessellated vertices per draw. Some software drivers silently produce wrong results for more than 65,536.
     pub max_vertices_per_draw: u32,
 }
 
@@ -83,52 +83,53 @@ impl Default for TessellationSettings {
 }
 
 impl TessellationSettings {
-    /// Whether patches with edges of this many pixels can reach the requested tessellation.
+    /// Whether patches with edges of `pixels` pixels can reach the requested vertex spacing.
     pub fn is_sufficient_for(&self, pixels: f32) -> bool {
         !self.to_texels && pixels <= self.spacing() * self.max_factor.clamp(1.0, MAX_FACTOR)
     }
 
-    /// Pixels between vertices: two triangles of area `A` fill a cell with the side `√2A`.
+    /// Returns the distance between vertices in pixels. Two triangles of area `A` fill a square cell of side `√2A`.
     fn spacing(&self) -> f32 {
         (2.0 * self.pixels_per_triangle).sqrt()
     }
 
-    /// Whether both settings give the same factors.
+    /// Whether two settings give the same tessellation factors.
     pub fn divides_as(&self, other: &Self) -> bool {
         let Self { cull, max_vertices_per_draw, .. } = *other;
         Self { cull, max_vertices_per_draw, ..*self } == *other
     }
 }
 
-/// The mesh in a frame's pose.
+/// A mesh in the pose of a frame.
 #[derive(Clone, Copy, Debug)]
 pub struct PosedMesh<'a> {
     /// The mesh.
     pub mesh: &'a PatchMesh,
-    /// Edges of the mesh.
+    /// The edges of the mesh.
     pub topology: &'a Topology,
-    /// World positions.
+    /// World positions of the vertices.
     pub positions: &'a [Vec3],
-    /// World normals, unit.
+    /// Unit normals of the vertices, in world space.
     pub normals: &'a [Vec3],
-    /// Height map texels along each edge; empty without displacement.
+    /// Number of height map texels along each edge; empty without displacement.
     pub edge_texels: &'a [f32],
     /// Height range along each edge before scaling; empty without displacement.
     pub edge_relief: &'a [f32],
-    /// Height range per patch before scaling; empty without displacement.
+    /// Height range of each patch before scaling; empty without displacement.
     pub height_range: &'a [[f32; 2]],
-    /// The height scale.
+    /// Factor from map heights to displacements.
     pub height_scale: f32,
 }
 
-/// The tessellation of a mesh for a lens, independent of the camera's orientation. The camera and the suns in its view share it.
+/// The tessellation of a mesh for a lens, independent of the camera's orientation. The camera shares it with the suns.
 #[derive(Clone, Debug, Default)]
 pub struct Division {
     /// Tessellation factor of each edge.
     pub edge_factors: Vec<f32>,
-    /// Level of the boundary heights at each vertex (0: finest).
+    /// Level of the boundary heights at each vertex, where 0 is the finest.
     pub vertex_lods: Vec<f32>,
-    /// Offset of each vertex along its normal that centres the flat triangles on the smooth surface instead of inside it.
+    /// Offset of each vertex along its normal. It centres the flat triangles on the smooth surface, so that they do not lie inside
+    /// it.
     pub vertex_lifts: Vec<f32>,
     /// Whether `to_texels` gave every edge at least as many segments as texels.
     pub every_texel: bool,
@@ -137,25 +138,25 @@ pub struct Division {
 /// The patches of a tessellated mesh that a view draws.
 #[derive(Clone, Debug, Default)]
 pub struct DrawList {
-    /// Patches to draw.
+    /// Indices of the patches to draw.
     pub visible: Vec<u32>,
-    /// Draws over `visible`.
+    /// The draws, as ranges of `visible`.
     pub draws: Draws,
-    /// Upper bound on the triangles drawn.
+    /// Upper bound on the number of triangles drawn.
     pub triangles: u64,
 }
 
-/// Draws as `(first, count)` ranges of the visible patches. Draws without clipping come first.
+/// Draws, as `(first, count)` ranges of the visible patches. Draws that need no clipping come first.
 #[derive(Clone, Debug, Default)]
 pub struct Draws {
-    /// Patches without a vertex between their corners.
+    /// Draws of patches that have no vertices besides their corners.
     pub undivided: Vec<(u32, u32)>,
-    /// All other patches.
+    /// Draws of all other patches.
     pub divided: Vec<(u32, u32)>,
 }
 
 impl Draws {
-    /// All draws.
+    /// Iterates over all draws.
     pub fn all(&self) -> impl Iterator<Item = (u32, u32)> {
         self.undivided.iter().chain(&self.divided).copied()
     }
@@ -178,10 +179,10 @@ impl Division {
                 if posed.mesh.triangles && relief == 0.0 {
                     return 1.0;
                 }
-                // Triangles are flat, regardless of displacement.
+                // The base surface of a triangle is flat, so vertex normals do not count as curvature.
                 let normals = if posed.mesh.triangles { [Vec3::Z; 2] } else { [normals[a], normals[b]] };
                 let pixels = edge_pixels(&lens, [positions[a], positions[b]], normals, relief);
-                // Without displacement there are no texels to resolve.
+                // An edge without displacement has no texels to resolve.
                 let dense = settings.to_texels && relief > 0.0;
                 let texels = if dense { posed.edge_texels.get(edge).copied().unwrap_or(1.0) } else { 1.0 };
                 let length = lens.pixels((positions[a] + positions[b]) * 0.5, positions[a].distance(positions[b]));
@@ -194,7 +195,8 @@ impl Division {
         Self { every_texel, ..Self::of_factors(posed, edge_factors) }
     }
 
-    /// The same tessellation with vertices at least this many metres apart along the smooth surface; `None` if none are closer.
+    /// Returns the same tessellation with vertices at least `spacing` metres apart along the smooth surface, or `None` if no
+    /// vertices are closer.
     pub fn with_min_spacing(&self, spacing: f32, posed: PosedMesh<'_>) -> Option<Self> {
         let PosedMesh { topology, positions, .. } = posed;
         let coarser = |(&[a, b], &factor): (&[u32; 2], &f32)| {
@@ -232,7 +234,7 @@ impl Division {
 }
 
 impl DrawList {
-    /// Culls the patches of a mesh with these edge factors, and splits them into draws.
+    /// Culls the patches of a mesh with the given edge factors, and splits the visible patches into draws.
     pub fn new(
         posed: PosedMesh<'_>,
         edge_factors: &[f32],
@@ -242,8 +244,8 @@ impl DrawList {
     ) -> Self {
         let PosedMesh { mesh, topology, positions, normals, .. } = posed;
         let (view, band) = (frustum_planes(clip_from_world, 1.0), frustum_planes(clip_from_world, GUARD_BAND));
-        // Patches that need clipping come last, in separate draws: if anything in a draw is clipped, software drivers process all
-        // of its triangles some twenty times more slowly.
+        // Patches that need clipping come last, in separate draws. If any triangle of a draw is clipped, software drivers process
+        // all its triangles about twenty times more slowly.
         let group_of = |(index, patch): (usize, &[u32; 4])| {
             let corners = patch.map(|v| (positions[v as usize], normals[v as usize]));
             let range = posed.height_range.get(index).map_or([0.0; 2], |r| r.map(|h| h * posed.height_scale));
@@ -275,7 +277,7 @@ impl DrawList {
         list
     }
 
-    /// Appends `patches` and returns draws of them within the vertex limit.
+    /// Appends `patches` to the visible patches and returns draws of them, each within the vertex limit.
     fn draws_of(
         &mut self,
         patches: &[u32],
@@ -307,17 +309,17 @@ impl DrawList {
     }
 }
 
-/// Minimum number of edges or patches per thread.
+/// Minimum number of edges or patches per parallel task.
 const LEAST_TASK: usize = 512;
-/// Bump slope that is still visible when an edge is seen end-on.
+/// Bump slope assumed to remain visible when an edge is seen end-on.
 const BUMP_SLOPE: f32 = 0.3;
-/// Relief in pixels from which it shows in full. Bumps lower than a pixel hide nothing behind them.
+/// Relief height in pixels from which the side view of bumps counts fully. Bumps lower than a pixel occlude nothing.
 const HIDING_RELIEF: f32 = 6.0;
-/// Relief in pixels from which an edge gets the full tessellation for its screen length.
+/// Relief height in pixels from which an edge gets the full tessellation for its screen length.
 const FULL_RELIEF: f32 = 2.0;
 
-/// The screen length that determines an edge's factor. It is foreshortened, but at least the side view of its bumps. It shrinks
-/// where neither bumps nor curvature are visible in pixels.
+/// Returns the screen length that determines an edge's tessellation factor. The length is foreshortened, but never below the side
+/// view of the edge's bumps. It decreases if bumps and curvature are small in pixels.
 fn edge_pixels(lens: &Lens, positions: [Vec3; 2], normals: [Vec3; 2], relief: f32) -> f32 {
     let centre = (positions[0] + positions[1]) * 0.5;
     let along = positions[1] - positions[0];
@@ -329,26 +331,26 @@ fn edge_pixels(lens: &Lens, positions: [Vec3; 2], normals: [Vec3; 2], relief: f3
     length * scale * sine.hypot(BUMP_SLOPE * prominent(HIDING_RELIEF)) * prominent(FULL_RELIEF).sqrt()
 }
 
-/// Mean distance from two flat triangles to the smooth surface above them, assuming the edge's curvature in both directions;
-/// negative for a concave surface. Each of `n` segments of an edge has `1 / n²` of it.
+/// Returns the mean distance from two flat triangles to the smooth surface above them, assuming the edge's curvature in both
+/// directions. The distance is negative for a concave surface. Dividing an edge into `n` segments scales it by `1 / n²`.
 ///
-/// Triangles between points of a convex surface lie inside it. The surface is then drawn too small, and specular highlights move
-/// toward its centre: on a distant sphere of 384 patches by a twelfth of a pixel. Moving vertices outwards by the mean gap costs
-/// nothing and removes the shift. A patch of sides `h` under curvatures `k` is `Σ k h² / 12` above its triangles on average, two
-/// thirds of the sum of its sides' sagittas `k h² / 8`. The mean over a vertex's edges halves that sum.
+/// Triangles between points of a convex surface lie inside the surface. It is then drawn too small, and specular highlights move
+/// toward its centre, by a twelfth of a pixel on a distant sphere of 384 patches. Moving vertices outwards by the mean gap costs
+/// nothing and removes the shift. A patch with sides `h` and curvatures `k` is on average `Σ k h² / 12` above its triangles. This
+/// is two thirds of the sum of the sagittas `k h² / 8` of its sides. The mean over a vertex's edges halves that sum.
 fn mean_gap(along: Vec3, normals: [Vec3; 2]) -> f32 {
     let sagitta = along.dot(normals[1] - normals[0]) / 8.0;
     4.0 / 3.0 * sagitta
 }
 
-/// The number of segments from a factor with fractional odd spacing.
+/// Returns the number of segments for a factor with fractional odd spacing.
 fn odd_ceil(factor: f32) -> u32 {
     let n = factor.ceil() as u32;
     n | 1
 }
 
-/// Inward planes of the near plane and the sides. The sides are `band` times as far out as the image border. Depth is reversed, so
-/// `z ≤ w` is near; the far plane is at infinity.
+/// Returns the side planes and the near plane of the frustum, with normals that point inwards. The side planes are `band` times as
+/// far out as the image border. Depth is reversed: the near plane is `z ≤ w`, and the far plane is at infinity.
 fn frustum_planes(clip_from_world: Mat4, band: f32) -> [Vec4; 5] {
     let rows = clip_from_world.transpose();
     let (x, y, z, w) = (rows.x_axis, rows.y_axis, rows.z_axis, rows.w_axis);
@@ -358,7 +360,7 @@ fn frustum_planes(clip_from_world: Mat4, band: f32) -> [Vec4; 5] {
 
 type Corners = [(Vec3, Vec3); 4];
 
-/// The position of a patch relative to the view frustum.
+/// The position of a patch relative to a frustum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Inside {
     Wholly,
@@ -366,8 +368,8 @@ enum Inside {
     Outside,
 }
 
-/// Upper bound on a patch's distance from the chords of its corners: its control points, once per parameter, plus bumps. Flat
-/// triangles have none, so their bound is loose.
+/// Returns an upper bound on a patch's distance from the chords between its corners. It adds the offset of the control points, once
+/// per parameter, and the height of bumps. For flat triangles the bound is loose.
 fn reach(corners: &Corners, range: [f32; 2]) -> f32 {
     let bulge = (0..4).map(|i| {
         let ((a, normal_a), (b, normal_b)) = (corners[i], corners[(i + 1) & 3]);
@@ -391,7 +393,7 @@ fn classify_in_view(planes: &[Vec4; 5], corners: &Corners, reach: f32) -> Inside
     found
 }
 
-/// Whether a patch is beyond the horizon so far that even its highest bump is hidden.
+/// Whether a patch is so far beyond the horizon that even its highest bump is hidden.
 fn faces_away(viewer: Viewer, corners: &Corners, range: [f32; 2]) -> bool {
     let edge = corners[0].0.distance(corners[2].0).max(corners[1].0.distance(corners[3].0)).max(1e-12);
     let spread = (0..4).map(|i| corners[i].1.distance(corners[(i + 1) & 3].1)).fold(0.25f32, f32::max);
@@ -423,7 +425,7 @@ mod tests {
         mesh
     }
 
-    /// A mesh in its rest pose, without relief.
+    /// Returns a mesh in its rest pose, without relief.
     fn at_rest<'a>(mesh: &'a PatchMesh, topology: &'a Topology) -> PosedMesh<'a> {
         PosedMesh {
             mesh,
@@ -453,7 +455,7 @@ mod tests {
         let mesh = grid(1);
         let (list, _) = list(&mesh, Vec3::Z * 100.0, Vec3::ZERO, &TessellationSettings::default());
         // One unit at distance 100 is 10 pixels, and 4 pixels per triangle space vertices sqrt(8) pixels apart. Bumps of 10 pixels
-        // lengthen a view from above by sqrt(1 + 0.09).
+        // increase the screen length in a view from above by sqrt(1 + 0.09).
         for factor in &list.edge_factors {
             assert!((factor - 10.0 * 1.09f32.sqrt() / 8f32.sqrt()).abs() < 0.06, "{factor}");
         }
@@ -470,7 +472,7 @@ mod tests {
 
     #[test]
     fn triangles_of_a_lifted_sphere_lie_about_it() {
-        // A part of a sphere in pieces of a tenth of a radian.
+        // The mesh is a section of a sphere, with patches of a tenth of a radian.
         let mut mesh = grid(16);
         mesh.normals = mesh.positions.iter().map(|p| (p.truncate() * 0.1).extend(1.0).normalize()).collect();
         let topology = Topology::new(&mesh.patches);
@@ -482,7 +484,7 @@ mod tests {
             assert_eq!(list.edge_factors.iter().all(|f| *f == 1.0), distance > 10.0);
             list.vertex_lifts
         };
-        // All edges have one segment. Radii of the centres of triangle parts, at sufficient resolution.
+        // All distant edges have one segment. The mean radius is taken over the centres of small sub-triangles.
         let (far, near, hollow) = (lifts(1.0, 50.0), lifts(1.0, 2.0), lifts(-1.0, 50.0));
         let mean_radius = |lift: &dyn Fn(usize) -> f32| {
             let (mut sum, mut area) = (0.0, 0.0);
@@ -532,7 +534,7 @@ mod tests {
 
     #[test]
     fn pixels_bound_the_vertices_of_texels() {
-        // One unit at a distance of 99.5, its nearest end, is 10.05 pixels.
+        // One unit at its nearest possible distance, 99.5, covers 10.05 pixels.
         let few = |vertices_per_pixel| {
             let settings = TessellationSettings { to_texels: true, vertices_per_pixel, ..Default::default() };
             list(&grid(1), Vec3::Z * 100.0, Vec3::ZERO, &settings).0.edge_factors[0]

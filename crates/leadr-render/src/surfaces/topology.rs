@@ -1,19 +1,19 @@
-//! Edges of a quad mesh, and the direction of each patch along them.
+//! Edges of a quad mesh, and the direction in which each patch traverses its edges.
 
 use std::collections::HashMap;
 
-/// The edges of a quad mesh. Each runs from its lower to its higher vertex index.
+/// The edges of a quad mesh. Each edge runs from its lower to its higher vertex index.
 #[derive(Clone, Debug, Default)]
 pub struct Topology {
-    /// Vertex pairs, lower index first.
+    /// The two vertices of each edge, lower index first.
     pub edges: Vec<[u32; 2]>,
     /// For each patch and side (v=0, u=1, v=1, u=0): `edge << 1`, with the lowest bit set if the patch runs from the higher vertex.
-    /// A side of zero length, the third of a triangle, repeats the previous side's value and is not an edge.
+    /// A side of zero length (in triangles) repeats the value of the previous side and is not an edge.
     pub patch_edges: Vec<[u32; 4]>,
 }
 
 impl Topology {
-    /// Finds the edges, numbered in order of first use by the patches.
+    /// Finds the edges, and numbers them in order of their first use by the patches.
     pub fn new(patches: &[[u32; 4]]) -> Self {
         let mut index = HashMap::with_capacity(patches.len() * 2);
         let mut edges = Vec::with_capacity(patches.len() * 2);
@@ -35,14 +35,14 @@ impl Topology {
         Self { edges, patch_edges }
     }
 
-    /// The sides of a patch, without sides of zero length.
+    /// Iterates over the sides of a patch, except sides of zero length.
     pub fn sides(&self, patch: usize) -> impl Iterator<Item = usize> + use<> {
         let edges = self.patch_edges[patch];
         (0..4).filter(move |&side| edges[side] != edges[(side + 3) & 3])
     }
 
-    /// For each side of each patch, the adjacent patch and its side. `None` for edges that do not join exactly two patches with
-    /// opposite directions.
+    /// Returns for each side of each patch the adjacent patch and its side. The entry is `None` if the edge does not join exactly
+    /// two patches with opposite directions.
     pub fn neighbors(&self) -> Vec<[Option<(u32, u8)>; 4]> {
         let sides = self.sides_of_edges();
         let beyond = |edge: u32| {
@@ -52,12 +52,13 @@ impl Topology {
         self.patch_edges.iter().map(|edges| edges.map(beyond)).collect()
     }
 
-    /// Number of edges that do not join exactly two patches with opposite directions: 0 on a closed, oriented surface.
+    /// Returns the number of edges that do not join exactly two patches with opposite directions. It is 0 on a closed, oriented
+    /// surface.
     pub fn irregular_edges(&self) -> usize {
         self.sides_of_edges().iter().filter(|both| both.map(|(count, _)| count) != [1, 1]).count()
     }
 
-    /// For each edge and direction: the number of sides, and the last of them.
+    /// Returns for each edge and direction the number of patch sides and the last such side.
     fn sides_of_edges(&self) -> Vec<[(u32, (u32, u8)); 2]> {
         let mut sides = vec![[(0, (0, 0)); 2]; self.edges.len()];
         for (patch, edges) in self.patch_edges.iter().enumerate() {

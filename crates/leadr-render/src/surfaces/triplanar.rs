@@ -1,25 +1,26 @@
-//! Triplanar mapping, a texture without coordinates: projected at rest from outside along the three axes, upright (z up), and
-//! blended by the normal. `shaders-glsl/passes/triplanar.glsl` does the same.
+//! Triplanar mapping of a texture, without texture coordinates. The texture is projected at rest from outside along the three axes,
+//! upright (z up), and blended by the normal. `shaders-glsl/passes/triplanar.glsl` is the GLSL version.
 
 use glam::{Vec2, Vec3};
 
-/// Offsets of the three projections in repeats, so that they differ where they meet. Courses of bricks continue around a corner.
+/// Offsets of the three projections in repeats, so that adjacent projections differ. Courses of bricks still continue around a
+/// corner.
 const SHIFTS: [Vec2; 3] = [Vec2::ZERO, Vec2::new(0.37, 0.0), Vec2::splat(0.71)];
 
 /// A projection of the texture along an axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Projection {
-    /// Blend weight from the normal; the three weights are not normalised.
+    /// Blend weight from the normal. The weights of the three projections are not normalised.
     pub weight: f32,
-    /// Position in the texture, `t` down.
+    /// Texture coordinate of the position, with `t` pointing down.
     pub texcoord: Vec2,
-    /// Directions in which `s` and `t` grow.
+    /// Unit direction in which `s` increases.
     pub s: Vec3,
-    /// Direction of `t`; see `s`.
+    /// Unit direction in which `t` increases.
     pub t: Vec3,
 }
 
-/// The three projections at a position with this normal. One repeat covers `repeat` metres.
+/// Returns the three projections at a position with this normal. One repeat covers `repeat` metres.
 pub fn projections(position: Vec3, normal: Vec3, repeat: f32) -> [Projection; 3] {
     let weights = (normal.abs() - 0.5).max(Vec3::ZERO);
     let weights = weights * weights;
@@ -37,13 +38,13 @@ pub fn projections(position: Vec3, normal: Vec3, repeat: f32) -> [Projection; 3]
     ]
 }
 
-/// The side of an axis that faces the viewer, from the normal's component along it.
+/// Returns the sign of the axis direction that faces outwards, from the normal's component along the axis.
 fn side(facing: f32) -> f32 {
     if facing < 0.0 { -1.0 } else { 1.0 }
 }
 
-/// Samples a repeating map in all projections and blends them. Weights are normalised in their squares, so the blend keeps the
-/// variance of the map and blended regions are equally rough.
+/// Samples a repeating map in all projections and blends the samples. The squares of the weights are normalised, so the blend keeps
+/// the variance of the map and blended regions look equally rough.
 pub fn blend(position: Vec3, normal: Vec3, repeat: f32, mean: f32, sample: impl Fn(Vec2) -> f32) -> f32 {
     let (mut sum, mut squares) = (0.0, 0.0);
     for Projection { weight, texcoord, .. } in projections(position, normal, repeat) {
@@ -55,7 +56,7 @@ pub fn blend(position: Vec3, normal: Vec3, repeat: f32, mean: f32, sample: impl 
     mean + sum / squares.max(1e-20).sqrt()
 }
 
-/// Largest gain of a blend on the deviation from the mean: three equal projections.
+/// Largest factor by which a blend amplifies deviations from the mean, for three equal weights (√3).
 pub const MOST_BLENDED: f32 = 1.732_050_8;
 
 #[cfg(test)]
@@ -64,7 +65,7 @@ mod tests {
 
     #[test]
     fn blending_keeps_the_variance() {
-        // Independent noise per texel: the blended variance equals that of the map everywhere on the surface.
+        // With independent noise per texel, the blend has the variance of the map everywhere on the surface.
         let noise = |t: Vec2| {
             let h = ((t.x * 64.0).floor() as i64 * 73_856_093) ^ ((t.y * 64.0).floor() as i64 * 19_349_663);
             ((h.wrapping_mul(2_654_435_761) >> 7) & 0xffff) as f32 / 65_535.0
@@ -91,7 +92,7 @@ mod tests {
         for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
             for outward in [axis, -axis] {
                 let seen = projections(Vec3::ZERO, outward, 1.0).into_iter().find(|seen| seen.weight > 0.0).unwrap();
-                // `s` to the right, `t` down, and the surface faces the viewer: not mirrored.
+                // With `s` to the right and `t` down, the surface faces the viewer, so the texture is not mirrored.
                 assert!((seen.s.cross(seen.t).dot(outward) + 1.0).abs() < 1e-6, "{outward}");
                 assert!(outward.z != 0.0 || seen.t == Vec3::NEG_Z);
             }

@@ -1,35 +1,35 @@
-//! How a material's textures map to a mesh. Each kind of image has a chart, in which it covers the unit square.
+//! Maps a material's textures to a mesh. One type of image covers the unit square of its chart.
 //!
-//! Textures that are filtered together (colours with metalness and roughness) share a chart. It is the texture's own if all agree on
-//! coordinates, transform and wrap; otherwise they are resampled into a common one.
+//! Textures that are filtered together (colours, metalness, roughness) share a chart. It is their own layout if all agree on coordinates,
+//! transform and wrap; otherwise they are resampled into a common chart.
 
 use glam::{Affine2, Mat2, Vec2};
 
 use leadr_maps::material::{Material, Opacity, Texture, TextureWrap};
 use leadr_render::constants::{CHART_COLORS, CHART_EMISSION, CHART_OCCLUSION, CHART_OPACITY, CHARTS};
 
-/// The texture coordinates of one kind of image.
+/// The texture coordinates of one type of image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chart {
     /// Index of the mesh's texture coordinate set.
     pub coordinates: usize,
-    /// Transform from that set to the chart.
+    /// Transform from the coordinate set to the chart.
     pub transform: Affine2,
-    /// Wrap modes outside the unit square.
+    /// Wrap modes beyond the unit square.
     pub wrap: [TextureWrap; 2],
-    /// Whether all textures have exactly this layout.
+    /// Whether all textures of the chart share its exact layout.
     exact: bool,
 }
 
-/// Bounding corners of a texture coordinate set.
+/// Returns the bounding corners of a texture coordinate set.
 pub type Bounds<'a> = &'a dyn Fn(usize) -> (Vec2, Vec2);
 
 impl Chart {
-    /// A chart without textures.
+    /// Chart of a material without textures.
     const NONE: Self =
         Self { coordinates: 0, transform: Affine2::IDENTITY, wrap: [TextureWrap::Repeat; 2], exact: true };
 
-    /// The chart of textures that are filtered together, and whether it fits all of them; `None` without textures.
+    /// Returns the chart of textures that are filtered together, and whether all use one coordinate set; `None` without textures.
     fn of(textures: &[&Texture], bounds: Bounds<'_>) -> Option<(Self, bool)> {
         let first = textures.first()?;
         let coordinates = first.coordinates as usize;
@@ -49,12 +49,12 @@ impl Chart {
         Some((Self { coordinates, transform, wrap: [TextureWrap::Clamp; 2], exact: false }, one_set))
     }
 
-    /// Rewrites a texture for this chart.
+    /// Makes a texture relative to this chart.
     fn seen(&self, texture: &mut Texture) {
         texture.transform = if self.exact { Affine2::IDENTITY } else { texture.transform * self.transform.inverse() };
     }
 
-    /// The chart coordinates of a triangle corner.
+    /// Returns the chart coordinates of a triangle corner.
     pub fn texcoord(&self, sets: &dyn Fn(usize) -> Vec2) -> Vec2 {
         self.transform.transform_point2(sets(self.coordinates))
     }
@@ -63,16 +63,16 @@ impl Chart {
 /// The charts of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Charts {
-    /// Chart of slopes and heights.
+    /// Chart of the slopes and heights.
     pub slopes: Chart,
     /// Charts of the images, in the order of the `CHART_` constants.
     pub images: [Chart; CHARTS as usize],
-    /// Whether any texture uses a different coordinate set than the file requests.
+    /// Whether any texture uses another coordinate set than the file requests.
     pub compromise: bool,
 }
 
 impl Charts {
-    /// The charts for a material on a mesh with these texture coordinate bounds, and the material rewritten for them.
+    /// Returns the charts for a material on a mesh with these texture coordinate bounds, and the material rewritten for them.
     pub fn of(material: &Material, bounds: Bounds<'_>) -> (Self, Material) {
         let mut material = material.clone();
         let m = &material;
@@ -85,7 +85,7 @@ impl Charts {
         };
         let one = |texture: Option<&Texture>| Chart::of(texture.as_slice(), bounds);
         let normal = m.normal_map.as_ref().map(|map| &map.texture);
-        // Heights follow the first coordinates; normal map slopes share their chart.
+        // Heights use the first coordinate set, and normal map slopes share their chart.
         let relief = m.relief.as_ref().map(|_| (Chart { exact: normal.is_none(), ..Chart::NONE }, true));
         let slopes = relief.or_else(|| one(normal));
         let [color, emission, occlusion, opacity] = [
@@ -96,7 +96,7 @@ impl Charts {
             one(opacity),
         ];
         let compromise = [slopes, color].into_iter().flatten().any(|(_, just)| !just);
-        // A property without textures is the same in every chart.
+        // A property without textures is constant, so any chart suits it.
         let any = slopes.or(color).or(emission).or(occlusion).or(opacity).map_or(Chart::NONE, |(chart, _)| chart);
         let chart = |found: Option<(Chart, bool)>| found.map_or(any, |(chart, _)| chart);
         let mut images = [any; CHARTS as usize];
@@ -109,7 +109,7 @@ impl Charts {
         (charts, material)
     }
 
-    /// Makes the textures' transforms relative to their charts.
+    /// Makes the transforms of the textures relative to their charts.
     fn lay_out(&self, material: &mut Material) {
         let [colors, emission, occlusion, opacity] =
             [CHART_COLORS, CHART_EMISSION, CHART_OCCLUSION, CHART_OPACITY].map(|chart| self.images[chart as usize]);
@@ -127,7 +127,7 @@ impl Charts {
         }
     }
 
-    /// Whether all images share the chart of the slopes.
+    /// Whether all images use the chart of the slopes.
     pub fn are_one(&self) -> bool {
         let mapping = |chart: &Chart| (chart.coordinates, chart.transform);
         self.images.iter().all(|chart| mapping(chart) == mapping(&self.slopes))

@@ -1,6 +1,6 @@
-//! Height maps that displace a model's materials: those given by the user, and those found beside the model by name.
+//! Height maps that displace a model's materials. The user gives them, or they are found beside the model by name.
 //!
-//! Priority: the user's maps, then the file's own `extras.leadr_displacement` (read with the model), then maps found beside it.
+//! Priority: the user's maps, then `extras.leadr_displacement` in the file (read with the model), then maps beside the file.
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -14,17 +14,17 @@ use leadr_maps::load_height_map;
 use leadr_maps::material::{Material, Relief, Role, role_of};
 use leadr_models::Model;
 
-/// Largest number of folder entries searched.
+/// Maximum number of folder entries that are searched.
 const MOST_ENTRIES: usize = 10_000;
 
-/// A height map for a material, written `MATERIAL=FILE`, `MATERIAL=FILE,SCALE` or `MATERIAL=FILE,SCALE,MIDDLE`.
+/// A height map for a material, written as `MATERIAL=FILE`, `MATERIAL=FILE,SCALE` or `MATERIAL=FILE,SCALE,MIDDLE`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Displacement {
-    /// The material and its heights, PNG or EXR.
+    /// The material and its height map, a PNG or EXR file.
     pub named: NamedFile,
-    /// Metres from the map's 0 to its 1, in the model's own units; `None` fits the normals or uses the default.
+    /// Height difference between map values 0 and 1, metres in the model's units; `None` fits the normals or uses the default.
     pub scale: Option<f32>,
-    /// The height that lies on the mesh; `None` uses the mean of the map.
+    /// The map height that coincides with the mesh; `None` uses the mean of the map.
     pub middle: Option<f32>,
 }
 
@@ -69,17 +69,17 @@ impl Serialize for Displacement {
     }
 }
 
-/// Heights about their mean, without a scale.
+/// Reads heights relative to their mean, without a scale.
 fn relief_of(file: &Path) -> Result<Relief, MapError> {
     let map = load_height_map(file)?;
     let middle = map.mean();
     Ok(Relief { map, scale: None, in_widths: false, middle })
 }
 
-/// Applies the user's height maps to the materials of the model in `file`, then those found beside it.
+/// Applies the user's height maps to the materials of the model in `file`, then the maps found beside it.
 ///
 /// # Errors
-/// If no material has the name (existing names are listed), or a map is damaged.
+/// If no material has the name (the message lists all names), or a map is damaged.
 pub fn displace(model: &mut Model, file: &Path, requested: &[Displacement]) -> Result<(), SceneError> {
     for (material, map) in beside(model, file) {
         let name = map.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -98,7 +98,7 @@ pub fn displace(model: &mut Model, file: &Path, requested: &[Displacement]) -> R
     Ok(())
 }
 
-/// Finds height maps beside a model: named like a material without heights, or like its base colour image, plus a word for heights.
+/// Finds height maps beside a model, named like a material without heights or its base colour image, plus a word for heights.
 fn beside(model: &Model, file: &Path) -> Vec<(usize, PathBuf)> {
     let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
@@ -127,7 +127,7 @@ fn beside(model: &Model, file: &Path) -> Vec<(usize, PathBuf)> {
     bare.filter_map(|(number, material)| Some((number, found(material)?))).collect()
 }
 
-/// A name without its last word, in lower case.
+/// Returns a name in lower case without its last word.
 fn without_role(stem: &str) -> Option<String> {
     let (name, _) = stem.rsplit_once(|c: char| !c.is_alphanumeric())?;
     (!name.is_empty()).then(|| name.to_lowercase())

@@ -1,9 +1,9 @@
-//! Merges materials that differ only in one colour, so that their relief is continuous.
+//! Merges materials that differ only in a constant colour, which makes their relief continuous.
 
 use leadr_maps::material::{Input, Material};
 use leadr_models::{Mesh, Model};
 
-/// Merges displaced materials that differ only in a constant base colour into the first one. The colours move to the vertices.
+/// Merges displaced materials that differ only in a constant base colour into one. The colours move to the vertices.
 pub fn join_plain(model: &mut Model) {
     let firsts: Vec<usize> = (0..model.materials.len())
         .map(|number| {

@@ -1,4 +1,4 @@
-//! A file's lights and cameras, in world space.
+//! Lights and cameras of a model file, in world space.
 
 use std::f32::consts::PI;
 
@@ -9,26 +9,26 @@ use leadr_models::{LightKind, Model, Pose, Projection};
 use leadr_render::camera::Camera;
 use leadr_render::scene::{Cone, MAX_POINT_LIGHTS, PointLight};
 
-/// Distance of directional lights, in model sizes: their rays converge within half a degree.
+/// Distance of directional lights, in model sizes; rays differ by at most half a degree.
 const FAR: f32 = 100.0;
-/// Irradiance at the model above which lights are dimmed: it makes a white surface five times as bright as the picture's white.
+/// Maximum irradiance at the model, where a white surface is five times as bright as the picture's white. Stronger lights are dimmed.
 const BRIGHTEST: f32 = 5.0 * PI;
-/// Vertical field of view, radians, that approximates an orthographic camera.
+/// Vertical field of view in radians that approximates an orthographic camera.
 const NEARLY_PARALLEL: f32 = 0.02;
 
-/// Lights of a model, dimmed to the picture's range.
+/// Lights of a model, dimmed to the range of the picture.
 #[derive(Clone, Debug)]
 pub struct Lamps {
     nodes: Vec<usize>,
-    /// Dimming factor on all intensities.
+    /// Dimming factor for all intensities.
     pub dimmed: f32,
-    /// Size and centre of the model, in the world.
+    /// Size and centre of the model in the world.
     size: f32,
     middle: Vec3,
 }
 
 impl Lamps {
-    /// The lights of visible nodes, at most [`MAX_POINT_LIGHTS`]. `corners`: the model's bounds in the world.
+    /// Collects the lights of visible nodes, at most [`MAX_POINT_LIGHTS`]. `corners`: the model's bounds in the world.
     pub fn of(model: &Model, pose: &Pose, placement: &Placement, corners: (Vec3, Vec3)) -> Self {
         let nodes: Vec<usize> = model
             .shown_nodes()
@@ -47,14 +47,14 @@ impl Lamps {
         lamps
     }
 
-    /// The lights in a pose. Unit: a white surface facing an illuminance of π is as bright as an emission of 1.
+    /// Returns the lights in a pose. At illuminance π, a white surface facing the light is as bright as an emission of 1.
     pub fn at(&self, model: &Model, pose: &Pose, placement: &Placement) -> Vec<PointLight> {
         let lamp = |&node: &usize| {
             let light = &model.lights[model.nodes[node].light?];
             let matrix = pose.world_from_node[node];
             let (position, forward) = (placement.to_world(matrix.w_axis.truncate()), along(&matrix, Vec3::NEG_Z));
             let power = Vec3::from(light.color) * (light.intensity * self.dimmed);
-            // Scales intensities with the model, so that its illuminance is unchanged.
+            // Intensities scale with the model, so that its illuminance does not change.
             let square = placement.scale() * placement.scale();
             let lamp = PointLight {
                 range: light.range.map(|range| range * placement.scale()),
@@ -75,7 +75,7 @@ impl Lamps {
     }
 }
 
-/// The view of a node's camera in a pose. An orthographic one is drawn from a large distance. `corners`: the model's bounds in the world.
+/// Returns the view of a node's camera in a pose; orthographic cameras are moved far away. `corners`: the model's bounds in the world.
 pub fn camera(model: &Model, node: usize, pose: &Pose, placement: &Placement, corners: (Vec3, Vec3)) -> Camera {
     let matrix = pose.world_from_node[node];
     let (position, forward, up) =
@@ -102,7 +102,7 @@ pub fn camera(model: &Model, node: usize, pose: &Pose, placement: &Placement, co
     }
 }
 
-/// A node's direction in the world.
+/// Transforms a node's direction to the world.
 fn along(matrix: &Mat4, direction: Vec3) -> Vec3 {
     to_z_up(matrix.transform_vector3(direction)).normalize_or(Vec3::NEG_Y)
 }

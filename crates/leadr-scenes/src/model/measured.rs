@@ -1,4 +1,4 @@
-//! Replaces materials of a model by measured ones.
+//! Replaces materials of a model by measured materials.
 
 use std::str::FromStr;
 
@@ -10,7 +10,7 @@ use crate::fitted::apply_fit;
 use leadr_measured::fit_file::FitFile;
 use leadr_models::Model;
 
-/// A material and its file from `leadr fit`, written `MATERIAL=FIT.json`.
+/// A material and its file from `leadr fit`, written as `MATERIAL=FIT.json`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeasuredMaterial(pub NamedFile);
 
@@ -29,7 +29,7 @@ impl Serialize for MeasuredMaterial {
     }
 }
 
-/// Gives materials of the model the facets and the diffuse term of measured ones. Relief, occlusion, emission and cutouts are kept.
+/// Replaces the facets and diffuse term of model materials by measured ones. Relief, occlusion, emission and cutouts are kept.
 ///
 /// # Errors
 /// If no material has the name (existing names are listed), or a file is not a fit.

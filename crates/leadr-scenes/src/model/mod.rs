@@ -1,4 +1,4 @@
-//! A glTF model standing on open ground, seen from slightly above, with a looping animation.
+//! A glTF model that stands on open ground, seen from slightly above, with a looping animation.
 
 mod charts;
 pub mod displacement;
@@ -29,22 +29,22 @@ use lights::Lamps;
 use parts::{Parts, Placement};
 use welds::{Surface, Welds};
 
-/// A model, its animation and its camera.
+/// A model with the selected animation and camera.
 #[derive(Clone, Debug)]
 pub struct ModelChoice {
     /// The model.
     pub model: Model,
-    /// Index of the animation; `None` for the rest pose.
+    /// Index of the animation; `None` shows the rest pose.
     pub animation: Option<usize>,
-    /// Node of the chosen camera; `None` for the standard views.
+    /// Node of the selected camera; `None` uses the standard views.
     pub camera: Option<usize>,
 }
 
 impl ModelChoice {
-    /// A model that plays the animation of this name, or its first for `None`.
+    /// Selects the animation of this name, or the first for `None`.
     ///
     /// # Errors
-    /// If it has no animation of this name; existing names are listed.
+    /// If the model has no such animation; existing names are listed.
     pub fn new(model: Model, animation: Option<&str>) -> Result<Self, SceneError> {
         let animation = match animation {
             None => (!model.animations.is_empty()).then_some(0),
@@ -60,7 +60,7 @@ impl ModelChoice {
         Ok(Self { model, animation, camera: None })
     }
 
-    /// Selects a camera of the file by name or by number from 1, or the first for `None`.
+    /// Selects a camera of the file by its name or its number (from 1), or the first for `None`.
     ///
     /// # Errors
     /// If there is no such camera; existing ones are listed.
@@ -90,14 +90,14 @@ impl ModelChoice {
     }
 }
 
-/// Number of times at which an animated model's bounds are sampled.
+/// Number of animation times at which the bounds of a model are sampled.
 const MEASURED: u32 = 24;
 
-/// The model as a stage. Coordinates become z up with the front along -y. A model shorter than 0.3 m or longer than 30 m is scaled to
-/// three metres.
+/// Builds a stage from the model, with z up and the front along -y. A model smaller than 0.3 m or larger than 30 m is scaled to three
+/// metres.
 ///
 /// # Errors
-/// If the model shows nothing, or has more materials than the renderer has objects.
+/// If nothing of the model is visible, or it has more materials than the renderer allows objects.
 pub fn stage(choice: ModelChoice) -> Result<Stage, SceneError> {
     let ModelChoice { mut model, animation, camera } = choice;
     join::join_plain(&mut model);
@@ -125,7 +125,7 @@ pub fn stage(choice: ModelChoice) -> Result<Stage, SceneError> {
         return Err(SceneError::Model(fault.into()));
     }
     let placement = Placement::on_ground(low, high);
-    // Flat models lie on the soil's bumps; others may sink slightly into it.
+    // Flat models lie on the soil's bumps; other models may sink slightly into the soil.
     let lies = high.y - low.y < 0.1 * (high.x - low.x).max(high.z - low.z);
     let placement =
         if lies { placement.lifted(0.5 * RELIEF + 0.005 * low.distance(high) * placement.scale()) } else { placement };
@@ -183,7 +183,7 @@ pub fn stage(choice: ModelChoice) -> Result<Stage, SceneError> {
 /// Fraction of the middle view's height and width (at 4:3) that a model fills.
 const FILLED: f32 = 0.8;
 
-/// Views of a bounding box from its front, slightly to the side and from above. Flat boxes are seen more from above.
+/// Returns views of a bounding box from the front, slightly from the side and from above. Flat boxes are seen more from above.
 fn views(low: Vec3, high: Vec3) -> Views {
     let (centre, size) = (0.5 * (low + high), (high - low).max(Vec3::splat(1e-4)));
     let (wide, upright) = (size.x.max(size.y), size.z);
@@ -210,7 +210,7 @@ fn views(low: Vec3, high: Vec3) -> Views {
         };
         let fits = (0..8).map(needed).fold(0.0, f32::max);
         let position = centre + eye * (fits * factor);
-        // Keeps the camera above the ground.
+        // The camera stays above the ground.
         Camera::looking_at(position.max(Vec3::new(f32::MIN, f32::MIN, 0.02 * fits)), centre, degrees)
     };
     Views { near: from(0.55), mid: from(1.0), far: from(8.0) }

@@ -1,4 +1,4 @@
-//! Selects materials of a model by name, and parses their files.
+//! Selects materials of a model by name, and parses their file arguments.
 
 use std::fmt;
 use std::path::PathBuf;
@@ -6,17 +6,17 @@ use std::path::PathBuf;
 use crate::error::SceneError;
 use leadr_models::Model;
 
-/// A file for a material, written `MATERIAL=FILE`.
+/// A file for a material, written as `MATERIAL=FILE`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NamedFile {
-    /// Name of the material; `None`, written `*`, selects all.
+    /// Name of the material; `None`, written as `*`, selects all.
     pub material: Option<String>,
     /// The file.
     pub file: PathBuf,
 }
 
 impl NamedFile {
-    /// Parses the text. `split` separates the file from the rest after `=`; `form` describes the syntax in errors.
+    /// Parses the argument. `split` separates the file from the text after it; `form` describes the syntax in errors.
     ///
     /// # Errors
     /// If the material or the file is missing.
@@ -40,10 +40,10 @@ impl fmt::Display for NamedFile {
     }
 }
 
-/// Indices of the materials with this name; all for `None`.
+/// Returns the indices of the materials with this name; all for `None`.
 ///
 /// # Errors
-/// If there is none; existing names are listed.
+/// If no material has the name; existing names are listed.
 pub fn materials_named(model: &Model, name: Option<&str>) -> Result<Vec<usize>, SceneError> {
     let all = model.materials.iter().enumerate();
     let indices: Vec<usize> =

@@ -1,4 +1,4 @@
-//! Groups a model's triangles by material, and poses their vertices.
+//! Groups the triangles of a model by material, and poses their vertices.
 
 use glam::{Vec2, Vec3};
 
@@ -21,32 +21,32 @@ impl Part {
     }
 }
 
-/// Chart coordinates of triangle corners.
+/// Triangle corners in the charts of a material.
 #[derive(Debug)]
 pub struct ChartTexcoords {
-    /// In the chart of slopes and heights.
+    /// Coordinates in the chart of slopes and heights.
     pub slopes: Vec<[Vec2; 3]>,
-    /// In the charts of the images, if they differ.
+    /// Coordinates in the image charts, if the charts differ.
     pub images: Option<Vec<TriangleCharts>>,
 }
 
-/// All visible parts of one material.
+/// All visible parts that use one material.
 #[derive(Clone, Debug)]
 pub struct Parted {
     /// Index of the material.
     pub material: usize,
-    /// The parts with this material.
+    /// The visible parts with this material.
     pub parts: Vec<Part>,
 }
 
-/// The triangles of a model by material.
+/// The visible triangles of a model by material.
 #[derive(Clone, Debug)]
 pub struct Parts {
     pub objects: Vec<Parted>,
 }
 
 impl Parts {
-    /// The visible parts of the model's scene.
+    /// Collects the visible parts of the model's scene.
     pub fn of(model: &Model) -> Self {
         let mut objects: Vec<Parted> = Vec::new();
         for node in model.shown_nodes() {
@@ -65,7 +65,7 @@ impl Parts {
         Self { objects }
     }
 
-    /// Bounding corners of a pose, in the model's coordinates.
+    /// Returns the bounding corners of a pose, in the model's coordinates.
     pub fn bounds(&self, model: &Model, pose: &Pose) -> (Vec3, Vec3) {
         let mut corners = (Vec3::INFINITY, Vec3::NEG_INFINITY);
         for part in self.objects.iter().flat_map(|object| &object.parts) {
@@ -77,12 +77,12 @@ impl Parts {
         corners
     }
 
-    /// The vertices of all objects in a pose.
+    /// Returns the vertices of all objects in a pose.
     pub fn all_posed(&self, model: &Model, pose: &Pose, placement: &Placement) -> Vec<PosedVertices> {
         (0..self.objects.len()).map(|object| self.posed(model, pose, object, placement)).collect()
     }
 
-    /// The vertices of an object in a pose.
+    /// Returns the vertices of an object in a pose.
     pub fn posed(&self, model: &Model, pose: &Pose, object: usize, placement: &Placement) -> PosedVertices {
         let mut posed = PosedVertices::default();
         for part in &self.objects[object].parts {
@@ -93,7 +93,7 @@ impl Parts {
         posed
     }
 
-    /// An object's triangles as vertex indices, counter-clockwise, and their corners in the charts of its material.
+    /// Returns an object's triangles as vertex indices, counter-clockwise, and their corners in the charts of its material.
     pub fn triangles(&self, model: &Model, object: usize, charts: &Charts) -> (Vec<[u32; 3]>, ChartTexcoords) {
         let (mut corners, mut first) = (Vec::new(), 0);
         let mut texcoords = ChartTexcoords { slopes: Vec::new(), images: (!charts.are_one()).then(Vec::new) };
@@ -115,7 +115,7 @@ impl Parts {
         (corners, texcoords)
     }
 
-    /// Bounding corners of a texture coordinate set on an object.
+    /// Returns the bounding corners of a texture coordinate set on an object.
     pub fn reached(&self, model: &Model, object: usize, set: usize) -> (Vec2, Vec2) {
         let parts = self.objects[object].parts.iter().map(|part| part.shown_in(model));
         let used = parts.flat_map(|primitive| {
@@ -124,7 +124,7 @@ impl Parts {
         used.fold((Vec2::INFINITY, Vec2::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)))
     }
 
-    /// Linear colours and opacity of an object's vertices; white and opaque by default.
+    /// Returns the linear colours and opacity of an object's vertices; white and opaque by default.
     pub fn colors(&self, model: &Model, object: usize) -> Vec<[f32; 4]> {
         let of_part = |part: &Part| {
             let primitive = part.shown_in(model);
@@ -134,12 +134,12 @@ impl Parts {
     }
 }
 
-/// Texture coordinates of a vertex; the origin if the file has none.
+/// Returns the texture coordinates of a vertex; the origin if the file has none.
 fn coordinates(primitive: &Primitive, set: usize, vertex: u32) -> Vec2 {
     primitive.texcoords.get(set).map_or(Vec2::ZERO, |all| Vec2::from(all[vertex as usize]))
 }
 
-/// From glTF's coordinates (y up, front along z) to the renderer's (z up, front along -y).
+/// Converts glTF's coordinates (y up, front along z) to the renderer's (z up, front along -y).
 pub fn to_z_up(v: Vec3) -> Vec3 {
     Vec3::new(v.x, -v.z, v.y)
 }
@@ -152,7 +152,7 @@ pub struct Placement {
 }
 
 impl Placement {
-    /// Centred on the ground. `low`, `high`: bounds of the model in its own coordinates.
+    /// Centres a model on the ground. `low`, `high`: bounds of the model in its coordinates.
     pub fn on_ground(low: Vec3, high: Vec3) -> Self {
         let size = low.distance(high);
         let scale = if (0.3..=30.0).contains(&size) { 1.0 } else { 3.0 / size.max(1e-20) };
@@ -166,7 +166,7 @@ impl Placement {
         Self { offset: self.offset + metres * Vec3::Z, ..self }
     }
 
-    /// World metres per unit of the model.
+    /// Returns the world metres per unit of the model.
     pub fn scale(&self) -> f32 {
         self.scale
     }
@@ -185,7 +185,7 @@ mod tests {
     fn models_stand_in_the_middle_of_the_ground() {
         let placement = Placement::on_ground(Vec3::new(1.0, 2.0, 3.0), Vec3::new(3.0, 5.0, 4.0));
         assert_eq!(placement.to_world(Vec3::new(2.0, 2.0, 3.5)), Vec3::ZERO);
-        // Its top faces up, its front -y.
+        // The top faces up, and the front -y.
         assert_eq!(placement.to_world(Vec3::new(2.0, 5.0, 3.5)), 3.0 * Vec3::Z);
         assert_eq!(placement.to_world(Vec3::new(2.0, 2.0, 4.0)), -0.5 * Vec3::Y);
         let huge = Placement::on_ground(Vec3::ZERO, Vec3::new(0.0, 300.0, 0.0));

@@ -1,4 +1,4 @@
-//! A model's relief: heights in metres over its texture coordinates, or over generated ones.
+//! The relief of a model: heights in metres over its texture coordinates, or over generated ones.
 
 use glam::{Vec2, Vec3};
 
@@ -11,7 +11,7 @@ use leadr_render::surfaces::displacement::HeightField;
 use leadr_render::surfaces::patch_mesh::PatchMesh;
 use leadr_render::surfaces::triplanar;
 
-/// Repeats of a map along the diagonal of a model without texture coordinates.
+/// Number of map repeats along the diagonal of a model without texture coordinates.
 const REPEATS: f32 = 8.0;
 
 /// Gives triangles without texture area a mapping along the axes, unless textures use their coordinates. The mapping is triplanar if the
@@ -37,12 +37,12 @@ pub fn project_bare_triangles(mesh: &mut PatchMesh, material: &Material, size: f
     }
 }
 
-/// Twice the area of a triangle in texture coordinates.
+/// Returns twice the area of a triangle in texture coordinates.
 fn chart_area(t: &[Vec2; 4]) -> f32 {
     (t[1] - t[0]).perp_dot(t[3] - t[0]).abs()
 }
 
-/// Metres per unit of texture coordinate, over all triangles; `None` if their coordinates have no area.
+/// Returns the metres per unit of texture coordinate, over all triangles; `None` if their coordinates have no area.
 pub fn metres_per_unit(mesh: &PatchMesh) -> Option<f32> {
     if mesh.triplanar.is_some() {
         return mesh.triplanar;
@@ -59,7 +59,7 @@ pub fn metres_per_unit(mesh: &PatchMesh) -> Option<f32> {
     (units > 0.0).then(|| (metres / units).sqrt() as f32)
 }
 
-/// Adds the heights and slopes of its material to an object.
+/// Adds the heights and slopes of a material to an object.
 pub fn with_relief(object: Object, material: &Material, sampled: &SampledMaterial, surface: &Surface) -> Object {
     let size = relief_size(material, sampled);
     let scale = match &material.relief {
@@ -71,7 +71,7 @@ pub fn with_relief(object: Object, material: &Material, sampled: &SampledMateria
     };
     let texels = per_texel(size, |at| (sampled.height(at) - sampled.middle) * scale);
     let object = object.with_heights(HeightField::repeating(HeightMap { width: size.0, height: size.1, texels }), 1.0);
-    // Heights without normals use per-triangle slopes, which have no additional variance.
+    // Heights without normals use slopes per triangle, which have no additional variance.
     let anisotropic = sampled.is_anisotropic() && (sampled.has_slopes() || !sampled.has_heights());
     if !sampled.has_slopes() && !anisotropic {
         return object;
@@ -80,14 +80,14 @@ pub fn with_relief(object: Object, material: &Material, sampled: &SampledMateria
     if !anisotropic {
         return object;
     }
-    // The bitangent points against t.
+    // The bitangent points opposite to t.
     object.with_slope_spread(per_texel(size, |at| {
         let AnisotropySample { along, variance } = sampled.anisotropy_at(at);
         [along.x * along.x, along.y * along.y, -along.x * along.y].map(|square| square * variance)
     }))
 }
 
-/// Resolution of the finer of the height map and the normal map.
+/// Returns the resolution of the finer of the height map and the normal map.
 fn relief_size(material: &Material, sampled: &SampledMaterial) -> (u32, u32) {
     if sampled.is_anisotropic() {
         return sampled.size;
@@ -133,7 +133,8 @@ mod tests {
         let mut whole = bare.clone();
         project_bare_triangles(&mut whole, &material, REPEATS);
         assert_eq!((whole.triplanar, metres_per_unit(&whole)), (Some(1.0), Some(1.0)));
-        // Next to a triangle with coordinates, the others use one axis each. Charts are clockwise seen from outside, since t runs down.
+        // In a mesh that has coordinates, each triangle without them uses one axis. Charts are clockwise seen from outside, since t points
+        // down.
         for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
             for outward in [axis, -axis] {
                 let (a, b) = (outward.any_orthonormal_pair(), outward);

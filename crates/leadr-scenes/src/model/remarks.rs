@@ -1,4 +1,4 @@
-//! Describes features of a model that are not drawn.
+//! Lists the features of a model that are not drawn.
 
 use super::charts::Charts;
 use super::parts::Parts;
@@ -6,7 +6,7 @@ use leadr_maps::material::{Material, Opacity};
 use leadr_models::{Model, Projection};
 use leadr_render::scene::MAX_POINT_LIGHTS;
 
-/// One sentence for each omission or change in the picture. `camera`: the node of the file's camera, if one is used.
+/// Returns one sentence for each omission or change in the picture. `camera`: the node of the file's camera, if it is used.
 pub fn of(model: &Model, parts: &Parts, charts: &[(Charts, Material)], camera: Option<usize>) -> Vec<String> {
     let mut remarks = model.remarks.clone();
     for (object, (charts, _)) in parts.objects.iter().zip(charts) {

@@ -1,8 +1,8 @@
-//! Finds vertices of a model that share a surface point.
+//! Finds model vertices that are at the same surface point.
 //!
-//! A file has one vertex per set of normals, texture coordinates, joints and materials. Displacing each of them along its own normal would
-//! open cracks at these seams. Vertices that coincide in every sampled pose therefore form one *weld*, with one position and one
-//! displacement direction. The renderer finds one height for it and for the edges between welds.
+//! A file has one vertex per combination of normal, texture coordinates, joints and material. If each moved along its own normal, cracks
+//! would open at the seams. Vertices that coincide in every sampled pose therefore form one *weld*, with one position and one displacement
+//! direction. The renderer computes one height per weld and edge between welds.
 
 use std::collections::{HashMap, HashSet};
 
@@ -12,25 +12,25 @@ use super::parts::{Parts, Placement};
 use leadr_models::{Model, Pose};
 use leadr_render::surfaces::patch_mesh::PosedVertices;
 
-/// Largest rest distance of vertices of one weld, as a fraction of the model's diagonal.
+/// Maximum distance at rest between vertices of one weld, as a fraction of the model's diagonal.
 const TOGETHER: f32 = 2e-6;
-/// The same in motion, with rounding from skinning.
+/// Maximum distance in motion, which allows for rounding in skinning.
 const TOGETHER_IN_MOTION: f32 = 1e-3;
-/// Ratio below which opposing triangle directions cancel. Such a weld is not displaced: it belongs to a surface seen from both sides, or
-/// to the seam of a one-sided one.
+/// Length of a weld's weighted mean normal below which opposing triangles cancel. Such a weld is not displaced, because it belongs to a
+/// two-sided surface or to the seam of a one-sided one.
 const CANCELLED: f32 = 0.1;
 
-/// The welds of a model's vertices.
+/// The welds between the vertices of a model.
 pub struct Welds {
-    /// Weld of each vertex of each object.
+    /// Weld index for each vertex of each object.
     of: Vec<Vec<u32>>,
-    /// Sum of the triangle angles at each vertex: the weight of its normal in the weld's direction.
+    /// Sum of the triangle angles at each vertex, which weights its normal in the direction of the weld.
     weights: Vec<Vec<f32>>,
     count: usize,
 }
 
 impl Welds {
-    /// The welds of objects with these triangles. `poses`: the objects' vertices, first at rest, then at all other sampled times.
+    /// Finds the welds of objects with these triangles. `poses`: vertices of the objects, first at rest, then at all other sampled times.
     pub fn of(poses: &[Vec<PosedVertices>], triangles: &[Vec<[u32; 3]>]) -> Self {
         let all: Vec<Vec<Vec3>> =
             poses.iter().map(|objects| objects.iter().flat_map(|o| o.positions.iter().copied()).collect()).collect();
@@ -42,7 +42,7 @@ impl Welds {
             distance(rest) <= TOGETHER * size && all[1..].iter().all(|p| distance(p) <= TOGETHER_IN_MOTION * size)
         };
         let cell = |p: Vec3| ((p - corners.0) / (4.0 * TOGETHER * size)).as_dvec3().floor().as_i64vec3();
-        // The first vertex of each weld, by grid cell.
+        // First vertex of each weld, by grid cell.
         let mut cells: HashMap<I64Vec3, Vec<(usize, u32)>> = HashMap::new();
         let (mut numbers, mut count) = (Vec::with_capacity(rest.len()), 0u32);
         for (vertex, &position) in rest.iter().enumerate() {
@@ -67,19 +67,19 @@ impl Welds {
         Self { of, weights, count: count as usize }
     }
 
-    /// For each vertex of an object, the object's first vertex of the same weld.
+    /// Maps each vertex of an object to the object's first vertex in the same weld.
     pub fn firsts(&self, object: usize) -> Vec<u32> {
         let mut first = HashMap::new();
         (0..).zip(&self.of[object]).map(|(vertex, weld)| *first.entry(*weld).or_insert(vertex)).collect()
     }
 
-    /// Whether a triangle of an object has an area in some pose.
+    /// Whether a triangle of an object has area in any pose.
     pub fn is_spanned(&self, object: usize, triangle: [u32; 3]) -> bool {
         let [a, b, c] = triangle.map(|vertex| self.of[object][vertex as usize]);
         a != b && b != c && c != a
     }
 
-    /// For each object, its edges shared with other objects, as pairs of the first vertices of their welds.
+    /// Returns each object's edges shared with other objects, as pairs of the first vertices of their welds.
     pub fn rims(&self, triangles: &[Vec<[u32; 3]>]) -> Vec<Vec<[u32; 2]>> {
         let edges = |object: usize| {
             let of = &self.of[object];
@@ -131,16 +131,16 @@ impl Welds {
 pub struct Surface {
     /// Welds, if any material is displaced.
     pub welds: Option<Welds>,
-    /// For each object, the edges where another object continues the surface.
+    /// Edges of each object where another object continues the surface.
     pub rims: Vec<Vec<[u32; 2]>>,
-    /// Transform to the world.
+    /// Transform from the model to the world.
     pub placement: Placement,
     /// Diagonal of the model, metres.
     pub size: f32,
 }
 
 impl Surface {
-    /// The vertices of all objects in a pose.
+    /// Returns the vertices of all objects in a pose.
     pub fn posed(&self, model: &Model, parts: &Parts, pose: &Pose) -> Vec<PosedVertices> {
         let mut posed = parts.all_posed(model, pose, &self.placement);
         if let Some(welds) = &self.welds {
@@ -150,7 +150,7 @@ impl Surface {
     }
 }
 
-/// Sum of the triangle angles at each vertex.
+/// Returns the sum of the triangle angles at each vertex.
 fn angles(vertices: &PosedVertices, triangles: &[[u32; 3]]) -> Vec<f32> {
     let mut sums = vec![0.0; vertices.positions.len()];
     for triangle in triangles {
@@ -167,7 +167,7 @@ fn angles(vertices: &PosedVertices, triangles: &[[u32; 3]]) -> Vec<f32> {
 mod tests {
     use super::*;
 
-    /// Two triangles of two objects that share an edge but not its vertices.
+    /// Two triangles of two objects that share an edge but have no common vertices.
     fn roof() -> (Vec<PosedVertices>, Vec<Vec<[u32; 3]>>) {
         let (left, right) = (Vec3::new(-1.0, 0.0, 1.0).normalize(), Vec3::new(1.0, 0.0, 1.0).normalize());
         let ridge = [Vec3::Z, Vec3::new(0.0, 1.0, 1.0)];
@@ -187,7 +187,7 @@ mod tests {
         assert_eq!((a[1], a[2]), (b[1], b[0]));
         assert!((a[1].length() - 1.0).abs() < 1e-6 && a[1].z > 0.9, "{}", a[1]);
         assert!((a[0] - Vec3::new(-1.0, 0.0, 1.0).normalize()).length() < 1e-6);
-        // Each vertex keeps its own normal.
+        // Each vertex keeps its original normal.
         assert!(objects[0].normals[1].x < -0.5 && objects[1].normals[1].x > 0.5);
     }
 

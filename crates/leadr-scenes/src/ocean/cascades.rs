@@ -1,23 +1,23 @@
-//! Divides a sea spectrum into cascades.
+//! Divides a sea spectrum into wave cascades.
 
 use super::spectrum::Sea;
 use leadr_render::surfaces::ocean::waves::Cascade;
 use std::f64::consts::TAU;
 
-/// The sea, divided into tiles.
+/// A sea that is divided into tiles.
 #[derive(Clone, Debug)]
 pub struct Cascades {
-    /// The tiles, longest waves first.
+    /// The tiles, by decreasing wavelength.
     pub cascades: Vec<Cascade>,
-    /// Smallest wave number beyond all cascades, rad/m; the rest of the spectrum becomes roughness.
+    /// Smallest wave number above all cascades, rad/m; waves above it become roughness.
     pub cut: f64,
 }
 
-/// Size ratio of neighbouring tiles; irrational, so that no two repeat together.
+/// Size ratio of neighbouring tiles; it is irrational, so that no two tiles repeat together.
 const RATIO: f64 = 6.853;
-/// Wavelengths across a tile at the long end of its band; fewer make repetition visible.
+/// Minimum wavelengths across a tile at the long end of its band; with fewer, repetition would show.
 const LEAST_WAVES: f64 = 7.0;
-/// Largest number of tiles, and the shortest useful tile edge, metres.
+/// Maximum number of tiles, and the minimum useful tile edge in metres.
 const MOST: usize = 6;
 const SHORTEST_TILE: f64 = 1.2;
 /// The golden angle gives every tile a different orientation.
@@ -33,7 +33,7 @@ pub fn divide(sea: &Sea, resolution: u32, seed: u64) -> Cascades {
     }
     let density = sea.density();
     let frequency = |k: f64| sea.angular_frequency(k);
-    // A wave needs at least three samples; shorter ones would be noise.
+    // A wave needs at least three samples; shorter waves would be noise.
     let finest = |size: f64| TAU / size * f64::from(resolution) / 3.0;
     let mut cascades = Vec::new();
     let mut low = 0.0;

@@ -1,4 +1,4 @@
-//! A sea in the renderer's form.
+//! Converts a sea to the renderer's form.
 
 use super::cascades::divide;
 use super::spectrum::Sea;
@@ -12,15 +12,15 @@ use leadr_render::surfaces::ocean::waves::foam_weight;
 /// Default number of samples along the edge of a tile.
 pub const RESOLUTION: u32 = 256;
 
-/// Linear albedo for a [`Sky`](leadr_render::light::sky::Sky) below its horizon over a sea, where reflected rays hit other waves. It is an
-/// estimate: the low sky reflected at a few degrees, plus light scattered in the water.
+/// Linear albedo below the horizon of a [`Sky`](leadr_render::light::sky::Sky) over a sea, where reflected rays hit other waves. The value
+/// estimates the reflection of the low sky at a few degrees, plus light scattered in the water.
 pub const BELOW_THE_HORIZON: [f32; 3] = [0.07, 0.09, 0.11];
 
-/// The waves of `sea` on tiles of `resolution²` samples; finer waves become roughness.
+/// Builds the waves of `sea` on tiles of `resolution²` samples; finer waves become roughness.
 pub fn ocean(sea: &Sea, resolution: u32, seed: u64) -> Ocean {
     let divided = divide(sea, resolution, seed);
     let tail = sea.moments(divided.cut, f64::INFINITY);
-    // The horizontal stretch is normally distributed with the variance of the slopes.
+    // The horizontal stretch has a normal distribution with the variance of the slopes.
     let stretch: f64 =
         divided.cascades.iter().map(|c| (foam_weight(c.size) * c.deviations()[1]).powi(2)).sum::<f64>().sqrt();
     let foam_threshold = (1.0 + stretch * normal_quantile(whitecaps(sea.wind_speed))).max(0.05) as f32;
@@ -38,12 +38,12 @@ pub fn ocean(sea: &Sea, resolution: u32, seed: u64) -> Ocean {
     }
 }
 
-/// Fraction of the sea covered by whitecaps at a wind speed in m/s (Monahan and O'Muircheartaigh 1980): 0.5 % at 8 m/s.
+/// Returns the fraction of the sea covered by whitecaps at a wind speed in m/s (Monahan and O'Muircheartaigh 1980): 0.5 % at 8 m/s.
 fn whitecaps(wind_speed: f64) -> f64 {
     (3.84e-6 * wind_speed.powf(3.41)).clamp(1e-9, 0.5)
 }
 
-/// The open sea toward the default sun: views from a boat, from 100 m and from 1 km.
+/// Builds the open sea toward the default sun, with views from a boat, from 100 m and from 1 km.
 pub fn stage(ocean: Ocean) -> Stage {
     let from = |height: f32, down: f32| {
         let eye = Vec3::Z * height;

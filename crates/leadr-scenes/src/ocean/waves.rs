@@ -1,4 +1,4 @@
-//! Sea parameters in command-line units.
+//! Sea parameters in the units of the command line.
 
 use serde::Serialize;
 
@@ -11,15 +11,15 @@ use leadr_render::surfaces::ocean::Ocean;
 pub struct Waves {
     /// Wind speed 10 m above the water, m/s.
     pub wind: f64,
-    /// Direction toward which the wind blows, degrees counter-clockwise from +x.
+    /// Direction in which the wind blows, degrees counter-clockwise from +x.
     pub wind_direction: f64,
-    /// Fetch: distance over which the wind has blown, metres.
+    /// Fetch, the distance over which the wind has blown, metres.
     pub fetch: f64,
     /// Depth of the water, metres.
     pub depth: f64,
-    /// Factor on the horizontal displacement, which sharpens the crests: 0 to 1.
+    /// Factor, 0 to 1, for the horizontal displacement that sharpens the crests.
     pub choppiness: f64,
-    /// Samples along the edge of a tile of waves: a power of two, 64 to 512.
+    /// Number of samples along the edge of a wave tile: a power of two, 64 to 512.
     pub fft: u32,
 }
 
@@ -43,7 +43,7 @@ impl Waves {
         Ocean { choppiness: self.choppiness as f32, ..ocean(&self.sea(), self.fft, 1) }
     }
 
-    /// The spectrum's parameters.
+    /// Returns the parameters of the spectrum.
     pub fn sea(&self) -> Sea {
         Sea {
             wind_speed: self.wind,

@@ -1,6 +1,6 @@
-//! The walking T-rex on a beach with the animated sea behind it, both filtered and under the same light.
+//! The T-rex walking on a beach in front of the animated sea, both filtered and in the same light.
 //!
-//! The coast runs along y, the sea lies toward −x (west, for the sunset), and the animal walks toward +y.
+//! The coast runs along y and the sea lies toward −x (west, for the sunset). The animal walks toward +y.
 
 pub mod beach;
 pub mod sand;
@@ -23,10 +23,10 @@ use leadr_render::scene::Pose;
 use leadr_render::surfaces::ocean::Ocean;
 use leadr_render::surfaces::ocean::shore::{Bend, Shore};
 
-/// x of the animal's path: on dry sand next to the wet.
+/// Coordinate x of the animal's path, on dry sand near the wet.
 const PATH: f64 = 6.2;
 
-/// The beach of the scene.
+/// Returns the beach of the scene.
 pub fn shore() -> Shore {
     let bend = |amplitude, turns: f64, phase| Bend { amplitude, step: TAU * turns / PERIOD, phase };
     Shore {
@@ -41,24 +41,24 @@ pub fn shore() -> Shore {
     }
 }
 
-/// The waves off the beach: a moderate breeze toward the land.
+/// Returns the waves off the beach: a moderate breeze toward the land.
 pub fn waves() -> Waves {
     Waves { wind: 6.0, wind_direction: -20.0, fetch: 40e3, ..Waves::default() }
 }
 
-/// The sea off the beach with these waves.
+/// Returns the sea off the beach with these waves.
 pub fn sea(waves: &Waves) -> Ocean {
     Ocean { shore: Some(shore()), foam: Vec3::splat(0.7), ..waves.ocean() }
 }
 
-/// The stage, with atlas tiles of `tile` texels for the animal and these waves; see [`Trex::load`] for `progress`.
+/// Builds the stage with these waves, and atlas tiles of `tile` texels for the animal. See [`Trex::load`] for `progress`.
 pub fn shore_stage(tile: u32, waves: &Waves, progress: Progress<'_>) -> Result<Stage, SceneError> {
     let shore = shore();
     let (trex, sand) = rayon::join(|| Trex::load(tile, progress), || beach::sand(&shore));
     let mut objects = animal(trex?).to_vec();
     let pieces = sand.len();
     objects.extend(sand);
-    // Start position of the animal; it faces +y, with the sea on its left.
+    // The animal starts here and faces +y, with the sea on its left.
     let level = move |y: f64| shore.ground(shore.offshore(DVec2::new(PATH, y))) as f32;
     let at = |along: f32, seaward: f32, up: f32| Vec3::new(PATH as f32 - seaward, along, 0.42 + up);
     let middle = at(-0.5, 0.8, 1.85);
@@ -72,7 +72,7 @@ pub fn shore_stage(tile: u32, waves: &Waves, progress: Progress<'_>) -> Result<S
         let stand = Vec3::new(PATH as f32, 0.0, level(f64::from(gone)));
         let world = Mat4::from_translation(stand) * Mat4::from_rotation_z(FRAC_PI_2);
         let joints: Vec<Mat4> = walk::pose(time).into_iter().map(|joint| world * joint).collect();
-        // The sand follows the animal in steps of its repeat, which are invisible.
+        // The sand follows the animal in invisible steps of one repeat.
         let steps = (gone / PERIOD as f32).round();
         let sand = Pose::Rigid(Affine3A::from_translation(Vec3::Y * (steps * PERIOD as f32)));
         let mut poses = vec![Pose::Skinned(joints); 2];

@@ -1,6 +1,6 @@
-//! Height and colour maps of sand: a strip from dry to wet sand along the water, and repeating squares of dry and of wet sand.
+//! Height and colour maps of sand: a strip from dry to wet sand along the water, and repeating squares of dry sand and of wet sand.
 //!
-//! Positions are in metres: `s` from the waterline toward the sea, `y` along it.
+//! Positions are in metres: `s` from the waterline toward the sea, `y` along the waterline.
 
 use rayon::prelude::*;
 
@@ -8,48 +8,48 @@ use crate::sphere::color_code;
 use leadr_maps::cache::cached;
 use leadr_maps::noise::{features, fractal, gradient, smoothstep, unit};
 
-/// Linear albedo of wet sand, and of the sea floor.
+/// Linear albedo of wet sand and of the sea floor.
 pub const WET: [f32; 3] = [0.185, 0.148, 0.104];
 /// Linear albedo of dry sand.
 const DRY: [f32; 3] = [0.47, 0.39, 0.28];
-/// Joins of dry sand with the strip, and of the strip with wet sand.
+/// Positions `s` of the joins: dry sand to strip, and strip to wet sand.
 pub const JOINS: [f64; 2] = [-5.7, -1.9];
-/// Metres that both pieces continue past each join, one below the other.
+/// Overlap of two pieces past each join, metres.
 pub const OVERLAPS: [f64; 2] = [0.9, 0.5];
-/// Start of the strip on dry sand, and its end on wet sand.
+/// Start of the strip on dry sand and end on wet sand.
 pub const STRIP: [f64; 2] = [JOINS[0] - OVERLAPS[0], JOINS[1] + OVERLAPS[1]];
-/// Repeat of the whole shore along the coast, metres: waterline bends, strip and dunes.
+/// Repeat of the whole shore (waterline bends, strip, dunes) along the coast, metres.
 pub const PERIOD: f64 = 200.0;
-/// Edge of a sand square, metres: long enough against its slow waves for tiling by example (`render::scene::Tiling`), and a whole number of
-/// ripples.
+/// Edge of a sand square, metres. It is a whole number of ripples, and long enough against the slow waves for tiling by example
+/// (`render::scene::Tiling`).
 pub const SQUARE: f32 = 20.0;
 /// Texels across and along the strip, 2.5 cm apart, and along an edge of the squares, 2 and 4 cm apart.
 const STRIP_TEXELS: [u32; 2] = [208, 8192];
 const DRY_TEXELS: u32 = 1024;
 const WET_TEXELS: u32 = 512;
 
-/// Heights in metres and sRGB-encoded colours (a: Beckmann roughness, linear), row by row; rows run toward the sea.
+/// Heights in metres and sRGB-encoded colours (a: linear Beckmann roughness) in rows that run toward the sea.
 pub struct Sand {
-    /// Texels per row.
+    /// Number of texels per row.
     pub width: u32,
-    /// Rows.
+    /// Number of rows.
     pub height: u32,
-    /// Metres.
+    /// Heights in metres.
     pub heights: Vec<f32>,
-    /// Colours.
+    /// Colours of the texels.
     pub colors: Vec<[u8; 4]>,
 }
 
-/// Wetness of the sand: 0 dry, 1 swept by the swash.
+/// Returns the wetness of the sand: 0 dry, 1 swept by waves.
 fn wetness(s: f32, y: f32, period: i32) -> f32 {
     let ragged = 0.45 * fractal(11, 50.0 + s * 0.2, y * 0.2, period / 5, 4, 0.55);
     smoothstep(-3.9, -2.9, s + ragged)
 }
 
-/// Relief of dry sand: patches of wind ripples, old tracks, slow waves. `period`: repeat along y, metres.
+/// Returns the relief of dry sand: patches of wind ripples, old tracks, slow waves. `period`: repeat along y, metres.
 fn dry_relief(s: f32, y: f32, period: i32) -> f32 {
     let slow = 0.035 * fractal(3, s * 0.4 + 40.0, y * 0.4, period * 2 / 5, 3, 0.5);
-    // Ripples run along the coast and fork where their phase bends steeply.
+    // Ripples run along the coast and fork where their phase changes steeply.
     let bend =
         2.2 * gradient(5, s * 0.5 + 60.0, y * 0.5, period / 2) + 0.7 * gradient(6, s * 1.5, y * 1.5, period * 3 / 2);
     let phase = std::f32::consts::TAU * (s / 0.16 + bend);
@@ -59,13 +59,13 @@ fn dry_relief(s: f32, y: f32, period: i32) -> f32 {
     features(8, s * 1.2 + 80.0, y * 1.2, period * 6 / 5, 1, |[dx, dy], id| {
         let size = 0.16 + 0.14 * unit(id ^ 0x51);
         let d = (dx * dx + 0.6 * dy * dy) / (size * size);
-        // A dent with a rim.
+        // A track is a dent with a rim.
         tracks -= 0.022 * unit(id ^ 0x77) * (1.0 - 0.7 * d) * (-d).exp();
     });
     slow + ripples + tracks + 0.0022 * fractal(9, s * 12.0, y * 12.0, period * 12, 2, 0.6)
 }
 
-/// Relief of sand smoothed by water: rills and a few shells.
+/// Returns the relief of sand smoothed by water: rills and a few shells.
 fn wet_relief(s: f32, y: f32, period: i32) -> f32 {
     let rills = 0.0035
         * gradient(21, s * 0.8 + 30.0, y * 5.0, period * 5)
@@ -75,7 +75,7 @@ fn wet_relief(s: f32, y: f32, period: i32) -> f32 {
         + 0.0005 * gradient(24, s * 20.0, y * 20.0, period * 20)
 }
 
-/// The wrack line of the highest waves: 0 nothing, 1 weed.
+/// Returns the weed on the wrack line of the highest waves, 0 to 1.
 fn wrack(s: f32, y: f32, period: i32) -> f32 {
     let line = -4.1 + 0.5 * fractal(31, 5.0, y * 0.2, period / 5, 3, 0.5);
     let near = (-((s - line) / 0.22).powi(2)).exp();
@@ -113,7 +113,7 @@ fn map(kind: &str, [width, height]: [u32; 2], texel: impl Fn(f32, f32) -> (f32, 
     Sand { width, height, heights, colors }
 }
 
-/// The strip along the water.
+/// Builds the strip along the water.
 pub fn strip() -> Sand {
     let period = PERIOD as i32;
     map("sand-strip", STRIP_TEXELS, |u, v| {
@@ -126,17 +126,17 @@ pub fn strip() -> Sand {
     })
 }
 
-/// Dry sand that repeats in both directions.
+/// Builds dry sand that repeats in both directions.
 pub fn dry() -> Sand {
     square("sand", DRY_TEXELS, dry_relief, 0.0, -100.0)
 }
 
-/// Wet sand that repeats in both directions.
+/// Builds wet sand that repeats in both directions.
 pub fn wet() -> Sand {
     square("wet-sand", WET_TEXELS, wet_relief, 1.0, 100.0)
 }
 
-/// A square of one kind of sand, evaluated at `away`, far enough from the waterline not to depend on it.
+/// Builds a square of dry or wet sand, evaluated at `away`, far enough from the waterline to be independent of it.
 fn square(kind: &str, texels: u32, relief: fn(f32, f32, i32) -> f32, wet: f32, away: f32) -> Sand {
     let period = SQUARE as i32;
     map(kind, [texels; 2], |u, v| {
@@ -171,7 +171,7 @@ mod tests {
         }
     }
 
-    /// Autocorrelation of the strip at `lag` rows along the coast, without the part that is constant along it.
+    /// Returns the autocorrelation of the strip at `lag` rows along the coast, without the component constant along it.
     fn repetition(strip: &Sand, lag: usize, of: &dyn Fn(usize) -> f32) -> f32 {
         let (width, height) = (strip.width as usize, strip.height as usize);
         let (mut product, mut square) = (0.0, 0.0);
@@ -194,7 +194,7 @@ mod tests {
         let [heights, colors] = [most(&|i| strip.heights[i]), most(&|i| f32::from(strip.colors[i][1]))];
         println!("highest correlation from 25 to 100 m further: heights {heights:.2}, colours {colors:.2}");
         assert!(heights < 0.3 && colors < 0.3, "{heights} {colors}");
-        // A strip with two repeats fails the check.
+        // A strip with two repeats fails this check.
         let twice = |i: usize| strip.heights[i % (strip.heights.len() / 2)];
         assert!(repetition(&strip, strip.height as usize / 2, &twice) > 0.99);
     }

@@ -1,4 +1,4 @@
-//! The snake's smooth body: a tube along a coiled curve, flattened on the ground, with a head at its end.
+//! The smooth body of the snake: a tube along a coiled curve, flattened on the ground, with a head at its end.
 
 use std::f32::consts::TAU;
 
@@ -7,26 +7,26 @@ use glam::{Vec2, Vec3};
 use leadr_maps::noise::smoothstep;
 use leadr_render::surfaces::patch_mesh::PatchMesh;
 
-/// Patches around the body and along it.
+/// Patches around the body.
 pub const AROUND: u32 = 12;
-/// See [`AROUND`].
+/// Patches along the body.
 pub const ALONG: u32 = 108;
 
-/// Radius of the thickest part, metres.
+/// Radius of the body at its thickest, metres.
 pub const THICK: f32 = 0.115;
 
-/// One cross-section.
+/// A cross-section of the body.
 #[derive(Clone, Copy, Debug)]
 pub struct Ring {
-    /// Its centre.
+    /// Centre of the cross-section.
     pub centre: Vec3,
-    /// Toward the head.
+    /// Direction toward the head.
     pub forward: Vec3,
-    /// To the snake's left.
+    /// Direction to the left of the snake.
     pub left: Vec3,
-    /// Away from its belly.
+    /// Direction away from the belly.
     pub up: Vec3,
-    /// Half its width and half its height.
+    /// Half the width and half the height.
     pub half: Vec2,
 }
 
@@ -35,26 +35,26 @@ pub struct Ring {
 pub struct Body {
     /// `ALONG + 1` cross-sections.
     pub rings: Vec<Ring>,
-    /// Metres along the body at each ring.
+    /// Distance along the body to each ring, metres.
     pub distance: Vec<f32>,
-    /// Length over girth from the tail to each ring: `∫ ds / (2π r)`.
+    /// Ratio of length to girth from the tail to each ring: `∫ ds / (2π r)`.
     pub girths: Vec<f32>,
 }
 
-/// Metres from the tail to the snout along the curve of `control_points`.
+/// Length from tail to snout along the curve of `control_points`, metres.
 const LENGTH: f32 = 8.47;
 
-/// Metres to the snout at `x` from the tail (0) to the snout (1).
+/// Returns the metres to the snout at `x`, from the tail (0) to the snout (1).
 pub fn to_snout(x: f32) -> f32 {
     (1.0 - x) * LENGTH
 }
 
-/// Half the width and half the height at `x` from the tail (0) to the snout (1).
+/// Returns half the width and half the height at `x`, from the tail (0) to the snout (1).
 fn section(x: f32) -> Vec2 {
     let d = to_snout(x);
     let trunk = 0.009 + (THICK - 0.009) * smoothstep(-0.06, 0.52, x).powf(1.1);
     let neck = 1.0 - 0.52 * smoothstep(3.0, 0.42, d);
-    // Jaws behind, a blunt snout in front.
+    // The jaws are at the back, with a blunt snout in front.
     let jaw = smoothstep(0.4, 0.22, d) * smoothstep(-0.05, 0.2, d);
     let front = smoothstep(0.26, -0.02, d);
     let width = trunk * neck * (1.0 - 0.42 * front) + 0.034 * jaw;
@@ -64,7 +64,7 @@ fn section(x: f32) -> Vec2 {
     Vec2::new(width, height) * round
 }
 
-/// Control points of the curve: the tail outside, two turns inwards, then up and over the coil.
+/// Returns the control points of the curve: tail outside, two turns inwards, then up and over the coil.
 fn control_points() -> Vec<Vec3> {
     let turns = 2.05;
     let steps = 26;
@@ -77,7 +77,7 @@ fn control_points() -> Vec<Vec3> {
             Vec3::new(radius * angle.cos(), radius * angle.sin(), section(x).y * 0.96)
         })
         .collect();
-    // The last turn rises from the centre; the neck is drawn back before the head.
+    // The inner turn rises from the centre, and the neck is drawn back before the head.
     points.extend([
         Vec3::new(-0.19, -0.13, 0.17),
         Vec3::new(0.02, -0.22, 0.26),
@@ -92,12 +92,12 @@ fn control_points() -> Vec<Vec3> {
     points
 }
 
-/// A point of the uniform cubic B-spline, which smooths its control points.
+/// Returns a point of the uniform cubic B-spline, which smooths its control points.
 fn spline(points: &[Vec3], t: f32) -> Vec3 {
     let last = points.len() as i64 - 1;
     let i = (t.floor() as i64).clamp(0, last - 1);
     let f = t - i as f32;
-    // Mirrored ends make the curve start and end at its first and last point.
+    // Mirrored ends make the curve start and end at the first and last control point.
     let at = |k: i64| match k {
         k if k < 0 => 2.0 * points[0] - points[1],
         k if k > last => 2.0 * points[last as usize] - points[last as usize - 1],
@@ -112,7 +112,7 @@ fn spline(points: &[Vec3], t: f32) -> Vec3 {
 }
 
 impl Body {
-    /// The coiled snake.
+    /// Builds the coiled snake.
     pub fn new() -> Self {
         let points = control_points();
         let samples: Vec<Vec3> =
@@ -138,7 +138,7 @@ impl Body {
         for k in 0..=ALONG {
             let x = fraction(k).clamp(0.0, 1.0);
             let forward = (at((x + 0.003).min(1.0)) - at((x - 0.003).max(0.0))).normalize();
-            // Transported along the curve without twist, and pulled toward the vertical to keep the belly down.
+            // The up vector is transported along the curve without twist, and pulled toward the vertical to keep the belly down.
             up = (up + Vec3::Z * 0.35).reject_from(forward).normalize();
             let half = section(x);
             if let Some(last) = rings.last() {
@@ -152,21 +152,21 @@ impl Body {
         Self { rings, distance, girths }
     }
 
-    /// Metres from the tail to the snout.
+    /// Returns the metres from tail to snout.
     pub fn length(&self) -> f32 {
         self.distance[ALONG as usize]
     }
 
-    /// A point at `angle` around ring `k`: 0 to the left, a quarter turn up.
+    /// Returns a point at `angle` around ring `k`: 0 is left, a quarter turn is up.
     pub fn point(&self, k: usize, angle: f32) -> Vec3 {
         let ring = self.rings[k];
         let (sin, cos) = angle.sin_cos();
-        // Flatter below than above.
+        // The body is flatter below than above.
         let height = if sin < 0.0 { 0.82 } else { 1.0 };
         ring.centre + ring.left * (cos * ring.half.x) + ring.up * (sin * ring.half.y * height)
     }
 
-    /// The tube, closed at both ends; patches run along the body, `AROUND` to a ring, the ends last.
+    /// Builds the tube, closed at both ends. Patches run along the body, `AROUND` per ring, and the ends come last.
     pub fn mesh(&self) -> PatchMesh {
         let mut mesh = PatchMesh::default();
         for k in 0..=ALONG as usize {
@@ -180,7 +180,7 @@ impl Body {
                 mesh.patches.push([at(k, j), at(k, j + 1), at(k + 1, j + 1), at(k + 1, j)]);
             }
         }
-        // Each end is a fan of quads around a point slightly past the ring.
+        // Each end is a fan of quads around a point slightly beyond the ring.
         for (k, beyond) in [(0, -1.0f32), (ALONG, 0.3)] {
             let ring = self.rings[k as usize];
             let tip = mesh.positions.len() as u32;

@@ -15,19 +15,19 @@ use leadr_render::camera::Camera;
 use leadr_render::scene::{Object, PointLight};
 use leadr_render::surfaces::patch_mesh::PatchMesh;
 
-/// Continuous body angle and ring index of a point on a patch.
+/// Returns the continuous body angle and ring index of a point on a patch.
 fn parameters(patch: usize, uv: Vec2) -> Vec2 {
     let (along, around) = (patch / AROUND as usize, patch % AROUND as usize);
     Vec2::new((around as f32 + uv.x) / AROUND as f32 * TAU, along as f32 + uv.y)
 }
 
-/// Linear interpolation between rings, extrapolated past the ends.
+/// Interpolates linearly between rings, and extrapolates beyond the ends.
 fn at_ring(values: &[f32], ring: f32) -> f32 {
     let k = (ring.floor().max(0.0) as usize).min(values.len() - 2);
     values[k] + (values[k + 1] - values[k]) * (ring - k as f32)
 }
 
-/// The body with its skin, in atlas tiles of `tile` texels.
+/// Builds the body with its skin, in atlas tiles of `tile` texels.
 fn body_object(body: &Body, tile: u32) -> Object {
     let mut mesh = body.mesh();
     let widths: Vec<f32> = body.rings.iter().map(|r| TAU * 0.5 * (r.half.x + r.half.y) / scales::AROUND).collect();
@@ -36,7 +36,7 @@ fn body_object(body: &Body, tile: u32) -> Object {
         let parameter = if patch < tube {
             parameters(patch, uv)
         } else {
-            // End caps: angle from the direction to the axis.
+            // On end caps, the angle is the direction to the axis.
             let k = if patch < tube + AROUND as usize / 2 { 0 } else { ALONG as usize };
             let (ring, offset) = (body.rings[k], point.position - body.rings[k].centre);
             Vec2::new(offset.dot(ring.up).atan2(offset.dot(ring.left)), k as f32)
@@ -52,7 +52,7 @@ fn body_object(body: &Body, tile: u32) -> Object {
     tiled_object("snake", mesh, layout, heights, colors).with_specular_f0(0.045)
 }
 
-/// Ambient accessibility: the fraction not hidden by the ground and the body's other turns.
+/// Computes the ambient accessibility, the visible fraction above the ground and between the body's turns.
 fn shade_contacts(body: &Body, mesh: &mut PatchMesh) {
     mesh.accessibility = mesh
         .positions
@@ -62,7 +62,7 @@ fn shade_contacts(body: &Body, mesh: &mut PatchMesh) {
             let ground = 0.5 + 0.5 * n.z;
             let near_ground = (-p.z.max(0.0) / 0.12).exp();
             let mut open = 1.0 - near_ground * (1.0 - ground);
-            // Approximates the other turns by rows of spheres, each weighted by its solid angle times the cosine.
+            // The other turns are approximated by rows of spheres, each weighted by its solid angle times the cosine.
             for ring in body.rings.iter().step_by(2) {
                 let d = ring.centre - p;
                 let (r, square) = (ring.half.y, d.length_squared());
@@ -76,7 +76,7 @@ fn shade_contacts(body: &Body, mesh: &mut PatchMesh) {
         .collect();
 }
 
-/// Two glossy eyes in one mesh.
+/// Builds two glossy eyes as one mesh.
 fn eyes(body: &Body) -> Object {
     let mut mesh = PatchMesh::default();
     let eye = body.length() - 0.13;
@@ -97,10 +97,10 @@ fn eyes(body: &Body) -> Object {
     Object::new("eyes", mesh).with_specular_f0(0.05).without_shadow()
 }
 
-/// Radius of the lamps' globes, metres.
+/// Radius of the lamp globes, metres.
 const LAMP_RADIUS: f32 = 0.06;
 
-/// Four lamps around the coil: warm ones in front, cool ones behind.
+/// Returns four lamps around the coil: warm ones in front, cool ones behind.
 pub fn lamps() -> Vec<PointLight> {
     let lamp = |x: f32, y: f32, z: f32, color: [f32; 3], power: f32| {
         PointLight::new(Vec3::new(x, y, z), Vec3::from_array(color) * power).with_radius(LAMP_RADIUS)
@@ -113,7 +113,7 @@ pub fn lamps() -> Vec<PointLight> {
     ]
 }
 
-/// The static stage, with atlas tiles of `tile` texels.
+/// Builds the static stage, with atlas tiles of `tile` texels.
 pub fn stage(tile: u32) -> Stage {
     let body = Body::new();
     let from = |direction: Vec3, distance: f32, target: Vec3, fov: f32| {

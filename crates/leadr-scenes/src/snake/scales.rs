@@ -1,4 +1,4 @@
-//! The snake's skin: overlapping keeled scales on back and sides, wide belly plates, and colours.
+//! The snake's skin: overlapping keeled scales on back and sides, wide belly plates, and their colours.
 
 use std::f32::consts::TAU;
 
@@ -7,15 +7,15 @@ use glam::{Vec2, Vec3};
 use super::body::to_snout;
 use leadr_maps::noise::{fractal, hash, smoothstep, unit};
 
-/// Scales around the body.
+/// Number of scales around the body.
 pub const AROUND: f32 = 30.0;
-/// Length of a scale over its width.
+/// Ratio of length to width of a scale.
 const LENGTH: f32 = 1.25;
 
-/// The skin at one point.
+/// The skin at a point of the body.
 #[derive(Clone, Copy, Debug)]
 pub struct Skin {
-    /// Height over the smooth body, in local scale widths.
+    /// Height above the smooth body, in local scale widths.
     pub height: f32,
     /// Linear albedo.
     pub color: Vec3,
@@ -23,34 +23,34 @@ pub struct Skin {
     pub roughness: f32,
 }
 
-/// A scale under a point.
+/// The scale at a point.
 #[derive(Clone, Copy)]
 struct Scale {
     height: f32,
-    /// 0 at its edge, 1 inside.
+    /// Interpolant from 0 at the edge to 1 inside.
     inside: f32,
     /// Centre of the scale in lattice coordinates.
     centre: Vec2,
     id: u32,
 }
 
-/// The highest scale over `p`, in widths around and lengths along (toward the head).
+/// Returns the highest scale over `p`, in units of scale widths around the body and lengths along it (toward the head).
 fn scale_at(p: Vec2) -> Scale {
     let mut best = Scale { height: 0.0, inside: 0.0, centre: p, id: 0 };
-    // Rows are half a length apart; every other one is shifted by half a width.
+    // Rows are half a length apart, and alternate rows are shifted by half a width.
     let row = (p.y * 2.0).round() as i32;
     for k in row - 2..=row + 2 {
         let shift = 0.5 * (k & 1) as f32;
         let column = (p.x - shift).round();
         for c in [column - 1.0, column, column + 1.0] {
             let centre = Vec2::new(c + shift, 0.5 * k as f32);
-            // From the root, under the scale in front, to the free tip.
+            // Scales run from the root, under the scale in front, to the free tip.
             let t = (centre.y - p.y) / 1.3 + 0.5;
             let q = (p.x - centre.x) / 0.56;
             if !(0.0..=1.0).contains(&t) {
                 continue;
             }
-            // Leaf shape: widest before the middle, with a rounded tip.
+            // Scales are leaf-shaped: widest before the middle, with a rounded tip.
             let half = if t < 0.42 { 1.0 } else { (1.0 - ((t - 0.42) / 0.58).powi(2)).max(0.0).sqrt() };
             let edge = half - q.abs();
             if edge <= 0.0 {
@@ -69,30 +69,30 @@ fn scale_at(p: Vec2) -> Scale {
     best
 }
 
-/// Wide overlapping belly plates: height and id.
+/// Returns the height and id of the wide belly plates.
 fn belly_at(y: f32) -> (f32, u32) {
     let t = 1.0 - (y - y.floor());
     (0.17 * t * smoothstep(0.0, 0.12, 1.0 - t), hash(23, y.floor() as i32, 0))
 }
 
-/// The skin at `angle` around the body (0 on the left, a quarter turn on top), `girths` of length along it, and `x` from the tail (0) to
+/// Evaluates the skin at `angle` around the body (0 left, a quarter turn on top), `girths` of length along it, and `x` from the tail (0) to
 /// the snout (1).
 pub fn skin(angle: f32, girths: f32, x: f32) -> Skin {
     let p = Vec2::new(angle / TAU * AROUND, girths * AROUND / LENGTH);
-    // Half turns from the middle of the back: 0 on top, 1 below.
+    // Half turns from the middle of the back, from 0 on top to 1 below.
     let down = ((angle / TAU - 0.25 + 0.5).rem_euclid(1.0) - 0.5).abs() * 2.0;
     let belly = smoothstep(0.71, 0.77, down);
     let scale = scale_at(p);
     let (plate, plate_id) = belly_at(p.y * LENGTH / 1.7);
     let d = to_snout(x);
     let head = smoothstep(0.42, 0.25, d);
-    // The pattern fades toward the two ends, which close to a point.
+    // The pattern fades toward the two pointed ends of the body.
     let end = smoothstep(0.03, 0.0, d).max(smoothstep(0.006, 0.0, x));
     let mut height = scale.height * (1.0 - belly) + plate * belly;
-    // Scales of the head are flat.
+    // Scales on the head are flat.
     height *= (1.0 - 0.55 * head) * (1.0 - end);
 
-    // Saddles along the back, dark with a black rim and a lighter centre; spots between them on the sides.
+    // The back has dark saddles with a black rim and a lighter centre, and the sides have spots between them.
     let at = Vec2::new(down, scale.centre.y / 15.0);
     let wobble = 0.22 * fractal(5, p.x * 0.2 + 40.0, p.y * 0.2, 1 << 20, 3, 0.5);
     let saddle = {
@@ -111,11 +111,11 @@ pub fn skin(angle: f32, girths: f32, x: f32) -> Skin {
         color = color.lerp(Vec3::new(0.018, 0.014, 0.012), smoothstep(-0.02, 0.015, mark));
         color = color.lerp(heart, smoothstep(0.05, 0.09, mark));
     }
-    // A dark band from the eye to the corner of the jaw.
+    // A dark band runs from the eye to the corner of the jaw.
     let band = (1.0 - ((down - 0.5 - 0.25 * (0.12 - d)) / 0.06).powi(2)).max(0.0);
     let band = band * smoothstep(0.38, 0.3, d) * smoothstep(0.04, 0.08, d);
     color = color.lerp(Vec3::new(0.02, 0.015, 0.012), smoothstep(0.1, 0.5, band));
-    // The mouth is a groove around the snout and back below the eyes; two nostrils.
+    // The mouth is a groove around the snout that continues below the eyes, with two nostrils.
     let lip =
         (1.0 - ((down - 0.60 - 0.12 * smoothstep(0.1, 0.0, d)) / 0.014).powi(2)).max(0.0) * smoothstep(0.27, 0.2, d);
     let nostril = (1.0 - ((down - 0.33) / 0.05).powi(2) - ((d - 0.034) / 0.007).powi(2)).max(0.0);

@@ -1,4 +1,4 @@
-//! One sphere as a cell of the supplement's tables, and the tables' three lightings.
+//! A sphere as a cell of the supplement's tables, and the three lightings of the tables.
 
 use glam::{Affine3A, Vec3};
 
@@ -12,14 +12,14 @@ use leadr_render::scene::{Object, Pose, Sun};
 /// Facet material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Facets {
-    /// White, without a specular reflection at any angle.
+    /// White facets without specular reflection.
     Diffuse,
-    /// Perfect mirrors: reflectance 1 at every angle.
+    /// Perfect mirrors with reflectance 1 at every angle.
     Mirror,
 }
 
 impl Facets {
-    /// [`Object::specular_f0`].
+    /// Returns the value for [`Object::specular_f0`].
     pub fn specular_f0(self) -> f32 {
         match self {
             Self::Diffuse => 0.0,
@@ -28,28 +28,28 @@ impl Facets {
     }
 }
 
-/// Smallest roughness in an eight-bit vertex colour: nearly a mirror, with a 0.2° wide lobe.
+/// Minimum roughness of an eight-bit vertex colour, nearly a mirror with a 0.2° wide lobe.
 pub const MIRROR_ROUGHNESS: f32 = 1.0 / 255.0;
 
-/// Camera distance of a table from the centre of the unit sphere, metres.
+/// Distance of a table's camera from the centre of the unit sphere, metres.
 pub const DISTANCE: f32 = 12.0;
 
-/// Fraction of the picture's height filled by the smooth sphere in a table.
+/// Fraction of the picture height that the smooth sphere fills in a table.
 pub const FILL: f32 = 0.8;
 
 /// Seconds per rotation of the sphere about its poles.
 pub const ROTATION_PERIOD: f64 = 20.0;
 
 impl Surface {
-    /// The surface as an object whose steeper slope has standard deviation `steep`.
+    /// Builds an object from the surface, with standard deviation `steep` of the steeper slope.
     pub fn object(&self, name: &str, steep: f32, facets: Facets) -> Object {
         let mut mesh = self.mesh.clone();
         mesh.colors = vec![[1.0, 1.0, 1.0, MIRROR_ROUGHNESS]; mesh.positions.len()];
         Object::new(name, mesh).with_heights(self.heights.clone(), steep).with_specular_f0(facets.specular_f0())
     }
 
-    /// The stage of one cell. A frame's `height_scale` multiplies `steep`, so one upload serves all rows with the same slope ratio. The
-    /// sphere rotates about its poles in [`ROTATION_PERIOD`] seconds without changing its statistics: different times give independent
+    /// Builds the stage of one cell. A frame's `height_scale` multiplies `steep`, so one upload serves all rows with the same slope ratio.
+    /// The sphere rotates about its poles in [`ROTATION_PERIOD`] seconds with constant statistics, so other times give independent
     /// pictures.
     pub fn stage(&self, steep: f32, facets: Facets) -> Stage {
         let object = self.object("sphere", steep, facets);
@@ -60,7 +60,7 @@ impl Surface {
     }
 }
 
-/// The table's view (`mid`), single bumps (`near`), and a sphere of a few pixels (`far`).
+/// Returns the table's view (`mid`), single bumps (`near`), and a sphere of a few pixels (`far`).
 pub fn views() -> Views {
     // The outline of a unit sphere at distance d lies at the angle asin(1 / d).
     let tangent = 1.0 / (DISTANCE * DISTANCE - 1.0).sqrt();
@@ -72,30 +72,30 @@ pub fn views() -> Views {
 /// Lighting of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Lighting {
-    /// One directional light from the camera with irradiance π: a white diffuse plane facing it has radiance 1. No environment. Tables 4
-    /// and 5.
+    /// One directional light from the camera, without environment (tables 4 and 5). Its irradiance is π, so a white diffuse plane facing it
+    /// has radiance 1.
     Front,
-    /// The studio as irradiance on diffuse facets. Tables 6 and 7.
+    /// The studio as irradiance on diffuse facets (tables 6 and 7).
     Irradiance,
-    /// The studio in mirror facets. Tables 8 to 10.
+    /// The studio reflected by mirror facets (tables 8 to 10).
     Environment,
 }
 
 impl Lighting {
-    /// The facets of the tables with this lighting.
+    /// Returns the facets of the tables with this lighting.
     #[must_use]
     pub fn facets(self) -> Facets {
         if self == Self::Environment { Facets::Mirror } else { Facets::Diffuse }
     }
 
-    /// Lights besides the environment, for the cameras of [`views`].
+    /// Returns the lights besides the environment, for the cameras of [`views`].
     #[must_use]
     pub fn lights(self) -> Lights {
         let front = Sun { direction: -Vec3::Y, irradiance: Vec3::splat(std::f32::consts::PI) };
         Lights { sun: (self == Self::Front).then_some(front), ..Default::default() }
     }
 
-    /// The environment panorama, for `Environment::from_equirect`.
+    /// Returns the environment panorama for `Environment::from_equirect`.
     #[must_use]
     pub fn panorama(self) -> RgbImage {
         match self {

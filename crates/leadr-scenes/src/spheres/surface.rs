@@ -1,4 +1,4 @@
-//! [`SphereNoise`] baked into the tiles of a cube sphere.
+//! Bakes [`SphereNoise`] into the tiles of a cube sphere.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -15,67 +15,67 @@ use leadr_render::surfaces::patch_mesh::PatchMesh;
 pub enum Frequency {
     /// Visible, countable bumps.
     Low,
-    /// Bumps far smaller than a table's pixels: the smallest that the tiles can hold.
+    /// The smallest bumps that the tiles can hold, far smaller than a table's pixels.
     High,
 }
 
 /// Size of the mesh and its tiles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Detail {
-    /// Patches along the edge of a cube face; the sphere has `6 n²`.
+    /// Number of patches along the edge of a cube face; the sphere has `6 n²`.
     pub patches: u32,
-    /// Texels along a tile, gutter included; up to 64, each texel gets a vertex in a reference picture.
+    /// Texels along a tile, including the gutter. Up to 64, each texel gets a vertex in a reference picture.
     pub tile: u32,
 }
 
 impl Detail {
-    /// For tables: 1536 patches, 3840 texels around the equator. A reference tessellated to texels draws some 6 million triangles; the maps
-    /// take 200 MB on the device.
+    /// Detail for tables: 1536 patches, 3840 texels around the equator. A reference tessellated to texels draws about 6 million triangles;
+    /// the maps take 200 MB on the device.
     pub const TABLE: Self = Self { patches: 16, tile: 64 };
-    /// For pictures with many spheres: 1920 texels around the equator, 50 MB.
+    /// Detail for pictures with many spheres: 1920 texels around the equator, 50 MB.
     pub const PICTURE: Self = Self { patches: 8, tile: 64 };
 
-    /// Angle of the longest texel, radians, at the centre of a face.
+    /// Returns the angle of the longest texel, at the centre of a face, in radians.
     pub fn texel(&self) -> f64 {
         FRAC_PI_2 / f64::from(self.patches * (self.tile - 4))
     }
 }
 
-/// Mean squared texel side over the sphere, in squares of [`Detail::texel`]: texels shrink toward the face edges.
+/// Mean squared texel side over the sphere, in units of the squared [`Detail::texel`]. Texels shrink toward the face edges.
 const MEAN_SQUARE_TEXEL: f64 = 0.876;
 
-/// A baked sphere of unit scale: its steeper slope has standard deviation 1.
+/// A baked sphere whose steeper slope has standard deviation 1.
 #[derive(Clone, Debug)]
 pub struct Surface {
     /// The unit sphere.
     pub mesh: PatchMesh,
-    /// Heights of unit slope.
+    /// Heights of unit slope deviation.
     pub heights: HeightField,
-    /// Radians around the poles where the slope ratio deviates ([`SphereNoise::cap`]).
+    /// Angle from the poles, radians, within which the slope ratio is inexact ([`SphereNoise::cap`]).
     pub cap: f32,
-    /// Kernel standard deviation along the steeper direction, radians; heights there are correlated over twice that.
+    /// Standard deviation of the kernel along the steeper direction, radians; half the correlation length there.
     pub length: f32,
 }
 
-/// Kernel standard deviation along the steeper direction, radians, for slopes in the ratio of `sigma`.
+/// Returns the kernel's standard deviation along the steeper direction, radians, for slopes in the ratio of `sigma`.
 fn length_of(sigma: Vec2, frequency: Frequency, detail: Detail) -> f64 {
     let aspect = f64::from(sigma.max_element()) / f64::from(sigma.min_element());
     match frequency {
-        // A stretched kernel is made narrower, because pixels must still cover its length.
+        // Stretched kernels are narrower, because pixels must still cover their length.
         Frequency::High => detail.texel() * (4.0 - (aspect.log2() - 1.0).clamp(0.0, 2.0) * 0.5),
         Frequency::Low => 0.03 / aspect.cbrt(),
     }
 }
 
 impl Surface {
-    /// Bakes slopes in the ratio of `sigma = (σ_θ, σ_φ)`; surfaces of one ratio differ only in scale. Slopes are those of the triangles
-    /// between texels, averaged over the sphere. Triangles lose 0.12 / w² of the variance for a kernel of `w` texels; the result
-    /// compensates for that.
+    /// Bakes slopes in the ratio of `sigma = (σ_θ, σ_φ)`; surfaces of equal ratio differ only in scale. The slopes of the triangles between
+    /// texels, averaged over the sphere, have this ratio. Triangles lose 0.12 / w² of the variance for a kernel of `w` texels, which the
+    /// heights compensate for.
     pub fn bake(sigma: Vec2, frequency: Frequency, detail: Detail) -> Self {
         Self::of_length(sigma, length_of(sigma, frequency, detail), detail)
     }
 
-    /// Like `bake`, with the user's cache.
+    /// Like [`Self::bake`], but with the user's cache.
     pub fn kept(sigma: Vec2, frequency: Frequency, detail: Detail) -> Self {
         let programs = [
             include_str!("surface.rs"),
@@ -90,12 +90,12 @@ impl Surface {
         })
     }
 
-    /// Like `bake`, with a kernel of standard deviation `length` radians along the steeper direction, 2 texels or more.
+    /// Like [`Self::bake`], but with a kernel of `length` radians along the steeper direction, at least 2 texels.
     pub fn of_length(sigma: Vec2, length: f64, detail: Detail) -> Self {
         Self::with(sigma, length, detail, |_, make| make())
     }
 
-    /// `known` returns this many cached texels, or computes them.
+    /// Bakes; `known` returns this many cached texels, or computes them.
     fn with(
         sigma: Vec2,
         length: f64,
@@ -103,7 +103,7 @@ impl Surface {
         known: impl FnOnce(usize, &dyn Fn() -> Vec<f32>) -> Vec<f32>,
     ) -> Self {
         let unit = sigma.as_dvec2() / f64::from(sigma.max_element());
-        // C(0) − C(t) of the kernel's autocorrelation, to the fourth order: a twelfth of ∫f″² / ∫f′² per squared deviation.
+        // C(0) − C(t) of the kernel's autocorrelation to fourth order: a twelfth of ∫f″² / ∫f′² per squared deviation.
         let texels = DVec2::splat(length) / unit / detail.texel();
         let seen = DVec2::ONE - 0.133 * MEAN_SQUARE_TEXEL / (texels * texels);
         let noise = SphereNoise::new(1, unit / DVec2::new(seen.x.sqrt(), seen.y.sqrt()), length);
@@ -123,8 +123,8 @@ mod tests {
     use leadr_render::surfaces::displacement::Border;
     use leadr_render::surfaces::patch::Patch;
 
-    /// Slopes along `(ω_θ, ω_φ)` at the centre of four texels of a tile, with the point. They average the triangles there, which loses
-    /// `0.3 / w²` of their variance.
+    /// Returns points where four texels of a tile meet, with slopes along `(ω_θ, ω_φ)`. They average the adjacent triangles, which loses
+    /// `0.3 / w²` of the variance.
     fn slopes(surface: &Surface) -> Vec<(Vec3, DVec2)> {
         let Border::Tiles(layout) = surface.heights.border else { panic!("tiles") };
         let mut slopes = Vec::new();
@@ -143,7 +143,7 @@ mod tests {
                     let [near, right, down, far] = [at(x, y), at(x + 1, y), at(x, y + 1), at(x + 1, y + 1)];
                     let hu = 0.5 * (right + far - near - down) * inner;
                     let hv = 0.5 * (down + far - near - right) * inner;
-                    // The gradient g on the surface has g·du = hu and g·dv = hv.
+                    // The gradient g on the surface satisfies g·du = hu and g·dv = hv.
                     let n = point.du.cross(point.dv);
                     let gradient = (hu * point.dv.cross(n) + hv * n.cross(point.du)) / n.length_squared();
                     let east = Vec3::Z.cross(point.position).normalize();
@@ -162,7 +162,7 @@ mod tests {
                 let detail = Detail { patches: 6, tile: 64 };
                 let surface = Surface::bake(sigma, frequency, detail);
                 let unit = sigma.as_dvec2() / f64::from(sigma.max_element());
-                // Twice the cap, where the excess at its rim has vanished.
+                // The excess variance vanishes at twice the angle of the cap.
                 let rim = (2.0 * surface.cap).cos().max(0.0);
                 let slopes = slopes(&surface);
                 let inside: Vec<DVec2> =
@@ -174,7 +174,7 @@ mod tests {
                 let fourth = inside.iter().map(|s| *s * *s * *s * *s).sum::<DVec2>() / n;
                 let kurtosis = fourth / (square * square);
                 println!("{sigma} {frequency:?}: mean {mean} square {square} cross {cross:.4} kurtosis {kurtosis}");
-                // One field deviates from its expectation, more so with fewer bumps.
+                // A single field deviates from its expectation, more so with fewer bumps.
                 let (variance, fourth) = if frequency == Frequency::High { (0.06, 0.15) } else { (0.08, 0.2) };
                 assert!(mean.abs().max_element() < 0.02, "{sigma} {frequency:?}: {mean}");
                 assert!((square - 1.0).abs().max_element() < variance, "{sigma} {frequency:?}: {square}");

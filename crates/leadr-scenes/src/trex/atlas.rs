@@ -1,10 +1,10 @@
 //! The displacement and colour atlas: one tile per cage quad.
 //!
-//! A texel holds the distance along the patch normal `N(u, v)` from the limit surface `X(u, v)` to the animal, skin relief included. A
-//! displaced surface folds over where `1 + hκ` is negative, so the curvature of the surrounding patches bounds the displacement per vertex.
+//! A texel holds the distance along the patch normal `N(u, v)` from the limit surface `X(u, v)` to the animal, including skin relief. A
+//! displaced surface folds over where `1 + hκ` is negative, so the curvature of adjacent patches bounds the displacement per vertex.
 //!
-//! Edges are evaluated once and shared by both tiles. Gutters are the point reflection of the tile through its edge values: bilinear
-//! filtering on an edge returns its value exactly, at every mip level that keeps the gutter.
+//! Edges are evaluated once for both tiles. A gutter is the point reflection of its tile through the edge values. Bilinear filtering on an
+//! edge therefore returns its value exactly, at every mip level that keeps the gutter.
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -20,21 +20,21 @@ use leadr_maps::noise::smoothstep as ss;
 use leadr_render::surfaces::patch::{Patch, PatchPoint};
 use leadr_render::surfaces::patch_mesh::{PatchMesh, TileLayout};
 
-/// Furthest displacement inwards and outwards, metres.
+/// Maximum displacement inwards and outwards, metres.
 const REACH: [f32; 2] = [0.16, 0.10];
-/// Least ratio of displaced to undisplaced area (in projection along the normal) that a bound allows.
+/// Minimum ratio of displaced to undisplaced area, in projection along the normal.
 const LEAST_AREA: f32 = 0.3;
-/// Behind this x the full model differs from the cage only in fingers and dew claws, which are props.
+/// Coordinate x behind which the full model differs from the cage only in fingers and dew claws, which are props.
 const HEAD_X: f32 = 3.0;
 
-/// Height and appearance of one point: height, linear albedo, `α`.
+/// Properties of one point: height, linear albedo, `α`.
 type Sample = [f32; 5];
 
-/// Root distance along the normal, and quantities that vary smoothly with position.
+/// Distance of the animal along the normal, and quantities that vary smoothly with position.
 #[derive(Clone, Copy, Default)]
 struct Node {
     distance: f32,
-    /// Share of the skin relief to apply: little on walls nearly parallel to the normal.
+    /// Fraction of the skin relief to apply, small on walls nearly parallel to the normal.
     relief: f32,
     mouth: f32,
 }
@@ -44,18 +44,18 @@ struct Baker<'a> {
     skin: &'a Skin,
     mesh: &'a PatchMesh,
     patches: Vec<Patch>,
-    /// Per vertex: bounds inwards and outwards (both positive), metres.
+    /// Displacement bounds of each vertex inwards and outwards (positive), metres.
     bounds: Vec<[f32; 2]>,
 }
 
-/// `x` limited to `±bound` without a kink: identity up to 60 % of the bound.
+/// Limits `x` to `±bound` without a kink. Values up to 60 % of the bound do not change.
 fn soft_limit(x: f32, [inward, outward]: [f32; 2]) -> f32 {
     let bound = if x < 0.0 { inward } else { outward };
     let r = x.abs() / bound;
     if r <= 0.6 { x } else { (bound * (0.6 + 0.4 * ((r - 0.6) / 0.4).tanh())).copysign(x) }
 }
 
-/// Largest displacement either way that keeps the projected area at every sample of the patch.
+/// Returns the largest inward and outward displacements that keep the projected area at every sample of the patch.
 fn patch_bounds(patch: &Patch) -> [f32; 2] {
     let mut bounds = REACH;
     let center = patch.at(Vec2::splat(0.5));
@@ -64,7 +64,7 @@ fn patch_bounds(patch: &Patch) -> [f32; 2] {
         let uv = Vec2::new((i % 6) as f32, (i / 6) as f32) / 5.0;
         let p = patch.at(uv);
         let area = |h: f32| (p.du + p.normal_du * h).cross(p.dv + p.normal_dv * h).dot(p.normal);
-        // Displacement does not improve points where the limit surface itself degenerates.
+        // Displacement cannot improve points where the limit surface is degenerate.
         let least = LEAST_AREA * area(0.0).max(0.05 * usual);
         for (bound, sign) in bounds.iter_mut().zip([-1.0, 1.0]) {
             let mut h = 0.002;
@@ -99,13 +99,13 @@ impl<'a> Baker<'a> {
         if p.x < HEAD_X { self.sdf.coarse.distance(p) } else { self.sdf.full.distance(p) }
     }
 
-    /// First crossing of the surface along `n`, inwards from outside and outwards from inside; the reach if there is none. It depends only
-    /// on its arguments, so neighbours agree.
+    /// Returns the distance along `n` to the surface, inwards from outside and outwards from inside, or the reach if there is none. It
+    /// depends only on the arguments, so neighbours agree.
     fn cross(&self, x: Vec3, n: Vec3) -> f32 {
         let start = self.field(x);
         let sign = if start > 0.0 { -1.0 } else { 1.0 };
         let reach = if sign < 0.0 { 1.5 * REACH[0] } else { 1.5 * REACH[1] };
-        // Distances along the march; `value` is positive until the surface is crossed.
+        // Distance along the march; `value` is positive until the surface is crossed.
         let (mut near, mut value) = (0.0_f32, start.abs());
         if value < 1e-6 {
             return 0.0;
@@ -124,7 +124,7 @@ impl<'a> Baker<'a> {
         sign * near.min(reach)
     }
 
-    /// Root in a bracket by the Illinois method.
+    /// Finds the root in a bracket by the Illinois method.
     fn refine(&self, x: Vec3, n: Vec3, sign: f32, [mut a, mut b]: [f32; 2], [mut fa, mut fb]: [f32; 2]) -> f32 {
         for _ in 0..12 {
             if (b - a).abs() < 2e-6 || fa - fb < 1e-9 {
@@ -181,13 +181,13 @@ impl<'a> Baker<'a> {
 /// Exact samples on vertices and edges, each evaluated once.
 struct Borders {
     corners: Vec<Sample>,
-    /// Per edge `inner` samples from its lower to its higher vertex.
+    /// Samples of each edge, from its lower to its higher vertex.
     edges: Vec<Sample>,
     index: HashMap<[u32; 2], usize>,
     inner: usize,
 }
 
-/// Corner pairs of the edges v=0, u=1, v=1, u=0, each along growing u or v.
+/// Corner pairs of the edges v=0, u=1, v=1 and u=0, each along increasing u or v.
 const SIDES: [[usize; 2]; 4] = [[0, 1], [1, 2], [3, 2], [0, 3]];
 
 fn side_uv(side: usize, s: f32) -> Vec2 {
@@ -230,7 +230,7 @@ impl Borders {
         Self { corners, edges, index, inner }
     }
 
-    /// Sample `i` of a quad's side, along growing u or v.
+    /// Returns sample `i` of a quad's side, along increasing u or v.
     fn edge(&self, quad: &[u32; 4], side: usize, i: usize) -> &Sample {
         let [a, b] = SIDES[side].map(|k| quad[k]);
         let start = self.index[&[a.min(b), a.max(b)]] * self.inner;
@@ -238,7 +238,7 @@ impl Borders {
     }
 }
 
-/// Lattice nodes for a texel: first node, cubic weights, and linear fraction.
+/// Weights of lattice nodes for a texel: first node, cubic weights, and linear fraction.
 struct Tap {
     first: usize,
     cubic: [f32; 4],
@@ -258,7 +258,7 @@ fn taps(inner: usize, intervals: usize) -> Vec<Tap> {
     (0..inner).map(tap).collect()
 }
 
-/// Nodes of one tile with a ring of linearly continued distances around them.
+/// Lattice nodes of one tile, inside a ring of linearly extrapolated distances.
 struct Lattice {
     nodes: Vec<Node>,
     padded: Vec<f32>,
@@ -304,7 +304,7 @@ impl Lattice {
         let k = v.first * side + u.first;
         let n = [&self.nodes[k], &self.nodes[k + 1], &self.nodes[k + side], &self.nodes[k + side + 1]];
         let (low, high) = n.iter().fold((f32::MAX, f32::MIN), |(l, h), q| (l.min(q.distance), h.max(q.distance)));
-        // A cubic would ring where the root jumps (into the mouth, under a lid).
+        // Cubic interpolation would ring where the root jumps (into the mouth, under a lid).
         let slack = 0.25 * (high - low) + 1e-4;
         let blend = |f: fn(&Node) -> f32| {
             let bottom = f(n[0]) + (f(n[1]) - f(n[0])) * u.fraction;
@@ -318,7 +318,7 @@ impl Lattice {
     }
 }
 
-/// Samples of tile `patch`, gutter included, row by row.
+/// Computes the samples of tile `patch`, including the gutter, row by row.
 fn bake_tile(baker: &Baker, borders: &Borders, layout: &TileLayout, taps: &[Tap], patch: usize) -> Vec<Sample> {
     let (inner, gutter, size) = (layout.inner() as usize, layout.gutter as usize, layout.tile as usize);
     let intervals = intervals(inner);
@@ -335,7 +335,7 @@ fn bake_tile(baker: &Baker, borders: &Borders, layout: &TileLayout, taps: &[Tap]
     }
     let reflect = |about: &Sample, q: &Sample| std::array::from_fn(|k| 2.0 * about[k] - q[k]);
     let last = gutter + inner - 1;
-    // Gutters right and left of the inner rows, then whole rows below and above.
+    // Gutters right and left of the inner rows come first, then whole rows below and above.
     for j in 0..inner {
         let row = (j + gutter) * size;
         for k in 0..gutter {
@@ -365,15 +365,15 @@ fn bake_tile(baker: &Baker, borders: &Borders, layout: &TileLayout, taps: &[Tap]
     tile
 }
 
-/// Lattice intervals per tile edge: fine tiles interpolate the root distance.
+/// Returns the lattice intervals per tile edge. Fine tiles interpolate between nodes.
 fn intervals(inner: usize) -> usize {
     inner.min(20)
 }
 
-/// Bakes all tiles of `mesh` in `layout`: displacement along the patch normal in metres, and sRGB-encoded albedo with linear Beckmann `α`,
-/// each row by row. `progress` receives the completed fraction, from any thread.
+/// Bakes all tiles of `mesh` in `layout`, row by row: displacement along the patch normal in metres, and sRGB-encoded albedo with linear
+/// Beckmann `α`. `progress` receives the completed fraction, from any thread.
 ///
-/// The mesh is in the bind pose and each of its edges joins two patches; `layout` holds a tile per patch.
+/// The mesh is in the bind pose, and each of its edges joins two patches; `layout` holds a tile per patch.
 pub fn bake(
     sdf: &TrexSdf,
     skin: &Skin,

@@ -1,15 +1,15 @@
-//! Attaches props to skin that bends: they follow the surrounding skin instead of one joint.
+//! Attaches props to bending skin; they follow the skin around them instead of one joint.
 
 use glam::Vec3;
 
 use super::skeleton::joint_index;
 use leadr_render::surfaces::patch_mesh::PatchMesh;
 
-/// Joints whose props (the dew claws and their horn) lie on skin that several joints move.
+/// Joints whose props (dew claws with their horn) are on skin that several joints move.
 const BENDING: [&str; 2] = ["ankle_L", "ankle_R"];
 
-/// Gives all vertices of such props the weights of one body vertex, the nearest to the prop's highest point, where it leaves the leg. They
-/// stay rigid and attached.
+/// Gives all vertices of a dew claw the weights of the body vertex nearest to its highest point, where it leaves the leg. The claw stays
+/// rigid and attached.
 pub fn attach(props: &mut PatchMesh, body: &PatchMesh) {
     for joint in BENDING {
         let joint = joint_index(joint) as u16;

@@ -1,19 +1,19 @@
 //! The baked animal as a [cache](leadr_maps::cache) file, which is untrusted input.
 //!
-//! Layout (little endian): tile, counts, then the arrays back to back.
+//! Layout (little endian): tile size, counts, and then the arrays back to back.
 
 use leadr_maps::cache::{expect_end, put, take};
 use leadr_render::surfaces::patch_mesh::{PatchMesh, SkinWeights, TileLayout};
 
-/// Largest accepted count.
+/// Maximum accepted count.
 const MOST: u32 = 1 << 16;
 
-/// Largest file size for tiles of `tile` texels, bytes.
+/// Returns the maximum file size for tiles of `tile` texels, bytes.
 pub fn most_bytes(tile: u32) -> u64 {
     9 * u64::from(MOST) * u64::from(tile) * u64::from(tile)
 }
 
-/// Stored body mesh, layout and atlas.
+/// The stored body mesh, tile layout and atlas.
 pub struct Baked {
     /// The control mesh with texture coordinates and skin weights.
     pub body: PatchMesh,

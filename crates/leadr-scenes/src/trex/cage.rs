@@ -1,7 +1,7 @@
-//! The control mesh: one closed all-quad surface around the coarse distance field.
+//! The control mesh, one closed all-quad surface around the coarse distance field.
 //!
-//! Dual marching cubes on a warped grid with smaller cells for detail, then relaxation onto the field. With this spacing the result is a
-//! topological ball; a test checks that.
+//! Dual marching cubes on a warped grid, with small cells for detail, and relaxation onto the field build the mesh. A test checks that it
+//! is a topological ball.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -15,11 +15,11 @@ use leadr_render::surfaces::patch_mesh::PatchMesh;
 /// Spacing of the grid, metres.
 const SPACING: f32 = 0.11;
 
-/// Low and high corner of the grid before warping, metres; `y` is symmetric about half a cell.
+/// Low and high corner of the grid before it is warped, metres; `y` is symmetric about half a cell.
 const GRID_LOW: Vec3 = Vec3::new(-8.4, -1.5, -1.1);
 const GRID_HIGH: Vec3 = Vec3::new(7.0, 1.5, 5.9);
 
-/// Warps that shrink cells: centre, radius, and reduction at the centre (0.6: to 0.4 of the spacing).
+/// Warps that shrink cells: centre, radius, and reduction at the centre (0.6 leaves 0.4 of the spacing).
 const WARPS: [([f32; 3], f32, f32); 9] = [
     ([4.15, 0.0, 3.80], 1.75, 0.56),
     ([0.0, 0.48, 0.75], 0.80, 0.30),
@@ -32,7 +32,7 @@ const WARPS: [([f32; 3], f32, f32); 9] = [
     ([-6.6, 0.0, 2.70], 1.7, 0.72),
 ];
 
-/// Builds the cage: positions, normals, accessibility, skin and patches. Colours and texture coordinates stay empty.
+/// Builds the cage with positions, normals, accessibility, skin and patches. Colours and texture coordinates stay empty.
 pub fn build(sdf: &TrexSdf) -> PatchMesh {
     let mut surface = extract(&sample(sdf));
     let ring = neighbors(&surface);
@@ -74,22 +74,22 @@ fn sample(sdf: &TrexSdf) -> SampledGrid {
             warp(low + node * SPACING)
         })
         .collect();
-    // Far outside the animal the field is not worth evaluating.
+    // The field is not evaluated far outside the animal.
     let outside = |p: Vec3| p.x < -7.0 || p.x > 5.2 || p.y.abs() > 1.2 || p.z < -0.3 || p.z > 4.7;
     let values =
         points.par_iter().with_min_len(1024).map(|&p| if outside(p) { 1.0 } else { sdf.coarse.distance(p) }).collect();
     SampledGrid { size, points, values }
 }
 
-/// Directions of the accessibility's cones over the hemisphere.
+/// Number of cones over the hemisphere for the accessibility.
 const CONES: usize = 36;
 
-/// Cosine-weighted fraction of the hemisphere above each point that the animal leaves open, in `[0, 1]`. Cones are marched through the full
-/// field up to a metre; the ground is not included.
+/// Returns, for each point, the cosine-weighted fraction of the hemisphere that the animal leaves open, in `[0, 1]`. Cones are marched
+/// through the full field up to a metre, without the ground.
 fn accessibility(sdf: &TrexSdf, positions: &[Vec3], normals: &[Vec3]) -> Vec<f32> {
     let cosine_directions: Vec<Vec3> = (0..CONES)
         .map(|i| {
-            // Golden-angle spiral over the disk, lifted to the hemisphere (Malley).
+            // A golden-angle spiral over the disk is lifted to the hemisphere (Malley).
             let r2 = (i as f32 + 0.5) / CONES as f32;
             let phi = i as f32 * 2.399_963;
             Vec3::new(r2.sqrt() * phi.cos(), r2.sqrt() * phi.sin(), (1.0 - r2).sqrt())
@@ -207,14 +207,14 @@ mod tests {
         assert!(a.skin == b.skin && a.accessibility == b.accessibility);
     }
 
-    /// Shape measures per quad.
+    /// Shape measures of a quad.
     #[derive(Clone, Copy, Debug)]
     struct QuadShape {
-        /// Longer over shorter midline.
+        /// Ratio of the longer to the shorter midline.
         aspect: f32,
         /// Smallest inner angle, degrees.
         min_angle: f32,
-        /// Distance of the corners from the mean plane over the mean edge length.
+        /// Ratio of the corners' distance from the mean plane to the mean edge length.
         off_plane: f32,
         /// Mean edge length, metres.
         edge: f32,

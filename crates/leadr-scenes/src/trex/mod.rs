@@ -1,4 +1,4 @@
-//! The walking Tyrannosaurus: its shape is a distance field, its skin a function of the rest position. Both are baked into a patch mesh
+//! The walking Tyrannosaurus. Its shape is a distance field, and its skin a function of the rest position. They are baked into a patch mesh
 //! with one displacement tile per patch.
 
 mod atlas;
@@ -31,7 +31,7 @@ use leadr_render::surfaces::patch_mesh::{PatchMesh, TileLayout};
 use sdf::TrexSdf;
 use skin::Skin;
 
-/// The generator's source text: any change to it changes the cache key.
+/// The source text of the generator, any change of which changes the cache key.
 const SOURCES: [&str; 15] = [
     include_str!("atlas.rs"),
     include_str!("baked.rs"),
@@ -52,27 +52,27 @@ const SOURCES: [&str; 15] = [
 
 /// The animal in its bind pose, ready for the renderer.
 pub struct Trex {
-    /// The body: patches displaced by the atlas, with texture coordinates and skin weights.
+    /// The body mesh, displaced by the atlas, with texture coordinates and skin weights.
     pub body: PatchMesh,
-    /// Layout of the atlas: one tile per patch of the body.
+    /// Layout of the atlas, with one tile per patch of the body.
     pub layout: TileLayout,
     /// Displacement along the patch normal, metres, row by row.
     pub heights: Vec<f32>,
     /// sRGB-encoded albedo (rgb) and linear Beckmann `α` (a), row by row.
     pub colors: Vec<[u8; 4]>,
-    /// Teeth, claws, eyes, tongue, fingers: undisplaced, coloured per vertex, each rigid to one joint.
+    /// Teeth, claws, eyes, tongue and fingers. They are undisplaced, coloured per vertex, and each rigid to one joint.
     pub props: PatchMesh,
-    /// The same props with fewer patches, for distances at which the patches of `props` are smaller than pixels.
+    /// The props with fewer patches, for distances at which the patches of `props` are smaller than pixels.
     pub coarse_props: PatchMesh,
 }
 
-/// Cache key: the generator's source and the tile size.
+/// Hashes the generator's source and the tile size.
 fn key(tile: u32) -> u64 {
     let sums: Vec<u64> = SOURCES.iter().map(|s| checksum(s.as_bytes())).chain([u64::from(tile)]).collect();
     checksum(bytemuck::cast_slice(&sums))
 }
 
-/// Kind name in the cache.
+/// Returns the name in the cache.
 fn kind(tile: u32) -> String {
     format!("trex-{tile}")
 }
@@ -81,7 +81,7 @@ fn generate(tile: u32, progress: Progress<'_>) -> Baked {
     let (sdf, skin) = (TrexSdf::new(), Skin::new());
     let mut body = cage::build(&sdf);
     let layout = layout_tiles(&mut body, tile);
-    // Mean skin colour per vertex, for drawing without the atlas.
+    // Vertices get the mean skin colour, for drawing without the atlas.
     body.colors = body
         .positions
         .iter()
@@ -92,8 +92,8 @@ fn generate(tile: u32, progress: Progress<'_>) -> Baked {
 }
 
 impl Trex {
-    /// The animal with tiles of `tile` texels (64: full detail, 16: preview), from the cache, else baked and cached. `progress` receives
-    /// the completed fraction, in `[0, 1]`, from any thread.
+    /// Loads the animal with tiles of `tile` texels (64: full detail, 16: preview) from the cache, or bakes and caches it. `progress`
+    /// receives the completed fraction, in `[0, 1]`, from any thread.
     ///
     /// A damaged, unreadable or unwritable cache only causes a warning.
     ///
@@ -108,7 +108,7 @@ impl Trex {
         MapCache::of_user().is_some_and(|cache| cache.holds(&kind(tile), key(tile)))
     }
 
-    /// Like [`Self::load`], with this cache or none.
+    /// Like [`Self::load`], but with an optional cache.
     pub fn load_from(cache: Option<&MapCache>, tile: u32, progress: Progress<'_>) -> Result<Self, SceneError> {
         if !(tile.is_power_of_two() && (8..=128).contains(&tile)) {
             return Err(SceneError::Tile(tile));

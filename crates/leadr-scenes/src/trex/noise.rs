@@ -1,10 +1,10 @@
-//! Deterministic noise over the rest position: value noise and a nearly hexagonal Worley pattern.
+//! Deterministic noise over the rest position: value noise, and a nearly hexagonal Worley pattern.
 //!
-//! It uses only integer hashing and plain arithmetic, so every machine bakes the same skin.
+//! The noise uses only integer hashing and plain arithmetic, so every machine bakes the same skin.
 
 use glam::Vec3;
 
-/// A well mixed 32-bit hash of a lattice point and a layer seed.
+/// Returns a well-mixed 32-bit hash of a lattice point and a layer seed.
 #[inline]
 pub fn hash(x: i32, y: i32, z: i32, seed: u32) -> u32 {
     let mut h = (x as u32).wrapping_mul(0x8da6_b343)
@@ -18,13 +18,13 @@ pub fn hash(x: i32, y: i32, z: i32, seed: u32) -> u32 {
     h ^ (h >> 16)
 }
 
-/// The top 24 bits of a hash as a number in `[0, 1)`.
+/// Converts the top 24 bits of a hash to a number in `[0, 1)`.
 #[inline]
 pub fn unit(h: u32) -> f32 {
     (h >> 8) as f32 * (1.0 / 16_777_216.0)
 }
 
-/// Value noise in `[0, 1)`: one random value per lattice point, with Hermite interpolation.
+/// Returns value noise in `[0, 1)`, with Hermite interpolation of one random value per lattice point.
 pub fn value(p: Vec3, seed: u32) -> f32 {
     let cell = p.floor();
     let f = p - cell;
@@ -43,19 +43,19 @@ pub fn value(p: Vec3, seed: u32) -> f32 {
     low + (high - low) * f.z
 }
 
-/// The two nearest feature points, in cell units.
+/// The two feature points nearest to a position, in cell units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Worley {
     /// Distance to the nearest feature point.
     pub f1: f32,
-    /// Distance to the second nearest.
+    /// Distance to the second nearest feature point.
     pub f2: f32,
     /// Identity of the nearest cell, uniform in `[0, 1)`.
     pub id: f32,
 }
 
-/// Worley noise on the unit grid, features jittered by ±0.275 about the cell centre. Every second z layer is shifted by a quarter cell,
-/// which makes slices of the cells more hexagonal.
+/// Evaluates Worley noise on the unit grid, with features jittered by ±0.275 about the cell centre. A quarter-cell shift of every second z
+/// layer makes slices of the cells more hexagonal.
 pub fn worley(p: Vec3, seed: u32) -> Worley {
     let cell = p.floor();
     let f = p - cell;

@@ -1,7 +1,7 @@
-//! The primitives of the animal: eighty in seven groups, bind pose, metres.
+//! The eighty primitives of the animal in seven groups, in the bind pose and metres.
 //!
-//! Only the left side is listed; the evaluator folds `y` to `|y|`. Groups are joined in order by a smooth union of radius [`Group::blend`],
-//! parts within a group by their own radius.
+//! Only the left side is listed, because the evaluator folds `y` to `|y|`. A smooth union of radius [`Group::blend`] joins each group to
+//! the preceding ones; parts within a group have their own radius.
 
 use glam::{Mat3, Vec3};
 
@@ -10,7 +10,7 @@ use Op::{Add, Carve};
 use Shape::{Cone, Ellipsoid, Loft};
 use Space::{Head, Jaw, Model};
 
-/// Mouth opening in the bind pose, degrees. It is wide to keep the cage's coarse cells from bridging the lips.
+/// Mouth opening in the bind pose, degrees. The wide opening keeps the coarse cells of the cage from bridging the lips.
 pub const BIND_GAPE_DEGREES: f32 = 28.0;
 
 /// Coordinate frame of a part.
@@ -18,16 +18,16 @@ pub const BIND_GAPE_DEGREES: f32 = 28.0;
 pub enum Space {
     /// Model space.
     Model,
-    /// Skull: origin at the occipital joint, x towards the snout, enlarged by 1.09.
+    /// Skull space: origin at the occipital joint, x towards the snout, enlarged by 1.09.
     Head,
-    /// Mandible: origin at the hinge.
+    /// Mandible space: origin at the hinge.
     Jaw,
 }
 
-/// Rotation, origin and uniform scale of a [`Space`] in model space.
+/// Rotation, origin and uniform scale that map a [`Space`] to model space.
 #[derive(Clone, Copy, Debug)]
 pub struct Frame {
-    /// Model-from-local rotation.
+    /// Rotation from local to model space.
     pub rotation: Mat3,
     /// Local origin in model space, metres.
     pub origin: Vec3,
@@ -35,13 +35,13 @@ pub struct Frame {
     pub scale: f32,
 }
 
-/// Rotation about the lateral axis; positive turns the local +x end up.
+/// Returns a rotation about the lateral axis; positive angles raise the local +x end.
 fn pitch(degrees: f32) -> Mat3 {
     Mat3::from_rotation_y(-degrees.to_radians())
 }
 
 impl Space {
-    /// The frame in model space.
+    /// Returns the frame in model space.
     #[must_use]
     pub fn frame(self) -> Frame {
         const HEAD_SCALE: f32 = 1.09;
@@ -59,18 +59,18 @@ impl Space {
 }
 
 impl Frame {
-    /// A local point in model space.
+    /// Converts a local point to model space.
     pub fn point(&self, local: Vec3) -> Vec3 {
         self.origin + self.rotation * (local * self.scale)
     }
 
-    /// A point of model space in local coordinates.
+    /// Converts a point of model space to local coordinates.
     pub fn local(&self, point: Vec3) -> Vec3 {
         self.rotation.transpose() * (point - self.origin) / self.scale
     }
 }
 
-/// Operation that joins a part to the previous parts of its group.
+/// Operation that joins a part to the preceding parts of its group.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Op {
     /// Smooth union.
@@ -79,57 +79,56 @@ pub enum Op {
     Carve,
 }
 
-/// Joints that move the skin near a part. Limb joints are named without their side.
+/// Joints that move the skin near a part. The names of limb joints omit the side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Binding {
     /// The chain coordinate indexes the axial chain from the tail tip (0) to the head (15).
     Axis,
     /// The chain coordinate blends from the first joint (0) to the second (1).
     Blend(&'static str, &'static str),
-    /// One joint only.
+    /// A single joint.
     Rigid(&'static str),
 }
 
-/// Geometry of a part in its own space.
+/// Geometry of a part in its space.
 #[derive(Clone, Debug)]
 pub enum Shape {
-    /// Superelliptic sections along a curve: the direction of the half width (z for curves that cross the midline), lengths of the
-    /// rounded ends in metres, and stations in order, each x, y, z, half width, half height up, half height down, exponent, chain
-    /// coordinate.
+    /// Superelliptic sections along a curve: direction of the half width (z for curves that cross the midline), lengths of the rounded ends
+    /// in metres, and stations in order. A station is x, y, z, half width, half height up, half height down, exponent and chain coordinate.
     Loft(Vec3, [f32; 2], &'static [[f32; 8]]),
-    /// Centre, radii, and rotation about x, y, z in degrees (see `primitive::ellipsoid_rotation`).
+    /// Centre, radii, and rotation about x, y, z in degrees (see `primitive::ellipsoid_rotation`) of an ellipsoid.
     Ellipsoid([f32; 3], [f32; 3], [f32; 3]),
-    /// Ends and radii.
+    /// Ends and radii of a cone.
     Cone([f32; 3], [f32; 3], f32, f32),
 }
 
-/// One primitive.
+/// A primitive of the model.
 #[derive(Clone, Debug)]
 pub struct PartSpec {
-    /// Unique name.
+    /// Unique name of the part.
     pub name: &'static str,
-    /// Union or subtraction.
+    /// Union or subtraction of the part.
     pub op: Op,
-    /// Space of all coordinates and lengths but `blend`.
+    /// Space of all coordinates and lengths except `blend`.
     pub space: Space,
-    /// Joints that follow it.
+    /// Joints that the part follows.
     pub binding: Binding,
     /// Radius of the smooth union or subtraction, metres in model space.
     pub blend: f32,
-    /// The primitive.
+    /// Geometry of the part.
     pub shape: Shape,
 }
 
-/// Parts that are combined before joining the rest.
+/// Parts that are combined before they join other groups.
 #[derive(Clone, Debug)]
 pub struct Group {
-    /// Radius of the smooth union with the groups before, metres.
+    /// Radius of the smooth union with the preceding groups, metres.
     pub blend: f32,
     /// Parts in evaluation order.
     pub parts: &'static [PartSpec],
 }
 
-/// Parts smaller than a cage cell, left out of the coarse distance field (the lower lip would crumple the mandible's rim).
+/// Parts smaller than a cage cell, omitted from the coarse distance field (the lower lip would crumple the mandible's rim).
 pub const TOO_FINE_FOR_CAGE: [&str; 10] =
     ["lower_lip", "palate", "mouth_floor", "tongue", "nostril", "lid", "lid_open", "finger1", "finger2", "hallux"];
 
@@ -139,7 +138,7 @@ const fn part(name: &'static str, op: Op, space: Space, binding: Binding, blend:
 
 /// All groups in evaluation order.
 #[rustfmt::skip]
-#[allow(clippy::approx_constant)] // 3.14 m is a place on the neck
+#[allow(clippy::approx_constant)] // 3.14 m is a position on the neck
 pub static GROUPS: [Group; 7] = [
     // body
     Group { blend: 0.12, parts: &[

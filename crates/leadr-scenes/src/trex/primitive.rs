@@ -1,31 +1,31 @@
-//! Signed distances to the three primitives of the model: round cone, ellipsoid and loft.
+//! Signed distances to the primitives of the model: round cone, ellipsoid and loft.
 //!
-//! All are first-order distances (value over gradient length): exact on the surface, good near it.
+//! All are first-order distances (value divided by gradient length), exact on the surface and accurate near it.
 
 use glam::{Mat3, Vec3};
 
 use super::parts::{Frame, PartSpec, Shape};
 
-/// Samples per span between two given stations of a loft.
+/// Number of samples per span between two specified stations of a loft.
 const SUBDIVISIONS: usize = 6;
 
-/// Distance and chain coordinate.
+/// Distance and chain coordinate at a point.
 #[derive(Clone, Copy, Debug)]
 pub struct Hit {
     /// Signed distance, metres; negative inside.
     pub distance: f32,
-    /// Chain coordinate of a loft, position along a cone in `[0, 1]`, zero for an ellipsoid.
+    /// Chain coordinate for a loft, position along the axis in `[0, 1]` for a cone, zero for an ellipsoid.
     pub chain: f32,
 }
 
-/// Polynomial smooth minimum of radius `k`: never above `a.min(b)`, equal to it where `|a − b| ≥ k`.
+/// Returns a polynomial smooth minimum of radius `k`, at most `a.min(b)`, and equal to it if `|a − b| ≥ k`.
 #[inline]
 pub fn smooth_min(a: f32, b: f32, k: f32) -> f32 {
     let h = (k - (a - b).abs()).max(0.0);
     a.min(b) - h * h / (4.0 * k)
 }
 
-/// One section of a densified loft. Contiguous, for scans over consecutive pairs.
+/// One section of a densified loft, stored contiguously for scans over consecutive pairs.
 #[derive(Clone, Copy, Debug)]
 struct Station {
     center: Vec3,
@@ -39,64 +39,64 @@ struct Station {
     chain: f32,
 }
 
-/// A primitive in model space, ready to evaluate.
+/// A primitive in model space that is ready to evaluate.
 #[derive(Clone, Debug)]
 pub enum Primitive {
-    /// Superelliptic sections along a curve.
+    /// A loft of superelliptic sections along a curve.
     Loft(Loft),
-    /// `local_from_model` rotation, centre, inverse radii.
+    /// An ellipsoid with its `local_from_model` rotation.
     Ellipsoid {
-        /// Rows are the local axes.
+        /// Rotation whose rows are the local axes.
         rotation: Mat3,
-        /// Centre.
+        /// Centre of the ellipsoid.
         center: Vec3,
-        /// Semi-axes, metres.
+        /// Semi-axes of the ellipsoid, metres.
         radii: Vec3,
     },
-    /// Capsule with linearly varying radius.
+    /// A capsule with linearly varying radius.
     Cone {
-        /// First end.
+        /// First end of the axis.
         a: Vec3,
-        /// Second end minus first.
+        /// Second end minus the first.
         axis: Vec3,
         /// Radius at the first end.
         radius: f32,
-        /// Second radius minus first.
+        /// Second radius minus the first.
         growth: f32,
     },
 }
 
-/// Densified sections and the lengths of the rounded ends.
+/// The densified sections of a loft and the lengths of its rounded ends.
 #[derive(Clone, Debug)]
 pub struct Loft {
     stations: Vec<Station>,
     caps: [f32; 2],
 }
 
-/// Axis-aligned box.
+/// An axis-aligned bounding box.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounds {
-    /// Low corner.
+    /// Low corner of the box.
     pub low: Vec3,
-    /// High corner.
+    /// High corner of the box.
     pub high: Vec3,
 }
 
 impl Bounds {
-    /// Distance from `p` to the box, zero inside.
+    /// Returns the distance from `p` to the box, zero inside.
     pub fn distance(&self, p: Vec3) -> f32 {
         (self.low - p).max(p - self.high).max(Vec3::ZERO).length()
     }
 }
 
-/// Model-from-local rotation of an ellipsoid: about x, then y (positive lifts the +x end), then z.
+/// Returns the model-from-local rotation of an ellipsoid: about x, then y (positive lifts the +x end), then z.
 pub fn ellipsoid_rotation(degrees: [f32; 3]) -> Mat3 {
     let [x, y, z] = degrees.map(f32::to_radians);
     Mat3::from_rotation_z(z) * Mat3::from_rotation_y(-y) * Mat3::from_rotation_x(x)
 }
 
 impl Primitive {
-    /// Transforms a part to model space and returns it with its bounds.
+    /// Transforms a part to model space, and returns it with its bounds.
     pub fn new(spec: &PartSpec) -> (Self, Bounds) {
         let frame = spec.space.frame();
         let s = frame.scale;
@@ -125,13 +125,13 @@ impl Primitive {
         }
     }
 
-    /// Distance over all of a loft's pairs (see [`Self::hit_in`]).
+    /// Returns the distance over all pairs of a loft (see [`Self::hit_in`]).
     pub fn hit(&self, p: Vec3) -> Hit {
         self.hit_in(p, 0, u16::MAX)
     }
 
-    /// Distance with a loft's scan limited to stations `first..=last`. A rounded end counts only if its station is in the range. If no pair
-    /// of a loft faces `p`, the distance is `f32::MAX`.
+    /// Returns the distance, scanning only stations `first..=last` of a loft. A rounded end counts only if its station is in the range. If
+    /// no pair of the loft faces `p`, the distance is `f32::MAX`.
     #[inline]
     pub fn hit_in(&self, p: Vec3, first: u16, last: u16) -> Hit {
         match self {
@@ -150,7 +150,7 @@ impl Primitive {
         }
     }
 
-    /// Ranges of stations that can face a point of the given box; `[0, 0]` for primitives without stations.
+    /// Returns the ranges of stations that can face a point of the box; `[0, 0]` for primitives without stations.
     pub fn facing(&self, bounds: &Bounds) -> Vec<[u16; 2]> {
         match self {
             Self::Loft(loft) => loft.facing(bounds),
@@ -159,21 +159,21 @@ impl Primitive {
     }
 }
 
-/// Superellipse radius `F` at `(u, w)` in units of the half axes, and the length of its gradient.
+/// Returns the superellipse radius `F` at `(u, w)` in units of the half axes, and the length of its gradient.
 #[inline]
 fn superellipse(u: f32, w: f32, a: f32, b: f32, n: f32) -> (f32, f32) {
     if n < 2.01 {
         let f = (u * u + w * w).sqrt().max(1e-9);
         return (f, ((u / a).powi(2) + (w / b).powi(2)).sqrt() / f);
     }
-    // |u|^(n−1) and |w|^(n−1) by one power each; the powers n then need one multiplication.
+    // Each of |u|^(n−1) and |w|^(n−1) takes one power; the n-th powers then need one multiplication.
     let (pu, pw) = (u.max(1e-9).powf(n - 1.0), w.max(1e-9).powf(n - 1.0));
     let sum = (pu * u + pw * w).max(1e-20);
     let f = sum.powf(1.0 / n);
     (f, f / sum * ((pu / a).powi(2) + (pw / b).powi(2)).sqrt())
 }
 
-/// `(F − 1)/|∇F|` of one section; bounded at the centre, where the gradient vanishes.
+/// Returns `(F − 1)/|∇F|` of one section, bounded at the centre, where the gradient vanishes.
 #[inline]
 fn section(s: f32, v: f32, a: f32, b: f32, n: f32) -> f32 {
     let (f, gradient) = superellipse(s.abs() / a, v.abs() / b, a, b, n);
@@ -262,7 +262,7 @@ impl Loft {
 
     fn facing(&self, bounds: &Bounds) -> Vec<[u16; 2]> {
         let (center, half) = ((bounds.low + bounds.high) * 0.5, (bounds.high - bounds.low) * 0.5);
-        // Smallest and largest value of the linear function g over the box.
+        // Minimum and maximum of the linear function g over the box.
         let range = |s: &Station| {
             let (mid, reach) = ((center - s.center).dot(s.tangent), half.dot(s.tangent.abs()) + 1e-5);
             (mid - reach, mid + reach)
@@ -288,7 +288,7 @@ impl Loft {
     }
 }
 
-/// Densifies the given stations: Akima splines over chord length for the centres, PCHIP for the rest to avoid radius overshoot.
+/// Densifies stations: Akima splines over chord length for the centres, PCHIP for all other values to avoid radius overshoot.
 fn densify(stations: &[[f32; 8]]) -> Vec<[f64; 8]> {
     let n = stations.len();
     let rows: Vec<[f64; 8]> = stations.iter().map(|r| r.map(f64::from)).collect();
@@ -310,7 +310,7 @@ fn densify(stations: &[[f32; 8]]) -> Vec<[f64; 8]> {
     out
 }
 
-/// Cubic Hermite at `t` in `[0, 1]` between two values with slopes `da`, `db` over an interval of length `h`.
+/// Evaluates a cubic Hermite at `t` in `[0, 1]` between two values with slopes `da`, `db` over an interval of length `h`.
 pub fn hermite(a: f64, b: f64, da: f64, db: f64, h: f64, t: f64) -> f64 {
     let (t2, t3) = (t * t, t * t * t);
     a * (2.0 * t3 - 3.0 * t2 + 1.0) + b * (3.0 * t2 - 2.0 * t3) + h * (da * (t3 - 2.0 * t2 + t) + db * (t3 - t2))
@@ -320,7 +320,7 @@ fn secants(x: &[f64], y: &[f64]) -> Vec<f64> {
     (1..x.len()).map(|i| (y[i] - y[i - 1]) / (x[i] - x[i - 1])).collect()
 }
 
-/// Slopes of Akima's spline (J. ACM 17, 1970), with his linear continuation of the secants at both ends.
+/// Returns the slopes of Akima's spline (J. ACM 17, 1970), with its linear continuation of the secants at the ends.
 fn akima_slopes(x: &[f64], y: &[f64]) -> Vec<f64> {
     let inner = secants(x, y);
     let k = inner.len();
@@ -343,7 +343,7 @@ fn akima_slopes(x: &[f64], y: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Slopes of the monotone cubic of Fritsch and Butland (SIAM J. Sci. Stat. Comput. 5, 1984).
+/// Returns the slopes of the monotone cubic of Fritsch and Butland (SIAM J. Sci. Stat. Comput. 5, 1984).
 fn pchip_slopes(x: &[f64], y: &[f64]) -> Vec<f64> {
     let m = secants(x, y);
     let n = x.len();
@@ -351,7 +351,7 @@ fn pchip_slopes(x: &[f64], y: &[f64]) -> Vec<f64> {
         return vec![m[0]; 2];
     }
     let h: Vec<f64> = (1..n).map(|i| x[i] - x[i - 1]).collect();
-    // One-sided three-point estimate, limited so that the end stays monotone.
+    // One-sided three-point estimate, limited to keep the end monotone.
     let end = |h0: f64, h1: f64, m0: f64, m1: f64| {
         let d = ((2.0 * h0 + h1) * m0 - h0 * m1) / (h0 + h1);
         if d * m0 <= 0.0 {
@@ -397,7 +397,7 @@ mod tests {
     fn distances_have_unit_slope_at_the_surface() {
         for part in GROUPS.iter().flat_map(|g| g.parts) {
             let (primitive, bounds) = Primitive::new(part);
-            // March from an inside point to an outside one and check the slope at the sign change.
+            // Marches from an inside point to an outside point, and checks the slope at the sign change.
             let center = (bounds.low + bounds.high) * 0.5;
             let f = |p: Vec3| primitive.hit(p).distance;
             let (mut inside, mut outside) = (center, bounds.high + 0.5);

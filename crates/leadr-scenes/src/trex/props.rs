@@ -1,4 +1,4 @@
-//! Teeth, claws, eyes, tongue, fingers and dew claws: closed, smooth, rigid quad meshes with vertex colours.
+//! Teeth, claws, eyes, tongue, fingers and dew claws as closed, smooth, rigid quad meshes with vertex colours.
 
 use std::f32::consts::TAU;
 
@@ -11,32 +11,32 @@ use super::skin::Skin;
 use leadr_maps::noise::smoothstep as ss;
 use leadr_render::surfaces::patch_mesh::{PatchMesh, SkinWeights};
 
-/// Joint indices of the skeleton table, left side; right ones are [`RIGHT`] higher.
+/// Left joints in the skeleton table; the index of the right joint is [`RIGHT`] higher.
 const HEAD: u16 = 8;
 const JAW: u16 = 9;
 const EYE: u16 = 10;
 const ANKLE: u16 = 22;
 const TOES: [u16; 3] = [24, 25, 26];
 const WRIST: u16 = 29;
-/// Index distance from a left limb joint to its right twin.
+/// Index offset from a left limb joint to its right counterpart.
 const RIGHT: u16 = 10;
 
-/// Radius of the eye ball, metres.
+/// Radius of the eyeball, metres.
 const EYE_RADIUS: f32 = 0.047 * 1.09;
-/// Sides of horns and of fingers.
+/// Number of sides of horns and fingers.
 const SIDES: usize = 8;
 
-/// Number of patches of the props. Patches are curved, so a few are as smooth as many.
+/// Number of patches of the props. Few curved patches are as smooth as many.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Detail {
-    /// For views where a patch covers pixels.
+    /// Mesh for views where a patch covers pixels.
     Fine,
-    /// For views where patches of the fine mesh are smaller than pixels.
+    /// Mesh for views where patches of the fine mesh are smaller than pixels.
     Coarse,
 }
 
 impl Detail {
-    /// Step between the kept sides of a tube; the coarse mesh uses `step`.
+    /// Returns the step between the kept sides of a tube; the coarse mesh uses `step`.
     fn step(self, step: usize) -> usize {
         match self {
             Self::Fine => 1,
@@ -44,12 +44,12 @@ impl Detail {
         }
     }
 
-    /// Whether a ring of a tube is kept: every third one and the last.
+    /// Whether a tube's ring is kept; the coarse mesh keeps every third and the last.
     fn keeps(self, ring: usize, rings: usize) -> bool {
         ring.is_multiple_of(self.step(3)) || ring + 1 == rings
     }
 
-    /// The rings and points of a tube that are kept.
+    /// Removes the rings and points of a tube that are not kept.
     fn thin(self, rings: Vec<Vec<Vec3>>, step: usize) -> Vec<Vec<Vec3>> {
         let count = rings.len();
         let kept = rings.into_iter().enumerate().filter(|(i, _)| self.keeps(*i, count));
@@ -61,7 +61,7 @@ const ENAMEL: [f32; 4] = [0.74, 0.68, 0.52, 0.10];
 const KERATIN: [f32; 4] = [0.09, 0.08, 0.07, 0.13];
 const TONGUE: [f32; 4] = [0.40, 0.13, 0.12, 0.07];
 
-/// Rings of points joined into a tube, closed at both ends by a fan of quads. Needs an even number of points per ring.
+/// Joins rings of points into a tube whose ends are fans of quads. Each ring needs an even number of points.
 fn tube(rings: &[Vec<Vec3>], ends: [Vec3; 2]) -> QuadSurface {
     let n = rings[0].len();
     let mut positions = rings.concat();
@@ -86,7 +86,7 @@ fn tube(rings: &[Vec<Vec3>], ends: [Vec3; 2]) -> QuadSurface {
     QuadSurface { positions, quads }
 }
 
-/// Six times the signed volume under a quad, seen from `o` (its two triangles).
+/// Returns six times the signed volume between a quad (two triangles) and `o`.
 fn wedge(p: [Vec3; 4], o: Vec3) -> f32 {
     let [a, b, c, d] = p.map(|p| p - o);
     a.dot(b.cross(c)) + a.dot(c.cross(d))
@@ -103,7 +103,7 @@ fn append(
     let mut normals = vec![Vec3::ZERO; solid.positions.len()];
     for q in &solid.quads {
         let p = q.map(|v| solid.positions[v as usize]);
-        // Each corner's own normal, weighted by the sine of its angle and its edges; robust to collapsed tips.
+        // The sum of unit corner normals is robust to collapsed tips.
         for k in 0..4 {
             let (next, before) = (p[(k + 1) % 4] - p[k], p[(k + 3) % 4] - p[k]);
             normals[q[k] as usize] += next.cross(before).normalize_or_zero();
@@ -119,7 +119,7 @@ fn append(
     mesh.skin.extend(std::iter::repeat_n(skin, solid.positions.len()));
 }
 
-/// A tapered swept horn along a quadratic Bézier path.
+/// Builds a tapered swept horn along a quadratic Bézier path.
 fn horn(path: [Vec3; 3], radius: f32, taper: f32, detail: Detail) -> QuadSurface {
     let rings = [0.0, 0.18, 0.38, 0.58, 0.76, 0.89, 0.97];
     let at = |s: f32| path[0] * ((1.0 - s) * (1.0 - s)) + path[1] * (2.0 * s * (1.0 - s)) + path[2] * (s * s);
@@ -134,7 +134,7 @@ fn horn(path: [Vec3; 3], radius: f32, taper: f32, detail: Detail) -> QuadSurface
     tube(&detail.thin(rings.map(ring).into(), 2), [at(0.0) - (at(0.05) - at(0.0)) * 0.5, at(1.0)])
 }
 
-/// A round cone with hemispherical ends: rings of `SIDES` points.
+/// Builds a round cone with hemispherical ends, from rings of `SIDES` points.
 fn round_cone(a: Vec3, b: Vec3, radius_a: f32, radius_b: f32, detail: Detail) -> QuadSurface {
     let axis = (b - a).normalize();
     let u = axis.any_orthonormal_vector();
@@ -143,13 +143,13 @@ fn round_cone(a: Vec3, b: Vec3, radius_a: f32, radius_b: f32, detail: Detail) ->
         let turn = TAU / SIDES as f32;
         (0..SIDES).map(|k| c + (u * (k as f32 * turn).cos() + v * (k as f32 * turn).sin()) * r).collect()
     };
-    // A ring of an end's hemisphere, `degrees` from its rim.
+    // Returns a ring of an end's hemisphere, `degrees` from its rim.
     let cap = |end: Vec3, outward: Vec3, radius: f32, degrees: f32| {
         let (s, c) = degrees.to_radians().sin_cos();
         ring(end + outward * (radius * s), radius * c)
     };
     let mut rings: Vec<Vec<Vec3>> = [60.0, 30.0].map(|degrees| cap(a, -axis, radius_a, degrees)).into();
-    // Shallow transverse ripples stand in for scutes.
+    // Shallow transverse ripples imitate scutes.
     for i in 0..=12 {
         let t = i as f32 / 12.0;
         let ripple = if i % 2 == 1 { 1.05 } else { 0.99 };
@@ -159,12 +159,12 @@ fn round_cone(a: Vec3, b: Vec3, radius_a: f32, radius_b: f32, detail: Detail) ->
     tube(&detail.thin(rings, 2), [a - axis * radius_a, b + axis * radius_b])
 }
 
-/// A point or its twin on the right side, whose `side` is −1.
+/// Mirrors a point to the right side if `side` is −1.
 fn mirror(p: Vec3, side: f32) -> Vec3 {
     Vec3::new(p.x, p.y * side, p.z)
 }
 
-/// Points equally spaced by arc length on a polyline, with their arc fraction.
+/// Returns points equally spaced by arc length on a polyline, with their arc fraction.
 fn along(points: &[[f32; 3]], count: usize) -> Vec<(Vec3, f32)> {
     let points: Vec<Vec3> = points.iter().map(|p| Vec3::from_array(*p)).collect();
     let total: f32 = points.windows(2).map(|w| w[0].distance(w[1])).sum();
@@ -216,7 +216,7 @@ fn teeth(mesh: &mut PatchMesh, frame: &Frame, upper: bool, detail: Detail) {
             let path = [root, bend, tip].map(|p| frame.point(mirror(p, side)));
             let reach = path[0].distance(path[2]);
             let stained = |p: Vec3| {
-                // Browner towards the gum.
+                // Teeth are browner towards the gum.
                 let s = ss(0.25, 0.7, path[0].distance(p) / reach);
                 let tint = [0.55 + 0.45 * s, 0.46 + 0.54 * s, 0.36 + 0.64 * s, 1.0];
                 std::array::from_fn(|k| ENAMEL[k] * tint[k])
@@ -228,7 +228,7 @@ fn teeth(mesh: &mut PatchMesh, frame: &Frame, upper: bool, detail: Detail) {
 }
 
 fn claws(mesh: &mut PatchMesh, detail: Detail) {
-    // End and direction of the last cone of each toe, radius and length of its claw.
+    // End and direction of each toe's last cone, with the radius and length of its claw.
     let toes = [
         (TOES[0], [0.4266, 0.2193, 0.100], [0.5988, 0.1390, 0.085], 0.058, 0.19),
         (TOES[1], [0.7297, 0.4368, 0.085], [0.8896, 0.4423, 0.075], 0.060, 0.20),
@@ -276,8 +276,8 @@ fn digits(mesh: &mut PatchMesh, skin: &Skin, detail: Detail) {
     }
 }
 
-/// Stations of the tongue in the jaw frame: x, z, half width, half height up and down. It covers the distance field's tongue, which the
-/// body's tiles can only approximate.
+/// Stations of the tongue in the jaw frame: x, z, half width, half height up and down. The mesh covers the tongue of the distance field,
+/// which the body's tiles can only approximate.
 const TONGUE_STATIONS: [[f32; 5]; 9] = [
     [0.08, -0.112, 0.122, 0.030, 0.05],
     [0.14, -0.106, 0.160, 0.056, 0.07],
@@ -297,7 +297,7 @@ fn tongue(mesh: &mut PatchMesh, jaw: &Frame, detail: Detail) {
         (0..sides)
             .map(|k| {
                 let (sin, cos) = (k as f32 * turn).sin_cos();
-                // A furrow along the middle of the upper side.
+                // A furrow runs along the middle of the upper side.
                 let furrow = if sin > 0.0 { 0.16 * sin.powi(6) } else { 0.0 };
                 let z = s[1] + (sin - furrow) * if sin > 0.0 { s[3] } else { s[4] };
                 jaw.point(Vec3::new(s[0], s[2] * cos, z))
@@ -314,8 +314,8 @@ fn tongue(mesh: &mut PatchMesh, jaw: &Frame, detail: Detail) {
     append(mesh, &solid, JAW, &blotched, &|_| 0.55);
 }
 
-/// Rings of the eye about the line of sight: half angles across and along the slit (radians), and their colour.
-/// Neighbouring rings bracket each boundary, so vertex colours give sharp edges.
+/// Rings of the eye about the line of sight: half angles across and along the slit (radians), and colour. Neighbouring rings bracket each
+/// boundary, so vertex colours give sharp edges.
 const EYE_RINGS: [(f32, f32, [f32; 3]); 16] = [
     (0.040, 0.200, PUPIL),
     (0.105, 0.420, PUPIL),
@@ -365,7 +365,7 @@ fn eyes(mesh: &mut PatchMesh, head: &Frame, detail: Detail) {
         let rings = EYE_RINGS.iter().enumerate().filter(|(ring, _)| detail.keeps(*ring, EYE_RINGS.len()));
         for (ring, &(.., color)) in rings {
             for k in (0..SECTORS).step_by(detail.step(EYE_STEP)) {
-                // Radial streaks of the iris, alike along a sector.
+                // The iris has radial streaks, constant along a sector.
                 let streak = 0.7 + 0.5 * unit(hash(k as i32, 0, 0, 5)) + 0.2 * unit(hash(k as i32, ring as i32, 0, 6));
                 let is_iris = [INNER_IRIS, IRIS, OUTER_IRIS].contains(&color);
                 let [r, g, b] = color.map(|c| if is_iris { c * streak } else { c });
@@ -382,7 +382,8 @@ fn eyes(mesh: &mut PatchMesh, head: &Frame, detail: Detail) {
     }
 }
 
-/// All props merged: teeth, claws, fingers, dew claws, tongue and eyes. Bind pose, metres; each is rigid to one skeleton joint.
+/// Builds all props: teeth, claws, fingers, dew claws, tongue and eyes. They are in the bind pose in metres, each rigid to one skeleton
+/// joint.
 pub fn build(skin: &Skin, detail: Detail) -> PatchMesh {
     let (head, jaw) = (Space::Head.frame(), Space::Jaw.frame());
     let mut mesh = PatchMesh::default();
@@ -401,7 +402,7 @@ mod tests {
     use leadr_render::surfaces::patch::Patch;
     use std::collections::HashMap;
 
-    /// Boundary or non-manifold edges: edges that are not used once in each direction.
+    /// Counts boundary and non-manifold edges, which are not used once in each direction.
     fn open_edges(mesh: &PatchMesh) -> usize {
         let mut uses: HashMap<[u32; 2], i32> = HashMap::new();
         for q in &mesh.patches {
@@ -437,7 +438,7 @@ mod tests {
         assert_eq!(open_edges(&mesh), 0);
         let count = mesh.positions.len();
         assert!([mesh.normals.len(), mesh.colors.len(), mesh.accessibility.len(), mesh.skin.len()] == [count; 4]);
-        // Every component has positive volume: vertices of a component are contiguous.
+        // Every component has positive volume. The vertices of a component are contiguous.
         let mut component: Vec<usize> = (0..count).collect();
         fn find(c: &mut [usize], mut i: usize) -> usize {
             while c[i] != i {
@@ -465,7 +466,7 @@ mod tests {
             let p = patch.at(Vec2::splat(0.5));
             assert!(p.du.cross(p.dv).dot(p.normal) > 0.0, "patch {i}");
         }
-        // The check fails when a patch is missing.
+        // The check fails if a patch is missing.
         mesh.patches.pop();
         assert!(open_edges(&mesh) > 0);
     }
@@ -484,7 +485,7 @@ mod tests {
         let mesh = build(&Skin::new(), Detail::Fine);
         for (p, skin) in mesh.positions.iter().zip(&mesh.skin) {
             let joint = &JOINTS[usize::from(skin.joints[0])];
-            // The snout is the point furthest from its joint; the side must match the joint.
+            // The snout is the point furthest from its joint, and the joint's side must match.
             assert!(p.distance(joint.position) < 1.7, "{} at {p}", joint.name);
             assert!(joint.position.y * p.y >= 0.0, "{} at {p}", joint.name);
         }

@@ -1,4 +1,4 @@
-//! Relaxes the extracted surface to even, square quads on the distance field.
+//! Relaxes the extracted surface to uniform, square quads on the distance field.
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
@@ -7,13 +7,13 @@ use super::dual::QuadSurface;
 use super::sdf::TrexSdf;
 use leadr_render::surfaces::patch::Patch;
 
-/// Longest Newton step, metres.
+/// Maximum Newton step, metres.
 const STEP_LIMIT: f32 = 0.03;
-/// Rounds of tangential smoothing, and of square fitting after it.
+/// Number of rounds of tangential smoothing, and of square fitting afterwards.
 const SMOOTHING_ROUNDS: usize = 24;
 const SQUARING_ROUNDS: usize = 30;
 
-/// Neighbours along edges of every vertex, each list ascending.
+/// Returns the edge neighbours of every vertex, in ascending order.
 pub fn neighbors(surface: &QuadSurface) -> Vec<Vec<u32>> {
     let mut out: Vec<Vec<u32>> = vec![Vec::new(); surface.positions.len()];
     for q in &surface.quads {
@@ -29,9 +29,9 @@ pub fn neighbors(surface: &QuadSurface) -> Vec<Vec<u32>> {
     out
 }
 
-/// Smooths, evens and projects the vertices. `ring`: from [`neighbors`].
+/// Smooths, evens out and projects the vertices. `ring`: from [`neighbors`].
 pub fn relax(surface: &mut QuadSurface, ring: &[Vec<u32>], sdf: &TrexSdf) {
-    // Taubin's pair of steps removes the staircase of the grid without shrinking.
+    // Taubin's pair of steps removes the grid's staircase without shrinking.
     for pass in 0..6 {
         let step = if pass % 2 == 0 { 0.55 } else { -0.25 };
         let pull = laplacian(&surface.positions, ring);
@@ -46,7 +46,7 @@ pub fn relax(surface: &mut QuadSurface, ring: &[Vec<u32>], sdf: &TrexSdf) {
         move_on_surface(surface, &pull, ring, sdf);
     }
     for _ in 0..SQUARING_ROUNDS {
-        // Per vertex: sum of the target positions of its quads' squares, and their number.
+        // Sum and number of the target positions of each vertex, one per adjacent quad.
         let mut sums = vec![(Vec3::ZERO, 0.0f32); surface.positions.len()];
         for q in &surface.quads {
             for (&v, corner) in q.iter().zip(nearest_square(surface, *q)) {
@@ -61,10 +61,10 @@ pub fn relax(surface: &mut QuadSurface, ring: &[Vec<u32>], sdf: &TrexSdf) {
     }
 }
 
-/// Rounds of local smoothing spent on folded patches.
+/// Maximum number of smoothing rounds for folded patches.
 const UNFOLD_ROUNDS: usize = 30;
 
-/// Smooths the corners of folding or nearly folding patches: tips and clefts narrower than a quad become rounder than the field.
+/// Smooths the corners of patches that fold or nearly fold. Tips and clefts narrower than a quad become rounder than the field.
 pub fn unfold(surface: &mut QuadSurface, ring: &[Vec<u32>]) {
     for _ in 0..UNFOLD_ROUNDS {
         let normals = vertex_normals(surface, ring);
@@ -89,7 +89,7 @@ fn folds(surface: &QuadSurface, normals: &[Vec3], quad: [u32; 4]) -> bool {
     })
 }
 
-/// Area-weighted mean of the face normals, smoothed once, so that patches bend evenly at creases finer than a quad.
+/// Returns the area-weighted mean of the face normals, smoothed once, so that patches bend evenly at creases finer than a quad.
 pub fn vertex_normals(surface: &QuadSurface, ring: &[Vec<u32>]) -> Vec<Vec3> {
     let mut normals = vec![Vec3::ZERO; surface.positions.len()];
     for q in &surface.quads {
@@ -102,7 +102,7 @@ pub fn vertex_normals(surface: &QuadSurface, ring: &[Vec<u32>]) -> Vec<Vec3> {
     normals.iter().zip(&mean).map(|(n, m)| (*n + *m * 0.5).normalize_or(*n)).collect()
 }
 
-/// Half a step along the tangential part of `pull`, then two Newton steps towards the field's zero.
+/// Moves vertices half a step along the tangential part of `pull`, then two Newton steps towards the field's zero.
 fn move_on_surface(surface: &mut QuadSurface, pull: &[Vec3], ring: &[Vec<u32>], sdf: &TrexSdf) {
     let steps = difference_steps(&surface.positions, ring);
     surface.positions.par_iter_mut().zip(pull).zip(&steps).with_min_len(64).for_each(|((p, d), &e)| {
@@ -114,7 +114,7 @@ fn move_on_surface(surface: &mut QuadSurface, pull: &[Vec3], ring: &[Vec<u32>], 
     });
 }
 
-/// Gradient difference steps: a tenth of the local edge length, which averages creases finer than the quads.
+/// Returns difference steps for gradients: a tenth of the local edge length, which averages creases finer than the quads.
 fn difference_steps(positions: &[Vec3], ring: &[Vec<u32>]) -> Vec<f32> {
     let edge = |v: usize| {
         ring[v].iter().map(|&w| positions[w as usize].distance(positions[v])).sum::<f32>() / ring[v].len() as f32
@@ -122,7 +122,7 @@ fn difference_steps(positions: &[Vec3], ring: &[Vec<u32>]) -> Vec<f32> {
     (0..positions.len()).map(|v| (0.1 * edge(v)).clamp(0.003, 0.012)).collect()
 }
 
-/// Mean of the neighbours' values.
+/// Returns the mean of the neighbours' values.
 fn mean_over(values: &[Vec3], ring: &[Vec<u32>]) -> Vec<Vec3> {
     ring.iter().map(|r| r.iter().map(|&w| values[w as usize]).sum::<Vec3>() / r.len().max(1) as f32).collect()
 }
@@ -133,12 +133,12 @@ fn laplacian(positions: &[Vec3], ring: &[Vec<u32>]) -> Vec<Vec3> {
     mean
 }
 
-/// The least-squares square to a quad's corners, in its mean plane.
+/// Returns the least-squares square to a quad's corners, in their mean plane.
 fn nearest_square(surface: &QuadSurface, quad: [u32; 4]) -> [Vec3; 4] {
     let p = quad.map(|i| surface.positions[i as usize]);
     let center = (p[0] + p[1] + p[2] + p[3]) * 0.25;
     let normal = (p[2] - p[0]).cross(p[3] - p[1]).normalize_or_zero();
-    // Rotating corner k back by k right angles maps all four corners of a square to the same point.
+    // A rotation of corner k by k right angles back maps all four corners of a square to one point.
     let turn = |v: Vec3, k: usize| match k {
         0 => v,
         1 => normal.cross(v),

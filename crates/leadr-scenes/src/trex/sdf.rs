@@ -1,7 +1,7 @@
 //! The signed distance field of the animal in its bind pose, with an acceleration grid.
 //!
-//! A part affects the combined value only near its surface. Each grid cell lists the parts (and stations of long lofts) that can matter
-//! inside it, so an evaluation needs a few primitives instead of eighty. It must reproduce `Field::distance_unaccelerated`.
+//! A part affects the combined value only near its surface. Each grid cell lists the parts (and stations of long lofts) that can affect it,
+//! so an evaluation needs a few primitives instead of eighty. The result must equal `Field::distance_unaccelerated`.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -9,21 +9,21 @@ use rayon::prelude::*;
 use super::parts::{Binding, GROUPS, Op, PartSpec, TOO_FINE_FOR_CAGE};
 use super::primitive::{Bounds, Hit, Primitive, smooth_min};
 
-/// Value with nothing near, metres.
+/// Distance when no part is near, metres.
 const FAR: f32 = 1e3;
-/// Largest returned value, metres; first-order distances are inaccurate further away.
+/// Maximum returned value, metres; first-order distances are inaccurate further away.
 const LARGEST: f32 = 1.0;
 /// Edge of a grid cell, metres.
 const CELL: f32 = 0.125;
-/// Low corner of the grid (`y` folded) and its cells along each axis; outside of it every part is evaluated.
+/// Low corner of the grid (`y` folded) and number of cells along each axis. Outside the grid every part is evaluated.
 const LOW: Vec3 = Vec3::new(-7.25, 0.0, -0.5);
 const SIZE: [usize; 3] = [102, 12, 43];
-/// Largest change of the difference of two distances between samples half a cell apart, metres.
+/// Maximum change of the difference of two distances between samples half a cell apart, metres.
 const MARGIN: f32 = 0.12;
-/// While the grid is built, parts whose box is further away than this (plus their blend radius) are treated as at that distance.
+/// Distance in metres, in addition to the blend radius, beyond which the grid uses the distance to a part's box.
 const REACH: f32 = 0.5;
 
-/// A primitive with its order in the fold.
+/// A primitive with its position in the fold.
 #[derive(Clone, Debug)]
 struct Part {
     spec: PartSpec,
@@ -32,7 +32,7 @@ struct Part {
     group: usize,
 }
 
-/// Stations `first..=last` of a part; consecutive entries of one part are combined by the minimum.
+/// Stations `first..=last` of a part. Consecutive entries of one part are combined by the minimum.
 #[derive(Clone, Copy, Debug)]
 struct Entry {
     part: u8,
@@ -40,16 +40,16 @@ struct Entry {
     last: u16,
 }
 
-/// One folded model with its grid.
+/// A folded model with its grid.
 #[derive(Clone, Debug)]
 pub struct Field {
     parts: Vec<Part>,
-    /// Entries of cell `i` are `entries[offsets[i]..offsets[i + 1]]`.
+    /// Offsets of the cells; cell `i` has `entries[offsets[i]..offsets[i + 1]]`.
     offsets: Vec<u32>,
     entries: Vec<Entry>,
 }
 
-/// Combines part distances in order: parts into their group, groups into the total.
+/// Combines distances in order, of parts into their group, and of groups into the total.
 struct Fold {
     total: f32,
     inner: f32,
@@ -79,7 +79,7 @@ impl Fold {
         self.inner = FAR;
     }
 
-    /// The distance after all parts are combined.
+    /// Returns the distance after all parts are combined.
     #[inline]
     fn distance(mut self) -> f32 {
         self.close();
@@ -103,7 +103,7 @@ impl Field {
         Self { parts: kept.map(part).collect(), offsets: vec![0], entries: Vec::new() }
     }
 
-    /// Distance from all parts.
+    /// Returns the distance from all parts.
     fn distance_unaccelerated(&self, p: Vec3) -> f32 {
         let p = fold_sides(p);
         let mut fold = Fold::new();
@@ -113,7 +113,7 @@ impl Field {
         fold.distance()
     }
 
-    /// Signed distance, metres, first-order accurate near the surface, at most 1; negative inside.
+    /// Returns the signed distance, metres, first-order accurate near the surface, at most 1; negative inside.
     pub fn distance(&self, p: Vec3) -> f32 {
         let p = fold_sides(p);
         let cell = (p - LOW) / CELL;
@@ -140,13 +140,13 @@ impl Field {
         fold.distance()
     }
 
-    /// Gradient of [`Self::distance`] by central differences over `±step` metres; length near one at the surface.
+    /// Returns the gradient of [`Self::distance`] by central differences over `±step` metres, of length near one at the surface.
     pub fn gradient(&self, p: Vec3, step: f32) -> Vec3 {
         let d = |axis: Vec3| self.distance(p + axis * step) - self.distance(p - axis * step);
         Vec3::new(d(Vec3::X), d(Vec3::Y), d(Vec3::Z)) / (2.0 * step)
     }
 
-    /// Part distances at a folded point; those of parts far away are only bounds.
+    /// Computes the distances to the parts at a folded point; for distant parts they are bounds.
     fn near_distances(&self, p: Vec3, out: &mut Vec<f32>) {
         out.clear();
         out.extend(self.parts.iter().map(|part| {
@@ -155,10 +155,10 @@ impl Field {
         }));
     }
 
-    /// Bit mask of the parts that may matter where the part distances are within [`MARGIN`] of the given ones.
+    /// Returns a bit mask of the parts that matter where the part distances are within [`MARGIN`] of `distances`.
     ///
-    /// A part does not matter if the fold before it is smaller by its blend radius, or if a later union overrides everything before it. The
-    /// same rule applies to whole groups.
+    /// A part has no effect if the fold before it is smaller by its blend radius, or if a later union overrides everything before that
+    /// union. The rule also applies to whole groups.
     fn relevant(&self, distances: &[f32]) -> u128 {
         let (mut mask, mut total) = (0_u128, FAR);
         for (group, g) in GROUPS.iter().enumerate() {
@@ -168,7 +168,7 @@ impl Field {
                 match part.spec.op {
                     Op::Add => {
                         if inner > d + k + MARGIN {
-                            // Carvings are kept: removing one would lower the overridden value.
+                            // Carvings are kept, because without them the overridden value would be lower.
                             kept = carved;
                         }
                         if d <= inner + k + MARGIN {
@@ -227,24 +227,24 @@ impl Field {
     }
 }
 
-/// The whole animal as a signed distance field: model space, metres, symmetric in `y`.
+/// The whole animal as a signed distance field, symmetric in `y`, in model space, metres.
 ///
-/// Immutable, so it may be shared between threads.
+/// The field is immutable, so threads may share it.
 #[derive(Clone, Debug)]
 pub struct TrexSdf {
-    /// The full model: mouth cavity, tongue, lids and fingers included.
+    /// The full model, including mouth cavity, tongue, lids and fingers.
     pub full: Field,
-    /// Without the parts of [`TOO_FINE_FOR_CAGE`], for the cage.
+    /// The model without the parts of [`TOO_FINE_FOR_CAGE`], for the cage.
     pub coarse: Field,
 }
 
 impl TrexSdf {
-    /// Builds both variants and their grids (a fraction of a second).
+    /// Builds the full and coarse fields with their grids, in a fraction of a second.
     pub fn new() -> Self {
         let (mut full, mut coarse) = (Field::new(&[]), Field::new(&TOO_FINE_FOR_CAGE));
         let kept: Vec<usize> =
             (0..full.parts.len()).filter(|&i| !TOO_FINE_FOR_CAGE.contains(&full.parts[i].spec.name)).collect();
-        // Samples at half the cell spacing, shared by neighbouring cells; both fields have the same primitives.
+        // Neighbouring cells share samples at half the cell spacing, and the two fields have the same primitives.
         let [mx, my, mz] = SIZE.map(|n| 2 * n + 1);
         let masks: Vec<[u128; 2]> = (0..mx * my * mz)
             .into_par_iter()
@@ -266,8 +266,7 @@ impl TrexSdf {
         Self { full, coarse }
     }
 
-    /// Distance to the nearest of palate, mouth floor and tongue, metres: near zero or negative on the lining of the
-    /// mouth.
+    /// Returns the distance to the nearest of palate, mouth floor and tongue, metres; near zero or negative on the lining of the mouth.
     pub fn mouth_distance(&self, p: Vec3) -> f32 {
         let p = fold_sides(p);
         let mouth = self.full.parts.iter().filter(|q| matches!(q.spec.name, "palate" | "mouth_floor" | "tongue"));
@@ -279,7 +278,7 @@ impl TrexSdf {
             .fold(FAR, f32::min)
     }
 
-    /// Joints of each additive part of the full model whose box is within `reach` of `p`, and the distance to the part.
+    /// Returns the joints of each additive part of the full model whose box is within `reach` of `p`, and the distance to the part.
     pub fn near_parts(&self, p: Vec3, reach: f32) -> Vec<(Binding, Hit)> {
         let p = fold_sides(p);
         let near = self.full.parts.iter().filter(|q| q.spec.op == Op::Add && q.bounds.distance(p) <= reach);
@@ -292,7 +291,7 @@ mod tests {
     use super::*;
     use std::time::Instant;
 
-    /// Points spread over the animal's box by a low-discrepancy sequence (R3).
+    /// Returns points spread over the animal's box by a low-discrepancy sequence (R3).
     fn spread(count: usize) -> impl Iterator<Item = Vec3> {
         (0..count).map(|i| {
             let t = |a: f64| ((i as f64 + 0.5) * a).fract() as f32;
@@ -327,7 +326,7 @@ mod tests {
     #[test]
     fn overall_measures_are_those_of_the_design() {
         let sdf = TrexSdf::new();
-        // Nose tip, tail tip, head top, back over the hips, half width: the surface along an axis.
+        // Finds the surface along an axis: nose tip, tail tip, head top, back over the hips, half width.
         let along = |from: Vec3, to: Vec3| {
             let (mut inside, mut outside) = (from, to);
             for _ in 0..40 {

@@ -1,4 +1,4 @@
-//! The skeleton: forty joints whose rest orientations are all the identity.
+//! The skeleton of forty joints, whose rest orientations are all the identity.
 
 use glam::Vec3;
 
@@ -8,9 +8,9 @@ pub const JOINT_COUNT: usize = 40;
 /// A joint in the rest pose.
 #[derive(Clone, Copy, Debug)]
 pub struct Joint {
-    /// Name; limb joints end in `_L` or `_R`.
+    /// Name of the joint; limb joints end in `_L` or `_R`.
     pub name: &'static str,
-    /// Index of the parent, always smaller than the joint's own.
+    /// Index of the parent, which is smaller than the joint's.
     pub parent: Option<usize>,
     /// Rest position in model space, metres.
     pub position: Vec3,
@@ -20,7 +20,7 @@ const fn joint(name: &'static str, parent: Option<usize>, position: [f32; 3]) ->
     Joint { name, parent, position: Vec3::from_array(position) }
 }
 
-/// All joints, parents first.
+/// All joints, with parents before children.
 #[rustfmt::skip]
 pub const JOINTS: [Joint; JOINT_COUNT] = [
     joint("root", None, [0.0, 0.0, 0.0]),
@@ -71,7 +71,7 @@ pub const AXIAL_CHAIN: [&str; 16] = [
     "neck1", "neck2", "neck3", "head",
 ];
 
-/// Index of a joint by name.
+/// Returns the index of the named joint.
 ///
 /// # Panics
 /// If there is no such joint; names are constants of this crate.

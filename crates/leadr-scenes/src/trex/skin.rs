@@ -1,7 +1,7 @@
 //! The skin as a function of the rest position: displacement, albedo and roughness.
 //!
-//! `y` is folded, so both sides are alike. Layers: three sizes of pebble scales, scattered feature scales, folds by zone, slack skin,
-//! scutes on the feet, and labial scales along the lips.
+//! The skin is symmetric, because `y` is folded. Its layers are pebble scales of three sizes, scattered feature scales, folds by zone,
+//! slack skin, scutes on the feet, and labial scales along the lips.
 
 use glam::Vec3;
 
@@ -9,7 +9,7 @@ use super::noise::{value, worley};
 use super::parts::{Frame, Space};
 use leadr_maps::noise::smoothstep as ss;
 
-/// A ball in which the skin wrinkles: rounded ridges across `direction`.
+/// A ball of skin with wrinkles: rounded ridges across `direction`.
 #[derive(Clone, Copy, Debug)]
 struct Fold {
     centre: Vec3,
@@ -46,11 +46,11 @@ const FOLDS: [Fold; 18] = [
 ];
 /// Ridge of the shoulder blade under the skin, from top to bottom.
 const SCAPULA: [Vec3; 2] = [Vec3::new(1.42, 0.50, 3.06), Vec3::new(2.02, 0.56, 2.40)];
-/// Centre of the eye ball in the head frame.
+/// Centre of the eyeball in the head frame.
 const EYE: Vec3 = Vec3::new(0.418, 0.282, 0.150);
 /// Centre of the nostril in the head frame.
 const NOSTRIL: Vec3 = Vec3::new(1.20, 0.145, 0.030);
-/// Lip lines, `(x, z)` in the head and jaw frame.
+/// Points `(x, z)` of the lip lines in the head and jaw frames.
 const UPPER_LIP: [[f32; 2]; 7] =
     [[0.16, -0.225], [0.36, -0.255], [0.56, -0.290], [0.80, -0.310], [1.02, -0.280], [1.18, -0.235], [1.31, -0.205]];
 const LOWER_LIP: [[f32; 2]; 5] = [[0.20, -0.040], [0.42, -0.035], [0.66, -0.030], [0.90, -0.028], [1.20, -0.030]];
@@ -65,29 +65,29 @@ fn mix(a: Vec3, b: Vec3, t: f32) -> Vec3 {
     a + (b - a) * t
 }
 
-/// A ridge profile with sharp valleys, mean near zero, range about `[-0.65, 0.35]`.
+/// Returns a ridge profile with sharp valleys, mean near zero and range about `[-0.65, 0.35]`.
 fn ridge(phase: f32) -> f32 {
     (std::f32::consts::PI * phase).sin().abs().powf(0.7) - 0.65
 }
 
-/// Evaluates the skin; holds the head and jaw frames.
+/// Evaluates the skin, using the head and jaw frames.
 pub struct Skin {
     head: Frame,
     jaw: Frame,
 }
 
-/// Inputs of a point's shading besides its position.
+/// Inputs for the shading of a point besides its position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SkinPoint {
     /// Displacement along the surface normal, metres (about -16 to 22 mm).
     pub height: f32,
-    /// 0 in the grooves between scales, 1 on their tops.
+    /// Position on a scale, from 0 in the grooves to 1 on top.
     pub top: f32,
-    /// Depth of folds, 0 (none) to 1 (bottom of a deep valley).
+    /// Depth of folds, from 0 (none) to 1 (bottom of a deep valley).
     pub fold: f32,
 }
 
-/// Weight of the face's own details around the eye, nostril and lips, from the head-frame position.
+/// Weights of facial details around the eye, nostril and lips, from the head-frame position.
 struct Face {
     head: f32,
     eye: f32,
@@ -98,7 +98,7 @@ struct Face {
 }
 
 impl Skin {
-    /// A skin for the animal in its bind pose.
+    /// Creates a skin for the animal in its bind pose.
     pub fn new() -> Self {
         Self { head: Space::Head.frame(), jaw: Space::Jaw.frame() }
     }
@@ -115,14 +115,14 @@ impl Skin {
         face.nostril = n.length();
         let band = |d: f32| (-(d / 0.030) * (d / 0.030)).exp();
         let (u, l) = (h.z - line(&UPPER_LIP, h.x), j.z - line(&LOWER_LIP, j.x));
-        // The lower jaw lies in front of its hinge and well below the upper lip line.
+        // The lower jaw is in front of its hinge and well below the upper lip line.
         face.upper = band(u - 0.012) * ss(0.15, 0.3, h.x) * ss(-0.06, -0.02, u);
         face.lower = band(l + 0.012) * ss(0.2, 0.35, j.x) * ss(-0.05, -0.10, u).max(1.0 - ss(-0.12, -0.06, u));
         face.lip_x = if face.upper > face.lower { h.x } else { j.x + 0.02 };
         face
     }
 
-    /// Relief at rest position `p` (a point of the surface); `mouth` in `[0, 1]` smooths the lining of the mouth.
+    /// Returns the relief at rest position `p` on the surface; `mouth` in `[0, 1]` smooths the lining of the mouth.
     pub fn relief(&self, p: Vec3, mouth: f32) -> SkinPoint {
         let p = Vec3::new(p.x, p.y.abs(), p.z);
         let face = self.face(p);
@@ -130,7 +130,7 @@ impl Skin {
         let fine = head.max(0.8 * foot).max(0.7 * tail);
         let coarse = (1.0 - fine) * ss(2.3, 3.1, p.z);
         let sizes = [(0.021, fine), (0.034, (1.0 - fine - coarse).max(0.0)), (0.052, coarse)];
-        // Details fade near the eye and the mouth, where shrunken scales would look knitted.
+        // Scales fade near the eye and the mouth, where shrunken scales would look knitted.
         let warp = Vec3::new(value(p * 9.0, 1), value(p * 9.0, 2), value(p * 9.0, 3)) - 0.5;
         let warped = p + 0.018 * warp;
         let lips = face.upper.max(face.lower);
@@ -140,7 +140,7 @@ impl Skin {
         for (i, (size, weight)) in sizes.into_iter().enumerate().filter(|(_, s)| s.1 >= 0.02) {
             let w = worley(warped / size, 3 * i as u32 + 1);
             let edge = ss(0.02, 0.38, w.f2 - w.f1);
-            // A slight crown keeps scale tops from looking like flat tiles.
+            // A slight crown keeps the tops of scales from looking like flat tiles.
             let crown = 0.82 + 0.18 * (1.0 - (w.f1 / 0.6).min(1.0));
             pebbles += weight * size * 0.095 * edge * crown * (0.75 + 0.5 * w.id);
             top += weight * edge;
@@ -172,7 +172,7 @@ impl Skin {
         }
         let slack = 0.012 * (value(p * 3.1, 91) - 0.5) * (1.0 - head) + 0.004 * (value(p * 11.0, 92) - 0.5);
         let mut height = pebbles * quiet + bosses + folds + slack + scute + scapula(p);
-        // Wrinkles ring the eye and the nostril; labial scales stand in a row along the lips.
+        // Wrinkles ring the eye and the nostril, and a row of labial scales lines the lips.
         let rings = 0.0022 * (1.0 - ss(0.07, 0.15, face.eye)) * ss(0.045, 0.06, face.eye);
         height += rings * (value(p * 14.0, 93) * 2.0 + face.eye / 0.016 * std::f32::consts::TAU).sin();
         height += 0.005 * ((-((face.nostril - 0.058) / 0.016).powi(2)).exp());
@@ -184,9 +184,9 @@ impl Skin {
         SkinPoint { height, top, fold: valley.min(1.0) }
     }
 
-    /// Linear albedo (rgb) and Beckmann roughness `α` at rest position `p` with its relief.
+    /// Returns the linear albedo (rgb) and Beckmann roughness `α` at rest position `p` with this relief.
     ///
-    /// The design's roughness is perceptual; `α` is its square. Cavities (grooves between scales, folds) darken the albedo in place of
+    /// The design roughness is perceptual, and `α` is its square. Cavities (grooves between scales, folds) darken the albedo instead of
     /// inter-reflection.
     pub fn shade(&self, p: Vec3, relief: &SkinPoint, mouth: f32) -> [f32; 4] {
         let p = Vec3::new(p.x, p.y.abs(), p.z);
@@ -205,10 +205,10 @@ impl Skin {
         let crest = ss(3.5, 3.8, p.x) * ss(4.10, 4.30, p.z);
         c = mix(c, Vec3::new(0.20, 0.075, 0.045), 0.6 * crest);
         c *= 1.25 * (0.72 + 0.35 * n2 + 0.22 * n3) * (0.72 + 0.28 * ss(-0.006, 0.008, h));
-        // Cavity occlusion: by height, and sharper by the groove itself.
+        // Height gives broad cavity occlusion, and grooves give sharp occlusion.
         c *= (0.70 + 0.30 * ((h + 0.006) / 0.012).clamp(0.0, 1.0)) * (0.62 + 0.38 * relief.top.min(1.0));
         c *= 1.0 - 0.35 * relief.fold;
-        // Dark skin round the eye and inside the nostril, paler lips.
+        // Skin is dark around the eye and inside the nostril, and paler on the lips.
         c *= 1.0 - 0.6 * (1.0 - ss(0.055, 0.10, face.eye));
         let inside = 1.0 - ss(0.042, 0.062, face.nostril);
         c *= 1.0 - 0.92 * inside;
@@ -216,7 +216,7 @@ impl Skin {
         c = mix(c, c * Vec3::new(1.15, 1.0, 0.95), lips);
         let mud = (1.0 - ss(0.05, 0.30, p.z)) * ss(0.35, 0.6, n2 * 0.5 + n1 * 0.5);
         c = mix(c, Vec3::new(0.075, 0.058, 0.040), 0.5 * mud);
-        // Mouth lining: wet, slightly mottled; it fades into the lips at the gum line.
+        // The mouth lining is wet and slightly mottled, and fades into the lips at the gum line.
         let lining = Vec3::new(0.42, 0.13, 0.12) * (0.75 + 0.3 * n3 + 0.2 * n2);
         let gum = 4.0 * mouth * (1.0 - mouth);
         c = mix(mix(c, lining, mouth), Vec3::new(0.17, 0.055, 0.05), 0.7 * gum);
@@ -224,7 +224,7 @@ impl Skin {
         rough += 0.10 * relief.fold + 0.06 * (n3 - 0.5) + 0.10 * mud;
         let soft = lips.max(1.0 - ss(0.06, 0.10, face.eye)).max(1.0 - ss(0.05, 0.09, face.nostril));
         rough += (0.45 - rough) * soft;
-        // The nostril's wall is too steep for the displacement; high roughness suppresses glints.
+        // The nostril wall is too steep for displacement, so a high roughness suppresses glints.
         rough += (0.85 - rough) * inside;
         rough += (0.27 - rough) * mouth;
         let rough = rough.clamp(0.2, 0.85);
@@ -232,20 +232,20 @@ impl Skin {
     }
 }
 
-/// Transverse scutes over the toes and down the front of the metatarsus: weight and height in metres.
+/// Returns the weight and height (metres) of scutes over the toes and down the front of the metatarsus.
 fn scutes(p: Vec3, foot: f32) -> (f32, f32) {
     if foot <= 0.0 || p.x < -0.1 {
         return (0.0, 0.0);
     }
     let along = ((p.x - 0.10).powi(2) + (p.y - 0.42).powi(2)).sqrt();
-    // Metatarsus axis in the xz plane: from (-0.07, 0.74) to (0.20, 0.17).
+    // The metatarsus axis in the xz plane runs from (-0.07, 0.74) to (0.20, 0.17).
     let axis_x = -0.07 + 0.27 * ((0.74 - p.z) / 0.57);
     let toes = ss(0.20, 0.30, along) * ss(0.075, 0.11, p.z) * (1.0 - ss(0.17, 0.24, p.z));
     let shin = ss(0.03, 0.08, p.x - axis_x) * ss(0.19, 0.26, p.z) * (1.0 - ss(0.60, 0.75, p.z));
     let (weight, phase) = if toes > shin { (toes, along / 0.040) } else { (shin, p.z / 0.042) };
     let ruffle = 0.5 * (value(p * 15.0, 95) - 0.5);
     let mut height = weight * 0.006 * (ridge(phase + ruffle) + 0.3);
-    // Knuckle creases where the phalanges meet.
+    // Knuckle creases mark the joints between phalanges.
     for joint in [0.34_f32, 0.50, 0.64] {
         let d = (along - joint + 0.02 * (value(p * 9.0, 96) - 0.5)) / 0.008;
         height -= toes * 0.004 * (-d * d).exp();
@@ -253,7 +253,7 @@ fn scutes(p: Vec3, foot: f32) -> (f32, f32) {
     (weight, height)
 }
 
-/// The shoulder blade's edge, metres.
+/// Returns the shoulder blade's relief, metres.
 fn scapula(p: Vec3) -> f32 {
     let [a, b] = SCAPULA;
     let t = ((p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
@@ -287,7 +287,7 @@ mod tests {
     #[test]
     fn scales_are_finer_on_the_head_than_on_the_back() {
         let skin = Skin::new();
-        // Mean absolute second difference over 5 mm: high for fine patterns.
+        // The mean absolute second difference over 5 mm is high for fine patterns.
         let busy = |from: Vec3| -> f32 {
             let h = |i: i32| skin.relief(from + Vec3::X * (i as f32 * 0.005), 0.0).top;
             (0..120).map(|i| (h(i) - 2.0 * h(i + 1) + h(i + 2)).abs()).sum()

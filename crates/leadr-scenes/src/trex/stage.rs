@@ -13,15 +13,15 @@ use leadr_render::scene::{Object, Pose};
 use leadr_render::surfaces::patch_mesh::{PatchMesh, TileLayout};
 
 const BODY: &str = "trex body";
-/// Patches of the body.
+/// Number of patches of the body.
 const BODY_PATCHES: u32 = 5920;
 
-/// Body and props of the animal, both skinned by [`walk::pose`].
+/// Builds the body and the props of the animal; [`walk::pose`] skins each.
 pub fn animal(trex: Trex) -> [Object; 2] {
     let mut body = trex.body;
     // Colours come from the atlas, so vertex colours are white.
     body.colors = vec![[1.0; 4]; body.positions.len()];
-    // Keratin, slightly above the usual 0.04.
+    // The F0 of keratin is slightly above the usual 0.04.
     let body = tiled_object(BODY, body, trex.layout, trex.heights, trex.colors).with_specular_f0(0.045);
     let props = Object::new("trex teeth, claws and eyes", trex.props)
         .with_coarse_mesh(trex.coarse_props)
@@ -29,19 +29,19 @@ pub fn animal(trex: Trex) -> [Object; 2] {
     [body, props]
 }
 
-/// A body with the maps' sizes but no map contents.
+/// Returns a body with the maps' sizes but no map contents.
 pub fn unbaked_body(tile: u32) -> Object {
     let layout = TileLayout::new(BODY_PATCHES, tile);
     tiled_object(BODY, PatchMesh::default(), layout, Vec::new(), Vec::new())
 }
 
-/// The stage, with atlas tiles of `tile` texels; see [`Trex::load`] for `progress`.
+/// Builds the stage, with atlas tiles of `tile` texels; see [`Trex::load`] for `progress`.
 pub fn trex_stage(tile: u32, progress: Progress<'_>) -> Result<Stage, SceneError> {
     let (trex, ground) = rayon::join(|| Trex::load(tile, progress), ground);
     trex.map(|trex| walking_on(trex, ground))
 }
 
-/// The stage with the walking `trex`.
+/// Builds the stage with the walking `trex`.
 pub fn walking(trex: Trex) -> Stage {
     walking_on(trex, ground())
 }
@@ -64,7 +64,7 @@ fn walking_on(trex: Trex, ground: Object) -> Stage {
     Stage::moving(vec![body, props, ground], views, motion, |time| Vec3::X * walked(time))
 }
 
-/// Metres walked after `time` seconds.
+/// Returns the metres walked after `time` seconds.
 pub fn walked(time: f64) -> f32 {
     (time * walk::SPEED) as f32
 }

@@ -1,15 +1,15 @@
-//! The walk: joint matrices at a time. Leg IK is exact for the foot's position, so feet do not slide.
+//! Joint matrices of the walk as functions of time. Leg IK is exact for the foot's position, so feet do not slide.
 
 use glam::{DMat3, DMat4, DVec2, DVec3, Mat4};
 
 use super::gait::{Foot, JointAngles, PERIOD, STRIDE, foot, joint_angles, pelvis};
 use super::skeleton::{JOINT_COUNT, JOINTS, joint_index};
 
-/// Speed over the ground, metres per second.
+/// Walking speed, metres per second.
 pub const SPEED: f64 = STRIDE / PERIOD;
 
-/// World-from-rest matrix of every joint at a time, for linear blend skinning of rest positions. The animal walks along +x at [`SPEED`] and
-/// advances `STRIDE` metres every `PERIOD` seconds. At time zero the left foot touches down and the rest pelvis is over the origin.
+/// Returns the world-from-rest matrix of every joint at a time, for linear blend skinning of rest positions. The animal walks along +x at
+/// [`SPEED`]. At time zero the left foot touches down and the rest pelvis is over the origin.
 pub fn pose(time_seconds: f64) -> Vec<Mat4> {
     let cycles = time_seconds / PERIOD;
     skinning(&world_from_joint(cycles.rem_euclid(1.0), cycles * STRIDE))
@@ -28,7 +28,7 @@ fn rest(name: &str) -> DVec3 {
     JOINTS[joint_index(name)].position.as_dvec3()
 }
 
-/// World-from-joint at a phase of the walk, in the order of [`JOINTS`], at `travelled` metres.
+/// Returns world-from-joint matrices, in the order of [`JOINTS`], at a phase of the walk and `travelled` metres.
 fn world_from_joint(t: f64, travelled: f64) -> [Mat4; JOINT_COUNT] {
     let mut local = joint_angles(t).map(rotation);
     let (offset, pelvis_angles) = pelvis(t);
@@ -37,7 +37,7 @@ fn world_from_joint(t: f64, travelled: f64) -> [Mat4; JOINT_COUNT] {
         let foot = foot(t + if sign < 0.0 { 0.5 } else { 0.0 });
         solve_leg(&mut local, side, sign, &foot, offset, pelvis_angles);
     }
-    // Forward kinematics.
+    // Forward kinematics from the root.
     let root = offset + DVec3::X * travelled;
     let mut world = [DMat4::IDENTITY; JOINT_COUNT];
     for (i, joint) in JOINTS.iter().enumerate() {
@@ -52,15 +52,15 @@ fn world_from_joint(t: f64, travelled: f64) -> [Mat4; JOINT_COUNT] {
     world.map(|m| m.as_mat4())
 }
 
-/// Angle of a vector in the sagittal plane, growing with positive pitch.
+/// Returns the sagittal angle of a vector, increasing with positive pitch.
 fn sagittal_angle(v: DVec2) -> f64 {
     v.x.atan2(v.y)
 }
 
-/// Solves the five joints of a leg and its toes for the pose `foot`.
+/// Solves the five joints of a leg and its toes for the foot pose `foot`.
 ///
 /// The lateral offsets of a leg's bones cancel (hip and metatarsal joint have the same rest `y`). After yaw and roll of the hip the problem
-/// is planar: the ankle follows from the metatarsus, the knee from two bones.
+/// is planar: the metatarsus gives the ankle, and two bones give the knee.
 fn solve_leg(local: &mut [DMat3], side: &str, sign: f64, foot: &Foot, root: DVec3, pelvis_angles: JointAngles) {
     let joint = |name: &str| joint_index(&format!("{name}_{side}"));
     let [hip, knee, ankle, toes] = ["hip", "knee", "ankle", "toes"].map(|n| rest(&format!("{n}_{side}")));
@@ -68,7 +68,7 @@ fn solve_leg(local: &mut [DMat3], side: &str, sign: f64, foot: &Foot, root: DVec
     let pelvis_rest = rest("pelvis");
     let hip_world = root + pelvis_rest + pelvis_rotation * (hip - pelvis_rest);
     let target = DVec3::new(foot.joint.x + hip.x, sign * foot.joint.y, foot.joint.z);
-    // Feet point ahead: the hip cancels the yaw of the pelvis.
+    // Feet point ahead, so the hip cancels the yaw of the pelvis.
     let yaw = -pelvis_angles.yaw;
     let reach = (pelvis_rotation * DMat3::from_rotation_z(yaw)).transpose() * (target - hip_world);
     let roll = (-reach.y / reach.z).atan();
@@ -77,7 +77,7 @@ fn solve_leg(local: &mut [DMat3], side: &str, sign: f64, foot: &Foot, root: DVec
     let (femur, tibia, metatarsus) = (sagittal(knee - hip), sagittal(ankle - knee), sagittal(toes - ankle));
     let shaft = DVec2::new(foot.metatarsus.sin(), -foot.metatarsus.cos()) * metatarsus.length();
     let ankle_at = sagittal(planar) - shaft;
-    // Two bones, knee forward.
+    // Two-bone IK with the knee forward.
     let (a, b) = (femur.length(), tibia.length());
     let distance = ankle_at.length().clamp((a - b).abs() + 1e-6, a + b - 1e-6);
     let direction = ankle_at.normalize();
@@ -90,7 +90,7 @@ fn solve_leg(local: &mut [DMat3], side: &str, sign: f64, foot: &Foot, root: DVec
     local[joint("hip")] = rotation(JointAngles { roll, pitch: thigh, yaw });
     local[joint("knee")] = DMat3::from_rotation_y(shank - thigh);
     local[joint("ankle")] = DMat3::from_rotation_y(foot_bone - shank);
-    // The foot stays level across for any leg pose.
+    // The foot stays level sideways in any leg pose.
     let ankle_world = pelvis_rotation * rotation(JointAngles { roll, pitch: foot_bone, yaw });
     local[joint("toes")] = ankle_world.transpose() * DMat3::from_rotation_y(foot.pitch);
     for (i, name) in ["toe2", "toe3", "toe4"].into_iter().enumerate() {
@@ -107,7 +107,7 @@ mod tests {
     use glam::Vec3;
     use leadr_render::surfaces::patch_mesh::PatchMesh;
 
-    /// Joints at a time, travelling or on a treadmill.
+    /// Returns the joints at a time, travelling or on a treadmill.
     fn joints(time: f64, travels: bool) -> [Mat4; JOINT_COUNT] {
         let cycles = time / PERIOD;
         world_from_joint(cycles.rem_euclid(1.0), if travels { cycles * STRIDE } else { 0.0 })
@@ -157,7 +157,7 @@ mod tests {
         assert!(range[1][1] < 0.97, "the leg is stretched: {:?}", range[1]);
     }
 
-    /// Skinned rest positions of the whole cage.
+    /// Returns the skinned rest positions of the whole cage.
     fn skinned(mesh: &PatchMesh, pose: &[Mat4]) -> Vec<Vec3> {
         leadr_render::surfaces::skinning::skin(mesh, pose).positions
     }
@@ -174,7 +174,7 @@ mod tests {
                 let held = |v: usize| names.iter().map(|n| weight(v, &format!("{n}_{side}"))).sum::<f32>();
                 (0..mesh.positions.len()).filter(|&v| mesh.positions[v].z < 0.08 && held(v) > least).collect()
             };
-            // The whole sole while the foot is flat; the middle toe until it leaves the ground.
+            // The whole sole is planted while the foot is flat, and the middle toe until it leaves the ground.
             let sole = of(&["toes", "toe2", "toe3", "toe4"], 0.999);
             for (points, until) in [(sole, HEEL_OFF), (of(&["toe3"], 0.995), DUTY)] {
                 assert!(points.len() > 8, "{}", points.len());

@@ -1,4 +1,4 @@
-//! Skinning weights of the cage from the parts near each vertex.
+//! Skinning weights of the cage, from the parts near each vertex.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -8,27 +8,27 @@ use super::sdf::TrexSdf;
 use super::skeleton::{AXIAL_CHAIN, JOINT_COUNT, joint_index};
 use leadr_render::surfaces::patch_mesh::SkinWeights;
 
-/// Falloff length of a part's influence (to `1/e`), metres; shorter in the feet, so that toes stay rigid and planted.
+/// Falloff length (to `1/e`) of a part's influence, metres. It is shorter in the feet, which keeps toes rigid and planted.
 const FALLOFF: f32 = 0.055;
 const FOOT_FALLOFF: f32 = 0.022;
-/// Heights between which the falloff changes, metres.
+/// Heights between which the falloff length changes, metres.
 const FOOT: [f32; 2] = [0.14, 0.50];
-/// Weights below this fraction of the largest are dropped.
+/// Fraction of the largest weight below which weights are dropped.
 const LEAST: f32 = 0.004;
-/// Depth at which the distance inside a part is clamped, metres.
+/// Depth inside a part at which the distance is clamped, metres.
 const DEPTH: f32 = -0.02;
-/// Smoothing passes. They blur as far as on a mesh with the following edge lengths (metres): little in the feet and around the mouth, more
-/// where large muscles slide.
+/// Number of smoothing passes. They blur as on a mesh with these edge lengths (metres): little in the feet and around the mouth, more where
+/// large muscles slide.
 const PASSES: usize = 12;
 const CRISP_EDGE: f32 = 0.028;
 const SOFT_EDGE: f32 = 0.065;
 
 type Row = [f32; JOINT_COUNT];
 
-/// Weights for the given rest positions; `ring` lists the neighbours of each vertex for smoothing.
+/// Returns weights for these rest positions; `ring` lists the neighbours of each vertex for smoothing.
 pub fn skin_weights(sdf: &TrexSdf, positions: &[Vec3], ring: &[Vec<u32>]) -> Vec<SkinWeights> {
     let mut rows: Vec<Row> = positions.par_iter().with_min_len(64).map(|&p| raw_weights(sdf, p)).collect();
-    // A pass spreads by the edge length, so coarse parts of the mesh use smaller steps for the same blur.
+    // A pass blurs over an edge length, so areas with long edges use smaller steps for an equal blur.
     let step: Vec<f32> = (0..positions.len())
         .map(|v| {
             let edges = ring[v].iter().map(|&w| positions[w as usize].distance(positions[v])).sum::<f32>();
@@ -55,7 +55,7 @@ pub fn skin_weights(sdf: &TrexSdf, positions: &[Vec3], ring: &[Vec<u32>]) -> Vec
     rows.iter().map(largest_four).collect()
 }
 
-/// 0 in the feet, 1 above them.
+/// Returns 0 in the feet and 1 above them.
 fn above_foot(p: Vec3) -> f32 {
     ((p.z - FOOT[0]) / (FOOT[1] - FOOT[0])).clamp(0.0, 1.0)
 }

@@ -1,4 +1,4 @@
-//! Comparison with an earlier run: ratios for each row, and their geometric means for each pass.
+//! Comparison with an earlier run: ratios for each row, and geometric means for each pass.
 
 use std::collections::{HashMap, HashSet};
 use std::fmt;
@@ -17,7 +17,7 @@ use leadr_maps::limits::read_file;
 /// The times of a run from the output of `leadr bench --json`. Other fields are ignored.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Times {
-    /// Their file; empty for the current run.
+    /// The file of the times, empty for the current run.
     #[serde(skip)]
     file: PathBuf,
     device: String,
@@ -47,24 +47,24 @@ pub struct Comparison {
     commit: String,
     /// Whether the names of the devices differ.
     other_device: bool,
-    /// Passes of rows that take time in both runs.
+    /// Passes of rows with times above 0 in both runs.
     rows: Vec<RowRatio>,
-    /// Geometric means over rows.
+    /// Geometric means over rows, for each pass.
     passes: Vec<PassRatio>,
-    /// Rows that only this run has, and passes of common rows that only this run has.
+    /// Rows that only this run has, and passes that it alone has in common rows.
     only_in_this: Vec<Lonely>,
-    /// The same for the earlier run.
+    /// Rows and passes that only the earlier run has.
     only_in_that: Vec<Lonely>,
 }
 
-/// A pass of a row in both runs. Ratios are this run over the earlier one; below 1 is faster.
+/// A pass of a row in both runs. Ratios are this run's times over the earlier run's, so below 1 is faster.
 #[derive(Clone, Debug, Serialize)]
 struct RowRatio {
     table: String,
     row: String,
     pass: String,
     size: [u32; 2],
-    /// Ratio of the least times.
+    /// Ratio of the minimum times.
     min_ratio: f64,
     /// Ratio of the medians.
     median_ratio: f64,
@@ -75,7 +75,7 @@ struct RowRatio {
 struct PassRatio {
     pass: String,
     rows: usize,
-    /// Geometric mean of the ratios of least times.
+    /// Geometric mean of the ratios of minimum times.
     min_ratio: f64,
     /// Geometric mean of the ratios of medians.
     median_ratio: f64,
@@ -87,11 +87,11 @@ struct Lonely {
     table: String,
     row: String,
     size: [u32; 2],
-    /// The pass; `None` if the other run lacks the whole row.
+    /// The pass, or `None` if one run lacks the whole row.
     pass: Option<String>,
 }
 
-/// Largest size of a result. The result of all tables has some hundreds of thousands of bytes.
+/// Maximum size of a result file. The result of all tables has several hundred thousand bytes.
 const MOST_BYTES: usize = 64 << 20;
 
 type Key<'a> = (&'a str, &'a str, [u32; 2], &'a str);
@@ -107,7 +107,7 @@ impl Time {
 }
 
 impl Times {
-    /// The times of the current run.
+    /// Creates the times of the current run.
     pub(super) fn new(on: &DeviceInfo, commit: &str, rows: Vec<Time>) -> Self {
         let DeviceInfo { device, driver } = on.clone();
         Self { file: PathBuf::new(), device, driver, commit: commit.to_owned(), rows }
@@ -116,8 +116,8 @@ impl Times {
     /// Reads the output of `leadr bench --json`.
     ///
     /// # Errors
-    /// If the file cannot be read, is truncated, is not JSON, or is not the result of a bench. The message is one sentence with the file
-    /// name.
+    /// If the file cannot be read, is truncated, is not JSON, or is not the result of a bench. The message is one sentence
+    /// with the file name.
     pub fn read(path: &Path) -> Result<Self, LabError> {
         let bytes = read_file(path).map_err(|fault| match fault {
             MapFault::NotAFile => LabError::io("read", path, "it is not a file; give the output of leadr bench --json"),
@@ -182,7 +182,7 @@ impl Times {
         Err(LabError::io("compare with", &self.file, fault))
     }
 
-    /// Name of the device of these times.
+    /// Returns the name of the measured device.
     pub fn device(&self) -> &str {
         &self.device
     }
@@ -235,7 +235,7 @@ impl Times {
     }
 }
 
-/// Geometric means of the ratios of each pass.
+/// Returns the geometric means of the ratios of each pass.
 fn means(rows: &[RowRatio]) -> Vec<PassRatio> {
     let passes = in_order(rows.iter().map(|row| row.pass.as_str()));
     let mean = |pass: &&str| {
@@ -252,7 +252,7 @@ fn means(rows: &[RowRatio]) -> Vec<PassRatio> {
     passes.iter().map(mean).collect()
 }
 
-/// The rows and passes of `these` times that the `others` lack.
+/// Returns the rows and passes in `these` that are missing in `others`.
 fn lonely(these: &[Time], others: &[Time]) -> Vec<Lonely> {
     let keys: HashSet<Key<'_>> = others.iter().map(Time::key).collect();
     let rows: HashSet<_> = others.iter().map(Time::row_key).collect();
@@ -265,7 +265,7 @@ fn lonely(these: &[Time], others: &[Time]) -> Vec<Lonely> {
 }
 
 impl Comparison {
-    /// Geometric mean of the ratios of least total times; below 1, this run is faster.
+    /// Returns the geometric mean of the ratios of minimum total times. Below 1, this run is faster.
     pub fn total(&self) -> Option<f64> {
         self.passes.iter().find(|mean| mean.pass == TOTAL).map(|mean| mean.min_ratio)
     }

@@ -1,4 +1,4 @@
-//! The table of base materials: the same relief and view with several base materials.
+//! The table of base materials, with the same relief and view for each material.
 
 use std::sync::Arc;
 
@@ -17,11 +17,11 @@ use leadr_scenes::set::{Inputs, set};
 /// Texels along a side of the relief, and its depth in metres.
 const SIDE: u32 = 1024;
 const DEPTH: f32 = 0.09;
-/// The row that others are compared with.
+/// Name of the row with which all others are compared.
 const ONE_LOBE: &str = "one Beckmann lobe";
 
-/// Renderers with their rows: one Beckmann lobe, a GGX base of the same roughness, and the lobes of a measured material. `only` replaces
-/// LEADR by another technique.
+/// Returns renderers with rows of one Beckmann lobe, a GGX base of the same roughness, and the lobes of a measured material. `only`
+/// is a technique that replaces LEADR.
 ///
 /// # Errors
 /// If memory runs out or the device fails.

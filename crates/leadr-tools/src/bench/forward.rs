@@ -1,7 +1,7 @@
 //! A plain forward pass over the quad of the paper's tables: the cost of the paper's fragment shaders without the renderer.
 //!
-//! It is one render pass with a fragment shader per technique from the supplement (section 3), and one trilinear fetch of each LEADR map.
-//! It has no G-buffer, tiles or edge samples.
+//! The forward pass is one render pass with a fragment shader per technique from the supplement (section 3), and one trilinear
+//! fetch of each LEADR map. It has no G-buffer, tiles or edge samples.
 
 use std::fmt;
 use std::sync::Arc;
@@ -25,17 +25,17 @@ pub const FORWARD: &str = "forward";
 /// The shading of the forward pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Forward {
-    /// The albedo.
+    /// The albedo without light.
     Constant,
-    /// One light on a Blinn-Phong lobe about the mean normal.
+    /// One light with a Blinn-Phong lobe about the mean normal.
     BlinnPhong,
-    /// One light by LEAN mapping.
+    /// One light with LEAN mapping.
     Lean,
-    /// One light by LEADR mapping, masking alone.
+    /// One light with LEADR mapping and masking alone.
     Leadr,
     /// The specular environment on a grid with this many slopes along a side (simplified Algorithm 1).
     Environment(u32),
-    /// The diffuse environment on such a grid (simplified Algorithm 3).
+    /// The diffuse environment on a grid with this many slopes along a side (simplified Algorithm 3).
     Irradiance(u32),
 }
 
@@ -64,7 +64,7 @@ impl Forward {
         }
     }
 
-    /// Slope samples along a side of the grid.
+    /// Returns the number of slope samples along a side of the grid.
     fn grid(self) -> Option<u32> {
         match self {
             Self::Environment(n) | Self::Irradiance(n) => Some(n),
@@ -72,7 +72,7 @@ impl Forward {
         }
     }
 
-    /// Number of slope samples.
+    /// Returns the number of slope samples.
     pub fn samples(self) -> u32 {
         self.grid().map_or(1, |n| n * n)
     }
@@ -98,9 +98,9 @@ shared_struct! {
         camera_position: [f32; 4],
         sun_direction: [f32; 4],
         sun_irradiance: [f32; 4],
-        /// Albedo; w: Beckmann roughness.
+        /// Albedo, and Beckmann roughness in w.
         material: [f32; 4],
-        /// F0, height scale, texels along an edge of the environment cube.
+        /// F0, height scale, and number of texels along an edge of the environment cube.
         surface: [f32; 4],
         radiance_sh: [[f32; 4]; 9],
     }
@@ -109,9 +109,9 @@ shared_struct! {
 shared_struct! {
     /// A corner of the quad.
     struct CornerGpu for "Corner" {
-        /// w: first texture coordinate.
+        /// Position, and first texture coordinate in w.
         position: [f32; 4],
-        /// w: second texture coordinate.
+        /// Normal, and second texture coordinate in w.
         normal: [f32; 4],
         tangent: [f32; 4],
         bitangent: [f32; 4],
@@ -134,12 +134,13 @@ pub struct ForwardPass {
 }
 
 impl ForwardPass {
-    /// A pass over the only patch of `object`, which must have repeating heights, lit by `state` and an environment, in a picture of `size`
-    /// pixels. `face_size` is the edge of the environment cube in texels, and `radiance_sh` its nine SH coefficients of radiance.
+    /// Creates a pass over the only patch of `object`, which must have repeating heights, lit by `state` and an environment, in a
+    /// picture of `size` pixels. `face_size` is the edge of the environment cube in texels, and `radiance_sh` its nine SH
+    /// coefficients of radiance.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] for another kind of object, another number of coefficients, or without a sun. If memory runs out or a pipeline
-    /// cannot be created.
+    /// Returns [`GpuError::Usage`] for an unsuitable object, a wrong number of coefficients, or without a sun. Also fails if memory
+    /// runs out or a pipeline cannot be created.
     pub fn new(
         gpu: &Arc<Gpu>,
         object: &Object,
@@ -205,7 +206,7 @@ impl ForwardPass {
     /// Draws a picture `repeats` times under the environment of this cube, and returns the time of one repetition.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] for a kind that is not in [`Forward::ALL`]. If the device is lost.
+    /// Returns [`GpuError::Usage`] for a kind that is not in [`Forward::ALL`]. Also fails if the device is lost.
     pub fn measure(&self, kind: Forward, cube: &ImageView, repeats: u32) -> Result<PassTime> {
         let pipeline = self.pipelines.iter().find(|(made, _)| *made == kind).map(|(_, pipeline)| pipeline);
         let Some(pipeline) = pipeline else {
@@ -240,7 +241,7 @@ impl ForwardPass {
         cmd.end_rendering();
     }
 
-    /// The last picture: linear radiance, row by row from the top.
+    /// Returns the linear radiance of the last picture, row by row from the top.
     ///
     /// # Errors
     /// If the device is lost or memory runs out.

@@ -10,16 +10,16 @@ use leadr_render::surfaces::displacement::HeightField;
 use leadr_render::surfaces::patch_mesh::PatchMesh;
 use leadr_scenes::stage::{Stage, Views};
 
-/// Vertical field of view, degrees. The view is up to 22° off the normal at the edges of a square picture.
+/// Vertical field of view in degrees. At the edges of a square picture, the view is up to 22° off the normal.
 const FOV: f32 = 45.0;
 /// Beckmann roughness of the material.
 const ROUGHNESS: f32 = 0.2;
 /// Standard deviation of the map's slopes, along each axis.
 const SLOPE: f32 = 0.5;
 
-/// A rectangle in the plane z = 0 with a Gaussian height map of `size` texels. Seen from above, it exactly fills a
-/// picture of that many pixels: pixel centres coincide with texel centres, at LOD 0. Draw it without displacement, which
-/// would move it out of the picture.
+/// Returns a rectangle in the plane z = 0 with a Gaussian height map of `size` texels. Seen from above, it exactly fills a picture
+/// of `size` pixels, so pixel centres coincide with texel centres at LOD 0. Draw it without displacement, which would move it out
+/// of the picture.
 pub fn full_screen_stage(size: (u32, u32)) -> Stage {
     let (width, height) = (size.0.max(1), size.1.max(1));
     let half = Vec2::new(width as f32 / height as f32, 1.0);
@@ -33,7 +33,8 @@ pub fn full_screen_stage(size: (u32, u32)) -> Stage {
         texcoords: vec![corners.map(|c| c * 0.5 + 0.5)],
         ..Default::default()
     };
-    // Bumps are six texels wide. Slopes of the map are per unit of texture coordinate, which spans the height of 2 m.
+    // Bumps are six texels wide. The slopes of the map are per unit of texture coordinate, and one unit is the rectangle's height
+    // of 2 m.
     let map = procedural::gaussian(width, height, 1, 2.0 * SLOPE, 6.0 / height as f32);
     let object = Object::new("full screen", mesh).with_heights(HeightField::repeating(map), 1.0).without_shadow();
     let distance = 1.0 / (FOV.to_radians() * 0.5).tan();

@@ -9,9 +9,9 @@ use super::stats::Ratio;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Bound {
-    /// The ratio is at most this.
+    /// The ratio is at most this value.
     AtMost(f64),
-    /// The ratio is at least this.
+    /// The ratio is at least this value.
     AtLeast(f64),
 }
 
@@ -25,27 +25,27 @@ impl Bound {
     }
 }
 
-/// One time of one row.
+/// A reference to one time of one row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TimeRef {
     /// Name of the table.
     pub table: &'static str,
     /// Name of the row in the table.
     pub row: &'static str,
-    /// The pass or sum of passes.
+    /// Name of the pass or sum of passes.
     pub pass: &'static str,
-    /// Factor on this time.
+    /// Factor on the time.
     pub times: u32,
 }
 
 /// A ratio of two times with a bound.
 #[derive(Clone, Copy, Debug)]
 pub struct Goal {
-    /// Name.
+    /// Name of the goal.
     pub name: &'static str,
-    /// Dividend.
+    /// Dividend of the ratio.
     pub of: TimeRef,
-    /// Divisor.
+    /// Divisor of the ratio.
     pub to: TimeRef,
     /// Bound on the ratio.
     pub bound: Bound,
@@ -56,7 +56,7 @@ pub struct Goal {
 pub struct Verdict {
     /// Name of the goal.
     pub goal: &'static str,
-    /// Its bound.
+    /// Bound of the goal.
     pub bound: Bound,
     /// Median of the ratios within rounds.
     pub median: f64,
@@ -64,16 +64,16 @@ pub struct Verdict {
     pub low: f64,
     /// Upper quartile of these ratios.
     pub high: f64,
-    /// Ratio of the fastest frames.
+    /// Ratio of the times of the fastest frames.
     pub fastest: f64,
     /// Whether the median satisfies the bound.
     pub met: bool,
-    /// Whether both quartiles give the same verdict. If not, more frames or a quieter machine may change it.
+    /// Whether both quartiles give the same verdict. If not, more frames or a quieter machine may change the verdict.
     pub clear: bool,
 }
 
 impl Goal {
-    /// Judges the goal. `find` returns the times of a row by table and name. `None` if a row was not measured.
+    /// Judges the goal, or returns `None` if a row was not measured. `find` returns the times of a row by table and name.
     pub fn judge<'a>(&self, find: impl Fn(&str, &str) -> Option<&'a Series>) -> Option<Verdict> {
         let of = find(self.of.table, self.of.row)?;
         let to = find(self.to.table, self.to.row)?;

@@ -1,4 +1,4 @@
-//! The table of map sizes: the same surface and view with maps of increasing size.
+//! The table of map sizes, with the same surface and view for each size.
 
 use std::sync::Arc;
 
@@ -16,13 +16,14 @@ use leadr_scenes::registry::Choice;
 use leadr_scenes::set::{Inputs, Set, set};
 use leadr_scenes::stage::{GENERATED_HEIGHT, USUAL_RELIEF};
 
-/// Texels along an atlas tile; for the T-rex this gives maps of about 1k to 8k texels.
+/// Numbers of texels along an atlas tile, which give the T-rex maps of about 1k to 8k texels.
 const TILES: [u32; 4] = [16, 32, 64, 128];
-/// Texels along a height map.
+/// Numbers of texels along a height map.
 const SIDES: [u32; 4] = [1024, 2048, 4096, 8192];
 
-/// Renderers of the scene with maps of each size, and their rows. All stay alive, because rounds are interleaved. Sizes that do not fit
-/// the device's memory are skipped with a message. The largest and the smallest size are created first, because they are compared.
+/// Returns renderers of the scene with maps of each size, and their rows. All renderers stay alive, because rounds are interleaved.
+/// Sizes that do not fit into device memory are skipped with a message. The largest and the smallest size are created first,
+/// because goals compare them.
 ///
 /// # Errors
 /// If files cannot be read, memory runs out, or the device fails.

@@ -1,4 +1,4 @@
-//! The tables of the sea: times of its passes by size of the transforms and of the picture.
+//! The tables of the sea, with pass times by size of the transforms and of the picture.
 
 use std::sync::Arc;
 
@@ -15,14 +15,14 @@ use leadr_scenes::ocean::waves::Waves;
 use leadr_scenes::set::{Inputs, set};
 use leadr_scenes::view::Size;
 
-/// The passes that compute the wave maps; they do not depend on the picture.
+/// The passes that compute the wave maps, which do not depend on the picture.
 pub const WAVES: &str = "wave rows+wave columns+wave mips";
 
-/// Measured sizes of transforms: samples along the edge of a tile.
+/// Measured sizes of transforms, as numbers of samples along the edge of a tile.
 const TRANSFORMS: [u32; 4] = [64, 128, 256, 512];
 
-/// Renderers of the sea with their rows: every size of transform, then pictures with half, once and twice the sides. Maps and targets of
-/// all sizes stay alive.
+/// Returns renderers of the sea with their rows: every size of transform, then pictures of half, one and two times the side length.
+/// Maps and targets of all sizes stay alive.
 ///
 /// # Errors
 /// If files cannot be read, memory runs out, or the device fails.

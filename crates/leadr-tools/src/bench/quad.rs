@@ -23,7 +23,7 @@ const VISIBILITY_LIGHT: &str = "visibility, one light";
 const VISIBILITY_SPECULAR: &str = "visibility, specular environment";
 const VISIBILITY_DIFFUSE: &str = "visibility, diffuse environment";
 
-/// The row that environment rows are compared with.
+/// Name of the row with which environment rows are compared.
 const ONE_SAMPLE: &str = "one sample";
 
 /// Tables of times over the number of samples.
@@ -33,7 +33,7 @@ const fn pixels(table: &'static str, row: &'static str) -> TimeRef {
     TimeRef { table, row, pass: PIXELS, times: 1 }
 }
 
-/// The time of 64 samples of a reference picture, without the passes that prepare a frame, in favour of the reference.
+/// Returns the time of 64 samples of a reference picture. To favour the reference, it omits the passes that prepare a frame.
 const fn reference(table: &'static str, row: &'static str) -> TimeRef {
     TimeRef { table, row, pass: "geometry+filter+shade+accumulate", times: 64 }
 }
@@ -54,7 +54,7 @@ const fn of_forward(
     Goal { name, of, to, bound: Bound::AtMost(most) }
 }
 
-/// The goals for times. Most have a corresponding bound on errors, which `leadr-lab report` measures.
+/// The goals for times. Most goals have a corresponding bound on errors, which `leadr-lab report` measures.
 pub const GOALS: [Goal; 12] = [
     Goal {
         name: "specular, one light: LEADR / LEAN",
@@ -123,8 +123,8 @@ pub fn in_a_goal(row: &Row) -> bool {
     GOALS.iter().flat_map(|goal| [goal.of, goal.to]).any(|time| time.table == row.table && time.row == row.name)
 }
 
-/// The paper's settings: masking alone, as in its printed algorithms; base roughness in the frame of the macrosurface; no pixel kernel
-/// and no occlusion by the relief.
+/// Returns the paper's settings. They use masking alone, as in the printed algorithms, and base roughness in the frame of the
+/// macrosurface, without pixel kernel or occlusion by the relief.
 pub fn paper(technique: Technique, quadrature: Quadrature, terms: Terms) -> Shading {
     technique.with(ShadingOptions {
         quadrature,
@@ -161,7 +161,7 @@ fn row(state: &FrameState, size: Size, table: &str, name: &str, base: Option<&st
     }
 }
 
-/// Rows of the renderer, and of a plain forward pass over the same quad to compare them with.
+/// Returns rows of the renderer, and of a plain forward pass over the same quad for comparison.
 pub fn against_forward(state: &FrameState, size: Size) -> Vec<Row> {
     let leadr = |rule, terms| paper(Technique::Leadr, rule, terms);
     let light = |technique| paper(technique, Quadrature::Grid(1), Terms::SPECULAR_LIGHTS);
@@ -195,13 +195,13 @@ pub fn against_forward(state: &FrameState, size: Size) -> Vec<Row> {
     rows
 }
 
-/// The tables of the full-screen quad in `state`.
+/// Returns the tables of the full-screen quad in `state`.
 pub fn rows(state: &FrameState, size: Size) -> Vec<Row> {
     let mut rows = Vec::new();
     let mut add =
         |table: &str, name: &str, base: &str, shading| rows.push(row(state, size, table, name, Some(base), shading));
     let leadr = |quadrature, terms| paper(Technique::Leadr, quadrature, terms);
-    // One fetch along the direction reflected about the mean normal, and one irradiance of the mean normal.
+    // These rows have one fetch along the direction reflected about the mean normal, and one irradiance of the mean normal.
     let one = |terms| paper(Technique::BlinnPhong, Quadrature::Grid(1), terms);
     // The diffuse rule has a fixed number of samples, which does not depend on the probes.
     let visible = |terms| leadr(Quadrature::VisibleSlopes(Probes::Five), terms);
@@ -249,7 +249,7 @@ pub fn rows(state: &FrameState, size: Size) -> Vec<Row> {
     rows
 }
 
-/// The paper's time of a row, milliseconds on an NVIDIA GTX 480 (LEADR section 7).
+/// Returns the paper's time of a row in milliseconds, on an NVIDIA GTX 480 (LEADR section 7).
 pub fn paper_ms(row: &Row) -> Option<f64> {
     Some(match (row.table.as_str(), row.name.as_str()) {
         (LIGHT, "constant") => 0.055,

@@ -23,13 +23,13 @@ pub struct BenchReport {
     command: &'static str,
     #[serde(flatten)]
     device: DeviceInfo,
-    /// Build profile of the program; device times do not depend on it.
+    /// Build profile of the program, which does not affect device times.
     profile: &'static str,
     /// Number of rounds.
     frames: u32,
     rows: Vec<RowReport>,
     ratios: Vec<RatioReport>,
-    /// Time over samples: one straight line per table (LEADR Figure 11).
+    /// A straight line of time over samples for each table (LEADR Figure 11).
     lines: Vec<LineReport>,
     goals: Vec<Verdict>,
     /// Comparison with an earlier run.
@@ -39,7 +39,7 @@ pub struct BenchReport {
     seconds: f64,
 }
 
-/// The pass in which techniques differ most; its ratio is also printed.
+/// The pass in which techniques differ most, whose ratio is also printed.
 const SHADE: &str = "shade";
 
 /// One pass of one row.
@@ -48,11 +48,11 @@ pub struct RowReport {
     table: String,
     /// Name of the row in its table.
     row: String,
-    /// The row that it is compared with.
+    /// Name of the row with which this row is compared.
     base: Option<String>,
-    /// Another row that its per-pixel passes are compared with.
+    /// A second row with which the per-pixel passes are compared.
     beside: Option<String>,
-    /// The pass, or sum of passes, that is compared.
+    /// Name of the pass, or sum of passes, that is compared.
     compared: &'static str,
     technique: &'static str,
     /// The sampling rule of the integrals over slopes.
@@ -60,15 +60,15 @@ pub struct RowReport {
     /// Slope samples (or probes) per pixel and environment term.
     samples: u32,
     visibility: &'static str,
-    /// Distance of the camera to its target, metres, if it differs between rows.
+    /// Distance of the camera to its target in metres, if it differs between rows.
     distance: Option<f32>,
     size: [u32; 2],
-    /// Upper bound on the triangles of a frame, including shadow maps; only for whole frames.
+    /// Upper bound on the triangles of a frame, including shadow maps, for rows of whole frames.
     triangles: Option<u64>,
-    /// Patches drawn for the camera; only for whole frames.
+    /// Patches drawn for the camera, for rows of whole frames.
     patches: Option<u32>,
-    /// A pass or a sum of passes on the device; or a part of the CPU time (`cpu prepare`, `cpu record`, `cpu wait`), or the sum of
-    /// these three (`frame`).
+    /// A pass or a sum of passes on the device, a component of the CPU time (`cpu prepare`, `cpu record`, `cpu wait`), or the sum
+    /// of these components (`frame`).
     pass: String,
     median_ms: f64,
     p95_ms: f64,
@@ -78,14 +78,14 @@ pub struct RowReport {
     repeats: u32,
     /// Rounds in which the row was measured.
     measurements: usize,
-    /// Seconds of the scene's set-up, for rows that measure it.
+    /// Set-up time of the scene in seconds, for rows that measure it.
     #[serde(skip_serializing_if = "Option::is_none")]
     set_up_s: Option<f64>,
-    /// The paper's time on an NVIDIA GTX 480, milliseconds.
+    /// The paper's time on an NVIDIA GTX 480 in milliseconds.
     paper_ms: Option<f64>,
 }
 
-/// The ratio of a row to the row of its table that it is compared with.
+/// The ratio of a row to the row with which it is compared.
 #[derive(Clone, Debug, Serialize)]
 pub struct RatioReport {
     table: String,
@@ -94,7 +94,7 @@ pub struct RatioReport {
     pass: &'static str,
     #[serde(flatten)]
     ratio: Ratio,
-    /// The same ratio of the paper's times.
+    /// The ratio of the same rows' times in the paper.
     paper: Option<f64>,
 }
 
@@ -107,7 +107,7 @@ pub struct LineReport {
 }
 
 impl BenchReport {
-    /// Summarises measurements on `gpu`. `frames` is the number of rounds, and `seconds` the wall-clock time.
+    /// Summarises measurements on `gpu`. `frames` is the number of rounds, and `seconds` is the wall-clock time.
     pub fn new(gpu: &Gpu, measured: Vec<Measured>, frames: u32, seconds: f64) -> Self {
         let find = |table: &str, row: &str| measured.iter().find(|m| m.row.table == table && m.row.name == row);
         Self {
@@ -204,17 +204,17 @@ fn line(table: &str, measured: &[Measured]) -> Option<LineReport> {
     Some(LineReport { table: table.to_owned(), line: least_squares(&points)? })
 }
 
-/// Whether a pass always runs once, even if others are repeated.
+/// Whether a pass always runs once, even if other passes are repeated.
 fn is_once(pass: &str) -> bool {
     pass == "sky" || is_cpu(pass)
 }
 
-/// Whether the name is a part of the CPU time.
+/// Whether a name is a component of the CPU time.
 fn is_cpu(pass: &str) -> bool {
     pass == FRAME || CPU.contains(&pass)
 }
 
-/// Column heading of a pass or sum of passes.
+/// Returns the column heading of a pass or sum of passes.
 fn title(pass: &str) -> &str {
     if pass == WAVES { "waves" } else { pass }
 }
@@ -270,7 +270,7 @@ impl fmt::Display for BenchReport {
 impl BenchReport {
     fn table(&self, f: &mut fmt::Formatter<'_>, table: &str) -> fmt::Result {
         let rows: Vec<&RowReport> = self.rows.iter().filter(|r| r.table == table).collect();
-        // Tables of the quad print only the cost of pixels; JSON has the other passes.
+        // Tables of the quad print only the cost of pixels, but JSON has all passes.
         let own = |pass: &str| ["geometry", "filter", "shade", "filter and shade", PIXELS, FORWARD].contains(&pass);
         let compared = rows[0].compared;
         let timed = rows.iter().map(|row| row.pass.as_str());
@@ -333,7 +333,7 @@ impl BenchReport {
         Ok(())
     }
 
-    /// Prints triangles and CPU times of rows that measure whole frames.
+    /// Prints the triangles and CPU times of rows that measure whole frames.
     fn frames(f: &mut fmt::Formatter<'_>, rows: &[&RowReport], names: &[&str]) -> fmt::Result {
         let columns: Vec<&str> = CPU.into_iter().chain([FRAME]).collect();
         if !rows.iter().any(|row| is_cpu(&row.pass)) {

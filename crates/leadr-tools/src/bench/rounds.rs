@@ -11,32 +11,32 @@ use leadr_render::frame::{CpuTime, PassTime};
 pub struct Frame {
     /// The time of each pass on the device.
     pub passes: Vec<PassTime>,
-    /// CPU time of a frame whose passes run once; only for rows that measure whole frames.
+    /// CPU time of a frame with unrepeated passes, for rows that measure whole frames.
     pub cpu: Option<CpuTime>,
-    /// Upper bound on its triangles, including shadow maps.
+    /// Upper bound on the triangles of the frame, including shadow maps.
     pub triangles: u64,
     /// Patches drawn for the camera.
     pub patches: u32,
 }
 
-/// Target length of a timed region, milliseconds. GPU clocks may tick only once per microsecond.
+/// Target length of a timed region in milliseconds. GPU clocks may tick only once per microsecond.
 const MEASURABLE: f64 = 0.5;
 /// Largest number of repetitions of a pass.
 const MAX_REPEATS: u32 = 256;
-/// A row whose frame takes longer than this, milliseconds, skips some rounds.
+/// Frame time in milliseconds above which a row skips some rounds.
 const PATIENCE: f64 = 1000.0;
-/// Smallest number of rounds of a row.
+/// Minimum number of rounds of a row.
 const FEWEST: usize = 5;
 
-/// The per-pixel passes: filtering of the maps, and shading.
+/// The per-pixel passes, which filter the maps and shade.
 pub const PIXELS: &str = "filter+shade";
 /// The per-pixel passes and the geometry pass.
 pub const WITH_GEOMETRY: &str = "geometry+filter+shade";
 /// All passes of a frame.
 pub const TOTAL: &str = "total";
-/// Parts of the CPU time of a frame: posing and tessellating the scene, recording commands, waiting for the device.
+/// Components of the CPU time of a frame: posing and tessellating the scene, recording commands, and waiting for the device.
 pub const CPU: [&str; 3] = ["cpu prepare", "cpu record", "cpu wait"];
-/// Wall-clock time of a frame: the sum of [`CPU`].
+/// Wall-clock time of a frame, the sum of [`CPU`].
 pub const FRAME: &str = "frame";
 
 /// The times of one row.
@@ -44,12 +44,12 @@ pub const FRAME: &str = "frame";
 pub struct Series {
     /// Repetitions of each pass in its timed region.
     pub repeats: u32,
-    /// The measurements of each round; `None` if the row skipped the round.
+    /// The measurements of each round, or `None` if the row skipped the round.
     pub rounds: Vec<Option<Frame>>,
 }
 
 impl Frame {
-    /// Milliseconds of a pass or a sum of passes, as in [`Series::of`].
+    /// Returns the milliseconds of a pass or a sum of passes, as in [`Series::of`].
     fn of(&self, pass: &str) -> Option<f64> {
         if let Some(CpuTime { prepare, record, wait }) = self.cpu {
             let parts = [prepare, record, wait];
@@ -72,7 +72,8 @@ impl Frame {
 }
 
 impl Series {
-    /// Names of the passes in order of execution, then [`PIXELS`] and [`TOTAL`]; for whole frames also [`CPU`] and [`FRAME`].
+    /// Returns the names of the passes in order of execution, then [`PIXELS`] and [`TOTAL`], and for whole frames also [`CPU`] and
+    /// [`FRAME`].
     pub fn passes(&self) -> Vec<&str> {
         let Some(first) = self.rounds.iter().flatten().next() else { return Vec::new() };
         let mut passes: Vec<&str> = first.passes.iter().map(|time| time.pass.as_str()).collect();
@@ -84,29 +85,29 @@ impl Series {
         passes
     }
 
-    /// Milliseconds of `pass` in each round. `pass` is one pass, several joined by `+`, [`PIXELS`], [`TOTAL`], one of [`CPU`], or
-    /// [`FRAME`].
+    /// Returns the milliseconds of `pass` in each round. `pass` is one pass, several joined by `+`, [`PIXELS`], [`TOTAL`], one of
+    /// [`CPU`], or [`FRAME`].
     pub fn of(&self, pass: &str) -> Vec<Option<f64>> {
         self.rounds.iter().map(|frame| frame.as_ref().and_then(|frame| frame.of(pass))).collect()
     }
 
-    /// Triangles and patches of the last frame; `None` unless the row measures whole frames.
+    /// Returns the triangles and patches of the last frame, or `None` unless the row measures whole frames.
     pub fn counts(&self) -> Option<(u64, u32)> {
         let last = self.rounds.iter().flatten().next_back()?;
         last.cpu.map(|_| (last.triangles, last.patches))
     }
 
-    /// Rounds in which the row was measured.
+    /// Counts the rounds in which the row was measured.
     pub fn measurements(&self) -> usize {
         self.rounds.iter().flatten().count()
     }
 
-    /// Milliseconds of a pass in the rounds in which it was measured.
+    /// Returns the milliseconds of a pass in all rounds that measured it.
     pub fn times(&self, pass: &str) -> Vec<f64> {
         self.of(pass).into_iter().flatten().collect()
     }
 
-    /// Ratio of this row's time to another row's.
+    /// Returns the ratio of this row's time to the time of `to`.
     pub fn ratio(&self, pass: &str, to: &Self, to_pass: &str) -> Option<Ratio> {
         paired_ratio(&self.of(pass), &to.of(to_pass))
     }
@@ -117,7 +118,7 @@ impl Series {
 /// alternate between forward and backward order, so a steady drift favours no row. `tick` reports progress.
 ///
 /// # Errors
-/// The error of the first failed frame.
+/// Returns the error of the first failed frame.
 pub fn measure(
     draw: &mut dyn FnMut(usize, usize, u32) -> Result<Frame, LabError>,
     rows: usize,
@@ -166,7 +167,7 @@ pub enum Tick {
     Frame(usize),
 }
 
-/// Repetitions that make the per-pixel passes long enough to measure.
+/// Returns a number of repetitions that makes the per-pixel passes long enough to measure.
 fn repeats(times: &[PassTime]) -> u32 {
     // The sea has its own filter and shade passes, and may be the only surface.
     let all = |pass: &str| times.iter().filter(|t| t.pass.ends_with(pass)).map(|t| t.milliseconds).reduce(|a, b| a + b);
@@ -178,13 +179,13 @@ fn repeats(times: &[PassTime]) -> u32 {
     }
 }
 
-/// Number of rounds, of `rounds`, in which a row with this frame time is drawn.
+/// Returns the number of rounds, out of `rounds`, in which a row with this frame time is drawn.
 fn turns_of(milliseconds: f64, rounds: usize) -> usize {
     let turns = (rounds as f64 * PATIENCE / milliseconds.max(PATIENCE)).round() as usize;
     turns.clamp(FEWEST.min(rounds), rounds)
 }
 
-/// Whether a row that is drawn in `turns` rounds is drawn in this one. These rounds are evenly spaced and include the first.
+/// Whether a row that is drawn in `turns` rounds is drawn in this round. The row's rounds are evenly spaced and include the first.
 fn takes_part(round: usize, turns: usize, rounds: usize) -> bool {
     round == 0 || round * turns / rounds != (round - 1) * turns / rounds
 }
@@ -194,7 +195,7 @@ mod tests {
     use super::*;
     use crate::bench::stats::median;
 
-    /// Rows of known cost on a machine whose speed drifts; the first frame of a row compiles.
+    /// Rows of known cost on a machine with drifting speed. The first frame of a row compiles its pipelines.
     struct Machine {
         costs: Vec<f64>,
         load: fn(usize) -> f64,
@@ -267,7 +268,7 @@ mod tests {
         let ratio = series[1].ratio(PIXELS, &series[0], PIXELS).unwrap();
         assert!((ratio.median - 1.5).abs() < 0.02, "{ratio:?}");
         assert!(ratio.low < 1.5 && ratio.high > 1.5, "rounds alternate, so the drift falls on both sides: {ratio:?}");
-        // Measuring one row after the other gives a wrong ratio.
+        // Measuring the rows one after the other gives a wrong ratio.
         let mut calls = 0;
         let mut one_after_the_other = |cost: f64| {
             let times: Vec<f64> = (0..40)

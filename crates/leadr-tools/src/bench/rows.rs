@@ -1,4 +1,4 @@
-//! A row of a bench table: a configuration that is drawn repeatedly, and its times.
+//! A row of a bench table, with a configuration that is drawn repeatedly, and its times.
 
 use super::forward::Forward;
 use super::rounds::{PIXELS, Series};
@@ -9,15 +9,15 @@ use leadr_render::settings::{Quadrature, RenderSettings};
 /// A configuration that is drawn repeatedly.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// Name of its table.
+    /// Name of the row's table.
     pub table: String,
     /// Name of the row.
     pub name: String,
-    /// The row of the table that this one is compared with.
+    /// Name of the row with which this row is compared, in the same table.
     pub base: Option<String>,
-    /// Another row of the table that its per-pixel passes are compared with.
+    /// A second row of the table with which the per-pixel passes are compared.
     pub beside: Option<String>,
-    /// The compared time: that of the per-pixel passes, or of all passes.
+    /// The passes whose time is compared: the per-pixel passes, or all passes.
     pub compared: &'static str,
     /// The state of the scene.
     pub state: FrameState,
@@ -25,9 +25,9 @@ pub struct Row {
     pub settings: RenderSettings,
     /// Hours that the sun moves between rounds. If it moves, every round recomputes the sky, its mips and its irradiance.
     pub sun_hours: f64,
-    /// Seconds of the set-up, for rows that measure it.
+    /// Set-up time in seconds, for rows that measure it.
     pub set_up: Option<f64>,
-    /// The plain forward pass that draws it instead of the renderer. Other rows are compared with its total time.
+    /// The plain forward pass that draws the row instead of the renderer. Rows of the renderer are compared with its total time.
     pub forward: Option<Forward>,
 }
 
@@ -40,28 +40,28 @@ pub struct Measured {
 }
 
 impl Row {
-    /// The quadrature over slopes; a grid of one for techniques with a single slope.
+    /// Returns the quadrature over slopes, or a grid of one for techniques with a single slope.
     fn quadrature(&self) -> Quadrature {
         self.settings.shading.quadrature().unwrap_or(Quadrature::Grid(1))
     }
 
-    /// Slope samples (or probes) per pixel; 1 for techniques with a single slope.
+    /// Returns the number of slope samples (or probes) per pixel, 1 for techniques with a single slope.
     pub fn samples(&self) -> u32 {
         self.forward.map_or_else(|| self.quadrature().samples(), Forward::samples)
     }
 
-    /// Name of the quadrature rule.
+    /// Returns the name of the quadrature rule.
     pub fn rule(&self) -> &'static str {
         self.forward.map_or_else(|| self.quadrature().name(), |_| Quadrature::Grid(1).name())
     }
 
-    /// Name of the shadowing model; that of masking alone for techniques with a single slope.
+    /// Returns the name of the shadowing model, which is masking alone for techniques with a single slope.
     pub fn shadowing(&self) -> &'static str {
         let shading = self.settings.shading;
         if shading.technique().integrates() { shading.options().shadowing } else { Shadowing::None }.name()
     }
 
-    /// Distance of the camera to its target, metres, if it differs between rows.
+    /// Returns the distance of the camera to its target in metres, if it differs between rows.
     pub fn distance(&self) -> Option<f32> {
         let camera = &self.state.camera;
         self.is_of_a_frame().then(|| camera.position.distance(camera.target))

@@ -25,14 +25,14 @@ use leadr_scenes::set::{Inputs, set};
 use leadr_scenes::stage::Lights;
 use leadr_scenes::view::Size;
 
-/// The measurements to make.
+/// The measurements that the bench makes.
 #[derive(Clone, Debug)]
 pub struct BenchConfig {
-    /// The paper's tables, if selected.
+    /// The quad of the paper's tables, if selected.
     pub quad: Option<Quad>,
     /// Size of the quad for the comparison with a plain forward pass, if selected.
     pub forward: Option<Size>,
-    /// The scenes.
+    /// The scenes to measure.
     pub scenes: Vec<SceneConfig>,
     /// The tables to measure for each scene that supports them.
     pub tables: Vec<Table>,
@@ -44,7 +44,7 @@ pub struct BenchConfig {
     pub rounds: u32,
 }
 
-/// The paper's tables: a full-screen quad over a LEADR map of its size.
+/// The paper's tables, over a full-screen quad with a LEADR map of its size.
 #[derive(Clone, Copy, Debug)]
 pub struct Quad {
     /// Size of the quad and of its map.
@@ -110,7 +110,7 @@ pub fn bench(
     Ok(BenchReport::new(&gpu, measured, config.rounds, start.elapsed().as_secs_f64()))
 }
 
-/// The renderer of a scene, and the rows of all tables that this renderer can draw.
+/// Returns the renderer of a scene, and the rows of all tables that this renderer can draw.
 fn one_scene(
     config: &BenchConfig,
     scene: &SceneConfig,
@@ -134,16 +134,16 @@ fn one_scene(
 
 /// The uploaded quad of the paper's tables.
 pub struct FullScreen {
-    /// Its renderer.
+    /// The renderer of the quad.
     pub renderer: Renderer,
-    /// The quad; the renderer has a copy.
+    /// The quad, of which the renderer has a copy.
     pub object: Object,
     /// The state to draw.
     pub state: FrameState,
 }
 
 impl FullScreen {
-    /// A quad of this size, with a map of as many texels.
+    /// Creates a quad of this size, with one map texel per pixel.
     ///
     /// # Errors
     /// If memory runs out or the device fails.
@@ -157,10 +157,10 @@ impl FullScreen {
         Ok(Self { renderer, object, state })
     }
 
-    /// A plain forward pass over the quad in the same light.
+    /// Creates a plain forward pass over the quad in the same light.
     ///
     /// # Errors
-    /// Like [`new`](Self::new).
+    /// Fails like [`new`](Self::new).
     pub fn forward(&mut self, size: Size, settings: &RenderSettings) -> Result<ForwardPass, LabError> {
         // Drawing a frame computes the SH coefficients of the environment.
         self.renderer.measure(&self.state, settings, 0, 1)?;
@@ -170,11 +170,11 @@ impl FullScreen {
     }
 }
 
-/// Renderers, and rows with the indices of their renderers.
+/// The renderers, and the rows with the indices of their renderers.
 struct Bench {
     renderers: Vec<Renderer>,
     rows: Vec<(usize, Row)>,
-    /// Render targets by renderer and size. They are kept, so a row of another size does not recreate them.
+    /// Render targets by renderer and size, which are kept so that rows of different sizes do not recreate them.
     targets: HashMap<(usize, (u32, u32)), KeptTargets>,
     /// The forward pass for rows that the renderer does not draw.
     forward: Option<ForwardPass>,
@@ -189,7 +189,7 @@ impl Bench {
             return Ok(Frame { passes: vec![time], ..Default::default() });
         }
         let targets = self.targets.entry((*index_of_renderer, row.settings.size)).or_default();
-        // A row with several samples draws a different one in every round.
+        // A row with several samples draws a different sample in every round.
         let index = round as u32 % row.settings.samples.max(1);
         let mut state = row.state.clone();
         daylight::pass(&mut state, row.sun_hours * (round + 1) as f64);

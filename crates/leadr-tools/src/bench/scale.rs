@@ -1,4 +1,4 @@
-//! The tables of scale: frame and set-up times by number of objects, materials, triangles and lights.
+//! The tables of scale, with frame and set-up times by number of objects, materials, triangles and lights.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -19,21 +19,21 @@ use leadr_render::settings::Technique;
 use leadr_scenes::config::SceneConfig;
 use leadr_scenes::sphere::{color_code, cube_sphere};
 
-/// Numbers of balls; any number fills the picture equally.
+/// Numbers of balls, which all fill the picture equally.
 const COUNTS: [u32; 4] = [1, 10, 100, 1000];
-/// Patches along a side of the six faces of a ball with 10^5 triangles before tessellation.
+/// Patches along a side of a face, for a ball with 10^5 triangles before tessellation.
 const FINE_SIDE: u32 = 92;
-/// Numbers of its instances, and of their triangles.
+/// Numbers of instances of the fine ball, and their total triangles.
 const INSTANCES: [(u32, &str); 4] = [(1, "10^5"), (10, "10^6"), (100, "10^7"), (1000, "10^8")];
 /// Patches along a side of a face, for many balls.
 const SIDE: u32 = 4;
 /// Texels along a side of each material.
 const TEXELS: u32 = 16;
-/// Half the width of the square of balls, metres.
+/// Half the width of the square of balls in metres.
 const HALF: f32 = 5.0;
 
-/// Renderers with their rows for increasing numbers of balls, of balls with a material each, of instances of a fine ball, and of lamps.
-/// Every row is compared with the first of its table.
+/// Returns renderers with their rows for increasing numbers of balls, of balls with separate materials, of instances of a fine
+/// ball, and of lamps. Every row is compared with the first row of its table.
 ///
 /// # Errors
 /// If memory runs out or the device fails.
@@ -90,7 +90,7 @@ fn set_up(gpu: &Arc<Gpu>, balls: Vec<Object>) -> Result<(Renderer, FrameState, f
     Ok((renderer, state, start.elapsed().as_secs_f64()))
 }
 
-/// Returns `count` unit balls, each with its own material if `materials` is set.
+/// Returns `count` unit balls, with separate materials if `materials` is set.
 fn balls(count: u32, side: u32, materials: bool) -> Vec<Object> {
     let mesh = cube_sphere(side, [0.5, 0.5, 0.5, 0.3]);
     let ball = |i: u32| {
@@ -102,7 +102,7 @@ fn balls(count: u32, side: u32, materials: bool) -> Vec<Object> {
     (0..count).map(ball).collect()
 }
 
-/// Poses of the balls on a square grid.
+/// Returns the poses of the balls on a square grid.
 fn poses(count: u32) -> Vec<Pose> {
     let columns = f64::from(count).sqrt().ceil() as u32;
     let spacing = 2.0 * HALF / columns as f32;

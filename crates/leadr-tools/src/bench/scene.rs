@@ -1,4 +1,4 @@
-//! The tables of a scene: by view, technique, distance, resolution, triangle size and map size.
+//! The tables of a scene, by view, technique, distance, resolution, triangle size and map size.
 
 use clap::ValueEnum;
 
@@ -35,7 +35,7 @@ pub enum Table {
 }
 
 impl Table {
-    /// The name on the command line.
+    /// Returns the name on the command line.
     pub fn name(self) -> String {
         self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
     }
@@ -55,17 +55,17 @@ impl Table {
 
 /// Motion of the sun per round: one minute, in hours.
 const SUN_STEP: f64 = 1.0 / 60.0;
-/// Distances of the camera, as multiples of that of the middle view.
+/// Distances of the camera, as multiples of the middle view's distance.
 const ZOOM: [f32; 6] = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
-/// The multiple at which the reference is also measured.
+/// The multiple of the distance at which the reference is also measured.
 const AFAR: f32 = 8.0;
-/// Triangle sizes in pixels, and the size of the row that others are compared with.
+/// Triangle sizes in pixels, and the size of the row with which all others are compared.
 const TRIANGLES: [f32; 5] = [1.0, 2.0, 4.0, 8.0, 16.0];
 const USUAL_TRIANGLES: f32 = 4.0;
 
-/// A row of a scene. It is compared with the row `base` of the same table by the total time.
+/// Returns a row of a scene. Its total time is compared with the row `base` of the same table.
 pub fn row(config: &SceneConfig, technique: Technique, state: FrameState, [table, name, base]: [String; 3]) -> Row {
-    // With 64 samples, every round of a reference draws a different one.
+    // With 64 samples, every round of a reference draws a different sample.
     let samples = if technique.is_reference() { 64 } else { 1 };
     Row {
         table,
@@ -82,7 +82,7 @@ pub fn row(config: &SceneConfig, technique: Technique, state: FrameState, [table
     }
 }
 
-/// The scene's own views, with one table per picture size. `seen` returns the state for a view and a picture size.
+/// Returns rows for the scene's own views, with one table per picture size. `seen` returns the state for a view and a picture size.
 pub fn views(
     config: &SceneConfig,
     sizes: &[Size],
@@ -100,7 +100,7 @@ pub fn views(
     .collect()
 }
 
-/// All techniques (or `only` one) at the middle view of `state`, and LEADR (or that one) with a moving sun.
+/// Returns rows for all techniques (or `only` one) at the middle view of `state`, and for LEADR (or that one) with a moving sun.
 pub fn techniques(config: &SceneConfig, state: &FrameState, only: Option<Technique>) -> Vec<Row> {
     let base = only.unwrap_or(Technique::Leadr);
     let names = |name: &str| [config.scene.name.to_owned(), name.to_owned(), base.name().to_owned()];
@@ -112,7 +112,7 @@ pub fn techniques(config: &SceneConfig, state: &FrameState, only: Option<Techniq
     rows
 }
 
-/// LEADR (or `only` this technique) at multiples of the distance of the middle view of `state`.
+/// Returns rows for LEADR (or the technique `only`) at multiples of the distance of the middle view of `state`.
 pub fn distances(config: &SceneConfig, state: &FrameState, only: Option<Technique>) -> Vec<Row> {
     let base = only.unwrap_or(Technique::Leadr);
     let middle = state.camera.position.distance(state.camera.target);
@@ -129,7 +129,7 @@ pub fn distances(config: &SceneConfig, state: &FrameState, only: Option<Techniqu
     rows
 }
 
-/// The middle view of `state` at a quarter to twice the picture size along each side.
+/// Returns rows for the middle view of `state` at a quarter to twice the picture size along each side.
 pub fn resolutions(config: &SceneConfig, state: &FrameState, only: Option<Technique>) -> Vec<Row> {
     let Size { width, height } = config.size;
     let quarters = |n: u32| Size { width: (width * n / 4).max(1), height: (height * n / 4).max(1) };
@@ -145,7 +145,7 @@ pub fn resolutions(config: &SceneConfig, state: &FrameState, only: Option<Techni
     rows
 }
 
-/// The middle view of `state` with triangles of increasing size.
+/// Returns rows for the middle view of `state` with triangles of increasing size.
 pub fn triangles(config: &SceneConfig, state: &FrameState, only: Option<Technique>) -> Vec<Row> {
     let name = |pixels: f32| format!("{pixels} px a triangle");
     let divided = |triangle_pixels: f32| {
@@ -157,8 +157,8 @@ pub fn triangles(config: &SceneConfig, state: &FrameState, only: Option<Techniqu
     TRIANGLES.map(divided).into()
 }
 
-/// LEADR and LEAN (or `only` this technique) with maps of this size in texels; `first` is the size that others are
-/// compared with. Both are lit by the sun alone with the paper's settings, so they differ only in their filtering.
+/// Returns rows for LEADR and LEAN (or the technique `only`) with maps of this size in texels. `first` is the size with which all
+/// others are compared. The techniques use the paper's settings under the sun alone, so they differ only in their filtering.
 pub fn maps(
     config: &SceneConfig,
     state: &FrameState,

@@ -1,4 +1,4 @@
-//! The soak test: memory use over many frames of a scene.
+//! The soak test, which measures memory use over many frames of a scene.
 
 use std::fmt;
 use std::sync::Arc;
@@ -18,23 +18,23 @@ use leadr_scenes::config::SceneConfig;
 use leadr_scenes::daylight;
 use leadr_scenes::set::{Inputs, Set, set};
 
-/// Memory after some number of frames.
+/// Memory use after some number of frames.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct MemorySample {
     /// Frames drawn so far.
     pub frame: u64,
-    /// Resident memory of the process, bytes, if the system reports it.
+    /// Resident memory of the process in bytes, if the system reports it.
     pub resident: Option<u64>,
-    /// Bytes of buffers and images.
+    /// Memory of buffers and images in bytes.
     pub allocated: u64,
-    /// Bytes reserved from the driver for them.
+    /// Bytes that the driver has reserved for buffers and images.
     pub reserved: u64,
     /// Number of buffers and images.
     pub allocations: usize,
 }
 
 impl MemorySample {
-    /// Samples the memory of this process and of a device after this many frames.
+    /// Samples the memory of this process and of a device after `frame` frames.
     pub fn after(frame: u64, gpu: &Gpu) -> Self {
         let memory = gpu.memory_use();
         Self {
@@ -57,15 +57,15 @@ pub struct SoakReport {
     frames: u32,
     size: [u32; 2],
     scene: String,
-    /// Samples along the edge of the sea's tiles, if it has a sea.
+    /// Samples along the edge of the sea's tiles, if the scene has a sea.
     fft: Option<u32>,
-    /// Memory at ten evenly spaced moments.
+    /// Memory use at ten evenly spaced times.
     samples: Vec<MemorySample>,
-    /// Growth of buffers and images from the second sample to the last, bytes.
+    /// Growth of buffers and images in bytes, from the second sample to the last.
     allocated_growth: i64,
-    /// Growth of resident memory from the second sample to the last, bytes.
+    /// Growth of resident memory in bytes, from the second sample to the last.
     resident_growth: Option<i64>,
-    /// Wall-clock seconds.
+    /// Wall-clock time in seconds.
     seconds: f64,
 }
 
@@ -74,9 +74,9 @@ const SAMPLES: u32 = 10;
 /// Seconds between frames.
 const STEP: f64 = 1.0 / 30.0;
 
-/// Draws `frames` frames of `config` and reads them back. Time runs, the sun passes one day, and the camera moves. Over a sea it
-/// travels, rotates, and climbs from 2.5 m to a kilometre. Elsewhere it circles the scene near and far, on the same path between all
-/// samples of the memory. Techniques alternate, unless there is `only` one.
+/// Draws `frames` frames of `config` and reads them back. Time advances, the sun moves through one day, and the camera moves. Over
+/// a sea the camera travels, rotates, and climbs from 2.5 m to a kilometre. Elsewhere it circles the scene near and far, on the
+/// same path between all memory samples. Techniques alternate, unless `only` selects one.
 ///
 /// # Errors
 /// If the device fails, validation reports a message, or buffers and images grow from the second sample to the last.
@@ -136,7 +136,7 @@ pub fn soak(
     })
 }
 
-/// The camera of a frame over a sea: it climbs and descends four times, rotates seven times, and travels 2 km.
+/// Returns the camera of a frame over a sea. It climbs and descends four times, rotates seven times, and travels 2 km.
 fn sailing(camera: &Camera, frame: u32, frames: u32) -> Camera {
     let share = frame as f32 / frames.max(1) as f32;
     let turns = |n: f32| std::f32::consts::TAU * n * share;
@@ -146,7 +146,8 @@ fn sailing(camera: &Camera, frame: u32, frames: u32) -> Camera {
     Camera::looking_at(position, position + direction * height, camera.fov_y.to_degrees())
 }
 
-/// The camera of a frame: it moves once around its target, from a third of its distance to eight times its distance and back.
+/// Returns the camera of a frame. It moves once around its target, from a third of its distance to eight times its distance and
+/// back.
 fn circling(camera: &Camera, frame: u32, frames: u32) -> Camera {
     let share = frame as f32 / frames as f32;
     let nearness = 0.5 + 0.5 * (std::f32::consts::TAU * share).cos();

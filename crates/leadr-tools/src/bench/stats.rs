@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// The `p`-quantile, `p` in `[0, 1]`, with linear interpolation between the two nearest values; 0 for no values.
+/// Returns the `p`-quantile, `p` in `[0, 1]`, with linear interpolation between the two nearest values, or 0 for no values.
 pub fn quantile(values: &[f64], p: f64) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -12,12 +12,12 @@ pub fn quantile(values: &[f64], p: f64) -> f64 {
     low + (high - low) * position.fract()
 }
 
-/// The median: the middle value, or the mean of the middle two.
+/// Returns the median, which is the middle value, or the mean of the middle two.
 pub fn median(values: &[f64]) -> f64 {
     quantile(values, 0.5)
 }
 
-/// A ratio of two rows from interleaved rounds.
+/// A ratio of two rows' times from interleaved rounds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Ratio {
     /// Median of the ratios within each round.
@@ -26,14 +26,14 @@ pub struct Ratio {
     pub low: f64,
     /// Upper quartile of these ratios.
     pub high: f64,
-    /// Ratio of the fastest frames of both over all rounds, which other programs disturbed least.
+    /// Ratio of the fastest frames over all rounds, which other programs disturbed least.
     pub fastest: f64,
-    /// Rounds in which both were measured.
+    /// Number of rounds that measured both rows.
     pub pairs: usize,
 }
 
-/// The ratios `of[i] / to[i]` over the rounds in which both have a value. A slowdown of a whole round cancels. `None` if
-/// there is no such round.
+/// Computes the ratios `of[i] / to[i]` over all rounds with both values, so that a slowdown of a whole round cancels. Returns
+/// `None` without a common round.
 pub fn paired_ratio(of: &[Option<f64>], to: &[Option<f64>]) -> Option<Ratio> {
     let pairs = of.iter().zip(to).filter_map(|(of, to)| Some(((*of)?, (*to)?))).filter(|(_, to)| *to > 0.0);
     let (of, to): (Vec<f64>, Vec<f64>) = pairs.unzip();
@@ -47,19 +47,19 @@ pub fn paired_ratio(of: &[Option<f64>], to: &[Option<f64>]) -> Option<Ratio> {
 /// A least-squares line through points.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Line {
-    /// Value at 0.
+    /// Value of the line at 0.
     #[serde(rename = "intercept_ms")]
     pub intercept: f64,
-    /// Rise per unit.
+    /// Slope of the line, per unit.
     #[serde(rename = "per_sample_ms")]
     pub slope: f64,
-    /// Share of the variance that the line explains, at most 1.
+    /// Fraction of the variance that the line explains, at most 1.
     pub r_squared: f64,
     /// Largest deviation of a point from the line, relative to the line's value there.
     pub worst: f64,
 }
 
-/// Fits `y = intercept + slope · x`. `None` for fewer than two different `x`.
+/// Fits `y = intercept + slope · x`. Returns `None` for fewer than two different `x`.
 pub fn least_squares(points: &[(f64, f64)]) -> Option<Line> {
     let count = points.len() as f64;
     let mean = |f: fn(&(f64, f64)) -> f64| points.iter().map(f).sum::<f64>() / count;
@@ -77,7 +77,7 @@ pub fn least_squares(points: &[(f64, f64)]) -> Option<Line> {
     Some(Line { intercept, slope, r_squared: if yy > 0.0 { 1.0 - residual / yy } else { 1.0 }, worst })
 }
 
-/// Each value once, in order of first occurrence.
+/// Returns each value once, in order of first occurrence.
 pub(super) fn in_order<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
     values.fold(Vec::new(), |mut seen, value| {
         if !seen.contains(&value) {

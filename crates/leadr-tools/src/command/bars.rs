@@ -13,26 +13,26 @@ pub const EVERY: Duration = Duration::from_secs(5);
 /// A progress bar, which disappears when it is dropped.
 pub struct Bar {
     bar: ProgressBar,
-    /// For progress lines: the thread that prints them, and a sender whose drop stops it.
+    /// The thread that prints progress lines, and a sender that stops the thread when dropped.
     teller: Option<(Sender<()>, JoinHandle<()>)>,
 }
 
 impl Bar {
-    /// A bar that prints nothing.
+    /// Creates a bar that prints nothing.
     pub fn hidden() -> Self {
         Self { bar: ProgressBar::hidden(), teller: None }
     }
 
-    /// A bar with this many steps on stderr. With 0 steps (unknown), it shows only the message and the time.
+    /// Creates a bar with this many steps on stderr. With 0 steps (unknown), it shows only the message and the time.
     pub fn on_terminal(steps: usize) -> Self {
         let bar = ProgressBar::with_draw_target(Some(steps as u64), ProgressDrawTarget::stderr());
         bar.set_style(style(steps));
-        // Updates the elapsed time during long steps.
+        // The tick updates the elapsed time during long steps.
         bar.enable_steady_tick(Duration::from_secs(1));
         Self { bar, teller: None }
     }
 
-    /// A bar with this many steps that writes a line to `target` after each interval `every`.
+    /// Creates a bar with this many steps that writes a line to `target` after each interval `every`.
     pub fn in_lines(steps: usize, every: Duration, mut target: impl Write + Send + 'static) -> Self {
         let bar = ProgressBar::with_draw_target(Some(steps as u64), ProgressDrawTarget::hidden());
         bar.set_message("working");
@@ -80,7 +80,7 @@ impl Drop for Bar {
     fn drop(&mut self) {
         if let Some((alive, teller)) = self.teller.take() {
             drop(alive);
-            // The thread does not panic, and a panic could not be handled here.
+            // The thread does not panic, and a panic could not be handled here anyway.
             let _ = teller.join();
         }
         self.bar.finish_and_clear();

@@ -23,7 +23,7 @@ impl DeviceArgs {
     /// Opens the device for rendering without a window.
     ///
     /// # Errors
-    /// If there is no such device, or it lacks a required feature.
+    /// If there is no matching device, or it lacks a required feature.
     pub fn open(&self) -> Result<Arc<Gpu>, GpuError> {
         leadr_render::open_gpu(&GpuOptions {
             device: self.device.clone(),
@@ -33,7 +33,7 @@ impl DeviceArgs {
     }
 }
 
-/// The device that renders, for reports.
+/// The rendering device, for reports.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct DeviceInfo {
     /// Name of the device.
@@ -43,7 +43,7 @@ pub struct DeviceInfo {
 }
 
 impl DeviceInfo {
-    /// Name and driver of this device.
+    /// Returns the name and driver of a device.
     pub fn of(gpu: &Gpu) -> Self {
         Self { device: gpu.device_name().to_owned(), driver: gpu.driver_info().to_owned() }
     }

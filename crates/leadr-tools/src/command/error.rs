@@ -10,7 +10,7 @@ use leadr_scenes::error::SceneError;
 /// A failed command. Each message is one sentence: the failure, its reason, and the remedy.
 #[derive(Debug, Error)]
 pub enum AppError {
-    /// Wrong usage: the command line is invalid or contradictory; exit code 2.
+    /// Wrong usage, because the command line is invalid or contradictory; exit code 2.
     #[error("{0}")]
     Usage(String),
     /// The work failed (input, device, disk) or a result is over its threshold; exit code 1.
@@ -31,7 +31,7 @@ pub enum AppError {
 }
 
 impl AppError {
-    /// The process's exit code for this error.
+    /// Returns the exit code of the process for this error.
     pub fn exit_code(&self) -> u8 {
         match self {
             Self::Usage(_) => 2,
@@ -39,7 +39,7 @@ impl AppError {
         }
     }
 
-    /// A failure to read or write `path`: `cannot {verb} 'path': reason`.
+    /// Creates the error of a failure to read or write `path`: `cannot {verb} 'path': reason`.
     pub fn io(verb: &str, path: &std::path::Path, reason: impl std::fmt::Display) -> Self {
         Self::Failed(format!("cannot {verb} '{}': {reason}", path.display()))
     }

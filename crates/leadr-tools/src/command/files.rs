@@ -5,7 +5,7 @@ use std::path::Path;
 use super::error::AppError;
 use leadr_maps::new_file::{NewFile, remove_abandoned};
 
-/// The extension of a path in lower case.
+/// Returns the extension of a path in lower case.
 pub fn extension(path: &Path) -> Option<String> {
     path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase)
 }
@@ -19,8 +19,8 @@ pub fn make_folder_of(path: &Path) -> Result<(), AppError> {
     std::fs::create_dir_all(folder).map_err(|e| AppError::io("make the folder", folder, e))
 }
 
-/// Creates the temporary file for `path` and its folder, and removes partial files of killed runs. Call it before any work, so an
-/// unwritable folder is reported at once. A file that is dropped unfinished is removed.
+/// Creates the temporary file for `path` and its folder, and removes partial files of killed runs. Call this before any work, so
+/// that an unwritable folder is reported at once. A file that is dropped unfinished is removed.
 ///
 /// # Errors
 /// If the folder or the file cannot be created.

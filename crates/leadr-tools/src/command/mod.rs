@@ -1,4 +1,4 @@
-//! Parts of commands: results and progress on the terminal, errors with exit codes, files, device flags.
+//! Shared code of commands: results and progress on the terminal, errors with exit codes, files, and device flags.
 
 pub mod bars;
 pub mod device;

@@ -1,4 +1,4 @@
-//! Output of a command: the result on stdout (text or one JSON object), log and progress on stderr.
+//! Output of a command, with the result on stdout (text or one JSON object), and log and progress on stderr.
 
 use std::fmt::Display;
 use std::io::{self, ErrorKind, IsTerminal, Write};
@@ -23,7 +23,7 @@ pub struct Output {
 }
 
 impl Output {
-    /// With `json`, the result is one JSON object. With `quiet`, there is no progress and no text result.
+    /// Creates the settings. With `json`, the result is one JSON object. With `quiet`, there is no progress and no text result.
     pub fn new(json: bool, quiet: bool) -> Self {
         Self { json, quiet }
     }
@@ -49,7 +49,7 @@ impl Output {
         print_line(&text)
     }
 
-    /// Prints the summary of a command that writes files: one JSON object to stdout, or a line to stderr, because stdout has
+    /// Prints the summary of a command that writes files, as one JSON object on stdout, or as a line on stderr, because stdout has
     /// the names of the files ([`file`](Self::file)).
     ///
     /// # Errors
@@ -62,8 +62,8 @@ impl Output {
         Ok(())
     }
 
-    /// Prints the name of a completed file to stdout, so scripts can process it while others are written. Prints nothing with JSON, whose
-    /// object has the name, or if quiet. Hides `bar` meanwhile.
+    /// Prints the name of a completed file to stdout, so that scripts can process it while further files are written. Prints
+    /// nothing if quiet, or with JSON, where the object has the name. Hides `bar` while printing.
     ///
     /// # Errors
     /// If stdout cannot be written. A pipe that its reader closed early is not an error.
@@ -82,7 +82,8 @@ impl Output {
         }
     }
 
-    /// A bar with this many steps (0 if unknown): drawn on a terminal, else printed as lines; hidden if quiet.
+    /// Creates a bar with this many steps (0 if unknown). It is drawn on a terminal, printed as lines elsewhere, and hidden if
+    /// quiet.
     pub fn bar(&self, steps: usize) -> Bar {
         if self.quiet {
             Bar::hidden()
@@ -93,14 +94,14 @@ impl Output {
         }
     }
 
-    /// A bar for work that reports its finished share, 0 to 1, with the message `what`. With `None` there is no bar.
+    /// Creates a bar with the message `what`, for work that reports its finished fraction, 0 to 1. With `None` there is no bar.
     pub fn share(&self, what: Option<&str>) -> impl Fn(f32) + Sync + use<> {
         let bar = what.map_or_else(Bar::hidden, |_| self.bar(SHARES));
         bar.message(what.unwrap_or_default());
         move |share| bar.at(shares(share))
     }
 
-    /// A bar for the set-up of a scene.
+    /// Creates a bar for the set-up of a scene.
     pub fn set_up(&self) -> impl Fn(SetUp) + Sync + use<> {
         let bar = self.bar(SHARES);
         let begun = Instant::now();
@@ -115,7 +116,7 @@ impl Output {
     }
 }
 
-/// Steps of a bar that shows a share.
+/// Number of steps of a bar that shows a fraction.
 const SHARES: usize = 1000;
 
 fn shares(share: f32) -> usize {
@@ -131,8 +132,8 @@ fn print_line(text: &str) -> Result<(), AppError> {
     }
 }
 
-/// Sends the log to stderr: warnings, but only errors from the window library; only errors if `quiet`. `LEADR_LOG` overrides this
-/// (`debug`, `leadr_gpu=trace`, …).
+/// Sends the log to stderr. The log has warnings, but only errors from the window library, and only errors if `quiet`. `LEADR_LOG`
+/// overrides these levels (`debug`, `leadr_gpu=trace`, …).
 pub fn start_log(quiet: bool) {
     let default = if quiet { "error" } else { "warn,winit=error" };
     let requested = std::env::var("LEADR_LOG").ok().filter(|levels| !levels.is_empty());
@@ -147,13 +148,13 @@ pub fn start_log(quiet: bool) {
         .with_ansi(io::stderr().is_terminal())
         .without_time()
         .with_filter(filter);
-    // A second call, as in tests of one process, keeps the first subscriber.
+    // A second call in the same process, as in tests, keeps the first subscriber.
     let _ = tracing_subscriber::registry().with(log).try_init();
 }
 
 /// Parses levels for everything and for modules, such as `warn,leadr_gpu=debug`.
 fn log_levels(text: &str) -> Result<Targets, String> {
-    // A single word must be a level; `Targets` would accept a misspelt level as a module name.
+    // A single word must be a level, because `Targets` would accept a misspelt level as a module name.
     let odd = text.split(',').find(|word| !word.contains('=') && word.trim().parse::<LevelFilter>().is_err());
     match odd {
         Some(word) => Err(format!("\"{word}\" is not a level")),

@@ -1,4 +1,4 @@
-//! From the command line to the exit code.
+//! Runs a program, from the command line to the exit code.
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -56,13 +56,13 @@ pub fn run<C: FromArgMatches>(
 }
 
 fn fail(name: &str, error: &AppError) -> ExitCode {
-    // Messages of libraries may have several lines; scripts expect one.
+    // Messages of libraries may have several lines, but scripts expect one line.
     let sentence = error.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
     eprintln!("{name}: error: {sentence}");
     ExitCode::from(error.exit_code())
 }
 
-/// The message of clap without colours, usage lines and line breaks.
+/// Returns clap's error message without colours, usage lines and line breaks.
 fn usage_sentence(name: &str, fault: &clap::Error) -> String {
     let text = fault.render().to_string();
     let lines = text.lines().map(str::trim).take_while(|line| !line.starts_with("Usage:"));

@@ -1,4 +1,4 @@
-//! Cuts through lobes: a measured material and its fits in the plane of incidence.
+//! Cuts through the lobes of a measured material and its fits, in the plane of incidence.
 
 use std::f64::consts::FRAC_PI_2;
 

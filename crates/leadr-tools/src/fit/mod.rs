@@ -1,4 +1,4 @@
-//! Pictures of fitted materials: spheres in one light, and cuts through lobes.
+//! Pictures of fitted materials: spheres under the same light, and cuts through lobes.
 
 pub mod lobe_plot;
 pub mod specimen;

@@ -32,7 +32,7 @@ impl Default for Lacquer {
 }
 
 impl Lacquer {
-    /// The fit of the lacquer; always `Some`.
+    /// Fits the lacquer. The result is always `Some`.
     pub fn fit() -> Option<Fit> {
         fit(&Self::default(), true, &FitOptions::default(), &mut |_| ())
     }
@@ -44,7 +44,7 @@ impl Brdf for Lacquer {
     }
 }
 
-/// The material of a fit with a relief of these heights about their mean, where a height of 1 is `depth` metres.
+/// Returns the material of a fit, with a relief of these heights about their mean, where a height of 1 is `depth` metres.
 pub fn dressed(fit: &Fit, name: &str, heights: HeightMap, depth: f32) -> Material {
     let kept = FitFile { brdf: fit.fitted.clone(), lobes: fit.lobes.clone() };
     let middle = heights.texels.iter().sum::<f32>() / heights.texels.len().max(1) as f32;
@@ -52,7 +52,7 @@ pub fn dressed(fit: &Fit, name: &str, heights: HeightMap, depth: f32) -> Materia
     Material { relief: Some(relief), ..material_of(&kept, name) }
 }
 
-/// The material with one Beckmann lobe of the extracted roughness, as in the thesis (Listing 4.4).
+/// Returns the material with one Beckmann lobe of the extracted roughness, as in the thesis (Listing 4.4).
 pub fn as_beckmann(material: &Material, fit: &Fit) -> Material {
     let alpha = (fit.beckmann.x * fit.beckmann.y - fit.beckmann.z * fit.beckmann.z).max(0.0).sqrt().sqrt();
     Material { fit: None, roughness: Input::constant((alpha as f32).min(1.0)), ..material.clone() }

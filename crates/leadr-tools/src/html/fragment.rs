@@ -1,4 +1,4 @@
-//! A fragment of the page: markup that cannot contain unescaped text.
+//! Fragments of the page, markup that cannot contain unescaped text.
 
 use std::fmt::Write;
 
@@ -13,12 +13,12 @@ use super::text::{escape, number};
 pub struct Html(String);
 
 impl Html {
-    /// An empty fragment.
+    /// Creates an empty fragment.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// The markup.
+    /// Returns the markup.
     pub fn as_str(&self) -> &str {
         &self.0
     }
@@ -94,7 +94,7 @@ impl Html {
         let _ = writeln!(self.0, "<figure class=\"plot\">{}</figure>", plot.svg());
     }
 
-    /// Adds `inside` as a collapsed block that opens from the line `summary`.
+    /// Adds `inside` as a collapsed block that opens with a click on the line `summary`.
     pub fn details(&mut self, summary: &str, inside: &Self) {
         let _ = writeln!(self.0, "<details><summary>{}</summary>\n{}</details>", escape(summary), inside.0);
     }

@@ -8,11 +8,11 @@ use super::text::escape;
 /// One section of the page.
 #[derive(Clone, Debug)]
 pub struct PageSection<'a> {
-    /// Anchor name.
+    /// Anchor name of the section.
     pub name: &'a str,
-    /// Heading.
+    /// Heading of the section.
     pub title: &'a str,
-    /// Content.
+    /// Content of the section.
     pub html: &'a Html,
 }
 
@@ -40,6 +40,6 @@ pub fn page(title: &str, facts: &[(String, String)], sections: &[PageSection<'_>
     page
 }
 
-/// Supports light and dark modes and narrow screens, and loads nothing external. Plot lines have the colours of Okabe and
+/// The style supports light and dark modes and narrow screens, and loads nothing external. Plot lines have the colours of Okabe and
 /// Ito, which colour-blind readers can distinguish.
 const STYLE: &str = include_str!("page.css");

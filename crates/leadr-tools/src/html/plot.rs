@@ -10,33 +10,33 @@ const LEFT: f64 = 68.0;
 const RIGHT: f64 = 12.0;
 const TOP: f64 = 30.0;
 const BOTTOM: f64 = 46.0;
-/// Number of colours in the page's style; further lines repeat them dashed.
+/// Number of colours in the page's style. Further lines repeat the colours, but dashed.
 const COLOURS: usize = 10;
 
 /// The scale of an axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scale {
-    /// Linear.
+    /// A linear axis.
     Linear,
-    /// Logarithmic; values that are not positive are left out.
+    /// A logarithmic axis, without the values that are not positive.
     Log,
 }
 
-/// One line.
+/// A line of the plot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
     /// Name in the legend.
     pub name: String,
-    /// Points in the order of drawing.
+    /// Points in drawing order.
     pub points: Vec<(f64, f64)>,
-    /// Whether it is a thin dashed line without points, for expected instead of measured values.
+    /// Whether the line is thin, dashed and without points, for expected instead of measured values.
     pub guide: bool,
 }
 
 /// A plot of lines over two axes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plot {
-    /// Title.
+    /// Title of the plot.
     pub title: String,
     x: (String, Scale),
     y: (String, Scale),
@@ -54,7 +54,7 @@ struct Axis {
 }
 
 impl Axis {
-    /// An axis over all `values` that it can show, with a margin, from pixel `from` to pixel `to`.
+    /// Creates an axis from pixel `from` to pixel `to`, over all `values` that it can show, with a margin.
     fn new(scale: Scale, values: impl Iterator<Item = f64>, from: f64, to: f64) -> Self {
         let shown = values.filter(|&v| v.is_finite() && (scale == Scale::Linear || v > 0.0));
         let (mut low, mut high) = shown.fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(v), b.max(v)));
@@ -63,7 +63,7 @@ impl Axis {
         }
         match scale {
             Scale::Linear => {
-                // Includes zero if it is close to the range.
+                // The axis includes zero if it is close to the range.
                 if low > 0.0 && low < 0.4 * high {
                     low = 0.0;
                 }
@@ -79,7 +79,7 @@ impl Axis {
         Self { scale, low, high, from, to }
     }
 
-    /// The pixel of a value; `None` if the axis cannot show it.
+    /// Returns the pixel of a value, or `None` if the axis cannot show it.
     fn at(&self, value: f64) -> Option<f64> {
         let share = match self.scale {
             Scale::Linear => (value - self.low) / (self.high - self.low),
@@ -89,7 +89,7 @@ impl Axis {
         share.is_finite().then_some(self.from + share * (self.to - self.from))
     }
 
-    /// Values and labels of the ticks.
+    /// Returns the values and labels of the ticks.
     fn ticks(&self) -> Vec<(f64, String)> {
         let decades = (self.high / self.low).log10();
         match self.scale {
@@ -114,7 +114,7 @@ impl Axis {
         }
     }
 
-    /// Ticks at equal steps of 1, 2 or 5.
+    /// Returns ticks at equal steps of 1, 2 or 5 times a power of ten.
     fn even_ticks(&self) -> Vec<(f64, String)> {
         let rough = (self.high - self.low) / 6.0;
         let power = 10f64.powf(rough.log10().floor());
@@ -127,7 +127,7 @@ impl Axis {
     }
 }
 
-/// A round number without needless zeros: `0.003`, `1`, `30`, `1e-5`.
+/// Formats a round number without needless zeros: `0.003`, `1`, `30`, `1e-5`.
 fn tick_label(value: f64) -> String {
     if (1e-3..1e5).contains(&value) {
         let text = format!("{value:.4}");
@@ -138,7 +138,7 @@ fn tick_label(value: f64) -> String {
 }
 
 impl Plot {
-    /// A plot without lines; each axis has a label and a scale.
+    /// Creates a plot without lines. Each axis has a label and a scale.
     pub fn new(title: &str, x: (&str, Scale), y: (&str, Scale)) -> Self {
         let axis = |(label, scale): (&str, Scale)| (label.to_owned(), scale);
         Self { title: title.to_owned(), x: axis(x), y: axis(y), series: Vec::new() }
@@ -149,12 +149,12 @@ impl Plot {
         self.series.push(Series { name: name.to_owned(), points, guide: false });
     }
 
-    /// Adds a line to compare the others with.
+    /// Adds a line of expected values, for comparison.
     pub fn guide(&mut self, name: &str, points: Vec<(f64, f64)>) {
         self.series.push(Series { name: name.to_owned(), points, guide: true });
     }
 
-    /// The SVG element. Points that an axis cannot show (NaN, infinite, not positive on a logarithmic axis) break
+    /// Returns the SVG element. Points that an axis cannot show (NaN, infinite, or not positive on a logarithmic axis) interrupt
     /// their line.
     pub fn svg(&self) -> String {
         // The height of the legend depends on the lengths of the names.
@@ -196,7 +196,7 @@ impl Plot {
         svg
     }
 
-    /// The legend under the plot, and its height.
+    /// Returns the legend under the plot, and its height.
     fn legend(&self) -> (String, f64) {
         let (mut legend, mut at, mut row) = (String::new(), LEFT, 0.0);
         for (index, series) in self.series.iter().enumerate() {
@@ -244,7 +244,7 @@ fn draw(svg: &mut String, series: &Series, index: usize, x: &Axis, y: &Axis) {
         return;
     }
     let _ = writeln!(svg, "<path class=\"series\" {} d=\"{path}\"/>", stroke(series, index));
-    // Dots have tooltips with the values; too many of them would hide the line.
+    // Dots have tooltips with the values, but too many dots would hide the line.
     if series.guide || series.points.len() > 40 {
         return;
     }

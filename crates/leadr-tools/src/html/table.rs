@@ -1,8 +1,8 @@
-//! Tables and figures as data, before markup.
+//! Tables and figures as data, without markup.
 
 use serde::{Deserialize, Serialize};
 
-/// A picture of the page, in a separate file.
+/// A picture on the page, in a separate file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Figure {
     /// Path of the file, relative to the page.
@@ -11,9 +11,9 @@ pub struct Figure {
     pub alt: String,
     /// Lines of the caption.
     pub caption: Vec<String>,
-    /// Pixels across.
+    /// Width in pixels.
     pub width: u32,
-    /// Pixels down.
+    /// Height in pixels.
     pub height: u32,
     /// CSS pixels per picture pixel.
     pub scale: u32,
@@ -56,10 +56,10 @@ impl From<f64> for Cell {
     }
 }
 
-/// A table; the first cell of a row is its head.
+/// A table, where the first cell of each row is the row's head.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
-    /// Caption.
+    /// Caption of the table.
     pub caption: String,
     /// Column headings.
     pub head: Vec<String>,
@@ -68,7 +68,7 @@ pub struct Table {
 }
 
 impl Table {
-    /// A table without rows.
+    /// Creates a table without rows.
     pub fn new<S: Into<String>>(caption: impl Into<String>, head: impl IntoIterator<Item = S>) -> Self {
         Self { caption: caption.into(), head: head.into_iter().map(Into::into).collect(), rows: Vec::new() }
     }

@@ -6,7 +6,7 @@ pub fn escape(text: &str) -> String {
     text.replace('"', "&quot;").replace('\'', "&#39;")
 }
 
-/// Formats a number with about three significant digits: `0.123`, `12.3`, `1234`, `1.23e-5`; `–` for NaN.
+/// Formats a number with about three significant digits: `0.123`, `12.3`, `1234`, `1.23e-5`, or `–` for NaN.
 pub fn number(value: f64) -> String {
     let size = value.abs();
     match size {
@@ -21,7 +21,7 @@ pub fn number(value: f64) -> String {
     }
 }
 
-/// Formats a share as percent, such as `12.3 %`; with a plus sign for positive values if `signed`.
+/// Formats a fraction as percent, such as `12.3 %`, with a plus sign for positive values if `signed`.
 pub fn percent(share: f64, signed: bool) -> String {
     let value = number(share * 100.0);
     let sign = if signed && share > 0.0 { "+" } else { "" };

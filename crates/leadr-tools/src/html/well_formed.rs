@@ -1,7 +1,7 @@
 //! A checker of markup for tests.
 
-/// Checks that elements are closed in order, that every `&` starts an entity, and that every attribute is quoted.
-/// Returns the number of elements.
+/// Checks that elements are closed in order, that every `&` starts an entity, and that every attribute is quoted. Returns the
+/// number of elements.
 pub fn well_formed(html: &str) -> Result<usize, String> {
     let html = html.strip_prefix("<!DOCTYPE html>").unwrap_or(html);
     let (mut open, mut count, mut rest) = (Vec::new(), 0, html);
@@ -19,7 +19,7 @@ pub fn well_formed(html: &str) -> Result<usize, String> {
         }
         count += 1;
         let name = tag.split_whitespace().next().unwrap_or_default().trim_end_matches('/');
-        // Quoted text may contain anything; outside of quotes every `=` must precede a quote.
+        // Quoted text may contain anything, but outside of quotes every `=` must precede a quote.
         let mut outside = tag.split('"').step_by(2);
         let closed = tag.matches('"').count() % 2 == 0;
         if !closed || outside.any(|part| part.trim_end_matches('=').contains('=')) || tag.ends_with('=') {

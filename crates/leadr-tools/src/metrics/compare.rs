@@ -1,4 +1,4 @@
-//! Differences between two pictures: FLIP of the displayed colours, and norms of the linear values.
+//! Differences between two pictures, by FLIP of the displayed colours and by norms of the linear values.
 
 use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageFloat, FlipImageRgb8, flip, magma_lut};
 
@@ -9,26 +9,26 @@ use leadr_maps::{MapFault, Rgb8Image, RgbImage};
 /// The result of [`compare`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
-    /// Mean FLIP error, 0 (equal) to 1.
+    /// Mean FLIP error, from 0 (equal) to 1.
     pub flip: f64,
-    /// Relative root mean square error, see [`rrmse`].
+    /// Relative root mean square error, as in [`rrmse`].
     pub rrmse: f64,
     /// Largest absolute difference of a linear channel.
     pub max_abs: f64,
-    /// Texels across.
+    /// Width in texels.
     pub width: u32,
-    /// Texels down.
+    /// Height in texels.
     pub height: u32,
-    /// FLIP error of each texel, 0 to 1, row-major.
+    /// FLIP error of each texel, from 0 to 1, row-major.
     pub flip_map: Vec<f32>,
 }
 
 /// Compares two linear pictures of the same size.
 ///
-/// FLIP (Andersson et al. 2020, the LDR metric, 67 pixels per degree: a 0.7 m wide 4K screen at 0.7 m) compares both
-/// after the same `exposure` and `tonemap`. For pictures from PNG use exposure 1 and [`Tonemap::Clamp`],
-/// which restore the codes of the file. The norms compare the linear values. Fails if the sizes differ, or if either
-/// picture has a NaN or infinity (a NaN would pass every threshold).
+/// FLIP is the LDR metric of Andersson et al. 2020 at 67 pixels per degree, as on a 4K screen of 0.7 m width at 0.7 m. It compares
+/// the pictures after the same `exposure` and `tonemap`. For pictures from PNG use exposure 1 and [`Tonemap::Clamp`], which restore
+/// the codes of the file. The norms compare the linear values. Fails if the sizes differ, or if either picture has a NaN or
+/// infinity (a NaN would pass every threshold).
 pub fn compare(reference: &RgbImage, test: &RgbImage, exposure: f32, tonemap: Tonemap) -> Result<Comparison, MapFault> {
     same_size("the reference is", size_of(reference), "the test", size_of(test))?;
     reference.check_finite()?;
@@ -51,13 +51,13 @@ pub fn compare(reference: &RgbImage, test: &RgbImage, exposure: f32, tonemap: To
     })
 }
 
-/// Relative root mean square error over all channels: the norm of the difference over the norm of the reference.
-/// 0 for equal pictures, 1 for a black test picture, infinite if only the reference is black. Fails if the sizes differ.
+/// Returns the relative root mean square error over all channels, the norm of the difference over the norm of the reference. It is
+/// 0 for equal pictures, 1 for a black test picture, and infinite if only the reference is black. Fails if the sizes differ.
 pub fn rrmse(reference: &RgbImage, test: &RgbImage) -> Result<f64, MapFault> {
     rrmse_over(reference, test, &Mask::all(reference.width, reference.height))
 }
 
-/// [`rrmse`] of the pixels of `mask`; 0 if the mask is empty. Fails if the sizes differ.
+/// Returns the [`rrmse`] of the pixels of `mask`, or 0 for an empty mask. Fails if the sizes differ.
 pub fn rrmse_over(reference: &RgbImage, test: &RgbImage, mask: &Mask) -> Result<f64, MapFault> {
     let (mut difference, mut norm) = (0.0f64, 0.0f64);
     for_each_channel(reference, test, mask, |r, t| {
@@ -68,8 +68,8 @@ pub fn rrmse_over(reference: &RgbImage, test: &RgbImage, mask: &Mask) -> Result<
     Ok(if difference == 0.0 { 0.0 } else { (difference / norm).sqrt() })
 }
 
-/// Relative bias over the pixels of `mask`: the sum of the test over the sum of the reference, minus 1. Positive is too
-/// bright; 0 if both are black, infinite if only the reference is. Fails if the sizes differ.
+/// Returns the relative bias over the pixels of `mask`: the sum of the test over the sum of the reference, minus 1. Positive is too
+/// bright. The bias is 0 if both are black, and infinite if only the reference is black. Fails if the sizes differ.
 pub fn bias_over(reference: &RgbImage, test: &RgbImage, mask: &Mask) -> Result<f64, MapFault> {
     let (mut difference, mut sum) = (0.0f64, 0.0f64);
     for_each_channel(reference, test, mask, |r, t| {
@@ -97,8 +97,8 @@ fn for_each_channel(
 }
 
 impl Comparison {
-    /// Mean FLIP error over the pixels of `mask`, 0 if the mask is empty. FLIP blurs the whole pictures,
-    /// so a few pixels around the mask still affect it. Panics if the sizes differ.
+    /// Returns the mean FLIP error over the pixels of `mask`, or 0 for an empty mask. FLIP blurs the whole pictures, so a few
+    /// pixels around the mask still affect the mean. Panics if the sizes differ.
     pub fn flip_over(&self, mask: &Mask) -> f64 {
         assert_eq!((self.width, self.height), (mask.width, mask.height), "a mask of another size");
         let errors = self.flip_map.iter().zip(&mask.inside).filter(|&(_, &inside)| inside);
@@ -106,7 +106,7 @@ impl Comparison {
         sum / mask.count().max(1) as f64
     }
 
-    /// The FLIP error of each texel in the magma colour map, from black (0) to pale yellow (1).
+    /// Returns the FLIP error of each texel in the magma colour map, from black (0) to pale yellow (1).
     pub fn error_image(&self) -> Rgb8Image {
         let map = FlipImageFloat::with_data(self.width, self.height, &self.flip_map);
         let codes = map.apply_color_lut(&magma_lut()).to_vec();
@@ -133,7 +133,7 @@ mod tests {
 
     const SIZE: u32 = 64;
 
-    /// A textured ground under a gradient, with an optional ball at a position, scaled by `gain`.
+    /// Returns a textured ground under a gradient, with an optional ball at a position, scaled by `gain`.
     fn scene(ball: Option<[f32; 2]>, gain: f32) -> RgbImage {
         let texels = (0..SIZE * SIZE).map(|i| {
             let (x, y) = ((i % SIZE) as f32, (i / SIZE) as f32);
@@ -158,11 +158,11 @@ mod tests {
         assert!(c.error_image().texels.iter().all(|&t| t == c.error_image().texels[0]));
     }
 
-    /// Faults that a threshold of 0.01 mean FLIP must detect, and other metrics that must detect them.
+    /// Checks faults that a threshold of 0.01 mean FLIP must detect, and the further metrics that must detect them.
     #[test]
     fn faults_are_detected() {
         let vanished = against(&scene(None, 1.0));
-        // The ball covers one percent of the picture, so the mean is small, but the peak of the map is not.
+        // The ball covers one percent of the picture, so the mean is small, but the peak of the map is large.
         let peak = vanished.flip_map.iter().fold(0.0f32, |a, &b| a.max(b));
         assert!(vanished.flip > 0.01 && peak > 0.4 && vanished.rrmse > 0.1, "{} {peak}", vanished.flip);
         let moved = against(&scene(Some([41.0, 24.0]), 1.0));

@@ -1,6 +1,6 @@
 //! Colour differences as CIEDE2000 (Sharma, Wu and Dalal 2005).
 
-/// CIE L*a*b* of linear RGB (Rec. 709, white D65), clamped to 0..1.
+/// Converts linear RGB (Rec. 709, white D65), clamped to 0..1, to CIE L*a*b*.
 pub fn lab(color: [f64; 3]) -> [f64; 3] {
     let [r, g, b] = color.map(|c| c.clamp(0.0, 1.0));
     let xyz = [
@@ -12,7 +12,7 @@ pub fn lab(color: [f64; 3]) -> [f64; 3] {
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
 }
 
-/// ΔE₀₀ of two colours in L*a*b*; about 1 is just noticeable.
+/// Returns ΔE₀₀ of two colours in L*a*b*, where about 1 is just noticeable.
 pub fn delta_e_2000([l1, a1, b1]: [f64; 3], [l2, a2, b2]: [f64; 3]) -> f64 {
     let mean_chroma = 0.5 * (a1.hypot(b1) + a2.hypot(b2));
     let seventh = |c: f64| (c.powi(7) / (c.powi(7) + 25f64.powi(7))).sqrt();
@@ -49,7 +49,7 @@ pub fn delta_e_2000([l1, a1, b1]: [f64; 3], [l2, a2, b2]: [f64; 3]) -> f64 {
 mod tests {
     use super::*;
 
-    /// Pairs of table 1 of the paper, including those that detect a wrong hue mean or rotation.
+    /// Checks pairs of the paper's table 1, including pairs that detect a wrong hue mean or rotation.
     #[test]
     fn agrees_with_the_published_pairs() {
         for (a, b, expected) in [

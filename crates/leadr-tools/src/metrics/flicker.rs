@@ -1,10 +1,9 @@
-//! Flicker of a sequence: changes of pixels between consecutive pictures that the reference does not have.
+//! Flicker of a sequence, the changes of pixels between consecutive pictures that the reference does not have.
 //!
-//! A camera that moves away shrinks the picture, so consecutive pictures differ even without flicker. Two steps
-//! remove that difference. First, the earlier picture is resampled to the view of the later one ([`shrunk`]: exact in the
-//! plane of the camera's target, nearly so elsewhere). Then the change of a reference is subtracted
-//! ([`excess`]). The blur of the resampling, parallax and real changes of light are in both and cancel; popping and
-//! aliasing remain.
+//! A camera that moves away shrinks the picture, so consecutive pictures differ even without flicker. Two steps remove that
+//! difference. First, [`shrunk`] resamples the earlier picture to the later view, exactly in the plane of the camera's target, and
+//! approximately elsewhere. Then [`excess`] subtracts the change of a reference. Resampling blur, parallax and real changes of
+//! light occur in both sequences and cancel, but popping and aliasing remain.
 
 use super::Mask;
 use super::compare::{same_size, size_of};
@@ -15,14 +14,14 @@ use leadr_maps::{MapFault, RgbImage};
 pub struct Magnitude {
     /// Mean of `|change|` over pixels and channels.
     pub mean: f64,
-    /// Largest mean over the channels of `|change|` of a pixel.
+    /// Largest `|change|` of a pixel, averaged over channels.
     pub max: f64,
     /// Root mean square of the change over pixels and channels.
     pub rms: f64,
 }
 
-/// `image` from `ratio` (at least 1) times the distance, scaled about its centre. Each pixel of the result is the
-/// area-weighted mean over the `ratio × ratio` pixels that it covers in `image`. Border colours extend beyond the border.
+/// Returns `image` as seen from `ratio` (at least 1) times the distance, scaled about its centre. Each pixel of the result is the
+/// area-weighted mean over the `ratio × ratio` pixels that it covers in `image`. Colours at the border extend beyond it.
 ///
 /// Fails if `ratio` is below 1 or not finite.
 pub fn shrunk(image: &RgbImage, ratio: f64) -> Result<RgbImage, MapFault> {
@@ -50,7 +49,7 @@ pub fn shrunk(image: &RgbImage, ratio: f64) -> Result<RgbImage, MapFault> {
     RgbImage::new(image.width, image.height, texels)
 }
 
-/// For each of `size` pixels of a line: the pixels that it covers in a line at `1 / ratio` of the distance, with shares
+/// Returns, for each of `size` pixels of a line, the pixels that it covers in a line at `1 / ratio` of the distance, with weights
 /// that sum to 1.
 fn cover(size: u32, ratio: f64) -> Vec<Vec<(u32, f64)>> {
     let middle = f64::from(size) / 2.0;
@@ -72,20 +71,20 @@ fn cover(size: u32, ratio: f64) -> Vec<Vec<(u32, f64)>> {
         .collect()
 }
 
-/// The signed change of every pixel from `before` to `after`, which is from `ratio` times the distance, in the
-/// view of `after`. Fails if the sizes differ, and like [`shrunk`].
+/// Returns the signed change of every pixel from `before` to `after`, in the view of `after`. `after` is from `ratio` times the
+/// distance. Fails if the sizes differ, and like [`shrunk`].
 pub fn change(before: &RgbImage, after: &RgbImage, ratio: f64) -> Result<RgbImage, MapFault> {
     difference(after, &shrunk(before, ratio)?)
 }
 
-/// `a − b` of every pixel. Fails if the sizes differ.
+/// Returns `a − b` for every pixel. Fails if the sizes differ.
 pub fn difference(a: &RgbImage, b: &RgbImage) -> Result<RgbImage, MapFault> {
     same_size("one picture is", size_of(a), "the other", size_of(b))?;
     let texels = a.texels.iter().zip(&b.texels).map(|(a, b)| std::array::from_fn(|c| a[c] - b[c])).collect();
     RgbImage::new(a.width, a.height, texels)
 }
 
-/// The magnitude of a change over the pixels of `mask`; all zero if the mask is empty. Fails if the sizes differ.
+/// Returns the magnitude of a change over the pixels of `mask`, all zero for an empty mask. Fails if the sizes differ.
 pub fn magnitude(change: &RgbImage, mask: &Mask) -> Result<Magnitude, MapFault> {
     same_size("the change is", size_of(change), "its mask", (mask.width, mask.height))?;
     let (mut sum, mut max, mut squares, mut count) = (0.0, 0.0f64, 0.0, 0usize);
@@ -101,8 +100,8 @@ pub fn magnitude(change: &RgbImage, mask: &Mask) -> Result<Magnitude, MapFault> 
     Ok(Magnitude { mean: sum / count, max, rms: (squares / count).sqrt() })
 }
 
-/// The flicker of one step: the magnitude of a technique's `change` minus the `own` change of the reference in that step.
-/// Fails if the sizes differ.
+/// Returns the flicker of one step, the magnitude of a technique's `change` minus the reference's `own` change. Fails if the sizes
+/// differ.
 pub fn excess(change: &RgbImage, own: &RgbImage, mask: &Mask) -> Result<Magnitude, MapFault> {
     magnitude(&difference(change, own)?, mask)
 }
@@ -113,8 +112,8 @@ mod tests {
 
     const SIZE: u32 = 48;
 
-    /// A striped disc of radius 0.9, in units in which the picture's half side is `distance`. Each pixel is
-    /// the mean of `n × n` points.
+    /// Returns a striped disc of radius 0.9, in units where the picture's half side is `distance`. Each pixel is the mean of `n ×
+    /// n` points.
     fn disc(distance: f64, n: u32, pop: bool) -> RgbImage {
         let texels = (0..SIZE * SIZE).map(|i| {
             let mut sum = 0.0;
@@ -151,14 +150,14 @@ mod tests {
         let (near, far) = (disc(1.0, 16, false), disc(1.05, 16, false));
         let (aligned, raw) = (step(&near, &far, 1.05), step(&near, &far, 1.0));
         assert!(aligned.mean < raw.mean / 4.0, "{aligned:?} {raw:?}");
-        // Shrinking by two is the mean of four.
+        // Shrinking by two averages four pixels.
         let half = shrunk(&near, 2.0).unwrap();
         let mean = (near.at(24, 24)[0] + near.at(25, 24)[0] + near.at(24, 25)[0] + near.at(25, 25)[0]) / 4.0;
         assert!((half.at(24, 24)[0] - mean).abs() < 1e-6);
         assert!((shrunk(&near, 1.3).unwrap().at(0, 0)[0] - 0.05).abs() < 1e-6, "the border colour must extend");
     }
 
-    /// A pop of 20 % in 16 of 2304 pixels is detected during a zoom, with the right height and mean.
+    /// A pop of 20 % in 16 of 2304 pixels is detected during a zoom, with the correct magnitude and mean.
     #[test]
     fn popping_is_detected_against_reference() {
         let (near, far, popped) = (disc(1.0, 8, false), disc(1.05, 8, false), disc(1.05, 8, true));

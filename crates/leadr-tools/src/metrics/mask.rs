@@ -1,21 +1,21 @@
-//! The set of pixels that a measurement counts.
+//! A mask of the pixels that a measurement includes.
 
 use leadr_maps::MapFault;
 
 /// A set of pixels of a picture, row-major from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mask {
-    /// Texels across.
+    /// Width in texels.
     pub width: u32,
-    /// Texels down.
+    /// Height in texels.
     pub height: u32,
-    /// `width * height` flags: whether the pixel counts.
+    /// One flag per pixel, whether the mask contains it.
     pub inside: Vec<bool>,
 }
 
 impl Mask {
-    /// The pixels with a `coverage` (0 to 1) of at least `least`. A NaN coverage does not count. Fails if a side is 0 or
-    /// the length is not `width * height`.
+    /// Returns the pixels with a `coverage` (0 to 1) of at least `least`, without NaN. Fails if a side is 0 or the length is not
+    /// `width * height`.
     pub fn covered(width: u32, height: u32, coverage: &[f32], least: f32) -> Result<Self, MapFault> {
         if width == 0 || height == 0 {
             return Err(MapFault::Empty { width: width.into(), height: height.into() });
@@ -27,12 +27,12 @@ impl Mask {
         Ok(Self { width, height, inside: coverage.iter().map(|&c| c >= least).collect() })
     }
 
-    /// Every pixel.
+    /// Returns a mask of every pixel.
     pub fn all(width: u32, height: u32) -> Self {
         Self { width, height, inside: vec![true; width as usize * height as usize] }
     }
 
-    /// The pixels with no outside pixel within `radius` rows and columns. Pixels beyond the border of the picture count as
+    /// Returns the pixels with no outside pixel within `radius` rows and columns. Pixels beyond the border of the picture count as
     /// inside.
     pub fn eroded(&self, radius: u32) -> Self {
         let (width, height) = (self.width as usize, self.height as usize);
@@ -52,12 +52,12 @@ impl Mask {
         Self { width: self.width, height: self.height, inside }
     }
 
-    /// The pixels in both masks. Panics if the sizes differ.
+    /// Returns the pixels in both masks. Panics if the sizes differ.
     pub fn and(&self, other: &Self) -> Self {
         self.where_both(other, |own, others| own && others)
     }
 
-    /// The pixels of this mask that are not in the other. Panics if the sizes differ.
+    /// Returns the pixels of this mask that are not in `other`. Panics if the sizes differ.
     pub fn without(&self, other: &Self) -> Self {
         self.where_both(other, |own, others| own && !others)
     }
@@ -68,7 +68,7 @@ impl Mask {
         Self { width: self.width, height: self.height, inside }
     }
 
-    /// Number of pixels in the mask.
+    /// Counts the pixels in the mask.
     pub fn count(&self) -> usize {
         self.inside.iter().filter(|&&i| i).count()
     }
@@ -80,7 +80,7 @@ mod tests {
 
     #[test]
     fn erosion_keeps_a_distance_from_the_outside() {
-        // A block of 5 x 4 in the middle of 9 x 8, and one NaN inside it.
+        // The mask is a block of 5 x 4 in the middle of 9 x 8, with one NaN inside the block.
         let mut coverage: Vec<f32> = (0..72)
             .map(|i| {
                 let (x, y) = (i % 9, i / 9);

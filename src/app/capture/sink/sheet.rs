@@ -16,7 +16,7 @@ use leadr_scenes::view::Size;
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::begin;
 
-/// Colour of the gutters, sRGB: dark, but lighter than night scenes.
+/// Gutter colour in sRGB, dark but lighter than night scenes.
 const GUTTER_COLOR: [u8; 3] = [32; 3];
 
 /// Collects the pictures of a sheet and writes it at the end.

@@ -1,4 +1,4 @@
-//! One file per frame.
+//! Output of one file per frame.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use crate::app::capture::save;
 use leadr_maps::origin::Origin;
 use leadr_tools::command::error::AppError;
 
-/// Writes every frame to its own file.
+/// Writes each frame to a separate file.
 pub struct Stills<'a> {
     pub config: &'a CaptureConfig,
     pub kind: StillKind,

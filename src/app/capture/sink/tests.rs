@@ -1,4 +1,4 @@
-//! Tests of files of several frames, read back by decoders.
+//! Tests that decoders read back files of several frames.
 
 use std::fs::{self, File};
 use std::io::{BufReader, Cursor};
@@ -8,7 +8,7 @@ use crate::app::capture::args::CaptureConfig;
 use crate::app::capture::save::display;
 use crate::app::capture::tests::{Double, configure, files, run, sized};
 
-/// The pictures of a capture as `R, G, B` codes.
+/// Returns the pictures of a capture as `R, G, B` codes.
 fn expected(config: &CaptureConfig) -> Vec<Vec<u8>> {
     let mut double = Double::new(config);
     let picture =
@@ -16,7 +16,7 @@ fn expected(config: &CaptureConfig) -> Vec<Vec<u8>> {
     config.timeline.moments().into_iter().map(picture).collect()
 }
 
-/// The decoded file: size, plays, and for each frame its delay in milliseconds and its `R, G, B` codes.
+/// A decoded file: size, number of plays, and delay (milliseconds) and `R, G, B` codes per frame.
 #[derive(Debug, PartialEq)]
 struct Shown {
     size: (u32, u32),

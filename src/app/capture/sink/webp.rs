@@ -1,5 +1,5 @@
-//! Lossless animated WebP. The `image-webp` crate encodes the pictures; this module writes the animation container
-//! ([specification](https://developers.google.com/speed/webp/docs/riff_container)), which that crate does not support.
+//! Lossless animated WebP. The `image-webp` crate encodes the pictures but has no animation container
+//! ([specification](https://developers.google.com/speed/webp/docs/riff_container)), which this module writes.
 
 use std::io::{Seek, SeekFrom, Write};
 use std::path::Path;
@@ -18,16 +18,16 @@ use leadr_scenes::view::Size;
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::begin;
 
-/// Bytes before the first chunk: `RIFF`, a length, `WEBP`.
+/// Size of the RIFF header, bytes: `RIFF`, a length, `WEBP`.
 const RIFF_HEADER: usize = 12;
 
-/// File flag: the file has frames.
+/// File flag that marks an animation.
 const ANIMATION: u8 = 1 << 1;
 
-/// Frame flag: the frame replaces the pixels under it.
+/// Frame flag that replaces pixels without blending.
 const NO_BLENDING: u8 = 1 << 1;
 
-/// Appends frames to one RIFF file and fills in its length at the end. Only the previous picture is kept in memory.
+/// Appends frames to a RIFF file and fills in its length at the end. Only the previous picture is kept in memory.
 pub struct Webp<'a> {
     config: &'a CaptureConfig,
     file: NewFile,
@@ -51,7 +51,7 @@ impl<'a> Webp<'a> {
 
     fn write(&mut self, bytes: &[u8]) -> Result<(), AppError> {
         self.length += bytes.len() as u64;
-        // The length in the header excludes its own four bytes and the four before it.
+        // The length in the header excludes the length itself and the four bytes before it.
         if self.length - 8 > u64::from(u32::MAX) {
             return Err(self.fault("a WebP holds at most 4 GiB: write fewer or smaller frames"));
         }
@@ -77,7 +77,7 @@ impl Sink for Webp<'_> {
             .map_err(|error| self.fault(error))?;
         let lossless = still.get(RIFF_HEADER..).filter(|rest| rest.starts_with(b"VP8L"));
         let lossless = lossless.ok_or_else(|| self.fault("the WebP encoder returned no lossless image"))?;
-        // The format stores half the coordinates of the corner.
+        // The format stores the corner coordinates divided by two.
         let numbers = [area.x / 2, area.y / 2, area.width - 1, area.height - 1].map(|n| three(n.into()));
         let frame = [numbers.as_flattened(), &three(delay), &[NO_BLENDING], lossless].concat();
         self.write(&chunk(b"ANMF", &frame))?;
@@ -101,13 +101,13 @@ struct Area {
     x: u32,
     /// Top row.
     y: u32,
-    /// Pixels across, at least 1.
+    /// Width in pixels, at least 1.
     width: u32,
-    /// Pixels down, at least 1.
+    /// Height in pixels, at least 1.
     height: u32,
 }
 
-/// The smallest rectangle with an even corner that holds all changed pixels; the top left pixel if none changed.
+/// Returns the smallest rectangle with an even corner that holds all changed pixels; the top left pixel if there are none.
 fn changed_area(before: &Rgb8Image, picture: &Rgb8Image) -> Area {
     let (mut left, mut right, mut top, mut bottom) = (u32::MAX, 0, u32::MAX, 0);
     for (index, (old, new)) in before.texels.iter().zip(&picture.texels).enumerate() {
@@ -124,28 +124,28 @@ fn changed_area(before: &Rgb8Image, picture: &Rgb8Image) -> Area {
     Area { x, y, width: right + 1 - x, height: bottom + 1 - y }
 }
 
-/// The `R, G, B` codes of the pixels in an area.
+/// Returns the `R, G, B` codes of the pixels in an area.
 fn rgb_in(picture: &Rgb8Image, area: Area) -> Vec<u8> {
     let columns = area.x as usize..(area.x + area.width) as usize;
     let rows = picture.texels.chunks(picture.width as usize).skip(area.y as usize).take(area.height as usize);
     rows.flat_map(|row| row[columns.clone()].as_flattened()).copied().collect()
 }
 
-/// The start time of a frame in milliseconds. Rounding start times instead of delays keeps rounding errors from adding up.
+/// Returns the start time of a frame in milliseconds. Rounding start times, not delays, keeps errors from adding up.
 fn begins(rate: Rate, frame: u64) -> u64 {
     let (over, under) = (u128::from(rate.numerator()), u128::from(rate.denominator()));
     let doubled = 2 * u128::from(frame) * 1000 * under;
     ((doubled + over) / (2 * over)) as u64
 }
 
-/// A chunk: its name, length and contents, padded to an even length.
+/// Builds a RIFF chunk: name, length, and contents padded to an even length.
 fn chunk(name: &[u8; 4], contents: &[u8]) -> Vec<u8> {
     let mut bytes = [name, &(contents.len() as u32).to_le_bytes()[..], contents].concat();
     bytes.resize(bytes.len().next_multiple_of(2), 0);
     bytes
 }
 
-/// The low three bytes of a number.
+/// Returns the low three bytes of a number.
 fn three(number: u64) -> [u8; 3] {
     let [a, b, c, ..] = number.to_le_bytes();
     [a, b, c]

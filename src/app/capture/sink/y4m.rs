@@ -1,6 +1,6 @@
-//! Uncompressed video for any encoder: YUV4MPEG2, 8 bits, no subsampling (C444), BT.709 in limited range.
+//! Uncompressed YUV4MPEG2 video for any encoder: 8 bits, no subsampling (C444), BT.709 in limited range.
 //!
-//! Decoders assume limited range, with or without support for the extension `XCOLORRANGE`. The format cannot declare its colour matrix;
+//! Decoders assume limited range, whether or not they support the extension `XCOLORRANGE`. The format cannot declare its colour matrix, but
 //! BT.709 has the primaries of sRGB.
 
 use std::io::{self, ErrorKind, Write};
@@ -17,10 +17,10 @@ use leadr_scenes::view::Size;
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::begin;
 
-/// Writes frames to a file or to standard output.
+/// Writes frames to a file or to stdout.
 pub struct Y4m<'a> {
     config: &'a CaptureConfig,
-    /// `None` for standard output.
+    /// Output file; `None` for standard output.
     file: Option<NewFile>,
     planes: Vec<u8>,
 }
@@ -31,7 +31,7 @@ fn header(size: Size, rate: Rate) -> String {
     format!("YUV4MPEG2 W{width} H{height} F{numerator}:{denominator} Ip A1:1 C444 XCOLORRANGE=LIMITED\n")
 }
 
-/// Y′CbCr of sRGB codes.
+/// Converts sRGB codes to Y′CbCr.
 fn limited_709(rgb: [u8; 3]) -> [u8; 3] {
     let [r, g, b] = rgb.map(|code| f32::from(code) / 255.0);
     let y = 0.2126 * r + 0.7152 * g + 0.0722 * b;
@@ -91,13 +91,13 @@ mod tests {
     fn known_colours() {
         assert_eq!(limited_709([0; 3]), [16, 128, 128]);
         assert_eq!(limited_709([255; 3]), [235, 128, 128]);
-        // ITU-R BT.709-6, table 3: primaries at full intensity.
+        // Primaries at full intensity, from ITU-R BT.709-6, table 3.
         assert_eq!(limited_709([255, 0, 0]), [63, 102, 240]);
         assert_eq!(limited_709([0, 255, 0]), [173, 42, 26]);
         assert_eq!(limited_709([0, 0, 255]), [32, 240, 118]);
     }
 
-    /// The inverse of [`limited_709`].
+    /// Inverts [`limited_709`].
     fn rgb([y, cb, cr]: [u8; 3]) -> [f32; 3] {
         let (y, cb, cr) =
             ((f32::from(y) - 16.0) / 219.0, (f32::from(cb) - 128.0) / 224.0, (f32::from(cr) - 128.0) / 224.0);
@@ -121,7 +121,7 @@ mod tests {
             let picture = display(&double.render(moment, &mut |_| ()).unwrap(), &config.scene.picture);
             for (index, texel) in picture.texels.iter().enumerate() {
                 let seen = rgb([planes[index], planes[15 + index], planes[30 + index]]);
-                // Luma and chroma are each rounded by up to half a code.
+                // Luma and chroma each have a rounding error of up to half a code.
                 let off = (0..3).map(|c| (seen[c] - f32::from(texel[c])).abs()).fold(0.0, f32::max);
                 assert!(off < 2.0, "{texel:?} {seen:?}");
             }

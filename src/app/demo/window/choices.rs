@@ -7,30 +7,30 @@ use leadr_scenes::config::Picture;
 use leadr_scenes::deform;
 use leadr_scenes::light::SunDirection;
 
-/// Samples of a still picture of the reference on the right side.
+/// Number of samples of a still reference picture on the right side.
 const REFERENCE_SAMPLES: u32 = 256;
 
-/// Picture settings.
+/// Picture settings of the window.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choices {
-    /// Render settings; with two sides, its technique draws the left one.
+    /// Render settings; with two sides, the technique is that of the left side.
     pub picture: Picture,
-    /// The technique on the right side, if there are two sides.
+    /// Settings of the right side, if there are two sides.
     pub compare: Option<Compare>,
-    /// Direction of the sun, if it replaces that of the scene.
+    /// Direction of the sun that replaces the scene's, if any.
     pub sun: Option<SunDirection>,
-    /// The view to show.
+    /// The view of the picture to show.
     pub display_mode: DisplayMode,
 }
 
-/// The right side of a comparison.
+/// Settings of the right side of a comparison.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Compare {
     /// The technique of the right side.
     pub technique: Technique,
-    /// Start position of the right side, as a share of the width.
+    /// Start position of the right side, as a fraction of the width.
     pub split: f32,
-    /// Whether the difference of both sides is shown over the picture.
+    /// Whether the difference between the two sides is shown over the picture.
     pub difference: bool,
 }
 
@@ -43,26 +43,26 @@ impl Default for Compare {
 /// A view of the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DisplayMode {
-    /// The picture.
+    /// The plain picture.
     #[default]
     Picture,
-    /// The picture, with ellipses of the slope covariance under pixels.
+    /// The picture with ellipses of the slope covariance under pixels.
     Ellipses,
-    /// The picture, with the probes of the sky occlusion volume.
+    /// The picture with probes of the sky occlusion volume.
     Probes,
     /// A layer of the picture in false colours.
     Layer(Layer),
 }
 
 impl DisplayMode {
-    /// All views and their names.
+    /// Returns all views and their names.
     pub fn all() -> impl Iterator<Item = (Self, &'static str)> {
         let layers = Layer::ALL.into_iter().map(|layer| (Self::Layer(layer), layer.name()));
         let pictures = [(Self::Picture, "picture"), (Self::Ellipses, "slope ellipses"), (Self::Probes, "sky probes")];
         pictures.into_iter().chain(layers)
     }
 
-    /// The layer that must be read back for this view.
+    /// Returns the layer that must be read back for this view.
     #[must_use]
     pub fn layer(self) -> Option<Layer> {
         match self {
@@ -75,12 +75,12 @@ impl DisplayMode {
 }
 
 impl Choices {
-    /// Settings with one side and no changes to the sun.
+    /// Creates settings with one side and no changes to the sun.
     pub fn new(picture: Picture) -> Self {
         Self { picture, compare: None, sun: None, display_mode: DisplayMode::Picture }
     }
 
-    /// The render settings of each side, applied over `base`.
+    /// Returns the render settings of each side, based on `base`.
     pub fn sides(&self, base: &RenderSettings) -> Vec<RenderSettings> {
         let side = |technique: Technique, samples: u32| Picture { technique, samples, ..self.picture }.settings(base);
         let Picture { technique, samples: chosen, .. } = self.picture;
@@ -93,7 +93,7 @@ impl Choices {
         std::iter::once(own).chain(other).collect()
     }
 
-    /// Whether both settings draw the same pictures. They may differ in the position of the line between two sides.
+    /// Whether two settings draw the same pictures. The position of the split may differ.
     pub fn draws_like(&self, other: &Self) -> bool {
         let still = |choices: &Self| {
             let compare = choices.compare.map(|compare| Compare { split: 0.0, ..compare });
@@ -102,7 +102,7 @@ impl Choices {
         still(self) == still(other)
     }
 
-    /// Applies height scale, stretch and sun to the state of the scene.
+    /// Applies height scale, stretch and sun to a state of the scene.
     pub fn apply(&self, state: &mut FrameState) {
         state.height_scale *= self.picture.height_scale;
         deform::stretch(state, self.picture.stretch);
@@ -144,7 +144,7 @@ mod tests {
         choices.apply(&mut state);
         assert_ne!(state.poses[0], Pose::REST);
         assert!(state.height_scale == 2.0 && state.sun().expect("a sun").direction.distance(glam::Vec3::Y) < 1e-6);
-        // A picture has its own light.
+        // An environment image replaces the sun.
         let mut state = FrameState::new(camera, Vec::new());
         choices.apply(&mut state);
         assert!(state.sun().is_none());

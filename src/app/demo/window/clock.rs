@@ -1,18 +1,18 @@
-//! Measures the time between frames of a window. That time jumps when the machine sleeps, the process is stopped or the window is hidden.
+//! Measures the time between frames of a window. It jumps when the machine sleeps, the process stops or the window is hidden.
 
 use std::time::{Duration, Instant};
 
-/// A longer interval counts as a pause.
+/// Maximum interval between frames; longer intervals are pauses.
 const LONGEST_FRAME: Duration = Duration::from_secs(60);
-/// How often the frame rate is updated.
+/// Interval between updates of the frame rate.
 const INTERVAL: Duration = Duration::from_millis(250);
 
 /// Measures frames and counts them.
 #[derive(Debug)]
 pub struct FrameClock {
-    /// Start of the last frame; `None` after a pause.
+    /// Start time of the previous frame; `None` after a pause.
     last: Option<Instant>,
-    /// Whether the last frame showed an animation, so the next one follows immediately.
+    /// Whether the previous frame showed an animation, so that the next follows immediately.
     pub running: bool,
     /// Number and total time of the consecutive frames since [`measure`](Self::measure).
     counted: (u32, Duration),
@@ -24,19 +24,19 @@ pub struct FrameClock {
 /// The interval between the starts of two frames.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
-    /// Its length.
+    /// Length of the interval.
     pub took: Duration,
-    /// Whether the second frame followed immediately. Otherwise the interval includes the wait for an event.
+    /// Whether the second frame followed immediately, without a wait for an event.
     pub followed: bool,
 }
 
 impl FrameClock {
-    /// A clock before its first frame.
+    /// Creates a clock before its first frame.
     pub fn new(now: Instant) -> Self {
         Self { last: None, running: false, counted: (0, Duration::ZERO), measured: now, fps: None }
     }
 
-    /// Starts a frame. Returns `None` for the first frame, and for the first after a pause.
+    /// Starts a frame. Returns `None` for the first frame and for the first after a pause.
     pub fn begin(&mut self, now: Instant) -> Option<Interval> {
         let took = now.saturating_duration_since(self.last.replace(now)?);
         if took > LONGEST_FRAME {
@@ -76,7 +76,7 @@ mod tests {
     const FRAME: Duration = Duration::from_millis(20);
     const HOURS: Duration = Duration::from_secs(5 * 3600);
 
-    /// Runs ten consecutive frames from `now`; returns the end.
+    /// Runs ten consecutive frames from `now`, and returns their end time.
     fn run(clock: &mut FrameClock, mut now: Instant) -> Instant {
         for _ in 0..10 {
             clock.begin(now);
@@ -92,7 +92,7 @@ mod tests {
         let mut clock = FrameClock::new(now);
         assert_eq!((clock.begin(now), clock.fps), (None, None));
         clock.running = false;
-        // An event arrives 3 s later.
+        // The next event arrives after 3 s.
         now += Duration::from_secs(3);
         assert_eq!(clock.begin(now), Some(Interval { took: Duration::from_secs(3), followed: false }));
         clock.running = true;
@@ -111,14 +111,14 @@ mod tests {
         let mut now = run(&mut clock, start);
         clock.measure(now);
         let fps = clock.fps.unwrap();
-        // Hours later, as if the machine had slept.
+        // The clock jumps by hours, as after a sleep.
         now += HOURS;
         assert_eq!(clock.begin(now), None);
         assert!(clock.is_due(now));
         now = run(&mut clock, now);
         clock.measure(now);
         assert!((clock.fps.unwrap() / fps - 1.0).abs() < 0.15, "{clock:?}");
-        // Hours back.
+        // The clock jumps back.
         now -= HOURS;
         assert_eq!(clock.begin(now), Some(Interval { took: Duration::ZERO, followed: true }));
         assert!(clock.is_due(now));

@@ -11,10 +11,10 @@ pub struct Display {
 }
 
 impl Display {
-    /// Connects to the display. Call it once per process, on the main thread.
+    /// Connects to the display. A process may call this once, on the main thread.
     pub fn open() -> Result<Self, AppError> {
         let no_display = |reason: String| {
-            // winit prefixes operating system errors with the source location; the message follows it.
+            // Operating system errors of winit start with a source location, followed by the message.
             let reason =
                 reason.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": ")).map_or(&*reason, |r| r.1);
             AppError::Failed(format!(
@@ -23,7 +23,7 @@ impl Display {
                 reason.trim_end_matches('.')
             ))
         };
-        // winit panics if keyboard libraries are missing, and on other threads.
+        // winit panics if keyboard libraries are missing, and on any thread but the main one.
         let hook = std::panic::take_hook();
         std::panic::set_hook(Box::new(|_| {}));
         let made = std::panic::catch_unwind(EventLoop::new);
@@ -32,7 +32,7 @@ impl Display {
             .map_err(|panic| {
                 let text = panic.downcast_ref::<String>().map(String::as_str);
                 let text = text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("winit panicked");
-                // The first sentence is the reason; the rest is advice for programmers.
+                // The first sentence is the reason; other sentences are advice for programmers.
                 let first = text.split(['.', '\n']).next().unwrap_or_default();
                 no_display(format!("{first}; libx11-6, libxcursor1, libxi6 and libxkbcommon-x11-0 are needed on X11"))
             })?
@@ -40,7 +40,7 @@ impl Display {
         Ok(Self { events })
     }
 
-    /// Options for [`Gpu::new`](leadr_gpu::Gpu::new) that open a device which can present on this display.
+    /// Returns options for [`Gpu::new`](leadr_gpu::Gpu::new) that select a device which can present on this display.
     pub fn gpu_options(&self, device: Option<String>, validation: bool) -> Result<GpuOptions, AppError> {
         Ok(GpuOptions {
             device,
@@ -57,7 +57,7 @@ mod tests {
 
     #[test]
     fn unavailable_window_is_one_sentence() {
-        // Tests do not run on the main thread, so winit panics.
+        // Tests run on other threads than the main thread, so winit panics.
         let message = Display::open().err().expect("no window").to_string();
         assert!(
             message.contains("main thread") && message.contains("leadr capture") && !message.contains('\n'),

@@ -6,7 +6,7 @@ use winit::keyboard::{Key, KeyCode, NamedKey, PhysicalKey};
 use super::viewer::Action;
 use leadr_render::settings::Technique;
 
-/// Actions of characters. The keys of techniques come from [`Technique::key`].
+/// Actions of character keys. [`Technique::key`] gives the keys of techniques.
 pub const CHARACTERS: [(char, Action); 15] = [
     (',', Action::Frame(-1)),
     ('.', Action::Frame(1)),
@@ -25,7 +25,7 @@ pub const CHARACTERS: [(char, Action); 15] = [
     ('x', Action::CopyCommand),
 ];
 
-/// The action of a pressed key.
+/// Returns the action of a pressed key.
 pub fn action(key: &Key) -> Option<Action> {
     Some(match key {
         Key::Named(NamedKey::Space) => Action::Pause,
@@ -50,7 +50,7 @@ pub fn action(key: &Key) -> Option<Action> {
     })
 }
 
-/// Direction in which a held key moves a flying camera: right, forward, up. It depends on the physical key, not on the layout.
+/// Returns the direction in which a held key moves a flying camera: right, forward, up. It depends on the physical key, not on the layout.
 pub fn flies(key: PhysicalKey) -> Option<Vec3> {
     let PhysicalKey::Code(code) = key else { return None };
     Some(match code {

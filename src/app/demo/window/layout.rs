@@ -12,26 +12,27 @@ use leadr_maps::new_file::write_atomic;
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::make_folder_of;
 
-/// Valid side lengths of a stored window, points.
+/// Valid side lengths of a stored window size, points.
 const SIDES: RangeInclusive<u32> = 64..=16_384;
-/// Largest size of a layout file, bytes.
+/// Maximum size of a layout file, bytes.
 const MOST_BYTES: u64 = 64 * 1024;
 
-/// The layout of a window that the next run restores.
+/// The window layout that the next run restores.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Layout {
-    /// Width and height in points, 64 to 16384.
+    /// Width and height of the window in points, 64 to 16384.
     pub size: Option<[u32; 2]>,
     /// Whether the panel is shown.
     pub panel: Option<bool>,
-    /// Whether each section of the panel is open, by title; other sections have their defaults.
+    /// Whether each section of the panel is open, by title. Sections that are not listed have their defaults.
     #[serde(default)]
     pub sections: BTreeMap<String, bool>,
 }
 
 impl Layout {
-    /// Path of the stored layout: `$XDG_CONFIG_HOME/leadr/window.json`, else under `~/.config`; `None` if neither folder is known.
+    /// Returns the path of the stored layout: `$XDG_CONFIG_HOME/leadr/window.json`, or under `~/.config`; `None` if neither folder is
+    /// known.
     pub fn file() -> Option<PathBuf> {
         user_folder("XDG_CONFIG_HOME", ".config").map(|folder| folder.join("window.json"))
     }
@@ -43,7 +44,7 @@ impl Layout {
         };
         match std::fs::metadata(path) {
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Self::default()),
-            // Checked before reading, because reading a pipe would block.
+            // Reading a pipe would block, so the file type is checked first.
             Ok(data) if !data.is_file() || data.len() > MOST_BYTES => {
                 return Err(fault("it is not a file of at most 64 KiB".to_owned()));
             }

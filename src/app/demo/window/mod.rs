@@ -1,4 +1,4 @@
-//! The window of `leadr demo`: handles events and draws frames. `keys` maps keys to actions, and [`panel`] has the controls.
+//! The window of `leadr demo`, which handles events and draws frames. `keys` maps keys to actions, and [`panel`] has the controls.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -52,32 +52,33 @@ pub mod show;
 pub mod surroundings;
 pub mod viewer;
 
-/// How often a running comparison of two pictures is polled.
+/// Interval for polling a running comparison of two pictures.
 const ASK_INTERVAL: Duration = Duration::from_millis(50);
 
 /// Number of memory samples in a run with a fixed number of frames.
 const MEMORY_SAMPLES: u64 = 10;
 
-/// Options of the window. Its default size is that of the [`RenderSettings`].
+/// Options of the window. The [`RenderSettings`] set the default size.
 #[derive(Clone, Debug)]
 pub struct WindowOptions {
-    /// First words of the title.
+    /// First words of the window title.
     pub title: String,
-    /// Start time of the animation, seconds.
+    /// Animation time at the start, seconds.
     pub time: f64,
-    /// First picture settings; `None` takes them from the [`RenderSettings`].
+    /// Picture settings at the start; `None` takes them from the [`RenderSettings`].
     pub picture: Option<Picture>,
-    /// Path of screenshots, to which `-1.png`, `-2.png`, … are appended. Existing files are not overwritten.
+    /// Path prefix of screenshots; `-1.png`, `-2.png`, … are appended. Existing files are not overwritten.
     pub screenshots: PathBuf,
     /// Number of frames after which the window closes; `None` leaves it open.
     pub frames: Option<u64>,
-    /// Quality that is fixed while something moves.
+    /// Quality that does not change while something moves.
     pub kept: KeptQuality,
-    /// First layout. Without a size, the window has that of the [`RenderSettings`]. By default the panel is shown if there is room.
+    /// Layout at the start. Without a size, the window has the size of the [`RenderSettings`]. By default the panel is shown if there is
+    /// room.
     pub layout: Layout,
-    /// File for the layout of the window when it closes.
+    /// File to which the layout is written when the window closes.
     pub layout_file: Option<PathBuf>,
-    /// Folder of shader sources that are recompiled when they change.
+    /// Folder of shader sources that are recompiled on a change.
     pub hot_reload: Option<PathBuf>,
 }
 
@@ -98,10 +99,10 @@ impl Default for WindowOptions {
     }
 }
 
-/// The result of a window.
+/// The result of a window session.
 #[derive(Clone, Debug, Default, serde::Serialize)]
 pub struct WindowReport {
-    /// Frames shown.
+    /// Number of frames shown.
     pub frames: u64,
     /// Milliseconds between the starts of consecutive frames of an animation.
     pub milliseconds: Vec<f32>,
@@ -112,7 +113,7 @@ pub struct WindowReport {
 }
 
 impl WindowReport {
-    /// Median and 95th percentile of the milliseconds between frames; 0 if there are none.
+    /// Returns the median and 95th percentile of the milliseconds between frames; 0 if there are none.
     pub fn frame_times(&self) -> [f32; 2] {
         let mut sorted = self.milliseconds.clone();
         sorted.sort_unstable_by(f32::total_cmp);
@@ -123,9 +124,9 @@ impl WindowReport {
     }
 }
 
-/// Shows a scene in a window until the user closes it. The orbit camera replaces the scene's own camera, and follows the motion of its
-/// target. A still picture accumulates `settings.samples` samples. `program` opens other scenes. The renderer's device must be opened
-/// with [`Display::gpu_options`].
+/// Shows a scene in a window until the user closes it. The orbit camera replaces the scene's camera and follows its target. A still picture
+/// accumulates `settings.samples` samples. `program` opens other scenes. The renderer's device must be opened with
+/// [`Display::gpu_options`].
 pub fn run(
     display: Display,
     mut show: Show,
@@ -182,7 +183,7 @@ pub fn run(
     Ok(report)
 }
 
-/// A window before it opens, while it is open, or with its result.
+/// A window before it opens, while it is open, or after it has closed.
 struct App<'p, F> {
     open: Option<F>,
     session: Option<Session<'p>>,
@@ -191,16 +192,16 @@ struct App<'p, F> {
 
 /// The state of an open window.
 struct Session<'p> {
-    // Must be dropped before the window.
+    // The painter must be dropped before the window.
     painter: Painter,
     panel: Panel,
     difference: Difference,
-    /// Whether the layer over the picture was read from a still picture.
+    /// Whether the displayed layer was read from a still picture.
     layer_is_still: bool,
     window: Arc<Window>,
-    /// Size in pixels from the last event. Querying a window that another program has closed would panic.
+    /// Window size in pixels from the last event. A size query panics if another program has closed the window.
     size: PhysicalSize<u32>,
-    /// Whether the system reports the window as fully covered. No frame is drawn until that changes.
+    /// Whether the system reports the window as fully covered. No frame is drawn while it is.
     occluded: bool,
     /// Whether the window was minimised or had no area at the last attempt to draw. No frame is drawn until an event.
     hidden: bool,
@@ -210,14 +211,14 @@ struct Session<'p> {
     settings: RenderSettings,
     surroundings: Surroundings,
     program: &'p mut dyn Program,
-    /// Recompiles changed shaders.
+    /// Watches and recompiles changed shaders.
     shaders: Option<ShaderWatch>,
     viewer: Viewer,
     pace: Pace,
     options: WindowOptions,
-    /// Factor on the radiance of the current picture.
+    /// Exposure factor of the current picture.
     exposure: f32,
-    /// Direction of its sun.
+    /// Direction of the picture's sun.
     sun: Option<SunDirection>,
     modifiers: ModifiersState,
     report: WindowReport,
@@ -230,7 +231,7 @@ impl Session<'_> {
         let PhysicalSize { width, height } = self.size;
         self.hidden = self.occluded || width == 0 || height == 0 || self.window.is_minimized() == Some(true);
         if self.hidden {
-            // An event requests the next frame. Time is paused while the window is hidden.
+            // The next frame waits for an event, and time is paused while the window is hidden.
             self.clock.pause();
             self.pace.interrupt();
             return Ok(());
@@ -285,7 +286,7 @@ impl Session<'_> {
             }
             return Ok(());
         }
-        // A layer is read from every moving picture, and once from the still picture, which has all pixels.
+        // A layer is read back from every moving picture, and once from the still picture, which has all pixels.
         let still = self.painter.is_complete([width, height], &sides);
         if let Some(layer) =
             self.viewer.choices.display_mode.layer().filter(|_| changed || still && !self.layer_is_still)
@@ -303,7 +304,7 @@ impl Session<'_> {
         self.clock.running = self.viewer.is_moving();
         self.report.frames += 1;
         let now = Instant::now();
-        // After the last frame, no other frame would update the title.
+        // The final frame updates the title, because no frame follows it.
         let last = !self.viewer.is_moving() && self.painter.is_complete([width, height], &sides);
         if self.clock.is_due(now) || self.report.frames == 1 || last {
             self.clock.measure(now);
@@ -324,7 +325,7 @@ impl Session<'_> {
         if self.report.frames == 1 { self.complete() } else { Ok(()) }
     }
 
-    /// Replaces a coarse first scene by one at full detail.
+    /// Replaces a coarse first scene by the scene at full detail.
     fn complete(&mut self) -> Result<(), AppError> {
         match self.program.complete(self.painter.gpu())? {
             Some(show) => self.show(show),
@@ -332,7 +333,7 @@ impl Session<'_> {
         }
     }
 
-    /// Lays out the panel and performs its requests.
+    /// Lays out the panel and performs the user's requests.
     fn lay_out(&mut self, events: &ActiveEventLoop) -> Result<panel::paint::Painted, AppError> {
         let environments = self.surroundings.names();
         let (pixels, triangles) = self.painter.drawn();
@@ -377,7 +378,7 @@ impl Session<'_> {
         }
         let options = &mut self.viewer.choices.picture.options;
         if options.relief_color && !self.program.keeps_relief_color() {
-            // Stays off if the reload fails.
+            // The option stays off if the reload fails.
             options.relief_color = false;
             self.remake(|program, gpu| program.remake(gpu, "--relief-color", Some("on".to_owned())))?;
             self.viewer.choices.picture.options.relief_color = self.program.keeps_relief_color();
@@ -385,7 +386,7 @@ impl Session<'_> {
         Ok(painted)
     }
 
-    /// Shows the difference of both sides while nothing moves.
+    /// Shows the difference between the two sides while nothing moves.
     fn compare(&mut self) -> Result<(), AppError> {
         let wanted = self.viewer.choices.compare.is_some_and(|compare| compare.difference);
         if !wanted || self.viewer.is_moving() || self.viewer.choices.display_mode != DisplayMode::Picture {
@@ -404,7 +405,7 @@ impl Session<'_> {
         Ok(())
     }
 
-    /// Replaces changed shaders if they compile; otherwise the previous ones stay in use.
+    /// Replaces changed shaders if they compile; otherwise the previous shaders stay in use.
     fn reload(&mut self) -> Result<(), AppError> {
         let Some(change) = self.shaders.as_ref().and_then(ShaderWatch::change) else { return Ok(()) };
         self.painter.finish()?;
@@ -440,7 +441,7 @@ impl Session<'_> {
                 let held = self.viewer.held + if pressed { way } else { -way };
                 self.viewer.held = held.clamp(Vec3::NEG_ONE, Vec3::ONE);
             }
-            // The time before the key press must not move the camera.
+            // Time before the key press must not move the camera.
             if !self.viewer.is_moving() {
                 self.clock.pause();
             }
@@ -484,7 +485,7 @@ impl Session<'_> {
         Ok(())
     }
 
-    /// Logs and shows an error, and keeps the window open.
+    /// Logs and shows an error without closing the window.
     fn complain(&mut self, error: &AppError) {
         tracing::error!("{error}");
         self.panel.warn(error.to_string());
@@ -507,7 +508,7 @@ impl Session<'_> {
         }
     }
 
-    /// Changes the environment. After an error the current one stays.
+    /// Changes the environment. After an error the current environment stays.
     fn surround(&mut self, choice: EnvironmentChoice) -> Result<(), AppError> {
         match self.surroundings.show(self.painter.gpu(), choice) {
             Ok(environment) => {
@@ -521,7 +522,7 @@ impl Session<'_> {
         Ok(())
     }
 
-    /// Opens another scene. After an error the current one stays.
+    /// Opens another scene. After an error the current scene stays.
     fn enter(&mut self, name: &Path) -> Result<(), AppError> {
         match self.program.open(self.painter.gpu(), name) {
             Ok(mut show) => {
@@ -538,7 +539,7 @@ impl Session<'_> {
         Ok(())
     }
 
-    /// Rebuilds the scene with other surfaces, and keeps the view. After an error the current scene stays.
+    /// Rebuilds the scene with other surfaces in the same view. After an error the current scene stays.
     fn remake(
         &mut self,
         make: impl FnOnce(&mut dyn Program, &Arc<Gpu>) -> Result<Show, AppError>,
@@ -552,7 +553,7 @@ impl Session<'_> {
         }
     }
 
-    /// Shows the same scene with other surfaces, and keeps the view.
+    /// Shows the same scene with other surfaces in the same view.
     fn show(&mut self, show: Show) -> Result<(), AppError> {
         self.painter.replace_keeping_environment(show.renderer)?;
         self.clock.pause();
@@ -661,7 +662,7 @@ impl Session<'_> {
         Ok(())
     }
 
-    /// Stores the layout of the window, if it has changed. Errors are only logged.
+    /// Stores the window layout if it has changed. Errors are only logged.
     fn keep_layout(&mut self) {
         let Some(file) = &self.options.layout_file else { return };
         let before = &self.options.layout;
@@ -706,7 +707,7 @@ impl Session<'_> {
 }
 
 impl<'p, F: FnOnce(&ActiveEventLoop) -> Result<Session<'p>, AppError>> App<'p, F> {
-    /// Runs `work` on an open window, and closes the window if that fails.
+    /// Runs `work` on an open window, and closes the window if `work` fails.
     fn with(&mut self, events: &ActiveEventLoop, work: impl FnOnce(&mut Session<'p>) -> Result<(), AppError>) {
         if let Some(Err(error)) = self.session.as_mut().map(work) {
             self.end(events, error);
@@ -747,17 +748,17 @@ impl<'p, F: FnOnce(&ActiveEventLoop) -> Result<Session<'p>, AppError>> Applicati
     }
 
     fn exiting(&mut self, _events: &ActiveEventLoop) {
-        // The window and its surface are dropped before the connection to the display.
+        // The window and its surface must be dropped before the display connection.
         let Some(mut session) = self.session.take() else { return };
         session.keep_layout();
         if self.ended.is_ok() {
-            // A lost screenshot did not close the window, but scripts that wait for the file need the exit code.
+            // The window stayed open after a failed screenshot, but scripts that wait for the file need the exit code.
             self.ended = session.lost.take().map_or(Ok(session.report), Err);
         }
     }
 }
 
-/// Combines the left part of the first picture with the right part of the second, if there is one.
+/// Combines the left side of the first picture with the right side of the second, if there is one.
 fn side_by_side(pictures: Vec<Rgb8Image>, split: f32) -> Option<Rgb8Image> {
     let mut pictures = pictures.into_iter();
     let (mut left, right) = (pictures.next()?, pictures.next());
@@ -772,7 +773,7 @@ fn side_by_side(pictures: Vec<Rgb8Image>, split: f32) -> Option<Rgb8Image> {
     Some(left)
 }
 
-/// The title of the window: technique, time, frames per second, milliseconds per pass.
+/// Formats the window title: technique, time, frames per second, milliseconds per pass.
 fn title(name: &str, viewer: &Viewer, fps: Option<f64>, times: &[(String, f64)]) -> String {
     let paused = if viewer.paused { " (paused)" } else { "" };
     let mut title = format!("{name} · {} · {:.2} s{paused}", viewer.choices.picture.shading(), viewer.time);

@@ -1,4 +1,4 @@
-//! Overlays on the picture: layers in false colours, and the difference of two sides.
+//! Overlays on the picture: layers in false colours, and the difference between two sides.
 
 use std::thread::JoinHandle;
 
@@ -8,11 +8,11 @@ use leadr_render::frame::Layer;
 use leadr_render::surfaces::tessellation::MAX_FACTOR;
 use leadr_tools::metrics::compare::compare;
 
-/// A layer of a picture, row by row.
+/// A layer of a picture, with values row by row.
 pub struct LayerPicture {
     /// Width and height in pixels.
     pub size: (u32, u32),
-    /// Values of [`Renderer::layer`](leadr_render::frame::Renderer::layer).
+    /// Values from [`Renderer::layer`](leadr_render::frame::Renderer::layer).
     pub values: Vec<[f32; 4]>,
 }
 
@@ -70,23 +70,23 @@ pub fn false_colors(layer: Layer, picture: &LayerPicture) -> (Rgb8Image, String)
     (Rgb8Image { width, height, texels: values.iter().map(color).collect() }, says)
 }
 
-/// Colour ramp from blue (1 segment) over green (8) to red (63), linear in the logarithm.
+/// Returns a colour from blue (1 segment) over green (8) to red (63), linear in the logarithm.
 fn segment_color(segments: f32) -> [u8; 3] {
     let share = segments.max(1.0).ln() / MAX_FACTOR.ln();
     let [blue, green, red] = [0.0, 0.5, 1.0].map(|middle| (1.0 - 2.0 * (share - middle).abs()).clamp(0.0, 1.0));
     [red, green, blue].map(|part| (part.sqrt() * 255.0) as u8)
 }
 
-/// Computes the difference of two pictures on another thread.
+/// Computes the difference between two pictures on another thread.
 #[derive(Default)]
 pub struct Difference {
     running: Option<JoinHandle<Option<(Rgb8Image, String)>>>,
-    /// Current and final sample counts of the last compared pictures.
+    /// Current and final sample counts of the pictures compared most recently.
     compared: (u32, u32),
 }
 
 impl Difference {
-    /// Whether to compare pictures with these sample counts (current, final): first, after each doubling, and at the end.
+    /// Whether pictures with these sample counts (current, final) need a comparison: at first, after each doubling, and at the end.
     pub fn needs_samples(&self, samples: (u32, u32)) -> bool {
         let news = samples.0 >= 2 * self.compared.0.max(1) || samples.0 >= samples.1;
         self.running.is_none() && self.compared != samples && news
@@ -97,7 +97,7 @@ impl Difference {
         self.running.is_some()
     }
 
-    /// Starts to compare the pictures. `samples` are their current and final sample counts.
+    /// Starts the comparison of two pictures. `samples` are their current and final sample counts.
     pub fn begin(&mut self, left: RgbImage, right: RgbImage, exposure: f32, tonemap: Tonemap, samples: (u32, u32)) {
         self.compared = samples;
         let names = format!("sample {} of {}", samples.0, samples.1);
@@ -109,7 +109,7 @@ impl Difference {
         }));
     }
 
-    /// Takes the error image and its legend when the comparison is finished.
+    /// Returns the error image and its legend once the comparison is finished.
     pub fn found(&mut self) -> Option<(Rgb8Image, String)> {
         let done = self.running.take_if(|running| running.is_finished())?;
         done.join().ok().flatten()

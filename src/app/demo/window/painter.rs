@@ -1,4 +1,4 @@
-//! Presents frames of the renderer in a swapchain: one picture, or two side by side, with the panel over them.
+//! Presents frames in a swapchain: one picture, or two side by side, under the panel.
 
 use std::sync::Arc;
 
@@ -18,26 +18,26 @@ use leadr_render::scene::FrameState;
 use leadr_render::settings::RenderSettings;
 use leadr_tools::command::error::AppError;
 
-/// Draws into one window. The GPU draws a frame while the CPU prepares the next.
+/// Draws into one window. The GPU draws a frame while the CPU prepares the next frame.
 pub struct Painter {
-    // Dropped first, because they wait for the device.
+    // Slots wait for the device, so they are dropped first.
     slots: [Slot; FRAMES_IN_FLIGHT],
     panel: PanelPainter,
-    /// The slot of the next frame.
+    /// Index of the slot for the next frame.
     next: usize,
     swapchain: Swapchain,
-    /// Created with the first picture, and again when the tone curve changes.
+    /// Present pass, recreated when the tone curve changes.
     pass: Option<(Tonemap, PresentPass)>,
-    /// Times of the passes of the last finished frame, milliseconds.
+    /// Times of the passes of the latest finished frame, milliseconds.
     times: Vec<(String, f64)>,
-    /// The current pictures, left first. The samples of a still picture are spread over frames.
+    /// The current pictures from left to right. The samples of a still picture are spread over frames.
     shown: [Option<Shown>; 2],
-    /// The targets of the right picture; the renderer owns those of the left one.
+    /// Targets of the right picture; the renderer owns the targets of the left picture.
     beside: KeptTargets,
     renderer: Renderer,
 }
 
-/// A frame in flight.
+/// Resources of a frame in flight.
 struct Slot {
     sides: [SideSlot; 2],
     present: CommandRecorder,
@@ -46,11 +46,11 @@ struct Slot {
     held: Vec<PausedFrame>,
 }
 
-/// One picture of a frame.
+/// Resources of one picture in a frame.
 struct SideSlot {
     recorder: CommandRecorder,
     timestamps: Timestamps,
-    /// Times of passes that were already waited for during recording.
+    /// Times of passes that finished during recording.
     earlier: Vec<PassTime>,
 }
 
@@ -59,7 +59,7 @@ impl Slot {
         let side = |side: &str| {
             Ok::<_, AppError>(SideSlot {
                 recorder: CommandRecorder::new(gpu, &format!("window {number}, {side}"))?,
-                // One timestamp per pass, and one at the start.
+                // Each pass has one timestamp, in addition to the start.
                 timestamps: Timestamps::new(gpu, MAX_PASSES + 1)?,
                 earlier: Vec::new(),
             })
@@ -78,28 +78,28 @@ struct Shown {
     settings: RenderSettings,
 }
 
-/// A frame of the window.
+/// Inputs of one frame.
 pub struct WindowFrame<'a> {
     /// Size of the window in pixels.
     pub size: [u32; 2],
-    /// A new state of the scene. With `None`, still pictures gain a sample.
+    /// A new state of the scene. With `None`, still pictures gain one sample.
     pub state: Option<FrameState>,
-    /// Settings of one picture, or of two side by side.
+    /// Settings of one picture or of two pictures side by side.
     pub sides: &'a [RenderSettings],
-    /// Quality of moving pictures.
+    /// Pace of moving pictures.
     pub pace: &'a Pace,
-    /// Factor on the radiance.
+    /// Exposure factor of the picture.
     pub exposure: f32,
-    /// The tone curve.
+    /// Tone curve of the picture.
     pub tonemap: Tonemap,
-    /// Position of the line between two pictures, as a share of the width.
+    /// Position of the split between two pictures, as a fraction of the width.
     pub split: f32,
-    /// The panel over the picture.
+    /// The panel to draw over the picture.
     pub panel: Painted,
 }
 
 impl Painter {
-    /// A painter for a window on the renderer's display.
+    /// Creates a painter for a window on the renderer's display.
     pub fn new(renderer: Renderer, window: Arc<Window>) -> Result<Self, AppError> {
         let gpu = renderer.gpu().clone();
         let swapchain = Swapchain::new(&gpu, window)?;
@@ -150,12 +150,12 @@ impl Painter {
         Ok(())
     }
 
-    /// Name and milliseconds of each pass of the last finished frame. Times of two pictures are added.
+    /// Returns the name and milliseconds of each pass in the latest finished frame. Times of two pictures are added.
     pub fn times(&self) -> &[(String, f64)] {
         &self.times
     }
 
-    /// Replaces the environment. The next frame needs a state of the scene.
+    /// Replaces the environment. The next frame needs a new state of the scene.
     pub fn surround(&mut self, environment: Environment) -> Result<(), AppError> {
         self.finish()?;
         self.shown = [None, None];
@@ -179,26 +179,25 @@ impl Painter {
         self.replace(renderer)
     }
 
-    /// The device.
+    /// Returns the device.
     pub fn gpu(&self) -> &Arc<Gpu> {
         self.renderer.gpu()
     }
 
-    /// Current and final sample counts of the picture with the least progress.
+    /// Returns the current and final sample counts of the picture with fewer samples.
     pub fn samples(&self) -> (u32, u32) {
         let progress = self.shown.iter().flatten().map(|shown| (shown.frame.samples(), shown.settings.samples));
         progress.min_by_key(|(has, wants)| (has * 1000) / wants.max(&1)).unwrap_or((0, 0))
     }
 
-    /// Pixels drawn (width, height), and an upper bound on triangles with the number of patches.
+    /// Returns the drawn pixels (width, height), and an upper bound on triangles with the number of patches.
     pub fn drawn(&self) -> ((u32, u32), (u64, u32)) {
         let counts = self.shown.iter().flatten().map(|shown| shown.frame.counts());
         let size = self.shown[0].as_ref().map_or((0, 0), |shown| shown.settings.size);
         (size, counts.fold((0, 0), |sum, counts| (sum.0 + counts.0, sum.1 + counts.1)))
     }
 
-    /// Whether the pictures are still ones of these settings and this size with all their samples, so [`draw`](Self::draw) has nothing to
-    /// add.
+    /// Whether the pictures are complete still pictures of these settings and this size, to which [`draw`](Self::draw) adds nothing.
     pub fn is_complete(&self, size: [u32; 2], sides: &[RenderSettings]) -> bool {
         self.shown.iter().flatten().count() == sides.len()
             && self.shown.iter().flatten().zip(sides).all(|(shown, side)| {
@@ -207,10 +206,10 @@ impl Painter {
             })
     }
 
-    /// Draws a frame. Returns false if no swapchain image was available; the caller must then pass the state again.
+    /// Draws a frame. Returns false without an available swapchain image; the caller must then pass the state again.
     ///
     /// A moving picture has one sample in the middle of each pixel, at the quality of its pace. A still picture accumulates the samples of
-    /// [`Renderer::render`] and converges to the same picture.
+    /// [`Renderer::render`] and converges to its result.
     pub fn draw(&mut self, frame: WindowFrame<'_>) -> Result<bool, AppError> {
         let WindowFrame { size, state, sides, pace, exposure, tonemap, split, mut panel } = frame;
         let current = self.next;
@@ -225,7 +224,7 @@ impl Painter {
         let all_still = |side: &RenderSettings, shown: &Option<Shown>| {
             shown.as_ref().is_some_and(|shown| shown.settings == still(side, [width, height]))
         };
-        // A moving picture is drawn again. A picture that has just stopped is drawn again once, and then gains samples.
+        // Moving pictures are drawn anew. A picture that has just stopped is drawn anew once, and then gains samples.
         let anew = state.is_some() || !sides.iter().zip(&self.shown).all(|(side, shown)| all_still(side, shown));
         let wanted: Vec<RenderSettings> = sides
             .iter()
@@ -284,14 +283,14 @@ impl Painter {
         Ok(true)
     }
 
-    /// Adds a sample to a still picture that is not complete.
+    /// Adds a sample to an incomplete still picture.
     fn go_on(&mut self, slot: usize, side: usize) -> Result<(), AppError> {
         let wants = |shown: &mut Shown| shown.frame.samples() < shown.settings.samples;
         let Some(Shown { frame, settings }) = self.shown[side].take_if(wants) else { return Ok(()) };
         self.draw_side(slot, side, settings, |renderer| renderer.resume(frame))
     }
 
-    /// Draws a sample of a side, 0 or 1, into the targets of that side.
+    /// Draws a sample of a side (0 or 1) into the targets of this side.
     fn draw_side(
         &mut self,
         slot: usize,
@@ -313,7 +312,7 @@ impl Painter {
         Ok(())
     }
 
-    /// Reads back the picture or both sides as linear radiance. Moving pictures may have fewer pixels than the window.
+    /// Reads back one or two pictures as linear radiance. Moving pictures may have fewer pixels than the window.
     pub fn pictures(&mut self) -> Result<Vec<RgbImage>, AppError> {
         self.finish()?;
         let read = |shown: &Shown| {
@@ -326,13 +325,13 @@ impl Painter {
         self.shown.iter().flatten().map(read).collect()
     }
 
-    /// The probes of the sky occlusion volume that are visible in front of these depths.
+    /// Returns the probes of the sky occlusion volume that are visible in front of these depths.
     pub fn probes(&self, depth: &LayerPicture) -> Vec<Ball> {
         let camera = self.shown[0].as_ref().map(|shown| shown.frame.state().camera);
         camera.map_or_else(Vec::new, |camera| balls(&self.renderer.sky_probes(), &camera, depth))
     }
 
-    /// Reads back a layer of the picture. The next frame needs a state of the scene.
+    /// Reads back a layer of the picture. The next frame needs a new state of the scene.
     pub fn layer(&mut self, layer: Layer) -> Result<LayerPicture, AppError> {
         self.finish()?;
         let (size, _) = self.drawn();
@@ -340,12 +339,12 @@ impl Painter {
     }
 }
 
-/// A still picture of these settings in a window of this size.
+/// Returns the settings of a still picture in a window of this size.
 fn still(settings: &RenderSettings, [width, height]: [u32; 2]) -> RenderSettings {
     RenderSettings { size: (width, height), samples: settings.samples.max(1), ..*settings }
 }
 
-/// Draws the next sample of a picture and pauses it.
+/// Draws the next sample of a picture, and pauses the picture.
 fn sample(
     mut prepared: PreparedFrame<'_>,
     slot: &mut SideSlot,

@@ -1,4 +1,4 @@
-//! The probes of the sky occlusion volume, drawn as shaded balls over the picture.
+//! Draws the probes of the sky occlusion volume as shaded balls over the picture.
 
 use std::f32::consts::TAU;
 
@@ -9,33 +9,33 @@ use leadr_maps::srgb::srgb8_from_linear;
 use leadr_render::camera::Camera;
 use leadr_render::light::sky_visibility::SkyProbe;
 
-/// Vertices of a ball's rim.
+/// Number of vertices on the rim of a ball.
 pub const SIDES: usize = 10;
-/// Radius of a ball, relative to the distance between neighbouring probes.
+/// Radius of a ball as a fraction of the distance between neighbouring probes.
 const RADIUS: f32 = 0.12;
-/// Largest radius, relative to the picture's height.
+/// Maximum radius as a fraction of the picture height.
 const LARGEST: f32 = 0.03;
-/// A probe with less occlusion than this in every direction is drawn as a dot; `DOT` is the size of a dot relative to a ball.
+/// Occlusion below which, in every direction, a probe is drawn as a dot. `DOT` is the size of a dot relative to a ball.
 const HIDDEN: f32 = 0.1;
 const DOT: f32 = 0.2;
-/// Legend of the probes.
+/// Legend with visible probes.
 pub const SAYS: &str =
     "sky probes: visible surroundings by direction; black is occluded by large shapes, white is open";
-/// Legend without probes.
+/// Legend without visible probes.
 pub const NONE: &str = "no sky probes: nothing casts shadows here, or sky occlusion is off (Technique)";
 
-/// A ball on the screen.
+/// A shaded ball on the screen.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ball {
-    /// Centre, as shares of the width and the height.
+    /// Centre of the ball, as fractions of the width and the height.
     pub middle: [f32; 2],
-    /// Radius, as a share of the height.
+    /// Radius of the ball, as a fraction of the height.
     pub radius: f32,
-    /// sRGB grey of the centre, which faces the viewer, and of the rim, counter-clockwise from the right.
+    /// sRGB greys of the centre, which faces the viewer, and of the rim, counter-clockwise from the right.
     pub greys: [u8; SIDES + 1],
 }
 
-/// The visible probes, farthest first. `depth` is [`Layer::Depth`] of the picture of `camera`; probes behind it are hidden.
+/// Returns the visible probes, farthest first. `depth` is [`Layer::Depth`] of the picture of `camera`, which hides probes behind it.
 ///
 /// [`Layer::Depth`]: leadr_render::frame::Layer::Depth
 pub fn balls(probes: &[SkyProbe], camera: &Camera, depth: &LayerPicture) -> Vec<Ball> {
@@ -54,7 +54,7 @@ pub fn balls(probes: &[SkyProbe], camera: &Camera, depth: &LayerPicture) -> Vec<
         let pixel = (middle[1] * height as f32) as u32 * width + (middle[0] * width as f32) as u32;
         let hidden = depth.values.get(pixel as usize).is_some_and(|behind| behind[0] < distance - radius);
         (!hidden).then(|| {
-            // Probes without occlusion carry little information, so they are drawn small.
+            // Probes without occlusion are drawn small, because they carry little information.
             let open = probe.mean - probe.lean.length() > 1.0 - HIDDEN;
             let radius = (radius * focal / distance).min(LARGEST) * if open { DOT } else { 1.0 };
             (distance, Ball { middle, radius, greys: greys(probe, camera.position) })
@@ -65,14 +65,14 @@ pub fn balls(probes: &[SkyProbe], camera: &Camera, depth: &LayerPicture) -> Vec<
     balls.into_iter().map(|(_, ball)| ball).collect()
 }
 
-/// The shortest distance between consecutive probes, metres.
+/// Returns the minimum distance between consecutive probes, metres.
 fn spacing(probes: &[SkyProbe]) -> f32 {
     let pairs = probes.windows(2).map(|pair| pair[0].position.distance(pair[1].position));
     let nearest = pairs.filter(|distance| *distance > 0.0).fold(f32::INFINITY, f32::min);
     if nearest.is_finite() { nearest } else { 1.0 }
 }
 
-/// The greys of a ball: the visible share of the surroundings in the direction of each normal.
+/// Returns the greys of a ball: the visible fraction of the environment along each normal.
 fn greys(probe: &SkyProbe, eye: Vec3) -> [u8; SIDES + 1] {
     let towards = (eye - probe.position).normalize_or(Vec3::Z);
     let right = Vec3::Z.cross(towards).try_normalize().unwrap_or(Vec3::X);
@@ -98,13 +98,14 @@ mod tests {
         let camera = Camera::looking_at(Vec3::new(0.0, -10.0, 0.0), Vec3::ZERO, 40.0);
         let probe = |x: f32, y: f32| SkyProbe { position: Vec3::new(x, y, 0.0), mean: 0.5, lean: Vec3::Z * 0.5 };
         let depth = LayerPicture { size: (64, 32), values: vec![[12.0, 0.0, 0.0, 0.0]; 64 * 32] };
-        // Central, right, hidden, behind the eye, and two outside the picture that are close together, which makes balls small.
+        // Probes in the centre, to the right, hidden, and behind the eye. Two outside the picture are close together, which makes balls
+        // small.
         let positions = [(0.0, 0.0), (2.0, 1.0), (0.0, 20.0), (0.0, -11.0), (50.0, 0.0), (50.2, 0.0)];
         let probes = positions.map(|(x, y)| probe(x, y));
         let [far, near] = balls(&probes, &camera, &depth).try_into().expect("two balls");
         assert!((near.middle[0] - 0.5).abs() < 1e-5 && (near.middle[1] - 0.5).abs() < 1e-5, "{near:?}");
         assert!(far.middle[0] > 0.55 && far.radius < near.radius, "{far:?} {near:?}");
-        // Visibility is one half towards the viewer, 1 upwards and 0 downwards.
+        // Visibility is one half towards the viewer, one upwards and zero downwards.
         let [middle, right, ..] = near.greys;
         assert_eq!((middle, right), (188, 188));
         assert!(near.greys[1 + SIDES / 4] > 240 && near.greys[1 + 3 * SIDES / 4] < 90, "{:?}", near.greys);

@@ -1,4 +1,4 @@
-//! The scene of a window, and the trait of programs that open other scenes.
+//! The scene of a window, and the trait for programs that open other scenes.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -17,29 +17,29 @@ use leadr_tools::command::error::AppError;
 
 /// A scene that is ready to be drawn.
 pub struct Show {
-    /// The renderer, with the objects of the scene.
+    /// The renderer that holds the objects of the scene.
     pub renderer: Renderer,
-    /// Returns the state at a time in seconds. If the scene's camera follows an object, so does the window's camera.
+    /// Returns the state at a time in seconds. If the scene's camera follows an object, the window's camera does too.
     pub scene: Box<dyn FnMut(f64) -> FrameState>,
-    /// The first view.
+    /// The initial view.
     pub orbit: Orbit,
-    /// Its near, middle and far views, if it has them.
+    /// The near, middle and far views, if the scene has them.
     pub views: Option<[Orbit; 3]>,
-    /// Camera distances of a sweep, if it has one.
+    /// Camera distances of a sweep, if the scene has one.
     pub sweep: Option<Sweep>,
-    /// Available environments. The renderer has the first.
+    /// Available environments, the first of which the renderer holds.
     pub surroundings: Surroundings,
 }
 
 impl Show {
-    /// Whether the scene is animated, judged by a few moments.
+    /// Whether the scene is animated, which a few sample times decide.
     pub fn moves(&mut self) -> bool {
         let mut at = |time: f64| FrameState { time: 0.0, ..(self.scene)(time) };
         let first = at(0.0);
         self.renderer.moves() || [0.37, 1.9, 7.3].into_iter().any(|time| at(time) != first)
     }
 
-    /// Makes a show of an uploaded scene.
+    /// Creates a show from an uploaded scene.
     pub fn of(set: Set, surroundings: Surroundings) -> Self {
         let orbit = |camera| Orbit::new(&CameraPose::of(&camera));
         let views = [set.views.near, set.views.mid, set.views.far].map(orbit);
@@ -51,23 +51,23 @@ impl Show {
 /// A property of the displaced surfaces of a scene, such as the roughness.
 #[derive(Clone, Debug, PartialEq)]
 pub enum OfSurfaces<T> {
-    /// The user cannot change it.
+    /// A property that the user cannot change.
     Fixed,
-    /// The scene's own value.
+    /// The scene's own value of the property.
     Own,
-    /// A value that the user chose.
+    /// The user chose this value.
     Chosen(T),
 }
 
-/// Opens scenes for a window, and gives the command that draws the same picture to a file. The default methods describe a program with
+/// Opens scenes for a window, and returns the command that draws the same picture to a file. The default methods describe a program with
 /// one fixed scene.
 pub trait Program {
-    /// Names of the scenes that can be opened.
+    /// Returns the names of the scenes that can be opened.
     fn scenes(&self) -> &[String] {
         &[]
     }
 
-    /// Name of the current scene.
+    /// Returns the name of the current scene.
     fn scene(&self) -> &str {
         ""
     }
@@ -77,7 +77,7 @@ pub trait Program {
         Err(AppError::Usage(format!("{}: this program shows one scene only", name.display())))
     }
 
-    /// The roughness of the current scene: Beckmann alpha, above 0, up to 1.
+    /// Returns the roughness of the current scene as Beckmann alpha, above 0 and at most 1.
     fn roughness(&self) -> OfSurfaces<f32> {
         OfSurfaces::Fixed
     }
@@ -97,17 +97,17 @@ pub trait Program {
         true
     }
 
-    /// The current material: the name of a file or a folder.
+    /// Returns the current material as the name of a file or folder.
     fn applied_material(&self) -> OfSurfaces<String> {
         OfSurfaces::Fixed
     }
 
-    /// Opens the current scene again with another material: a file from `leadr fit`, a material folder, or with `None` its own.
+    /// Opens the current scene again with another material: a file from `leadr fit`, a material folder, or `None` for the scene's own.
     fn apply_material(&mut self, _gpu: &Arc<Gpu>, _material: Option<&Path>) -> Result<Show, AppError> {
         Err(AppError::Usage(AS_IT_IS.to_owned()))
     }
 
-    /// Opens the current scene at full detail; returns `None` if it already has that.
+    /// Opens the current scene at full detail; returns `None` if it already has full detail.
     fn complete(&mut self, _gpu: &Arc<Gpu>) -> Result<Option<Show>, AppError> {
         Ok(None)
     }
@@ -115,7 +115,7 @@ pub trait Program {
     /// Records the environment for [`command`](Self::command).
     fn surround(&mut self, _environment: &str) {}
 
-    /// The command that draws this picture.
+    /// Returns the command that draws this picture.
     fn command(&self, _seen: &Seen<'_>) -> Option<String> {
         None
     }

@@ -1,4 +1,4 @@
-//! The environments of the window: the scene's own, the sky, the studio, and dropped panoramas.
+//! The environments of the window: the scene's, the sky, the studio, and dropped panoramas.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -16,12 +16,12 @@ pub struct Surroundings {
     choices: Vec<EnvironmentChoice>,
     shown: usize,
     made_with: SkyOrPicture,
-    /// Exposure factor of the current panorama; `None` for the first choice, because its scene has one.
+    /// Exposure factor of the current panorama; `None` for the first environment, because its scene sets the exposure.
     metered: Option<f32>,
 }
 
 impl Surroundings {
-    /// `first` is the renderer's current environment; `made_with` creates the others.
+    /// Starts with the renderer's environment `first`; `made_with` creates the others.
     pub fn new(first: EnvironmentChoice, made_with: SkyOrPicture) -> Self {
         let others = [EnvironmentChoice::Sky, EnvironmentChoice::Studio].into_iter().filter(|choice| *choice != first);
         let others: Vec<_> = others.collect();
@@ -29,12 +29,12 @@ impl Surroundings {
         Self { choices, shown: 0, made_with, metered: None }
     }
 
-    /// The environment after the current one.
+    /// Returns the environment after the current one.
     pub fn next(&self) -> EnvironmentChoice {
         self.choices[(self.shown + 1) % self.choices.len()].clone()
     }
 
-    /// Names of the environments, as values of `--environment`.
+    /// Returns the names of the environments, as values of `--environment`.
     pub fn names(&self) -> Vec<String> {
         let name = |choice: &EnvironmentChoice| match choice {
             EnvironmentChoice::Sky => "sky".to_owned(),
@@ -44,23 +44,23 @@ impl Surroundings {
         self.choices.iter().map(name).collect()
     }
 
-    /// Index of the current environment.
+    /// Returns the index of the current environment.
     pub fn shown(&self) -> usize {
         self.shown
     }
 
-    /// The environment at an index; the last one if the index is too large.
+    /// Returns the environment at an index, or the last if the index is too large.
     pub fn choice(&self, number: usize) -> EnvironmentChoice {
         self.choices[number.min(self.choices.len() - 1)].clone()
     }
 
-    /// The environment of a dropped file.
+    /// Returns the environment of a dropped file.
     pub fn dropped(path: PathBuf) -> Result<EnvironmentChoice, AppError> {
         let extension = path.extension().map(|e| e.to_ascii_lowercase());
         match extension.as_ref().and_then(|e| e.to_str()) {
             Some("hdr" | "exr") => Ok(EnvironmentChoice::File(path)),
             _ => Err(AppError::Usage(format!(
-                "{}: drop an equirectangular .hdr or .exr, a model or a material",
+                "{}: drop an equirectangular .hdr or .exr picture, a model or a material",
                 path.display()
             ))),
         }

@@ -1,4 +1,4 @@
-//! The state that the user changes: camera, time and picture settings. Independent of window and device.
+//! The state that the user changes: camera, time and picture settings. It is independent of window and device.
 
 use glam::Vec3;
 
@@ -10,7 +10,7 @@ use leadr_scenes::config::Picture;
 use leadr_scenes::light::SunDirection;
 use leadr_scenes::stage::Sweep;
 
-/// Longest step of the animation, seconds. On a slow device the animation slows down instead of jumping.
+/// Maximum step of the animation, seconds. On a slow device the animation slows down instead of jumping.
 const LONGEST_STEP: f64 = 0.1;
 /// Time step of the arrow keys, seconds.
 const SCRUB: f64 = 0.5;
@@ -19,7 +19,7 @@ const FRAME: f64 = 1.0 / 30.0;
 
 /// Duration of a sweep in each direction, seconds.
 const SWEEP_SECONDS: f64 = 8.0;
-/// Steps of a sweep, more than it has frames.
+/// Number of steps of a sweep, more than its frames.
 const SWEEP_STEPS: u32 = 1 << 16;
 /// Speed of a flying camera, in multiples of its distance from the target per second.
 const FLY_PACE: f32 = 0.6;
@@ -32,7 +32,7 @@ const SUN_STEP: f64 = 0.5;
 /// Speeds of the sun, hours per second, in the order of the key.
 const SUN_PACES: [f64; 3] = [0.0, 24.0 / 120.0, 24.0 / 20.0];
 
-/// The action of a key or button.
+/// An action of a key or button.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Action {
     /// Pause or resume time.
@@ -75,7 +75,7 @@ pub enum Action {
     Quit,
 }
 
-/// The effect of dragging.
+/// The effect of a drag.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Drag {
     /// Orbits the camera around its target.
@@ -91,41 +91,41 @@ pub enum Drag {
 /// The state that keys and the mouse change.
 #[derive(Clone, Debug)]
 pub struct Viewer {
-    /// The camera.
+    /// Orbit camera of the user.
     pub orbit: Orbit,
-    /// Time of the animation, seconds, never negative.
+    /// Animation time, seconds, never negative.
     pub time: f64,
     /// Whether time is paused.
     pub paused: bool,
-    /// Offset of the sun, hours.
+    /// Time offset of the sun, hours.
     pub sun_hours: f64,
     sun_pace: usize,
-    /// Picture settings.
+    /// Picture settings of the user.
     pub choices: Choices,
-    /// Whether the camera is in fly mode: dragging rotates it about itself, and keys move it.
+    /// Whether the camera is in fly mode, where dragging rotates it about its position and keys move it.
     pub fly: bool,
-    /// Direction of the held keys in fly mode: right, forward, up; each -1, 0 or 1.
+    /// Direction of the held keys in fly mode: right, forward, up, with components -1, 0 or 1.
     pub held: Vec3,
     /// Whether the scene is animated.
     pub scene_moves: bool,
-    /// The scene's own sweep, if it has one.
+    /// The scene's sweep, if it has one.
     pub sweep: Option<Sweep>,
-    /// Seconds since a sweep began, and the orbit that it returns to.
+    /// Seconds since a sweep started, and the orbit at its end.
     sweeping: Option<(f64, Orbit)>,
     other_rule: Quadrature,
     other_compare: Compare,
     start: (Orbit, f64),
-    /// The current drag.
+    /// The drag in progress, if any.
     pub drag: Option<Drag>,
     /// Position of the pointer, pixels.
     pub pointer: Option<[f32; 2]>,
     changed: bool,
-    /// Whether an overlay has changed.
+    /// Whether an overlay needs a redraw.
     pub redraw: bool,
 }
 
 impl Viewer {
-    /// A viewer with running time. `sweep` holds the camera distances of the scene's sweep.
+    /// Creates a viewer with running time. `sweep` holds the camera distances of the scene's sweep.
     pub fn new(orbit: Orbit, time: f64, choices: Choices, sweep: Option<Sweep>) -> Self {
         let (start, drag, pointer) = ((orbit, time), None, None);
         let other_rule = match choices.picture.options.quadrature {
@@ -162,12 +162,12 @@ impl Viewer {
         *self = Self { other_rule, other_compare, scene_moves, ..Self::new(orbit, 0.0, choices, sweep) };
     }
 
-    /// Progress of a running sweep, 0 to 1.
+    /// Returns the progress of a running sweep, 0 to 1.
     pub fn sweep_progress(&self) -> Option<f32> {
         self.sweeping.map(|(seconds, _)| (seconds / (2.0 * SWEEP_SECONDS)) as f32)
     }
 
-    /// Advances time by `seconds` unless it is paused. Sun, sweep and fly mode advance in any case.
+    /// Advances time by `seconds` unless it is paused. Sun, sweep and fly mode always advance.
     pub fn advance(&mut self, seconds: f64) {
         if !self.paused {
             self.time += seconds.clamp(0.0, LONGEST_STEP);
@@ -179,7 +179,7 @@ impl Viewer {
         }
         if let (Some((ran, back)), Some(sweep)) = (self.sweeping, self.sweep) {
             let ran = ran + seconds.max(0.0);
-            // Share of the way out: rises to 1 and falls again.
+            // Position of the sweep, which rises to 1 and falls again.
             let share = (ran / SWEEP_SECONDS).min(2.0);
             let share = if share > 1.0 { 2.0 - share } else { share };
             self.orbit.set_distance(sweep.distance((share * f64::from(SWEEP_STEPS - 1)) as u32, SWEEP_STEPS));
@@ -196,7 +196,7 @@ impl Viewer {
         }
     }
 
-    /// Performs an action. Actions on the window, the environment or files are ignored here and handled by the window.
+    /// Performs an action. The window handles actions on the window, the environment or files, which are ignored here.
     pub fn act(&mut self, action: Action) {
         match action {
             Action::Pause => self.paused = !self.paused,
@@ -245,25 +245,24 @@ impl Viewer {
         self.changed = true;
     }
 
-    /// The user's camera, moved by as much as the target of the scene's camera `own` has moved since the start. It thus follows the same
-    /// object.
+    /// Returns the user's camera, moved with the target of the scene's camera `own` since the start, so that both follow one object.
     pub fn camera(&self, own: &Camera) -> Camera {
         let gone = own.target - self.start.0.target();
         let camera = self.orbit.pose().camera();
         Camera { position: camera.position + gone, target: camera.target + gone, ..camera }
     }
 
-    /// Whether `x` is within `grip` of the line between two techniques; all in pixels, like `width`.
+    /// Whether `x` is within `grip` of the split between two techniques. All values are in pixels.
     pub fn is_at_split(&self, x: f32, width: f32, grip: f32) -> bool {
         self.choices.compare.is_some_and(|compare| (compare.split * width - x).abs() <= grip)
     }
 
-    /// Whether the line between two techniques is being dragged.
+    /// Whether the split between two techniques is being dragged.
     pub fn drags_split(&self) -> bool {
         self.drag == Some(Drag::Split)
     }
 
-    /// Moves the pointer to these pixels, x right and y down, in a window of this size, and performs the current drag.
+    /// Moves the pointer to these pixels, x right and y down, in a window of this size, and continues the current drag.
     pub fn move_pointer(&mut self, to: [f32; 2], [width, height]: [f32; 2]) {
         if let (Some(from), Some(drag)) = (self.pointer, self.drag) {
             let (right, down) = (to[0] - from[0], to[1] - from[1]);
@@ -283,13 +282,13 @@ impl Viewer {
         self.pointer = Some(to);
     }
 
-    /// Zooms by notches of the wheel; positive is closer.
+    /// Zooms by wheel notches; positive is closer.
     pub fn wheel(&mut self, notches: f32) {
         self.orbit.zoom(notches.clamp(-50.0, 50.0));
         self.changed = true;
     }
 
-    /// Sets the direction of the sun. A moving sun continues from there.
+    /// Sets the direction of the sun, from which a moving sun continues.
     pub fn put_sun(&mut self, sun: SunDirection) {
         self.choices.sun = Some(sun);
         self.sun_hours = 0.0;
@@ -306,7 +305,7 @@ impl Viewer {
         std::mem::take(&mut self.changed)
     }
 
-    /// Whether the picture changes: after a change, or while something is animated.
+    /// Whether the picture changes, after a change or during an animation.
     pub fn is_moving(&self) -> bool {
         let flies = self.fly && self.held != Vec3::ZERO;
         let runs = !self.paused && self.scene_moves;
@@ -455,7 +454,7 @@ mod tests {
         let own = Camera { position: start.position + gone, target: start.target + gone, ..start };
         let camera = viewer.camera(&own);
         assert!(camera.position.distance(own.position) < 1e-4 && camera.target == own.target);
-        // An orbit keeps the distance to the followed target; a pan keeps its offset.
+        // An orbit keeps the distance to the followed target, and a pan keeps its offset.
         viewer.orbit.rotate(100.0, 0.0);
         let turned = viewer.camera(&own);
         assert!(turned.target == own.target && turned.position.distance(own.position) > 1.0);
@@ -476,7 +475,7 @@ mod tests {
         assert!((viewer.orbit.distance() - 10.0).abs() < 0.1);
         viewer.advance(SWEEP_SECONDS);
         assert!(viewer.orbit == start && viewer.sweep_progress().is_none());
-        // The same key stops a sweep.
+        // The same action stops a sweep.
         viewer.act(Action::Sweep);
         viewer.advance(1.0);
         viewer.act(Action::Sweep);

@@ -1,5 +1,5 @@
-//! Truths from an independent renderer, stored beside this file by `scripts/external-truth`: block means of pictures, their content and
-//! their noise.
+//! Reads the truths of an independent renderer, stored beside this file by `scripts/external-truth`. Each truth has the block means of a
+//! picture, its content and its noise.
 
 pub mod panoramas;
 pub mod reliefs;
@@ -17,28 +17,28 @@ use leadr_render::settings::Terms;
 /// Content of one truth, as written by the scripts.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct OutsideCase {
-    /// `group/subject/…/terms`.
+    /// Name in the form `group/subject/…/terms`.
     pub name: String,
-    /// `sphere` or `plane`.
+    /// Name of the scene, `sphere` or `plane`.
     pub scene: String,
-    /// Name of its panorama.
+    /// Name of the panorama.
     pub panorama: String,
-    /// Name of its height map.
+    /// Name of the height map.
     pub relief: String,
-    /// Factor on the heights; 0 is flat.
+    /// Factor on the heights; 0 makes the surface flat.
     pub scale: f32,
     /// Beckmann roughness.
     pub alpha: f32,
-    /// `specular` or `diffuse`: light of the environment.
+    /// Light term from the environment, `specular` or `diffuse`.
     pub terms: String,
-    /// Pixels of the whole picture.
+    /// Size of the whole picture, pixels.
     pub size: [u32; 2],
     camera: StoredCamera,
-    /// Pixels along a stored block.
+    /// Pixels along a side of a stored block.
     pub block: u32,
     /// Standard error of the truth's pixels, relative like rRMSE.
     pub noise: f64,
-    /// Index of its first texel among those of all truths.
+    /// Index of the truth's first texel in the texels of all truths.
     start: usize,
 }
 
@@ -51,18 +51,18 @@ struct StoredCamera {
 }
 
 impl OutsideCase {
-    /// The camera.
+    /// Returns the camera of the picture.
     pub fn camera(&self) -> Camera {
         let StoredCamera { position, target, up, fov_degrees } = self.camera;
         Camera { up: up.into(), ..Camera::looking_at(Vec3::from(position), Vec3::from(target), fov_degrees) }
     }
 
-    /// The light term.
+    /// Returns the light term of the picture.
     pub fn terms(&self) -> Terms {
         if self.terms == "diffuse" { Terms::DIFFUSE_ENVIRONMENT } else { Terms::SPECULAR_ENVIRONMENT }
     }
 
-    /// The first part of the name, which groups the tables: `sphere`, `flat` or `plane`.
+    /// Returns the first part of the name, which groups the tables: `sphere`, `flat` or `plane`.
     pub fn group(&self) -> &str {
         self.name.split('/').next().unwrap_or_default()
     }
@@ -71,15 +71,15 @@ impl OutsideCase {
 /// A truth and the blocks used for the comparison.
 #[derive(Clone, Debug)]
 pub struct OutsideTruth {
-    /// Its content.
+    /// Description of the truth.
     pub case: OutsideCase,
-    /// Block means.
+    /// Means of the picture's blocks.
     pub image: RgbImage,
     /// Blocks entirely on the object.
     pub mask: Mask,
 }
 
-/// All stored truths.
+/// Returns all stored truths.
 ///
 /// # Errors
 /// If the stored files are inconsistent.
@@ -101,7 +101,7 @@ pub fn truths() -> Result<Vec<OutsideTruth>, LabError> {
         .collect()
 }
 
-/// Means of blocks of `side × side` pixels.
+/// Computes the means of blocks of `side × side` pixels.
 ///
 /// # Errors
 /// If the picture is smaller than a block.

@@ -1,4 +1,4 @@
-//! The height maps of the external truths: box means of three from the shared data, and one from the formula of
+//! The height maps of the external truths. Three are box means of maps from the shared data, and one comes from the formula of
 //! `scripts/external-truth/reliefs.py`.
 
 use std::f64::consts::PI;
@@ -7,14 +7,14 @@ use crate::report::shared::shared;
 
 use leadr_maps::{HeightMap, MapError, load_height_map};
 
-/// Every height map.
+/// Names of all height maps.
 #[cfg(test)]
 pub const NAMES: [&str; 4] = ["studs", "rock", "walkway", "leather"];
 
-/// Texels along a side.
+/// Texels along a side of each height map.
 const TEXELS: u32 = 256;
 
-/// A height map by name; `None` if the name is unknown or its shared data is missing.
+/// Returns a height map by name, or `None` if the name is unknown or its shared data is missing.
 ///
 /// # Errors
 /// If a file of the shared data cannot be read.
@@ -30,7 +30,7 @@ pub fn relief(name: &str) -> Result<Option<HeightMap>, MapError> {
     Ok(Some(box_means(&load_height_map(path)?)))
 }
 
-/// Round studs of eight sizes plus a slow wave.
+/// Returns round studs of eight sizes plus a slow wave.
 fn studs() -> HeightMap {
     let height = |i: u32| {
         let at = |n: u32| (f64::from(n) + 0.5) / f64::from(TEXELS) * 8.0;
@@ -44,7 +44,7 @@ fn studs() -> HeightMap {
     HeightMap { width: TEXELS, height: TEXELS, texels }
 }
 
-/// The map reduced to [`TEXELS`] texels per side; its sides are multiples of that.
+/// Reduces a map to [`TEXELS`] texels per side. The sides of the map must be multiples of that number.
 fn box_means(map: &HeightMap) -> HeightMap {
     let side = (map.width / TEXELS).max(1);
     let mean = |i: u32| {
@@ -62,7 +62,7 @@ mod tests {
     #[test]
     fn studs_stand_in_their_cells_and_repeat() {
         let map = studs();
-        // Cell centres are higher than cell corners, within 0 and 1.
+        // Cell centres are higher than cell corners, and all heights are within 0 and 1.
         assert!(map.at(16, 16) > map.at(1, 1) + 0.2);
         assert!(map.texels.iter().all(|h| (0.0..=1.0).contains(h)));
         assert!((map.at(0, 7) - map.at(TEXELS - 1, 7)).abs() < 0.02);

@@ -1,4 +1,4 @@
-//! The bench's tables and goals, measured in this run.
+//! Shows the bench's tables and goals, measured in this run.
 
 use serde_json::Value;
 
@@ -51,7 +51,7 @@ fn text(value: &Value) -> Cell {
     }
 }
 
-/// A table of selected fields of a list of objects.
+/// Returns a table of selected fields of a list of objects.
 fn fields(data: &Value, key: &str, caption: &str, columns: &[(&str, &str)]) -> Table {
     let mut table = Table::new(caption, columns.iter().map(|c| c.1));
     for row in list(data, key) {

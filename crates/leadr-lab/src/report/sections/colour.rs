@@ -1,4 +1,4 @@
-//! Colours that follow the relief: whole pictures at one sample per pixel.
+//! Measures colours that follow the relief, in whole pictures at one sample per pixel.
 
 use glam::Vec3;
 use serde::Serialize;
@@ -29,26 +29,26 @@ const INTRO: &str = "A matte plane of Gaussian bumps (slope deviation .6), paint
     is listed beside. The goal's pixel errors exclude the remaining randomness and the truth's noise. Without paint, the remaining error \
     is the brightness error of the masking and shadowing model; no colour can be more accurate.";
 
-/// Goal: largest fraction of the error of independent filtering.
+/// Error goal, as a fraction of the error of independent filtering.
 const GOAL: f64 = 0.2;
 const RED: [u8; 4] = [200, 25, 20, 128];
 const GREY: [u8; 4] = [110, 120, 130, 128];
 /// Texels along the tile, which is one repeat of the plane.
 const TEXELS: u32 = 256;
-/// Pixel widths in texels. Truth pixels have the near width; far truths use blocks of them.
+/// Pixel widths in texels. Truth pixels have the near width; far truths use blocks of near pixels.
 const DISTANCES: [(u32, &str); 2] = [(NEAR, "near"), (FAR, "far")];
 const NEAR: u32 = 16;
 const FAR: u32 = 64;
-/// Samples per pixel of the truth, which covers 256 texels or more.
+/// Samples per pixel of the truth, whose pixels cover 256 texels or more.
 const SAMPLES: u32 = 64;
 const QUICK_SAMPLES: u32 = 16;
 const SIGMA: f32 = 0.6;
-/// Number of averaged reliefs. They estimate the grain, so even a quick report uses several.
+/// Number of averaged reliefs. They estimate the randomness of single reliefs, so even a quick report uses several.
 const RELIEFS: u32 = 8;
 const QUICK_RELIEFS: u32 = 3;
 const DEGREES: [f32; 6] = [15.0, 30.0, 45.0, 60.0, 70.0, 80.0];
 
-/// The red region.
+/// Part of the surface that is painted red.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 enum Paint {
     Tops,
@@ -70,10 +70,10 @@ struct Entry {
     mean_followed: f64,
     mean_apart: f64,
     noise: f64,
-    /// Means over single reliefs of `followed` and `apart`.
+    /// Mean error of single reliefs with colours that follow the relief.
     followed_one: f64,
     apart_one: f64,
-    /// Error of the filter ([`without_relief_noise`]).
+    /// Error of the filter with colours that follow the relief ([`without_relief_noise`]).
     followed_filter: f64,
     apart_filter: f64,
 }
@@ -86,7 +86,7 @@ struct Shown {
 }
 
 impl Shown {
-    /// The mean of views of several reliefs with independent truths.
+    /// Returns the mean of views of several reliefs with independent truths.
     fn mean(all: &[Self]) -> Result<Self, MapFault> {
         let each = |of: fn(&Self) -> &Shot| all.iter().map(|one| of(one).clone()).collect::<Vec<_>>();
         Ok(Self {
@@ -96,14 +96,14 @@ impl Shown {
         })
     }
 
-    /// Relative RMSE over pixels, of both.
+    /// Returns the relative RMSE over pixels with colours that follow the relief, and with colours filtered separately.
     fn errors(&self) -> Result<[f64; 2], MapFault> {
         let of = |shot| Ok(judge(&self.truth, shot, 1.0)?.object.rrmse);
         Ok([of(&self.followed)?, of(&self.apart)?])
     }
 }
 
-/// Fraction of each channel in the object's light.
+/// Computes the fraction of each channel in the object's light.
 fn mean_color(image: &RgbImage, object: &Mask) -> [f64; 3] {
     let inside = image.texels.iter().zip(&object.inside).filter(|&(_, &inside)| inside);
     let sums = inside.fold([0.0; 3], |sums, (texel, _)| [0, 1, 2].map(|c| sums[c] + f64::from(texel[c])));
@@ -111,7 +111,7 @@ fn mean_color(image: &RgbImage, object: &Mask) -> [f64; 3] {
     sums.map(|sum| sum / all)
 }
 
-/// Distance of two colours, relative to the first.
+/// Returns the distance between two colours, relative to the first.
 fn apart_by(truth: [f64; 3], found: [f64; 3]) -> f64 {
     let length = |v: [f64; 3]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
     length([0, 1, 2].map(|c| found[c] - truth[c])) / length(truth)
@@ -137,7 +137,7 @@ fn painted(tile: &Tile, paint: Paint) -> Object {
         }
     }
     let field = HeightField::repeating(HeightMap { width: TEXELS, height: TEXELS, texels: heights.to_vec() });
-    // Half a repeat around the visible one casts shadows into it.
+    // Half a repeat of relief around the visible repeat casts shadows into it.
     Object::new("painted plane", plane(0.75, 12, 1.0, [1.0; 4], even))
         .with_heights(field, SIGMA / TEXELS as f32)
         .with_material(MaterialMap::new(TEXELS, TEXELS, colors))
@@ -145,19 +145,19 @@ fn painted(tile: &Tile, paint: Paint) -> Object {
         .with_relief_color()
 }
 
-/// A camera far enough for nearly parallel rays, showing about one repeat of the relief, and the size of its far picture.
+/// Returns a camera far enough for nearly parallel rays, showing about one repeat of the relief, and the size of its far picture.
 fn seen(degrees: f32) -> (Camera, (u32, u32)) {
     let (sine, cosine) = degrees.to_radians().sin_cos();
     let columns = TEXELS / FAR;
     let rows = ((columns as f32 * cosine).round() as u32).max(1);
     let (toward, distance) = (Vec3::new(0.8 * sine, -0.6 * sine, cosine), 200.0);
     let fov = 2.0 * (0.5 * rows as f32 / columns as f32 / distance).atan().to_degrees();
-    // A rotated repeat reaches beyond the plane's corners.
+    // The corners of a rotated repeat would lie outside the plane.
     let fov = 0.9 * fov;
     (Camera { near: 1.0, ..Camera::looking_at(toward * distance, Vec3::ZERO, fov) }, (columns, rows))
 }
 
-/// A relief from `degrees` at all distances.
+/// Renders a relief from `degrees` at all distances.
 fn shown(
     studio: &Studio,
     subject: &mut Subject,
@@ -283,7 +283,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     Section::new(INTRO, findings, &html, &entries)
 }
 
-/// The finding for all views of a paint at a distance.
+/// Returns the finding for all views of a paint at a distance.
 fn finding(name: &str, entries: &[Entry]) -> String {
     let rms = |error: fn(&Entry) -> f64| {
         (entries.iter().map(|entry| error(entry).powi(2)).sum::<f64>() / entries.len() as f64).sqrt()

@@ -1,4 +1,4 @@
-//! Convergence of the reference against a longer run: its error must fall at least as fast as that of independent samples.
+//! Compares the reference with a longer run. Its error must fall at least as fast as the error of independent samples.
 
 use serde::Serialize;
 
@@ -23,14 +23,14 @@ const INTRO: &str = "The reference tessellates the surface to the texels of its 
 struct Curve {
     truth: &'static str,
     samples: Vec<u32>,
-    /// Against the truth.
+    /// Relative RMSE against the truth.
     rrmse: Vec<f64>,
-    /// Errors with the truth's noise subtracted.
+    /// Relative RMSE against the truth, with the truth's noise subtracted.
     own: Vec<f64>,
     flip: Vec<f64>,
-    /// Relative RMSE of the truth itself, from its two halves.
+    /// Relative RMSE of the truth, from its two halves.
     noise: f64,
-    /// Least-squares slope of `log(own)` over `log(samples)`, where it is above the noise.
+    /// Least-squares slope of `log(own)` over `log(samples)`, where `own` is above the noise.
     order: f64,
 }
 
@@ -43,7 +43,7 @@ fn picture(studio: &mut Studio, truth: Truth, shot: &Shot) -> Result<Figure, Lab
 pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let size = studio.pick(96, 128);
     let most = studio.pick(16, 1024u32);
-    // Coarser tiles than elsewhere, by half, to afford thousands of samples.
+    // Tiles have half the resolution of other sections, to afford thousands of samples.
     let mut subject = Subject::rock(studio, 16)?;
     let state = subject.seen_by(&subject.stage.views.mid);
     let counts: Vec<u32> = (0..=most.ilog2()).map(|k| 1 << k).collect();
@@ -59,7 +59,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         let (a, b) = (half(1)?, half(independent_seed(most / 2, 1))?);
         let best = Shot::mean_of(&a, &b).map_err(fault)?;
         let noise = 0.5 * judge(&a, &b, 1.0).map_err(fault)?.object.rrmse;
-        // One run with another seed, compared at each step.
+        // One run with another seed is compared at each step.
         let settings = truth.settings((size, size), most, 3);
         let mut curve = Curve { truth: truth.name(), samples: counts.clone(), noise, ..Curve::default() };
         let mut run = Shot { samples: 0, ..best.clone() };
@@ -120,7 +120,7 @@ fn finding(curve: &Curve) -> String {
     )
 }
 
-/// The exponent of the power law from `x` to `y`, by least squares over the logarithms.
+/// Computes the exponent of the power law from `x` to `y`, by least squares over the logarithms.
 fn order(points: &[(f64, f64)]) -> f64 {
     let logs: Vec<(f64, f64)> = points.iter().filter(|p| p.1 > 0.0).map(|p| (p.0.ln(), p.1.ln())).collect();
     let n = logs.len() as f64;

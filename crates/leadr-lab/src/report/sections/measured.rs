@@ -1,4 +1,4 @@
-//! Measured materials: facets by power iteration, and displaced spheres at several distances.
+//! Fits measured materials to facets by power iteration, and renders displaced spheres of them at several distances.
 
 use std::path::{Path, PathBuf};
 
@@ -38,13 +38,13 @@ const INTRO: &str = "Facets of known slopes recovered by power iteration (the th
     randomness. Last, one fit's slopes are scaled by a roughness texture (Figure 4.6). The lacquer is generated; measured files are drawn \
     if LEADR_SHARED contains them.";
 
-/// Roughnesses of Table 4.I, with the thesis' largest errors.
+/// Roughnesses of Table 4.I, with the largest error of each in the thesis.
 const TABLE_4_I: [(f64, f64); 4] = [(0.01, 0.03), (0.02, 0.004), (0.05, 0.002), (0.15, 0.0005)];
-/// Anisotropic slopes of the timings.
+/// Roughnesses of the anisotropic slopes in the timings.
 const ANISOTROPIC: DVec2 = DVec2::new(0.1, 0.3);
-/// Error goal at a distance.
+/// Largest acceptable error at a distance.
 const GOAL: f64 = 0.03;
-/// Metres per unit of height: bumps with slope deviation .25, and grooves of 4 mm.
+/// Metres per unit of height, for bumps with slope deviation .25 and for grooves of 4 mm.
 const DEPTHS: [(&str, f32); 2] = [("rugged", 0.25 * SPHERE_REPEAT), ("scratched", 0.004)];
 /// Width of the bumps, as a fraction of a repeat.
 const FEATURE: f32 = 0.006;
@@ -52,24 +52,24 @@ const FEATURE: f32 = 0.006;
 #[derive(Clone, Copy)]
 struct Viewpoint {
     name: &'static str,
-    /// Truth pixels per picture pixel along an axis, and the distance relative to the middle view; 1 is the near view.
+    /// Truth pixels per picture pixel along an axis, which is also the distance relative to the middle view; 1 is the near view.
     block: u32,
-    /// Whether bumps shadow each other in the truth, and by default in the compared pictures. Otherwise in neither.
+    /// Whether bumps shadow each other in the truth, and by default in the compared pictures. If false, neither has these shadows.
     shadowed: bool,
     /// Samples per truth pixel, over all reliefs.
     samples: u32,
-    /// Number of reliefs.
+    /// Number of averaged reliefs.
     reliefs: u32,
 }
 
-/// Far pictures are 14 pixels wide: a pixel of the sphere covers some 3,600 texels of relief.
+/// Views of the spheres. Far pictures are 14 pixels wide: a pixel of the sphere covers some 3,600 texels of relief.
 const VIEWPOINTS: [Viewpoint; 3] = [
     Viewpoint { name: "near", block: 1, shadowed: false, samples: 64, reliefs: 1 },
     Viewpoint { name: "far", block: 14, shadowed: false, samples: 64, reliefs: 8 },
     Viewpoint { name: "far, shadowed", block: 14, shadowed: true, samples: 32, reliefs: 8 },
 ];
 
-/// A material and its fit.
+/// A measured material and its fit.
 struct Specimen {
     name: String,
     material: Box<dyn Brdf + Sync>,
@@ -85,7 +85,7 @@ struct SphereRow {
     delta_e: f64,
 }
 
-/// Error of one displaced sphere.
+/// Errors of one displaced sphere.
 #[derive(Serialize)]
 struct DisplacedRow {
     material: String,
@@ -147,7 +147,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     Section::new(INTRO, findings, &html, &Data { table, round, brushed, spheres, displaced })
 }
 
-/// Table 4.I.
+/// Writes Table 4.I.
 fn known(studio: &Studio, html: &mut Html, findings: &mut Vec<String>) -> Result<Vec<(f64, f64)>, LabError> {
     let angles = studio.pick(90, 360);
     let mut table = Table::new(
@@ -166,7 +166,7 @@ fn known(studio: &Studio, html: &mut Html, findings: &mut Vec<String>) -> Result
     Ok(errors)
 }
 
-/// Figure 4.5.
+/// Plots Figure 4.5.
 fn timings(studio: &Studio, html: &mut Html) -> (Vec<Extraction>, Vec<Extraction>) {
     let counts: &[usize] = studio.pick(&[16, 48], &[16, 24, 32, 48, 64, 90, 128, 180, 256, 360]);
     let of_round: Vec<Extraction> = counts.iter().filter_map(|&n| round(0.05, n)).collect();
@@ -187,7 +187,7 @@ fn timings(studio: &Studio, html: &mut Html) -> (Vec<Extraction>, Vec<Extraction
     (of_round, of_anisotropic)
 }
 
-/// Figure 4.2.
+/// Renders Figure 4.2.
 fn compared(
     studio: &mut Studio,
     all: &[Specimen],
@@ -232,7 +232,7 @@ fn compared(
     Ok(rows)
 }
 
-/// A relief for a repeat of the sphere. Texels resolve its bumps, but a distant pixel covers hundreds of them.
+/// Returns a relief for a repeat of the sphere. Its texels resolve its bumps, but a distant pixel covers hundreds of bumps.
 fn relief_of(studio: &Studio, kind: &str, seed: u32) -> HeightMap {
     let side = studio.pick(256, 1024);
     match kind {
@@ -241,7 +241,7 @@ fn relief_of(studio: &Studio, kind: &str, seed: u32) -> HeightMap {
     }
 }
 
-/// The techniques compared with the truth, with the lobes of the fit or with one lobe.
+/// Techniques compared with the truth, with the lobes of the fit or with one lobe.
 const FORMS: [(&str, Technique, bool); 4] = [
     ("LEADR, lobes of the fit", Technique::Leadr, true),
     ("LEADR, one Beckmann lobe", Technique::Leadr, false),
@@ -249,21 +249,21 @@ const FORMS: [(&str, Technique, bool); 4] = [
     ("Blinn-Phong", Technique::BlinnPhong, true),
 ];
 
-/// A truth and the forms compared with it.
+/// A truth and the pictures compared with it.
 struct Compared {
     truth: Shot,
     forms: Vec<Shot>,
 }
 
 impl Compared {
-    /// The mean of several with independent truths.
+    /// Returns the mean of several comparisons with independent truths.
     fn mean(all: &[Self]) -> Result<Self, MapFault> {
         let truth = Shot::mean_of_truths(&all.iter().map(|one| one.truth.clone()).collect::<Vec<_>>())?;
         let form = |i: usize| Shot::mean(&all.iter().map(|one| one.forms[i].clone()).collect::<Vec<_>>());
         Ok(Self { truth, forms: (0..FORMS.len()).map(form).collect::<Result<_, _>>()? })
     }
 
-    /// Relative RMSE and bias of each form, inside the outline; its antialiasing is not compared.
+    /// Returns the relative RMSE and bias of each form, inside the outline, because antialiasing of the outline is not compared.
     fn errors(&self, far: bool) -> Result<Vec<(f64, f64)>, MapFault> {
         let RgbImage { width, height, .. } = self.truth.image;
         let filled = Mask::covered(width, height, &self.truth.coverage, 0.999)?;
@@ -275,7 +275,7 @@ impl Compared {
     }
 }
 
-/// A sphere of one relief in a view.
+/// Renders a sphere of one relief in a view.
 fn shown_at(
     studio: &Studio,
     viewpoint: Viewpoint,
@@ -309,7 +309,7 @@ fn shown_at(
     Ok(Compared { truth, forms })
 }
 
-/// Figures 5.3 to 5.5.
+/// Renders Figures 5.3 to 5.5.
 fn displaced(
     studio: &mut Studio,
     all: &[Specimen],
@@ -422,7 +422,7 @@ fn displaced(
     Ok(rows)
 }
 
-/// Figure 4.6.
+/// Renders Figure 4.6.
 fn roughened(
     studio: &mut Studio,
     specimen: &Specimen,
@@ -431,7 +431,7 @@ fn roughened(
 ) -> Result<(), LabError> {
     let side = studio.pick(128, 512);
     let pattern = procedural::fbm(side, side, 9, 6, 4, 0.5);
-    // Factors from half to twice the roughness.
+    // The factors range from half to twice the roughness.
     let texels = pattern.texels.iter().map(|h| (2.5 * h).clamp(-1.0, 1.0).exp2()).map(|factor| 0.5 * factor).collect();
     let raster = Raster::new(side, side, 1, Samples::F32(texels)).map_err(fault)?;
     let flat = HeightMap::new(2, 2, vec![0.5; 4]).map_err(fault)?;

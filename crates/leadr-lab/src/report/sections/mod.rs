@@ -1,4 +1,4 @@
-//! The sections of the report: one file and one row each.
+//! The sections of the report, with one file and one table row for each.
 
 mod bench;
 mod colour;
@@ -27,21 +27,21 @@ use super::section::Section;
 use super::studio::Studio;
 use leadr_tools::error::LabError;
 
-/// A section: one row of [`SECTIONS`].
+/// A section of the report, as one row of [`SECTIONS`].
 #[derive(Clone, Copy, Debug)]
 pub struct SectionEntry {
-    /// Its name on the command line and in the data.
+    /// Name on the command line and in the data.
     pub key: &'static str,
     /// Description for the command's help.
     pub help: &'static str,
     /// Heading on the page.
     pub title: &'static str,
-    /// Whether it judges pictures of other sections, and so must be rebuilt with any of them.
+    /// Whether the section judges pictures of other sections, and so must be rebuilt with any of them.
     pub judges_others: bool,
     run: fn(&mut Studio) -> Result<Section, LabError>,
 }
 
-/// Every section, in the order of the page.
+/// All sections, in the order of the page.
 pub static SECTIONS: [SectionEntry; 22] = [
     SectionEntry {
         key: "convergence",

@@ -1,4 +1,4 @@
-//! Errors of the model itself: masking and shadowing against ray-cast surfaces.
+//! Measures errors of the model's masking and shadowing against ray-cast surfaces.
 
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
@@ -44,11 +44,11 @@ impl Light {
             Self::Side => "diffuse, light from the side",
             Self::Opposite => "diffuse, light from beyond",
             Self::DiffuseEnvironment => "diffuse, white environment",
-            Self::SpecularEnvironment => "mirrors, white environment",
+            Self::SpecularEnvironment => "specular, white environment",
         }
     }
 
-    /// The direction of a directional light for a viewer at polar angle `theta` and azimuth 0.
+    /// Returns the direction of a directional light for a viewer at polar angle `theta` and azimuth 0.
     fn direction(self, theta: f64) -> Option<DVec3> {
         match self {
             Self::Front => Some(polar(theta, 0.0)),
@@ -58,7 +58,7 @@ impl Light {
         }
     }
 
-    /// Largest relative error at σ = 1 allowed by the goals and the papers.
+    /// Returns the largest relative error at σ = 1 that the goals and the papers allow.
     fn goal(self) -> Option<f64> {
         match self {
             Self::Front => Some(0.02),
@@ -73,7 +73,7 @@ fn polar(theta: f64, phi: f64) -> DVec3 {
     DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
 }
 
-/// Errors of one light on one roughness.
+/// Errors for one light on one roughness.
 #[derive(Debug, Serialize)]
 struct Measured {
     light: &'static str,
@@ -108,7 +108,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     Section::new(INTRO, findings, &html, &measured)
 }
 
-/// The model's radiance for one view with each shadowing model, and with the bent normal if it applies.
+/// Computes the model's radiance for one view with each shadowing model, and with the bent normal if it applies.
 fn model(light: Light, theta: f64, s: DVec3) -> ([f64; 3], Option<f64>) {
     let (wo, m) = (polar(theta, 0.0), DVec2::ZERO);
     let cholesky = slope_cholesky(s);
@@ -122,7 +122,7 @@ fn model(light: Light, theta: f64, s: DVec3) -> ([f64; 3], Option<f64>) {
             (lit(wi).map(|share| unshadowed * share), None)
         }
         Light::DiffuseEnvironment => {
-            // A directional light may come from anywhere; below the mesosurface it passes only with masking alone.
+            // A directional light may come from anywhere. Below the mesosurface, it passes only with masking alone.
             let mut sums = [0.0; 3];
             for (z, weight) in composite_gauss(0.0, 1.0, 1, 16) {
                 const AROUND: u32 = 32;
@@ -135,7 +135,7 @@ fn model(light: Light, theta: f64, s: DVec3) -> ([f64; 3], Option<f64>) {
                     }
                 }
             }
-            // Without shadows, white facets in a white environment have its radiance.
+            // Without shadows, white facets in a white environment have the radiance of the environment.
             sums[0] = 1.0;
             (sums, Some(bent_normal(&o, m, cholesky).open))
         }
@@ -158,7 +158,7 @@ fn measure(light: Light, sigma: f64, views: u32, rays: u32, tiles: &[Tile]) -> M
     let (mut squares, mut bent, mut truth_squares, mut noise_squares) = ([0.0f64; 3], 0.0, 0.0f64, 0.0f64);
     let mut has_bent = false;
     for view in 0..views {
-        // Equal areas of a sphere's picture.
+        // The views have equal areas in a sphere's picture.
         let theta = ((f64::from(view) + 0.5) / f64::from(views)).sqrt().asin();
         let casts: Vec<f64> = tiles
             .iter()
@@ -190,7 +190,7 @@ fn measure(light: Light, sigma: f64, views: u32, rays: u32, tiles: &[Tile]) -> M
     }
 }
 
-/// Ray-cast radiance of one random surface, with shadows.
+/// Casts rays at one random surface, and returns its radiance with shadows.
 fn cast(light: Light, theta: f64, patch: &Patch<'_>, rays: u32, seed: u64) -> Option<f64> {
     let wo = polar(theta, 0.0);
     let estimate = match light {

@@ -34,7 +34,7 @@ struct Models {
     distances: [f32; 3],
     size: (u32, u32),
     rows: Vec<Row>,
-    /// Files without triangles, and the reason.
+    /// Names of files without triangles, and the reason for each.
     left_out: Vec<String>,
 }
 
@@ -53,7 +53,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     Section::new(INTRO, findings(&models), &shown(&models), &models)
 }
 
-/// Result of a search in a file, or the reason for skipping it.
+/// Searches a file for cracks. Returns the result or the reason for skipping the file.
 fn searched(
     studio: &Studio,
     file: &Path,
@@ -75,7 +75,7 @@ fn searched(
     Ok(Ok((triangles, found)))
 }
 
-/// The models of the shared data with their relative names, sorted.
+/// Returns the models of the shared data with their relative names, sorted.
 fn files() -> Vec<(String, PathBuf)> {
     let Some(data) = std::env::var_os("LEADR_SHARED").map(|root| Path::new(&root).join("data")) else {
         return Vec::new();

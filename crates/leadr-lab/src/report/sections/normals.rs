@@ -1,4 +1,4 @@
-//! Normal maps: together with heights, and alone on smooth geometry.
+//! Measures normal maps together with heights, and alone on smooth geometry.
 
 use glam::{Vec2, Vec3};
 use serde::Serialize;
@@ -27,7 +27,7 @@ const INTRO: &str = "First, heights at a quarter of the resolution with normals 
     other (thesis section 5.2 and Table 2.IV). Also shown: the displaced spheres of the middle row, and the displaced-surface model \
     applied to a normal map.";
 
-/// Texels along the full heights; the coarse ones have a quarter.
+/// Texels along a side of the full heights. The coarse heights have a quarter as many.
 const FULL: u32 = 512;
 const METRES: f32 = 2.0;
 const DISTANCES: [f32; 3] = [1.5, 6.0, 24.0];
@@ -38,7 +38,7 @@ enum Entry {
     Sphere { light: &'static str, sigma: f32, normal_map: f64, displacement: f64, as_relief: f64 },
 }
 
-/// Heights of several octaves; the finest are lost at a quarter of the resolution.
+/// Returns heights of several octaves. The finest octaves are lost at a quarter of the resolution.
 fn full_heights() -> HeightField {
     let octaves = [(48.0, 0.6), (16.0, 0.5), (3.0, 0.45)];
     let fields: Vec<_> = octaves
@@ -50,7 +50,7 @@ fn full_heights() -> HeightField {
     HeightField::repeating(HeightMap { width: FULL, height: FULL, texels })
 }
 
-/// Mean heights of 4 × 4 texel squares, upsampled to the full size like in a renderer.
+/// Returns mean heights of 4 × 4 texel squares, upsampled to the full size as in a renderer.
 fn coarse_heights(full: &HeightField) -> HeightField {
     let n = FULL / 4;
     let square = |i: u32| {
@@ -63,7 +63,7 @@ fn coarse_heights(full: &HeightField) -> HeightField {
     HeightField::repeating(HeightMap { width: FULL, height: FULL, texels })
 }
 
-/// Slopes by central differences, as in a full-resolution normal map.
+/// Computes slopes by central differences, as in a full-resolution normal map.
 fn slopes(full: &HeightField) -> Vec<[f32; 2]> {
     let at = |x: u32, y: u32| full.map.texels[((y % FULL) * FULL + x % FULL) as usize];
     let per = 0.5 * FULL as f32;
@@ -143,7 +143,7 @@ fn both(
 const LIGHTS: [(Lighting, Terms, &str); 3] = [
     (Lighting::Front, Terms::DIFFUSE_LIGHTS, "diffuse, light from the camera"),
     (Lighting::Irradiance, Terms::DIFFUSE_ENVIRONMENT, "diffuse, irradiance"),
-    (Lighting::Environment, Terms::SPECULAR_ENVIRONMENT, "mirrors, environment"),
+    (Lighting::Environment, Terms::SPECULAR_ENVIRONMENT, "specular, environment"),
 ];
 
 fn alone(

@@ -1,4 +1,4 @@
-//! The sea: LEADR Figure 10 against ray-marched truth, and flicker while the camera or the waves move.
+//! Measures the sea: LEADR Figure 10 against ray-marched truth, and flicker while the camera or the waves move.
 
 use glam::Vec3;
 use serde::Serialize;
@@ -30,7 +30,7 @@ const INTRO: &str = "The open sea of the ocean scene, under a wind of 8 m/s, see
 
 /// Frames per second of the animation.
 const FPS: f64 = 24.0;
-/// Field of view of the view to the horizon, degrees.
+/// Field of view of the camera that looks at the horizon, degrees.
 const TELEPHOTO: f32 = 6.0;
 
 #[derive(Debug, Serialize)]
@@ -38,7 +38,7 @@ struct Picture {
     view: &'static str,
     look: String,
     errors: Errors,
-    /// Noise of the truth.
+    /// Relative noise of the truth.
     noise: f64,
 }
 
@@ -46,9 +46,9 @@ struct Picture {
 #[derive(Debug, Default, Serialize)]
 struct Track {
     look: String,
-    /// Per step: mean and largest change of a pixel.
+    /// Mean and largest change of a pixel in each step.
     change: Vec<[f64; 2]>,
-    /// Per step: mean and largest change beyond that of the truth.
+    /// Mean and largest change of a pixel in each step, beyond the truth's change.
     excess: Vec<[f64; 2]>,
 }
 
@@ -57,7 +57,7 @@ struct Sequence {
     name: &'static str,
     size: (u32, u32),
     samples: u32,
-    /// The truth, its noise, and every configuration.
+    /// Changes of the truth, of its noise, and of every configuration.
     tracks: Vec<Track>,
 }
 
@@ -66,12 +66,12 @@ struct Data {
     pictures: Vec<Picture>,
     zoom: Sequence,
     animation: Sequence,
-    /// Mean and largest change of every configuration over all animation frames.
+    /// Number of animation frames of `every_frame`, which has the mean and the largest change of every configuration.
     frames: u32,
     every_frame: Vec<(String, [f64; 2])>,
 }
 
-/// A camera toward the default sun from `height`, at a sea point `distance` away; field of view in degrees.
+/// Returns a camera toward the default sun from `height`, at a sea point `distance` away. The field of view is in degrees.
 fn toward_the_sun(height: f32, distance: f32, fov: f32) -> Camera {
     let (sin, cos) = (-0.7f32).sin_cos();
     Camera::looking_at(Vec3::Z * height, Vec3::new(cos, sin, 0.0) * distance, fov)
@@ -121,7 +121,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     Section::new(INTRO, findings(&data), &html, &data)
 }
 
-/// Figure 10: every configuration at four distances.
+/// Renders Figure 10: every configuration at four distances.
 fn figures(
     studio: &mut Studio,
     subject: &mut Subject,
@@ -172,7 +172,7 @@ fn figures(
     Ok(pictures)
 }
 
-/// Changes between pictures within each run of times and cameras; `ratio` is that of neighbouring distances.
+/// Measures changes between pictures within each run of times and cameras. `ratio` is the ratio of neighbouring distances.
 fn sequence(
     studio: &Studio,
     subject: &mut Subject,
@@ -227,7 +227,7 @@ fn add_step(tracks: &mut [Track], before: &[Shot], after: &[Shot], ratio: f64) -
     Ok(())
 }
 
-/// The sea's interior in both pictures, in the frame of the second.
+/// Returns the sea's interior in both pictures, in the frame of the second picture.
 fn seen_by_both(before: &Shot, after: &Shot, ratio: f64) -> Result<Mask, LabError> {
     let (now, then) = (after.interior().map_err(fault)?, before.interior().map_err(fault)?);
     let flags = then.inside.iter().map(|&inside| [f32::from(u8::from(inside)); 3]).collect();
@@ -237,7 +237,7 @@ fn seen_by_both(before: &Shot, after: &Shot, ratio: f64) -> Result<Mask, LabErro
     Ok(now.and(&Mask::covered(then.width, then.height, &coverage, 0.999).map_err(fault)?))
 }
 
-/// Mean and largest change of every configuration between animation frames.
+/// Measures the mean and the largest change of every configuration between animation frames.
 fn all_frames(
     studio: &Studio,
     subject: &mut Subject,
@@ -267,7 +267,7 @@ fn all_frames(
     Ok(configs.iter().map(|l| l.name.clone()).zip(sums).collect())
 }
 
-/// Mean over the steps of the means, and the largest of all.
+/// Returns the mean of the steps' mean changes, and the largest change of all steps.
 fn summary(steps: &[[f64; 2]]) -> [f64; 2] {
     let mean = steps.iter().map(|s| s[0]).sum::<f64>() / steps.len().max(1) as f64;
     [mean, steps.iter().map(|s| s[1]).fold(0.0, f64::max)]

@@ -23,7 +23,7 @@ const INTRO: &str = "Smooth spheres, a flat plane and reliefs under panoramas: o
 /// Atlas tile size of the smooth sphere, whose maps are empty.
 const TILE: u32 = 8;
 
-/// Measurements of one case.
+/// Measured errors of one case.
 #[derive(Clone, Debug, Serialize)]
 struct Measured {
     name: String,
@@ -63,13 +63,13 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     Section::new(INTRO, findings(&measured, missing), &html, &measured)
 }
 
-/// Cases of a quick report: a few that need no shared data.
+/// Whether a case is in a quick report, which has a few cases that need no shared data.
 fn is_quick(case: &OutsideCase) -> bool {
     let ready = ["pixel", "tubes", "lamps", "checks"].contains(&case.panorama.as_str()) && case.relief == "studs";
     ready && (case.group() != "sphere" || case.alpha == 0.1 || case.terms == "diffuse") && !case.name.contains("/near/")
 }
 
-/// Renders and compares a case; `None` if its panorama or relief is missing.
+/// Renders a case and compares it with the truth. Returns `None` if its panorama or relief is missing.
 fn measure(studio: &Studio, truth: &OutsideTruth) -> Result<Option<Measured>, LabError> {
     let OutsideTruth { case, image, mask } = truth;
     let (Some(light), Some(heights)) = (panorama(&case.panorama)?, relief(&case.relief)?) else { return Ok(None) };
@@ -95,7 +95,7 @@ fn measure(studio: &Studio, truth: &OutsideTruth) -> Result<Option<Measured>, La
     Ok(Some(Measured { name: case.name.clone(), rrmse, bias, grid_rrmse, noise: case.noise }))
 }
 
-/// The paper's grid with the program's own shadowing.
+/// Returns options for the paper's grid with the program's own shadowing.
 fn paper_grid() -> ShadingOptions {
     ShadingOptions { quadrature: leadr_render::settings::Quadrature::Grid(5), ..Default::default() }
 }

@@ -1,4 +1,4 @@
-//! Picture errors from slopes stored in 16 bits or in compressed blocks.
+//! Measures picture errors from slopes stored in 16 bits or in compressed blocks.
 
 use serde::Serialize;
 
@@ -23,7 +23,7 @@ const INTRO: &str = "One sample of leadr at its default settings under the sky, 
     (--map-precision f16), from a 16-bit file, and from a block-compressed one (leadr bake --format f16, bc). Errors are relative RMSE \
     against 32 bits. Scanned height maps are drawn if LEADR_SHARED contains them.";
 
-/// Goals: largest picture errors.
+/// Largest acceptable picture error for slopes in 16 bits.
 const MOST_F16: f64 = 1e-3;
 const MOST_BC: f64 = 1e-2;
 
@@ -33,7 +33,7 @@ struct Measured {
     scene: String,
     view: &'static str,
     on_device: f64,
-    /// Error with a file; only planes use moments from a file.
+    /// Error with moments from a 16-bit file, which only planes use.
     f16_file: Option<f64>,
     bc_file: Option<f64>,
 }
@@ -42,7 +42,7 @@ struct Measured {
 #[derive(Clone, Debug, Serialize)]
 struct Sizes {
     map: String,
-    /// Bytes per texel of the finest level, including all levels.
+    /// Bytes of all levels per texel of the finest level.
     f32: f64,
     f16: f64,
     bc: f64,
@@ -132,7 +132,7 @@ fn fault_of_count() -> LabError {
     LabError("a map was not baked".to_owned())
 }
 
-/// Height maps by name, each with a height factor.
+/// Returns height maps by name, each with a height factor.
 fn maps(quick: bool) -> Result<Vec<(String, HeightMap, f32)>, LabError> {
     let side = if quick { 128 } else { 1024 };
     let mut maps = vec![("rock".to_owned(), procedural::rock(side, side, 1), GENERATED_HEIGHT)];
@@ -149,7 +149,7 @@ fn maps(quick: bool) -> Result<Vec<(String, HeightMap, f32)>, LabError> {
     Ok(maps)
 }
 
-/// A map that was written and read back.
+/// A map that was written to a file and read back.
 struct Baked {
     map: BakedMap,
     bytes: u64,
@@ -169,12 +169,12 @@ fn baked(map: &HeightMap, precision: Precision) -> Result<Baked, LabError> {
         let map = BakedMap::load(&path).map_err(|e| LabError(e.to_string()))?;
         Ok(Baked { map, bytes, variance: report.errors.iter().map(|e| e.variance).fold(0.0, f64::max) })
     })();
-    // Errors are ignored; the file is no longer needed.
+    // Errors are ignored, because the file is no longer needed.
     let _ = std::fs::remove_file(&path);
     made
 }
 
-/// The views of a stage.
+/// Names of the views of a stage.
 const VIEWS: [&str; 3] = ["near", "mid", "far"];
 
 fn shoot(studio: &Studio, stage: Stage, format: MomentFormat, time: f64) -> Result<Vec<RgbImage>, LabError> {
@@ -189,7 +189,8 @@ fn shoot(studio: &Studio, stage: Stage, format: MomentFormat, time: f64) -> Resu
     shots.collect()
 }
 
-/// Errors of the pictures of every view. Order: 32 bits, 16 bits on the device, 16-bit file, blocks.
+/// Computes picture errors of every view. `shots` has pictures with 32 bits, 16 bits on the device, a 16-bit file and blocks, in this
+/// order.
 fn measure(scene: &str, shots: &[Vec<RgbImage>]) -> Result<Vec<Measured>, LabError> {
     let error = |shot: Option<&Vec<RgbImage>>, view: usize| {
         shot.map(|shot| rrmse(&shots[0][view], &shot[view]).map_err(fault)).transpose()

@@ -1,4 +1,4 @@
-//! The rules for integrals over visible slopes against converged integrals, and their smoothness in slow sweeps.
+//! Compares the rules for integrals over visible slopes with converged integrals, and measures their smoothness in slow sweeps.
 
 use serde::Serialize;
 
@@ -15,10 +15,10 @@ use leadr_tools::html::{Plot, Scale};
 
 const INTRO: &str = "Every rule on random surfaces, viewers and environments against the converged integral of the same model (64-bit, on \
     the CPU). Errors measure only the quadrature. Errors of diffuse light are in units of the environment's mean radiance or of the \
-    light's irradiance over π. Errors of mirrors are relative to the true radiance, or to 1 if that is larger. Classes are by the larger \
-    slope deviation σ. The bench's section lists the times of the rules.";
+    light's irradiance over π. Errors of specular light are relative to the true radiance, or to 1 if that is larger. Classes are by \
+    the larger slope deviation σ. The bench's section lists the times of the rules.";
 
-/// One table.
+/// Data of one table.
 #[derive(Debug, Serialize)]
 struct Study {
     name: &'static str,
@@ -72,8 +72,8 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let studies = vec![
         study("diffuse facets under order-2 irradiance", DiffuseSet::new(n, 16, 1).rows()),
         study("diffuse facets under one light", LightSet::new(n, 1).rows()),
-        study("mirrors in smooth environments", SpecularSet::new(n, Sharpness::Smooth, 1).rows()),
-        study("mirrors in sharp environments", SpecularSet::new(n, Sharpness::Sharp, 1).rows()),
+        study("specular facets in smooth environments", SpecularSet::new(n, Sharpness::Smooth, 1).rows()),
+        study("specular facets in sharp environments", SpecularSet::new(n, Sharpness::Sharp, 1).rows()),
     ];
     let sweeps: Vec<Sweep> = sweep_rows(studio.pick(6, 20)).into_iter().map(Into::into).collect();
     let mut html = Html::new();
@@ -138,7 +138,7 @@ fn finding(study: &Study) -> Option<String> {
     let best = study.rows.iter().filter(|row| !is_grid(row)).min_by(|a, b| a.rms.total_cmp(&b.rms))?;
     let few =
         study.rows.iter().filter(|row| !is_grid(row) && row.evaluations <= 9).min_by(|a, b| a.rms.total_cmp(&b.rms))?;
-    let goal = if study.name.starts_with("mirrors") { 0.5 } else { 0.25 };
+    let goal = if study.name.starts_with("specular") { 0.5 } else { 0.25 };
     let ratio = few.rms / paper.rms;
     Some(format!(
         "{}: {} with {} evaluations has {} times the rms error of the paper's 5×5 with {} (goal: at most {}: {}); the most accurate rule is {} with {} ({} times).",
@@ -167,10 +167,10 @@ fn sweep_table(sweeps: &[Sweep]) -> Table {
     table
 }
 
-/// The default rules.
+/// Names of the default rules.
 const DEFAULTS: [&str; 2] = ["visible 2 terms", "rings of 16"];
 
-/// Per integral: the largest second difference of all sweeps with the default rule, and with the paper's grid.
+/// Returns findings for each integral: the largest second difference over all sweeps with the default rule, and with the paper's grid.
 fn sweep_findings(sweeps: &[Sweep]) -> Vec<String> {
     let mut integrals: Vec<&'static str> = sweeps.iter().map(|sweep| sweep.integral).collect();
     integrals.sort_unstable();

@@ -1,4 +1,4 @@
-//! Shadows between bumps: the truth with and without them, and the closest of LEADR's shadowing models.
+//! Measures shadows between bumps: the truth with and without them, and the closest of LEADR's shadowing models.
 
 use crate::report::case::Case;
 use crate::report::configuration::Configuration;
@@ -24,7 +24,7 @@ const HEAD: [&str; 8] = ["", "picture", "FLIP errors", "rRMSE", "rRMSE inside", 
 pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let near = studio.pick(64, 192);
     let samples = studio.pick(16, 64);
-    // Coarser tiles than elsewhere, by half: every sample draws the bumps once per light.
+    // Tiles have half the resolution of other sections, because every sample draws the bumps once per light.
     let mut subject = Subject::rock(studio, 16)?;
     let (mut html, mut cases, mut findings) = (Html::new(), Vec::new(), Vec::new());
     for factor in [1u32, 4] {

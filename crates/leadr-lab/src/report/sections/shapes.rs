@@ -1,4 +1,4 @@
-//! Deforming surfaces with fixed maps, and shapes made by displacement: LEADR's Figures 5 and 9.
+//! Renders deforming surfaces with fixed maps, and shapes made by displacement (LEADR's Figures 5 and 9).
 
 use crate::report::case::Case;
 use crate::report::configuration::Configuration;
@@ -39,7 +39,7 @@ const HEAD: [&str; 9] = [
     "noise of the truth",
 ];
 
-/// A case and its group.
+/// A case and the name of its group.
 struct Measured {
     group: &'static str,
     case: Case,
@@ -88,7 +88,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     Ok(section)
 }
 
-/// Compares the picture with the truth: the cells of a row after the first, and the case.
+/// Compares a picture with the truth. Returns the cells of a table row after the first, and the case.
 fn photograph(
     studio: &mut Studio,
     subject: &mut Subject,
@@ -118,7 +118,7 @@ fn photograph(
     Ok((cells, case))
 }
 
-/// The error of a group, and whether the deformation increases it.
+/// Returns the error of a group, and whether the deformation increases it.
 fn finding(group: &str, measured: &[Measured]) -> Option<String> {
     let of: Vec<&Case> = measured.iter().filter(|m| m.group == group).map(|m| &m.case).collect();
     let (first, last) = (of.first()?, of.last()?);

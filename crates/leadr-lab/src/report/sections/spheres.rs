@@ -1,4 +1,4 @@
-//! The sphere grid of the LEADR supplement: tables 4 to 9.
+//! Renders the sphere grid of the LEADR supplement (tables 4 to 9).
 
 use glam::Vec2;
 use serde::Serialize;
@@ -31,7 +31,7 @@ const INTRO: &str = "Spheres whose heights are Gaussian noise with known slopes 
 
 const EXPOSURE: f32 = 0.8;
 
-/// A pair of the supplement's tables.
+/// A light with its pair of the supplement's tables.
 struct Light {
     lighting: Lighting,
     terms: Terms,
@@ -60,7 +60,7 @@ const LIGHTS: [Light; 3] = [
     },
 ];
 
-/// One picture of a table.
+/// Errors of one picture of a table.
 #[derive(Clone, Debug, Serialize)]
 struct Entry {
     table: &'static str,
@@ -71,11 +71,11 @@ struct Entry {
     normal_map_inside: Errors,
     displacement: Errors,
     displacement_inside: Errors,
-    /// Relative interior noise of displacement-map truth.
+    /// Relative noise of the displacement-map truth in the interior.
     noise: f64,
 }
 
-/// Roughness pairs with the same ratio share a baked surface.
+/// Returns groups of roughness pairs with the same ratio, which share a baked surface.
 fn groups(quick: bool) -> Vec<(f32, Vec<Vec2>)> {
     let mut groups: Vec<(f32, Vec<Vec2>)> = Vec::new();
     let pairs = ISOTROPIC.iter().map(|&s| Vec2::splat(s)).chain(ANISOTROPIC);
@@ -91,7 +91,7 @@ fn groups(quick: bool) -> Vec<(f32, Vec<Vec2>)> {
     groups
 }
 
-/// Configurations compared with the truth; a quick run skips the largest grid, which takes most of the time.
+/// Returns the configurations compared with the truth. A quick run skips the largest grid, which takes most of the time.
 fn configs(quick: bool) -> Vec<Configuration> {
     let mut configs = vec![
         Configuration::grid(5),
@@ -134,7 +134,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         let head = head.into_iter().chain(configs(studio.quick).into_iter().map(|l| l.name));
         let mut table = Table::new(light.title, head);
         let mut of_light: Vec<_> = rows.iter().filter(|r| r.0 == light.key).collect();
-        // Isotropic rows first, then the supplement's order.
+        // Isotropic rows come first, followed by the supplement's order.
         of_light.sort_by(|a, b| {
             let order = |s: Vec2| (s.x != s.y, s.x, s.y);
             order(a.1).partial_cmp(&order(b.1)).unwrap_or(std::cmp::Ordering::Equal)
@@ -162,7 +162,7 @@ fn cell(
     let size = studio.pick(64, 128);
     let (turns, samples) = studio.pick((6u32, 2), (16, 4));
     let camera = subject.stage.views.mid;
-    // The mean over rotations; its two halves estimate its noise.
+    // Returns the mean over rotations. Its two halves estimate its noise.
     let mut shoot = |settings: RenderSettings| -> Result<Shot, LabError> {
         let mut halves = [Vec::new(), Vec::new()];
         for turn in 0..turns {
@@ -179,7 +179,7 @@ fn cell(
     let mut truths: Vec<(Truth, u32, Shot)> = Vec::new();
     let mut cells = Vec::new();
     for truth in [Truth::NormalMap, Truth::Displacement] {
-        // Normal-map truth is cheap, because its geometry is smooth, but aliases more.
+        // Normal-map truth is cheap, because its geometry is smooth, but it aliases more.
         let samples = if truth == Truth::NormalMap { 4 * samples } else { samples };
         let mut settings = truth.settings((size, size), samples, 1);
         settings.shading = settings.shading.adjusted(|options| ShadingOptions { terms: light.terms, ..options });
@@ -261,7 +261,7 @@ fn findings(light: &Light, configs: &[Configuration], entries: &[Entry]) -> Vec<
     let listed: Vec<String> = names.iter().map(|name| format!("{name} {}", number(rms(name)))).collect();
     let mut findings =
         vec![format!("{}: root mean square of rRMSE inside over all rows: {}.", light.title, listed.join(", "))];
-    // With the largest grid only the model's error remains.
+    // With the largest grid, only the model's error remains.
     let converged = configs.iter().rev().find(|l| l.is_grid());
     let rows = converged.map_or(Vec::new(), |config| of(&config.name));
     let error = |e: &&Entry| e.displacement_inside.rrmse;

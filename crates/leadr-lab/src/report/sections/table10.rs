@@ -1,4 +1,4 @@
-//! Required number of slope samples: table 10 of the LEADR supplement.
+//! Measures the required number of slope samples (table 10 of the LEADR supplement).
 
 use glam::Vec2;
 use serde::Serialize;
@@ -23,7 +23,7 @@ const INTRO: &str = "Mirror facets in the studio at several roughnesses: the pap
 /// Exposure of the pictures.
 const EXPOSURE: f32 = 0.8;
 
-/// One rule at one roughness.
+/// Errors of one rule at one roughness.
 #[derive(Debug, Serialize)]
 struct Entry {
     sigma: [f32; 2],
@@ -62,7 +62,7 @@ fn name_of(sigma: [f32; 2]) -> String {
     if sigma[0] == sigma[1] { format!("σ {}", sigma[0]) } else { format!("σ {}, {}", sigma[0], sigma[1]) }
 }
 
-/// Pictures, plot and numbers of one roughness.
+/// Renders the pictures, plot and numbers of one roughness.
 fn roughness(
     studio: &mut Studio,
     sigma: [f32; 2],
@@ -125,7 +125,7 @@ fn table(sigmas: &[[f32; 2]], configs: &[(Configuration, u32)], entries: &[Entry
     table
 }
 
-/// RMS error over roughnesses with few probes, compared with the paper's 5×5 grid.
+/// Returns the RMS error over roughnesses with few probes, compared with the paper's 5×5 grid.
 fn findings(entries: &[Entry]) -> Vec<String> {
     let rms = |look: &str| {
         let of: Vec<f64> = entries.iter().filter(|e| e.look == look).map(|e| e.rrmse).collect();

@@ -1,4 +1,4 @@
-//! Every technique on the rough sphere at several distances, against the supersampled surface.
+//! Compares every technique on the rough sphere at several distances with the supersampled surface.
 
 use crate::report::case::Case;
 use crate::report::configuration::Configuration;
@@ -93,7 +93,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     Ok(section)
 }
 
-/// The truth of each base material.
+/// Truths for both base materials.
 struct Truths {
     beckmann: Shot,
     ggx: Shot,
@@ -119,7 +119,7 @@ impl Truths {
     }
 }
 
-/// The technique closest to the truth at a distance, and a comparison of the others.
+/// Finds the technique closest to the truth at a distance, and compares the others.
 fn findings(configs: &[Configuration], lines: &[Vec<(f64, f64)>]) -> Vec<String> {
     let mut far: Vec<(&str, f64)> =
         configs.iter().zip(lines).filter_map(|(config, line)| Some((config.name.as_str(), line.last()?.1))).collect();

@@ -1,4 +1,4 @@
-//! Normal map filters on scanned surfaces at several distances: error, flicker, memory and time.
+//! Compares normal map filters on scanned surfaces at several distances by error, flicker, memory and time.
 
 use glam::Vec3;
 use serde::Serialize;
@@ -30,9 +30,9 @@ const INTRO: &str = "A plane under the sky and its sun as a normal map in each m
     those of the finest level that a filter reads instead of plain normals and roughness, as 16-bit floats and, if the baker has them, as \
     compressed blocks. Times are device milliseconds for these pictures.";
 
-/// The compared techniques, with bytes per texel in 16-bit floats and in blocks.
+/// Compared techniques, with bytes per texel in 16-bit floats and in blocks.
 const FILTERS: [(Technique, f64, Option<f64>); 7] = [
-    // Two channels of normals and one of roughness; in blocks, BC5 and BC4.
+    // The filter stores two channels of normals and one of roughness, in blocks as BC5 and BC4.
     (Technique::NormalMip, 6.0, Some(1.5)),
     (Technique::Toksvig, 8.0, None),
     (Technique::Gloss, 6.0, Some(1.5)),
@@ -58,7 +58,7 @@ struct Row {
     milliseconds: f64,
 }
 
-/// The surfaces, by name.
+/// Returns the surfaces with their names.
 fn surfaces(studio: &Studio) -> Result<Vec<(String, Material)>, LabError> {
     let Some(folder) = shared("displacement") else {
         let relief = |map: HeightMap, name: &str, alpha: f32| {
@@ -86,14 +86,14 @@ fn surfaces(studio: &Studio) -> Result<Vec<(String, Material)>, LabError> {
     folders.into_iter().map(read).collect()
 }
 
-/// An oblique camera at `distance`, shifted along the picture by `moved` picture widths.
+/// Returns an oblique camera at `distance`, shifted along the picture by `moved` picture widths.
 fn camera(distance: f32, moved: f32) -> Camera {
     let width = 2.0 * distance * (0.5 * FIELD.to_radians()).tan();
     let target = Vec3::new(moved * width, 0.0, 0.0);
     Camera::looking_at(target + Vec3::new(0.0, -0.8, 0.6) * distance, target, FIELD)
 }
 
-/// Settings of a filter on a normal map.
+/// Returns the settings of a filter on a normal map.
 fn filtered(technique: Technique, size: u32) -> RenderSettings {
     let mapped = |options: ShadingOptions| ShadingOptions { shadowing: Shadowing::NormalMap, ..options };
     RenderSettings {
@@ -173,13 +173,13 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     Section::new(INTRO, findings, &html, &rows)
 }
 
-/// The mean over pixels and channels.
+/// Computes the mean over pixels and channels.
 fn mean(image: &RgbImage) -> f64 {
     let values = image.texels.as_flattened();
     (values.iter().map(|&v| f64::from(v)).sum::<f64>() / values.len() as f64).max(1e-9)
 }
 
-/// The table of all results, and its findings.
+/// Adds the table of all results, and returns its findings.
 fn findings(rows: &[Row], surfaces: &[String], html: &mut Html) -> Vec<String> {
     let of = |technique: Technique, keep: &dyn Fn(&Row) -> bool, value: fn(&Row) -> f64| {
         let values = rows.iter().filter(|row| row.filter == technique.name() && keep(row)).map(value);

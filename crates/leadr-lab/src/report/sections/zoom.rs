@@ -1,4 +1,4 @@
-//! Flicker while the camera moves away.
+//! Measures flicker while the camera moves away.
 
 use serde::Serialize;
 
@@ -28,13 +28,13 @@ const INTRO: &str = "The camera moves away from the rough sphere in small steps,
 #[derive(Debug, Serialize)]
 struct Track {
     look: String,
-    /// Mean flicker per pixel of every step.
+    /// Mean flicker per pixel in every step.
     mean: Vec<f64>,
-    /// Largest flicker of a pixel of every step.
+    /// Largest flicker of a pixel in every step.
     max: Vec<f64>,
-    /// Mean change per pixel of every step, including the reference's own.
+    /// Mean change per pixel in every step, including the reference's own change.
     own_mean: Vec<f64>,
-    /// Largest change of a pixel of every step.
+    /// Largest change of a pixel in every step, including the reference's own change.
     own_max: Vec<f64>,
 }
 
@@ -56,7 +56,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let mut subject = Subject::rock(studio, studio.pick(16, 32))?;
     let configs = Configuration::techniques();
     studio.steps(distances.len());
-    // One row per step: the reference, one half of it, every configuration, and the reference of a GGX base.
+    // Each row has the pictures of one step: the reference, one half of it, every configuration, and the reference of a GGX base.
     let mut rows: Vec<Vec<Shot>> = Vec::new();
     for &distance in &distances {
         let state = subject.seen_by(&subject.stage.views.mid.at_distance(distance as f32));
@@ -67,7 +67,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         settings.push(Truth::Displacement.settings_for(Technique::LeadrGgx, (size, size), 2 * samples, 1));
         let shots = settings.iter().map(|s| studio.shoot(&mut subject.renderer, &state, s));
         let mut shots: Vec<Shot> = shots.collect::<Result<_, _>>()?;
-        // The reference is the mean of both seeds; each differs from it by the reference's own error.
+        // The reference is the mean of both seeds, and differs from each of them by its own error.
         shots[0] = Shot::mean_of(&shots[0], &shots[1]).map_err(fault)?;
         rows.push(shots);
         studio.step();
@@ -102,7 +102,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     Ok(section)
 }
 
-/// The object's interior in both pictures, in the frame of the second.
+/// Returns the object's interior in both pictures, in the frame of the second picture.
 fn seen_by_both(before: &Shot, after: &Shot, ratio: f64) -> Result<Mask, LabError> {
     let (width, height) = (before.image.width, before.image.height);
     let inside = before.interior().map_err(fault)?;

@@ -30,7 +30,7 @@ use crate::surfaces::tessellation::{Lens, TessellationSettings};
 use crate::view::{Samples, View};
 use leadr_gpu::{Buffer, Commands, Gpu, ResourceSet, Result};
 
-/// Smallest spacing of the casters' vertices, in shadow map texels.
+/// Smallest spacing of the shadow casters' vertices, in shadow map texels.
 const CASTER_SPACING: f32 = 4.0;
 
 /// The meshes on the device, and their pipelines.
@@ -53,7 +53,7 @@ pub struct MeshPipelines {
 }
 
 impl MeshPipelines {
-    /// The description for these objects; no pipeline is made yet.
+    /// Describes the pipelines for these objects without making any.
     pub fn of(gpu: &Arc<Gpu>, objects: &[Object], numbering: Numbering) -> Self {
         let (mut kinds, mut casters) = (Vec::new(), CasterKinds::default());
         for object in objects {
@@ -68,7 +68,7 @@ impl MeshPipelines {
         Self { gpu: gpu.clone(), kinds, casters, numbering, geometry: Cache::default(), filters: Cache::default() }
     }
 
-    /// What the objects require from a frame's shading.
+    /// Returns the shading features that the objects require.
     pub fn demands(&self, state: &FrameState) -> Demands {
         let any = |is: fn(&SurfaceKind) -> bool| self.kinds.iter().any(is);
         Demands {
@@ -79,12 +79,12 @@ impl MeshPipelines {
         }
     }
 
-    /// The kinds of objects that cast shadows.
+    /// Returns the kinds of objects that cast shadows.
     pub fn casters(&self) -> CasterKinds {
         self.casters
     }
 
-    /// The pipelines of a frame.
+    /// Makes the pipelines of a frame.
     pub fn prepare(
         &mut self,
         state: &FrameState,
@@ -115,7 +115,7 @@ struct DetailLevel {
     /// Whether the mesh is closed, so front faces hide back faces from every viewpoint.
     closed: bool,
     divisions: Pool<DivisionBuffers>,
-    /// Views for the camera and the lights.
+    /// View buffers for the camera and the lights.
     views: Pool<Buffer>,
 }
 
@@ -125,12 +125,12 @@ impl DetailLevel {
         Self { object: Arc::new(object), closed, divisions: Pool::default(), views: Pool::default() }
     }
 
-    /// The same object, with its own buffers for each frame.
+    /// Returns the same object with separate buffers for its frames.
     fn again(&self) -> Self {
         Self { object: self.object.clone(), closed: self.closed, divisions: Pool::default(), views: Pool::default() }
     }
 
-    /// Prepares the object in a pose, with buffers for a frame with this many shadow-casting lights.
+    /// Prepares the object in a pose, with buffers for a frame that has this many shadow-casting lights.
     fn prepare(&mut self, gpu: &Arc<Gpu>, posed: PosedObject, lights: usize) -> Result<PreparedMesh> {
         let Self { object, closed, divisions, views } = self;
         let mut division = || divisions.take(|| DivisionBuffers::new(gpu, object));
@@ -148,19 +148,19 @@ impl DetailLevel {
 }
 
 impl Mesh {
-    /// `maps`: maps shared with another object.
+    /// Uploads an object. `maps` are shared with a second object, if any.
     fn new(gpu: &Arc<Gpu>, object: Object, upload: Upload<'_>, maps: Option<Arc<ObjectMaps>>) -> Result<Self> {
         let (fine, coarse) = GpuObject::upload(gpu, object, upload, maps)?;
         Ok(Self { fine: DetailLevel::new(fine), coarse: coarse.map(DetailLevel::new) })
     }
 
-    /// One mesh for each instance of the object.
+    /// Returns one mesh for each instance of the object.
     fn instances(self) -> impl Iterator<Item = Self> {
         let count = self.fine.object.object.instances;
         (0..count).map(move |_| Self { fine: self.fine.again(), coarse: self.coarse.as_ref().map(DetailLevel::again) })
     }
 
-    /// The level of detail for a camera, and its posed vertices. `edges`: whether there are edge samples.
+    /// Returns the level of detail for a camera, and its posed vertices. `edges` is whether there are edge samples.
     fn posed(
         &mut self,
         pose: &Pose,
@@ -175,7 +175,7 @@ impl Mesh {
             let pixels = |side: f32, distance: f32| side * lens.focal_pixels / distance.max(lens.near);
             let suffices = if level.object.kind.displaced {
                 let side = level.object.object.mesh.mean_edge();
-                // The nearest point of a patch may be nearer than its corners.
+                // A point inside a patch may be nearer than the patch's corners.
                 !edges && tessellation.is_sufficient_for(pixels(side, nearest - side))
             } else {
                 pixels(fine.object.object.mesh.mean_edge(), nearest) < 1.0
@@ -193,7 +193,7 @@ impl Meshes {
     /// Uploads the objects of `pipelines`. Another thread runs `meanwhile` on the pipelines at the same time.
     ///
     /// # Errors
-    /// Insufficient memory; the errors of `meanwhile`.
+    /// Fails for lack of memory, and returns the errors of `meanwhile`.
     pub fn new(
         mut pipelines: MeshPipelines,
         objects: Vec<Object>,
@@ -208,7 +208,7 @@ impl Meshes {
     }
 }
 
-/// Uploads objects in parallel: first those with their own maps, then those with shared maps.
+/// Uploads objects in parallel, first the objects with their own maps, then the objects with shared maps.
 fn upload_all(gpu: &Arc<Gpu>, objects: Vec<Object>, upload: Upload<'_>) -> Result<Vec<Mesh>> {
     let same = with_same_maps(&objects);
     let (own, shared): (Vec<_>, Vec<_>) =
@@ -226,12 +226,12 @@ fn upload_all(gpu: &Arc<Gpu>, objects: Vec<Object>, upload: Upload<'_>) -> Resul
 }
 
 impl Meshes {
-    /// What the meshes require from a frame's shading.
+    /// Returns the shading features that the meshes require.
     pub fn demands(&self, state: &FrameState) -> Demands {
         self.pipelines.demands(state)
     }
 
-    /// Poses the meshes for a frame, in buffers that no other frame uses, and makes their pipelines.
+    /// Poses the meshes for a frame, in buffers that no other frame uses, and makes the meshes' pipelines.
     pub(super) fn prepare(
         &mut self,
         state: &FrameState,
@@ -267,14 +267,14 @@ impl Meshes {
     }
 }
 
-/// The posed meshes.
+/// The posed meshes of a frame.
 pub(in crate::frame) struct PreparedMeshes {
     meshes: Vec<PreparedMesh>,
     geometry: ForViews<GeometryPass>,
     filter: FilterPass,
     tessellation: TessellationSettings,
     mark_inside: bool,
-    /// The camera's, then the lights'.
+    /// View records of the camera, then of the lights.
     views: Arc<ViewRecords>,
 }
 
@@ -283,7 +283,7 @@ struct PreparedMesh {
     closed: bool,
     divided: DividedObject,
     camera: ObjectView,
-    /// The coarser shadow caster, if it differs.
+    /// The coarser shadow caster, if it differs from the drawn mesh.
     caster: Option<DividedObject>,
     caster_buffers: Option<Arc<DivisionBuffers>>,
     lights: Vec<ObjectView>,
@@ -325,17 +325,17 @@ impl PreparedMeshes {
         self.meshes.iter_mut().try_for_each(|mesh| mesh.cast(lights, lens, self.tessellation))
     }
 
-    /// The meshes that cast shadows.
+    /// Returns the meshes that cast shadows.
     pub fn casters(&self) -> Vec<&PosedObject> {
         self.meshes.iter().map(|mesh| &mesh.posed).filter(|posed| posed.object.object.casts_shadow).collect()
     }
 
-    /// The shadow casters as last selected for a light.
+    /// Returns the shadow casters that were last selected for a light.
     pub fn casters_under(&self, light: usize) -> Vec<DrawnObject<'_>> {
         self.meshes.iter().filter_map(|mesh| mesh.cast_under(&self.views, light)).collect()
     }
 
-    /// Selects the patches for a view and their tessellation. The device must not be drawing this frame.
+    /// Selects the patches and their tessellation for a view. The device must not be drawing this frame.
     pub fn set_view(&mut self, view: &View) -> Result<()> {
         let from = Viewpoint::from(view);
         self.views.write(0, &[ViewRecordGpu::of_camera(view)])?;
@@ -351,18 +351,18 @@ impl PreparedMeshes {
         Ok(())
     }
 
-    /// Their bounding spheres.
+    /// Returns the bounding spheres of the meshes.
     pub fn bounds(&self) -> Vec<Sphere> {
         self.meshes.iter().map(|mesh| mesh.posed.bounds()).collect()
     }
 
-    /// Upper bound on the triangles of one sample over all views, and number of patches drawn for the camera.
+    /// Returns an upper bound on the triangles of one sample over all views, and the number of patches drawn for the camera.
     pub fn counts(&self) -> (u64, u32) {
         let views = self.meshes.iter().flat_map(|mesh| mesh.lights.iter().chain([&mesh.camera]));
         (views.map(|view| view.triangles).sum(), self.meshes.iter().map(|mesh| mesh.camera.patches).sum())
     }
 
-    /// Last tessellation of a patch, in segments along u and v; `None` for objects that are not meshes.
+    /// Returns the last tessellation of a patch in segments along u and v, or `None` for objects that are not meshes.
     pub fn segments(&self, object: u32, patch: u32) -> Option<[f32; 2]> {
         let mesh = self.meshes.get((object as usize).checked_sub(1)?)?;
         let edges = mesh.posed.object.topology.patch_edges.get(patch as usize)?;

@@ -23,7 +23,7 @@ pub(super) struct Surfaces {
 }
 
 impl Surfaces {
-    /// Poses the surfaces for a frame, in buffers that no other frame uses, and makes their pipelines.
+    /// Poses the surfaces for a frame, in buffers that no other frame uses, and makes the surfaces' pipelines.
     pub fn prepare(
         &mut self,
         state: &FrameState,
@@ -43,13 +43,13 @@ pub(super) struct PreparedSurfaces {
 }
 
 impl PreparedSurfaces {
-    /// The surfaces in drawing order.
+    /// Returns the surfaces in drawing order.
     pub fn drawn(&self) -> impl Iterator<Item = &dyn DrawnSurface> {
         let sea = self.sea.iter().map(|sea| sea as &dyn DrawnSurface);
         std::iter::once(&self.meshes as &dyn DrawnSurface).chain(sea)
     }
 
-    /// Selects the patches for a view and their tessellation. The device must not be drawing this frame.
+    /// Selects the patches and their tessellation for a view. The device must not be drawing this frame.
     pub fn set_view(&mut self, view: &View) -> Result<()> {
         self.meshes.set_view(view)?;
         self.sea.as_mut().map_or(Ok(()), |sea| sea.set_view(view))
@@ -62,7 +62,7 @@ impl PreparedSurfaces {
         }
     }
 
-    /// The pixels that can show the surfaces.
+    /// Returns the pixels that can show the surfaces.
     pub fn area(&self, camera: &Camera, size: (u32, u32)) -> PixelArea {
         match self.sea {
             Some(_) => PixelArea::whole(size),
@@ -70,14 +70,14 @@ impl PreparedSurfaces {
         }
     }
 
-    /// Upper bound on the triangles of one sample over all views, and number of patches drawn for the camera.
+    /// Returns an upper bound on the triangles of one sample over all views, and the number of patches drawn for the camera.
     pub fn counts(&self) -> (u64, u32) {
         let (triangles, patches) = self.meshes.counts();
         let (of_sea, in_sea) = self.sea.as_ref().map_or((0, 0), PreparedSea::counts);
         (triangles + of_sea, patches + in_sea)
     }
 
-    /// Last tessellation of a patch, in segments along u and v.
+    /// Returns the last tessellation of a patch in segments along u and v.
     pub fn segments(&self, object: u32, patch: u32) -> Option<[f32; 2]> {
         let sea = || self.sea.as_ref().and_then(|sea| sea.segments(object, patch));
         self.meshes.segments(object, patch).or_else(sea)
@@ -86,23 +86,23 @@ impl PreparedSurfaces {
 
 /// A surface with its own geometry and filter passes.
 pub(super) trait DrawnSurface {
-    /// The pass names.
+    /// Returns the names of the surface's passes.
     fn names(&self) -> PassNames;
 
     /// Draws the geometry into the active render targets.
     fn draw_geometry(&self, cmd: &mut Commands, target: &GeometryTargets, view: &View);
 
-    /// Filters the maps at the pixels of this surface into the active targets. `light`: the set of the scene, if the filter pass
-    /// shades.
+    /// Filters the maps at the pixels of this surface into the active targets. `light` is the descriptor set of the scene, if the
+    /// filter pass shades.
     fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, view: &View, light: Option<&ResourceSet>);
 }
 
-/// How a surface will be drawn.
+/// The options for drawing a surface.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SurfaceDrawing {
-    /// Shadow maps that it is drawn into.
+    /// Number of shadow maps that the surface is drawn into.
     pub shadow_maps: u32,
-    /// How many of them belong to suns.
+    /// Number of shadow maps that belong to suns.
     pub sun_maps: u32,
     /// The output of the geometry pass for the pixels.
     pub geometry: GeometryKind,
@@ -120,14 +120,14 @@ impl SurfaceDrawing {
     }
 }
 
-/// The geometry pipelines for the views of a frame.
+/// Geometry pipelines for the views of a frame.
 pub(super) struct ForViews<P> {
     pixels: P,
     edges: Option<P>,
 }
 
 impl<P> ForViews<P> {
-    /// The pipelines for these samples.
+    /// Returns the pipelines for these samples.
     pub(super) fn of(&self, samples: Samples) -> &P {
         match samples {
             Samples::Edges { .. } => self.edges.as_ref().unwrap_or(&self.pixels),
@@ -136,7 +136,7 @@ impl<P> ForViews<P> {
     }
 }
 
-/// Inner tessellation levels of a patch along u and v, from the levels of the edges v = 0, u = 1, v = 1 and u = 0: see
+/// Returns the inner tessellation levels of a patch along u and v, from the levels of the edges v = 0, u = 1, v = 1 and u = 0. See
 /// `geometry.tesc`.
 pub(super) fn inner_segments([v0, u1, v1, u0]: [f32; 4]) -> [f32; 2] {
     [v0.max(v1), u1.max(u0)]
@@ -147,6 +147,6 @@ pub(super) fn inner_segments([v0, u1, v1, u0]: [f32; 4]) -> [f32; 2] {
 pub(super) struct PassNames {
     pub geometry: &'static str,
     pub filter: &'static str,
-    /// A filter pass that also shades.
+    /// The name of a filter pass that also shades.
     pub filter_and_shade: &'static str,
 }

@@ -32,17 +32,17 @@ pub struct Sea {
     buffers: Pool<SeaBuffers>,
     surface: Cache<GeometryKind, OceanSurfacePass>,
     filters: Cache<(Needs, FilterInto), OceanFilterPass>,
-    /// The waves that the reference marches through.
+    /// Pipelines that march rays through the waves, for the reference.
     march: Cache<(), OceanMarch>,
 }
 
-/// Data independent of how the sea is drawn. Clones share it.
+/// Data that does not depend on the drawing of the sea. Clones share this data.
 #[derive(Clone)]
 struct Water {
     numbering: Numbering,
     ocean: Arc<Ocean>,
     rings: Arc<Rings>,
-    /// Standard deviation of each cascade's height, metres.
+    /// Standard deviation of each cascade's height in metres.
     deviations: Arc<[f64]>,
 }
 
@@ -73,7 +73,7 @@ impl Sea {
     /// Uploads a sea.
     ///
     /// # Errors
-    /// Invalid waves, insufficient memory, or a failed pipeline.
+    /// Fails for invalid waves, lack of memory, or a failed pipeline.
     pub fn new(gpu: &Arc<Gpu>, ocean: Ocean, numbering: Numbering) -> Result<Self> {
         Ok(Self {
             gpu: gpu.clone(),
@@ -91,7 +91,7 @@ impl Sea {
         })
     }
 
-    /// Makes the pipelines for such frames.
+    /// Makes the pipelines for frames with these settings.
     pub fn make_pipelines(&mut self, settings: &RenderSettings, drawing: SurfaceDrawing) -> Result<()> {
         self.drawing(settings, drawing).map(|_| ())
     }
@@ -138,16 +138,16 @@ pub(in crate::frame) struct PreparedSea {
     drawing: Drawing,
     /// Time in seconds.
     time: f64,
-    /// The rings around the last viewpoint.
+    /// The patch rings around the last viewpoint.
     laid: RingLayout,
     tessellation: TessellationSettings,
 }
 
-/// How the sea is drawn.
+/// The drawing method of the sea.
 enum Drawing {
-    /// Rings of patches, filtered by slope moments.
+    /// Rings of patches, which are filtered by slope moments.
     Rings { fields: OceanFields, surface: ForViews<OceanSurfacePass>, filter: OceanFilterPass },
-    /// The reference: rays marched through unfiltered waves.
+    /// The reference, which marches rays through unfiltered waves.
     March(OceanMarch),
 }
 
@@ -181,12 +181,12 @@ impl PreparedSea {
         passes.run("wave mips", |cmd| fields.record_mips(cmd));
     }
 
-    /// Upper bound on the triangles of one sample, and number of patches drawn for the camera.
+    /// Returns an upper bound on the triangles of one sample, and the number of patches drawn for the camera.
     pub fn counts(&self) -> (u64, u32) {
         (self.laid.list.triangles, self.laid.list.visible.len() as u32)
     }
 
-    /// Last tessellation of a sea patch, in segments along u and v; 0 if the sea is ray-marched.
+    /// Returns the last tessellation of a sea patch in segments along u and v, or 0 if the sea is ray-marched.
     pub fn segments(&self, object: u32, patch: u32) -> Option<[f32; 2]> {
         let edges = self
             .water

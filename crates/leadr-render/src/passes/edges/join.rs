@@ -28,7 +28,7 @@ pub struct JoinPass {
 }
 
 impl JoinPass {
-    /// The pass of one kind.
+    /// Creates the pass of one kind.
     pub fn new(gpu: &Arc<Gpu>, kind: JoinKind) -> Result<Self> {
         let spec = [kind.needs.spec(), vec![("SHADOW_MAPS", SpecValue::I32(kind.shadow_maps as i32))]].concat();
         Ok(Self {
@@ -42,7 +42,7 @@ impl JoinPass {
         })
     }
 
-    /// Adds an image of shaded edge samples to the `joined` sums and to the pixels' G-buffer. All of them stay readable.
+    /// Adds an image of shaded edge samples to the `joined` sums and to the pixels' G-buffer. All images stay readable.
     pub fn record(
         &self,
         cmd: &mut Commands,

@@ -6,16 +6,15 @@ use crate::surfaces::tessellation::{Lens, TessellationSettings};
 /// Maximum number of edge samples along one side of a pixel in one image.
 pub const MAX_GRID: u32 = 16;
 /// Maximum number of vertices along one side of a pixel for edge samples, up to one per texel. More vertices improve silhouettes
-/// but worsen shading, since the visible part of a single bump has other statistics than the whole bump
-/// (docs/measurements/samples.md).
+/// but worsen shading, since slope statistics differ between a whole bump and its visible area (docs/measurements/samples.md).
 const VERTICES_PER_PIXEL: f32 = 6.0;
-/// Maximum number of vertices across an object that is refined. On larger objects the silhouette matters less, and the geometry of
-/// whole pixels already shows the bumps.
+/// Maximum number of vertices across an object that is refined. On larger objects the silhouette matters less, and the geometry for
+/// pixels already resolves the bumps.
 const VERTICES_ACROSS: f32 = 360.0;
-/// Maximum number of edge samples in one image; each takes 84 bytes.
+/// Maximum number of edge samples in one image, at 84 bytes each.
 const MAX_DRAWN: u64 = 1 << 22;
 
-/// The largest grid up to `finest` that divides `samples` edge samples per pixel into whole images of a picture of `size`. Returns
+/// Returns the largest grid up to `finest` that divides `samples` edge samples per pixel into whole images of a picture of `size`:
 /// 1, 2, 4, 8 or 16 samples along one side of a pixel.
 pub fn edge_grid(samples: u32, size: (u32, u32), finest: u32) -> u32 {
     let pixels = u64::from(size.0) * u64::from(size.1);
@@ -23,7 +22,8 @@ pub fn edge_grid(samples: u32, size: (u32, u32), finest: u32) -> u32 {
     [16, 8, 4, 2].into_iter().filter(|&grid| grid <= finest).find(fits).unwrap_or(1)
 }
 
-/// Tessellation of an object with this bounding sphere for edge samples: `usual` for large objects, finer for small ones.
+/// Returns the tessellation for edge samples of an object with this bounding sphere: `usual` for large objects, and finer for small
+/// objects.
 pub fn edge_tessellation(usual: TessellationSettings, bounds: Sphere, lens: &Lens) -> TessellationSettings {
     let Sphere { centre, radius } = bounds;
     let pixels = lens.pixels(centre, 2.0 * radius).max(1e-3);
@@ -44,7 +44,7 @@ mod tests {
             let sphere = Sphere { centre: Vec3::X * (distance + 1.0), radius: 1.0 };
             edge_tessellation(usual, sphere, &lens).vertices_per_pixel
         };
-        // 2 m are 20 pixels at 100 m and 200 at 10 m.
+        // An object of 2 m spans 20 pixels at 100 m and 200 pixels at 10 m.
         assert_eq!(per_pixel(100.0), VERTICES_PER_PIXEL);
         assert!((per_pixel(10.0) - VERTICES_ACROSS / 200.0).abs() < 0.02, "{}", per_pixel(10.0));
         // The default is a vertex every 2.8 pixels. Coarser settings are not refined.

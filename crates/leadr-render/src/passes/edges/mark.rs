@@ -15,7 +15,7 @@ pub struct EdgePass {
 }
 
 impl EdgePass {
-    /// The pass.
+    /// Creates the pass.
     pub fn new(gpu: &Arc<Gpu>, numbering: Numbering) -> Result<Self> {
         Ok(Self {
             pipeline: ComputePipeline::new(gpu, "passes/edges/edges.comp", &[numbering.spec()], &[EdgeRays::LAYOUT])?,
@@ -23,7 +23,7 @@ impl EdgePass {
         })
     }
 
-    /// Marks the samples of `edges` on the same surface as their pixels, and leaves them readable.
+    /// Marks the samples of `edges` that lie on the same surface as their pixel, and leaves `edges` readable.
     pub fn record(&self, cmd: &mut Commands, pixels: &SampleTargets, edges: &VisibleSurface, rays: &EdgeRays) {
         let SampleTargets { visible: pixel, gbuffer: filtered, .. } = pixels;
         cmd.transition(&edges.surface, Use::ComputeReadWrite);

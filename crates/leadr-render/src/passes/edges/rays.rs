@@ -7,13 +7,13 @@ use leadr_gpu::shared_struct;
 shared_struct! {
     /// Rays through a pixel's own sample and an edge sample (`EdgeRays` in `passes/edges/edges.glsl`).
     pub struct EdgeRays for "EdgeRays" {
-        /// See [`Camera::rays`](crate::camera::Camera::rays); w: edge samples per pixel.
+        /// The x axis of [`Camera::rays`](crate::camera::Camera::rays); w: edge samples per pixel.
         pub x: [f32; 4],
-        /// As `x`; w unused.
+        /// The y axis of the rays; w is unused.
         pub y: [f32; 4],
-        /// The last ray of the pixel's own sample; w: near plane.
+        /// The z axis of the rays of the pixel's own sample; w: near plane.
         pub pixel: [f32; 4],
-        /// The last ray of the edge sample; w: edge samples per pixel in earlier images.
+        /// The z axis of the rays of the edge sample; w: edge samples per pixel in earlier images.
         pub edge: [f32; 4],
         /// The [`PixelArea`] to draw: left, top, right, bottom.
         pub area: [i32; 4],
@@ -21,10 +21,10 @@ shared_struct! {
 }
 
 impl EdgeRays {
-    /// The rays of an image of edge samples, `edge`, and of the pixels' own samples, `pixel`. Each pixel has `samples` edge samples
-    /// in total, `before` of them in earlier images.
+    /// Returns the rays of `edge`, an image of edge samples, and of `pixel`, the pixels' own samples. Each pixel has `samples` edge
+    /// samples, `before` of them in earlier images.
     pub fn new(pixel: &View, edge: &View, before: u32, samples: u32, area: PixelArea) -> Self {
-        // The two images differ only in the last ray.
+        // The rays of the two images differ only in z.
         let ([x, y, through_pixel], [_, _, through_edge]) = (pixel.rays(), edge.rays());
         let PixelArea { left, top, right, bottom } = area;
         Self {

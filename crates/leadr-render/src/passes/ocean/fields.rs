@@ -1,4 +1,4 @@
-//! Transforms the waves of all cascades into maps, every frame: two passes of Fourier transforms, then mips.
+//! Transforms the waves of all cascades into maps every frame, by two passes of Fourier transforms and a mip pass.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -20,16 +20,16 @@ shared_struct! {
     pub struct CascadeGpu for "Cascade" {
         /// Cosine and sine of the tile's rotation.
         pub rotation: [f32; 2],
-        /// `2π / size`.
+        /// Wave number spacing, `2π / size`.
         pub wave_step: f32,
-        /// Edge of the tile, metres.
+        /// Edge length of the tile in metres.
         pub size: f32,
     }
 }
 
 shared_struct! {
     struct Moment for "Push" {
-        /// Elapsed part of the period: a multiple of 1/2048, and the remainder.
+        /// Elapsed fraction of the period, as a multiple of 1/2048 and a remainder.
         moment: [f32; 2],
     }
 }
@@ -44,10 +44,10 @@ shared_struct! {
 /// Content of the maps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Content {
-    /// Linearly filterable moments with mips: see [`OceanFields`].
+    /// Linearly filterable moments with mips, as described at [`OceanFields`].
     Moments,
-    /// Fields linear in the waves, so that cascades add up exactly; without mips. `displacement`: `Dx, Dy, height, ∂Dx/∂y`;
-    /// `slopes`: `∂h/∂x, ∂h/∂y, ∂Dx/∂x, ∂Dy/∂y`; `joint` is empty.
+    /// Fields that are linear in the waves, so that cascades add up exactly, without mips. `displacement` has `Dx, Dy, height,
+    /// ∂Dx/∂y`, `slopes` has `∂h/∂x, ∂h/∂y, ∂Dx/∂x, ∂Dy/∂y`, and `joint` is empty.
     Derivatives,
 }
 
@@ -62,15 +62,15 @@ pub struct OceanFields {
     mips: ComputePipeline,
     twiddles: Buffer,
     waves: Buffer,
-    /// [`CascadeGpu`] of every cascade.
+    /// The [`CascadeGpu`] of every cascade.
     pub cascades: Buffer,
     lines: Buffer,
-    /// `Dx, Dy, height, det J`; metres.
+    /// `Dx, Dy, height` in metres, and `det J`.
     pub displacement: Image,
-    /// `w sx, w sy, w sx², w sy²`.
+    /// The moments `w sx, w sy, w sx², w sy²`.
     pub slopes: Image,
-    /// `w sx sy, w, stretch, stretch²`. Foam is computed from the stretch of the sea, `1 + ∂Dx/∂x + ∂Dy/∂y`, weighted by
-    /// [`foam_weight`](crate::surfaces::ocean::waves::foam_weight). The stretch is linear in the waves, so it is normally
+    /// The moments `w sx sy, w, stretch, stretch²`. Foam is computed from the stretch of the sea, `1 + ∂Dx/∂x + ∂Dy/∂y`, weighted
+    /// by [`foam_weight`](crate::surfaces::ocean::waves::foam_weight). The stretch is linear in the waves, so it is normally
     /// distributed and adds up over cascades.
     pub joint: Image,
     levels: Vec<[ImageView; 3]>,
@@ -79,11 +79,11 @@ pub struct OceanFields {
 }
 
 impl OceanFields {
-    /// Pipelines and maps for these cascades, which must have the same resolution.
+    /// Creates pipelines and maps for these cascades, which must have the same resolution.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] without cascades, for unequal resolutions, or for a resolution that is not a power of two in
-    /// [`RESOLUTIONS`]; insufficient memory; a failed pipeline.
+    /// Returns [`GpuError::Usage`] without cascades, for unequal resolutions, or for a resolution that is not a power of two in
+    /// [`RESOLUTIONS`]. Also fails for lack of memory or a failed pipeline.
     pub fn new(gpu: &Arc<Gpu>, cascades: &[Cascade], content: Content) -> Result<Self> {
         let wrong = |fault: &str| Err(GpuError::usage("ocean", fault));
         let Some(resolution) = cascades.first().map(|c| c.resolution) else {
@@ -151,7 +151,7 @@ impl OceanFields {
         self.record_mips(cmd);
     }
 
-    /// Animates the waves to `time` (seconds; repeats after [`PERIOD`]) and transforms the rows.
+    /// Animates the waves to `time`, in seconds with period [`PERIOD`], and transforms the rows.
     pub fn record_rows(&self, cmd: &mut Commands, time: f64) {
         // The column pass of an earlier frame may still be reading.
         cmd.memory_barrier(Use::Undefined, Use::ComputeWrite);

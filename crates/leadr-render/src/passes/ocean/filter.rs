@@ -1,4 +1,4 @@
-//! The filter of the sea's pixels: computes the slope moments of the waves under each pixel.
+//! The filter of the sea's pixels, which computes the slope moments of the waves under each pixel.
 
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ use leadr_gpu::{
     Sampler, SharedStruct, SpecValue, shared_struct,
 };
 
-/// Beckmann roughness of the water surface itself, without waves.
+/// Beckmann roughness of the water surface without waves.
 const WATER_ROUGHNESS: f32 = 0.01;
 /// Reflectance of water at normal incidence.
 const WATER_F0: f32 = 0.02;
@@ -34,7 +34,7 @@ shared_struct! {
 }
 
 impl WaterGpu {
-    /// The water of a sea, centred below the viewer at `centre`.
+    /// Returns the water of a sea, centred below the viewer at `centre`.
     pub fn new(ocean: &Ocean, centre: Vec2) -> Self {
         let threshold = if ocean.foam_threshold > 0.0 { ocean.foam_threshold } else { -1e9 };
         Self {
@@ -46,7 +46,7 @@ impl WaterGpu {
     }
 }
 
-/// The sea's inputs to the filter. The last two are the blocks of [`WaterGpu`] and [`ShoreGpu`].
+/// The sea's inputs to the filter. `water` and `shore` are the blocks of [`WaterGpu`] and [`ShoreGpu`].
 #[derive(Clone, Copy)]
 pub struct SeaInputs<'a> {
     /// The waves.
@@ -66,7 +66,7 @@ pub struct OceanFilterPass {
 }
 
 impl OceanFilterPass {
-    /// The pass, with or without a shore.
+    /// Creates the pass, with or without a shore.
     pub fn new(gpu: &Arc<Gpu>, needs: Needs, into: FilterInto, shore: bool, numbering: Numbering) -> Result<Self> {
         let own = vec![("HAS_BEACH", SpecValue::Bool(shore)), numbering.spec()];
         Ok(Self {
@@ -89,7 +89,7 @@ impl OceanFilterPass {
         })
     }
 
-    /// Filters the waves at the sea's pixels into the active targets. `light`: the set of the scene, if the pass shades.
+    /// Filters the waves at the sea's pixels into the active targets. `light` is the scene's descriptor set, if the pass shades.
     pub fn draw(&self, cmd: &mut Commands, visible: &VisibleSurface, sea: SeaInputs<'_>, light: Option<&ResourceSet>) {
         let SeaInputs { fields, water, shore } = sea;
         let mut bindings = vec![

@@ -1,5 +1,5 @@
-//! The sea of the reference: rays are marched through the displaced waves, and slopes are not filtered. Tessellation could not
-//! follow every wave to the horizon, and the reference must resolve the occlusion between waves.
+//! The sea of the reference. Rays are marched through the displaced waves, and slopes are not filtered. Tessellation could not
+//! resolve every wave up to the horizon, and the reference must resolve the occlusion between waves.
 
 use std::sync::Arc;
 
@@ -17,10 +17,10 @@ use leadr_gpu::{
     SharedStruct, Topology, shared_struct,
 };
 
-/// Bound on the height of the waves in standard deviations: one sample in 10⁸ lies beyond it.
+/// Bound on the height of the waves in standard deviations. One sample in 10⁸ lies beyond this bound.
 const HEIGHT_BOUND: f64 = 5.7;
-/// Factor on the samples along one side of the drawn sea, limited by the largest transform. With linear interpolation, waves three
-/// samples long would lose half of their slope.
+/// Factor on the samples along one side of the drawn sea's tiles, limited by the largest transform. With linear interpolation,
+/// waves with a length of three samples would lose half of their slope.
 const OVERSAMPLING: u32 = 2;
 /// Slope bound for ray steps, in standard deviations. Rays still hit steeper waves unless these are narrower than a step.
 const SLOPE_BOUND: f64 = 3.5;
@@ -34,7 +34,7 @@ shared_struct! {
     }
 }
 
-/// Per cascade: a bound on the heights of all later cascades, and on the slopes of this and all earlier ones.
+/// Returns two bounds per cascade: on the heights of all later cascades, and on the slopes up to and including this cascade.
 fn limits(deviations: &[[f64; 2]]) -> Vec<[f32; 2]> {
     let square = |part: &[[f64; 2]], c: usize| part.iter().map(|d| d[c] * d[c]).sum::<f64>().sqrt();
     (1..=deviations.len())
@@ -45,7 +45,7 @@ fn limits(deviations: &[[f64; 2]]) -> Vec<[f32; 2]> {
         .collect()
 }
 
-/// The passes of the reference and the waves they read. Clones share them.
+/// The passes of the reference and the waves they read, shared by clones.
 #[derive(Clone)]
 pub struct OceanMarch {
     fields: OceanFields,
@@ -58,7 +58,7 @@ pub struct OceanMarch {
 }
 
 impl OceanMarch {
-    /// The passes for these waves.
+    /// Creates the passes for these waves.
     pub fn new(gpu: &Arc<Gpu>, cascades: &[Cascade], numbering: Numbering) -> Result<Self> {
         let deviations: Vec<_> = cascades.iter().map(Cascade::deviations).collect();
         let factor = |c: &Cascade| if c.resolution * OVERSAMPLING <= *RESOLUTIONS.end() { OVERSAMPLING } else { 1 };
@@ -92,7 +92,7 @@ impl OceanMarch {
         })
     }
 
-    /// The rays from a viewpoint; `level`: height of the water at rest.
+    /// Returns the rays from a viewpoint. `level` is the height of the water at rest.
     pub fn rays(&self, from: &Viewpoint, level: f32) -> RaysGpu {
         let (clip_from_world, lens, eye) = (from.clip_from_world, from.lens, from.lens.eye);
         // x, y and w of clip space are linear in the direction from the eye, and w is the length along the view axis.
@@ -111,7 +111,7 @@ impl OceanMarch {
         &self.fields
     }
 
-    /// Draws into the active targets of the geometry pass; `rays`: a [`RaysGpu`].
+    /// Draws into the active targets of the geometry pass. `rays` is a [`RaysGpu`] block.
     pub fn draw_geometry(&self, cmd: &mut Commands, rays: &Buffer) {
         cmd.bind(
             &self.march,
@@ -125,7 +125,7 @@ impl OceanMarch {
         cmd.draw(0..3, 0..1);
     }
 
-    /// Draws into the active G-buffer; `water`: the block of `passes/ocean/water.glsl`.
+    /// Draws into the active G-buffer. `water` is the block of `passes/ocean/water.glsl`.
     pub fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, water: &Buffer) {
         cmd.bind(
             &self.exact,

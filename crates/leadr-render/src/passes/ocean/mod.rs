@@ -1,4 +1,4 @@
-//! The passes of the sea: every frame transforms the waves into displacement and slope moments, then draws and filters them.
+//! The passes of the sea, which transform the waves into displacement and slope moments every frame, then draw and filter them.
 
 pub mod fields;
 pub mod filter;

@@ -33,13 +33,13 @@ shared_struct! {
     }
 }
 
-/// The pipeline of the rings for one kind of geometry. Clones share it.
+/// The pipeline of the rings for one kind of geometry, shared by clones.
 #[derive(Clone)]
 pub struct OceanSurfacePass {
     pipeline: GraphicsPipeline,
 }
 
-/// The buffers of the rings, and the sampler of the waves. Clones share them.
+/// The buffers of the rings and the sampler of the waves, shared by clones.
 #[derive(Clone)]
 pub struct RingBuffers {
     vertices: Buffer,
@@ -52,7 +52,7 @@ pub struct RingBuffers {
 }
 
 impl OceanSurfacePass {
-    /// The pass, with or without a shore.
+    /// Creates the pass, with or without a shore.
     pub fn new(gpu: &Arc<Gpu>, kind: GeometryKind, shore: bool, numbering: Numbering) -> Result<Self> {
         let desc = GraphicsDesc {
             vertex: "passes/ocean/surface.vert",
@@ -70,7 +70,7 @@ impl OceanSurfacePass {
         Ok(Self { pipeline: GraphicsPipeline::new(gpu, "ocean", &desc)? })
     }
 
-    /// Draws the rings as last written, displaced by the waves, into the active targets. `shore`: the block of [`ShoreGpu`].
+    /// Draws the last written rings, displaced by the waves, into the active targets. `shore` is the block of [`ShoreGpu`].
     pub fn draw(
         &self,
         cmd: &mut Commands,
@@ -102,7 +102,7 @@ impl OceanSurfacePass {
 }
 
 impl RingBuffers {
-    /// Buffers for these rings.
+    /// Creates buffers for these rings.
     pub fn new(gpu: &Arc<Gpu>, rings: &Rings) -> Result<Self> {
         let Rings { mesh, topology } = rings;
         let buffer =
@@ -118,7 +118,7 @@ impl RingBuffers {
         })
     }
 
-    /// Writes the rings around a viewer, over water with the rest height `level` in metres. The device must be idle.
+    /// Writes the rings around a viewer, for water with the height `level` in metres at rest. The device must be idle.
     pub fn update(&self, laid: &RingLayout, from: &Viewpoint, level: f32) -> Result<()> {
         let RingLayout { positions, spacing, factors, list } = laid;
         let vertex = |(p, &spacing): (&Vec3, &f32)| VertexGpu { position: [p.x, p.y], spacing, unused: 0.0 };

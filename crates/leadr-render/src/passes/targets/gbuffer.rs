@@ -18,7 +18,7 @@ pub struct GBuffer {
     pub slopes: Image,
     /// Linear albedo, Beckmann roughness, variances `sxx` and `syy`; RGBA32UI.
     pub material: Image,
-    /// Accessibility and level of detail; join data of edge samples; RG32UI.
+    /// Accessibility, level of detail, and join data of edge samples; RG32UI.
     pub surface: Image,
     /// Horizon of the relief, packed; RG32UI.
     pub horizon: Image,
@@ -26,7 +26,7 @@ pub struct GBuffer {
     pub reflection: Image,
     /// Emission; RG32UI.
     pub emission: Image,
-    /// How the albedo follows the relief, packed; RGBA32UI.
+    /// Dependence of the albedo on the relief, packed; RGBA32UI.
     pub relief_color: Image,
 }
 
@@ -59,11 +59,11 @@ impl GBuffer {
         vk::Format::R32G32B32A32_UINT,
     ];
 
-    /// A G-buffer of `size` pixels.
+    /// Creates a G-buffer of `size` pixels.
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
         let color = |format| ImageDesc::new(format, size.0, size.1).color_target();
         let [slopes, material, surface, horizon, reflection, emission, relief_color] = Self::FORMATS.map(color);
-        // The join pass writes to the first two.
+        // The join pass writes to `slopes` and `material`.
         Ok(Self {
             slopes: Image::new(gpu, "g-buffer slopes", slopes.storage())?,
             material: Image::new(gpu, "g-buffer material", material.storage())?,

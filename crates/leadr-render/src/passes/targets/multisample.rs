@@ -13,7 +13,7 @@ use leadr_gpu::{Buffer, Gpu, GpuError, Image, ImageDesc, Memory, Result};
 pub struct MultisampleTargets {
     /// The multisampled targets.
     pub geometry: GeometryTargets,
-    /// First slot of each pixel's other surfaces, and the number of samples that each covers; R32UI.
+    /// First slot of each pixel's further surfaces, and the number of samples that each surface covers; R32UI.
     pub others: Image,
     /// Slots in use per block of pixels, 32 bits each.
     pub filled: Buffer,
@@ -22,10 +22,10 @@ pub struct MultisampleTargets {
 }
 
 impl MultisampleTargets {
-    /// Targets for a picture of `size` pixels with `count` samples each.
+    /// Creates targets for a picture of `size` pixels with `count` samples each.
     ///
     /// # Errors
-    /// Insufficient memory, or a sample count that the device does not support.
+    /// Fails for lack of memory, or a sample count that the device does not support.
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32), count: u32) -> Result<Self> {
         let possible = GeometryTargets::possible_samples(gpu);
         if possible & count == 0 {

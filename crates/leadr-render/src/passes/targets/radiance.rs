@@ -12,17 +12,17 @@ pub const RADIANCE_FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
 /// The joined sums of each pixel's edge samples.
 #[derive(Clone)]
 pub struct JoinedEdges {
-    /// Radiance and coverage, summed over edge samples of other surfaces than the pixel's; RGBA32F.
+    /// Sum of radiance and coverage over the edge samples on a different surface from the pixel's; RGBA32F.
     pub others: Image,
-    /// Number of edge samples on the pixel's surface; area and number of the joined samples; how many the first sun reaches;
-    /// RGBA32F.
+    /// Number of edge samples on the pixel's surface, area and number of the joined samples, and number of samples that the first
+    /// sun reaches; RGBA32F.
     pub shares: Image,
-    /// How many the further suns reach; RGBA32F. A single texel for at most one sun.
+    /// Numbers of samples that the further suns reach; RGBA32F. The image is a single texel for at most one sun.
     pub more_suns: Image,
 }
 
 impl JoinedEdges {
-    /// Images for a picture of `size` pixels with this number of shadow maps.
+    /// Creates images for a picture of `size` pixels with this number of shadow maps.
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32), shadow_maps: u32) -> Result<Self> {
         let image =
             |name, size: (u32, u32)| Image::new(gpu, name, ImageDesc::new(RADIANCE_FORMAT, size.0, size.1).storage());
@@ -33,7 +33,7 @@ impl JoinedEdges {
         })
     }
 
-    /// Whether they fit a picture of `size` with this number of shadow maps.
+    /// Whether the images fit a picture of `size` with this number of shadow maps.
     pub fn fits(&self, size: (u32, u32), shadow_maps: u32) -> bool {
         shadow_maps < 2 || self.more_suns.mip_extent(0) == [size.0, size.1]
     }

@@ -21,12 +21,12 @@ pub struct SampleTargets {
 }
 
 impl SampleTargets {
-    /// Targets for an image of `size` samples. Without `with_gbuffer` the G-buffer is a single texel.
+    /// Creates targets for an image of `size` samples. Without `with_gbuffer` the G-buffer is a single texel.
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32), with_gbuffer: bool) -> Result<Self> {
         Self::with(gpu, size, VisibleSurface::new(gpu, size)?, with_gbuffer)
     }
 
-    /// Targets for a picture of `size` with multisampled geometry, including slots for other surfaces.
+    /// Creates targets for a picture of `size` with multisampled geometry, including slots for further surfaces.
     pub fn with_slots(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
         let whole = |pixels: u32| pixels.next_multiple_of(OTHERS_BLOCK as u32);
         let size = (whole(size.0), 2 * whole(size.1));
@@ -53,7 +53,7 @@ impl SampleTargets {
         cmd.end_rendering();
     }
 
-    /// Runs `draw`, which writes the radiance of some objects. Its pipelines test the object depth.
+    /// Runs `draw`, which writes the radiance of some objects. The pipelines of `draw` test the object depth.
     pub fn draw_radiance_of_objects(&self, cmd: &mut Commands, begin: Begin, draw: impl FnOnce(&mut Commands)) {
         begin.transition(cmd, &self.radiance, Use::ColorTarget);
         let load = if begin == Begin::Clear { Load::Discard } else { Load::Keep };

@@ -1,5 +1,4 @@
-//! Screen tiles. Each has a record of its content, so that a pass draws only tiles with pixels of its object, or with pixels to
-//! shade.
+//! Screen tiles with records of their content, so that a pass draws only tiles with pixels of its object, or with pixels to shade.
 
 use std::sync::Arc;
 
@@ -12,21 +11,21 @@ const SIZE: u32 = TILE_SIZE as u32;
 /// The tiles of an image.
 #[derive(Clone)]
 pub struct Tiles {
-    /// One `uvec4` per tile, row by row: a bit for each object from 1 to 63 (xy), flags (z).
+    /// One `uvec4` per tile, row by row, with a bit for each object from 1 to 63 (xy) and flags (z).
     pub records: Buffer,
     columns: u32,
     rows: u32,
 }
 
 impl Tiles {
-    /// The tiles of an image of `size` pixels.
+    /// Creates the tiles of an image of `size` pixels.
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
         let (columns, rows) = (size.0.div_ceil(SIZE), size.1.div_ceil(SIZE));
         let bytes = u64::from(columns) * u64::from(rows) * 16;
         Ok(Self { records: Buffer::new(gpu, "tiles", bytes.max(16), Memory::Device)?, columns, rows })
     }
 
-    /// Number of tiles across and down.
+    /// Counts the tiles across and down.
     pub fn extent(&self) -> [u32; 2] {
         [self.columns, self.rows]
     }

@@ -16,9 +16,9 @@ const DEPTH_FORMAT: vk::Format = vk::Format::D32_SFLOAT;
 /// The targets of the geometry stages. Clones share the images.
 #[derive(Clone)]
 pub struct GeometryTargets {
-    /// See [`VisibleSurface::surface`].
+    /// The image of [`VisibleSurface::surface`].
     pub surface: Image,
-    /// See [`VisibleSurface::footprint`].
+    /// The image of [`VisibleSurface::footprint`].
     pub footprint: Image,
     /// Reversed depth, 0 where there is no surface; D32F.
     pub depth: Image,
@@ -28,14 +28,14 @@ impl GeometryTargets {
     /// Formats of the colour targets.
     pub const FORMATS: [vk::Format; 2] = [vk::Format::R32G32B32A32_UINT, vk::Format::R32G32_UINT];
 
-    /// Targets of `size` pixels with `samples` samples each.
+    /// Creates targets of `size` pixels with `samples` samples each.
     ///
     /// # Errors
-    /// Insufficient memory, or a sample count that the device does not support.
+    /// Fails for lack of memory, or a sample count that the device does not support.
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32), samples: u32) -> Result<Self> {
         let image = |format| ImageDesc::new(format, size.0, size.1).samples(samples);
         let [surface, footprint] = Self::FORMATS.map(|format| image(format).color_target());
-        // The edge pass writes its marks here.
+        // The edge pass writes its marks into this image.
         let surface = if samples == 1 { surface.storage() } else { surface };
         let depth = image(DEPTH_FORMAT).depth_target();
         Ok(Self {
@@ -45,7 +45,7 @@ impl GeometryTargets {
         })
     }
 
-    /// The supported sample counts of targets: a bit mask, since all are powers of two.
+    /// Returns a bit mask of the supported sample counts, which are powers of two.
     pub fn possible_samples(gpu: &Gpu) -> u32 {
         let colors = Self::FORMATS.map(|format| ImageDesc::new(format, 1, 1).color_target());
         let all = colors.into_iter().chain([ImageDesc::new(DEPTH_FORMAT, 1, 1).depth_target()]);
@@ -65,32 +65,32 @@ impl GeometryTargets {
     }
 }
 
-/// The per-pixel output of the geometry stages: 30 bytes. Small triangles overwrite many pixels, so the geometry writes little, and
-/// the filter pass computes the rest.
+/// The per-pixel output of the geometry stages, 30 bytes. Small triangles overwrite many pixels, so the geometry stages write
+/// little, and the filter pass computes all further inputs.
 #[derive(Clone)]
 pub struct VisibleSurface {
-    /// Object and patch (0 in empty pixels); position on the patch, two words; the pixel, the displacement direction of an edge
-    /// sample, or the depth at the pixel's centre of multisampled geometry. RGBA32UI.
+    /// RGBA32UI: the object and patch (0 in empty pixels), the position on the patch (two words), and a word for the pixel, the
+    /// displacement direction of an edge sample, or the depth of multisampled geometry at the pixel's centre.
     pub surface: Image,
-    /// Change of the position from pixel to pixel, for the sea and edge samples; displacement direction of other multisampled
-    /// surfaces. RG32UI.
+    /// RG32UI: the derivative of the position by pixel, for the sea and edge samples, or the displacement direction of further
+    /// multisampled surfaces.
     pub footprint: Image,
     /// Reversed depth, 0 in empty pixels.
     pub depth: Image,
-    /// The object of each pixel, as a depth (`passes/object_depth.glsl`), after
-    /// [`ObjectDepthPass`](crate::passes::object_depth::ObjectDepthPass) has run; D16.
+    /// The object of each pixel as a depth (`passes/object_depth.glsl`), written by
+    /// [`ObjectDepthPass`](crate::passes::object_depth::ObjectDepthPass); D16.
     pub objects: Image,
-    /// The tile contents, after [`TilePass`](crate::passes::tiles::TilePass) has run.
+    /// The tile contents, written by [`TilePass`](crate::passes::tiles::TilePass).
     pub tiles: Tiles,
 }
 
 impl VisibleSurface {
-    /// Surfaces of `size` pixels, drawn by the geometry stages.
+    /// Creates surfaces of `size` pixels, which the geometry stages draw.
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
         Self::with(gpu, size, GeometryTargets::new(gpu, size, 1)?)
     }
 
-    /// Surfaces of `size` pixels, written by the [`MsaaPass`](crate::passes::msaa::MsaaPass).
+    /// Creates surfaces of `size` pixels, which the [`MsaaPass`](crate::passes::msaa::MsaaPass) writes.
     pub fn stored(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
         let image = |name, format| Image::new(gpu, name, ImageDesc::new(format, size.0, size.1).storage());
         let [surface, footprint] = GeometryTargets::FORMATS;
@@ -108,7 +108,7 @@ impl VisibleSurface {
         Ok(Self { surface, footprint, depth, objects, tiles: Tiles::new(gpu, size)? })
     }
 
-    /// The targets of the geometry stages.
+    /// Returns the targets of the geometry stages.
     pub fn geometry(&self) -> GeometryTargets {
         let Self { surface, footprint, depth, .. } = self;
         GeometryTargets { surface: surface.clone(), footprint: footprint.clone(), depth: depth.clone() }

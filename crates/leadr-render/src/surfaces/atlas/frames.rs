@@ -1,8 +1,9 @@
-//! Height gradients across patches.
+//! Conversion of height gradients between patches.
 //!
-//! A tile stores derivatives with respect to its own texture coordinates. They describe the gradient on the surface, a vector in
-//! its tangent plane. Where patches meet, each can express the vector in its own coordinates. All of this refers to the rest
-//! surface: a deformation moves the tangents of all patches alike, so the conversion between two patches stays valid.
+//! A tile stores height derivatives with respect to its own texture coordinates. They describe the gradient on the surface, a
+//! vector in the tangent plane. At a shared edge, each patch can express this vector in its own coordinates. The frames are
+//! computed on the rest surface. A deformation moves the tangents of all patches alike, so the conversion between two patches stays
+//! valid.
 
 use glam::{Vec2, Vec3};
 
@@ -12,14 +13,14 @@ use crate::surfaces::patch_mesh::{PatchMesh, TileLayout};
 /// Tangents with respect to texture coordinates, and their dual basis.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TextureFrame {
-    /// `∂X/∂s, ∂X/∂t`, metres per unit.
+    /// Tangents `∂X/∂s, ∂X/∂t`, in metres per unit of texture coordinate.
     pub tangents: [Vec3; 2],
     /// Gradients of `s` and `t` on the surface: `tangents[i] · duals[j] = δij`.
     pub duals: [Vec3; 2],
 }
 
 impl TextureFrame {
-    /// The frame of two tangents. The duals stay bounded for degenerate tangents.
+    /// Returns the frame with these two tangents. The duals stay bounded for degenerate tangents.
     pub fn new(s: Vec3, t: Vec3) -> Self {
         let (ss, tt, st) = (s.length_squared(), t.length_squared(), s.dot(t));
         let determinant = (ss * tt - st * st).max(1e-4 * ss * tt);
@@ -28,13 +29,13 @@ impl TextureFrame {
     }
 }
 
-/// Columns of the matrix that converts derivatives from the coordinates of `from` to those of `to`.
+/// Returns the columns of the matrix that converts derivatives from the coordinates of `from` to the coordinates of `to`.
 pub fn gradient_transform(from: &TextureFrame, to: &TextureFrame) -> [f32; 4] {
     let [s, t] = from.duals;
     [to.tangents[0].dot(s), to.tangents[1].dot(s), to.tangents[0].dot(t), to.tangents[1].dot(t)]
 }
 
-/// The frames of the patches of an atlas at rest.
+/// The texture frames of an atlas's patches at rest.
 pub struct AtlasFrames {
     patches: Vec<Patch>,
     corners: Vec<[TextureFrame; 4]>,
@@ -43,7 +44,7 @@ pub struct AtlasFrames {
 }
 
 impl AtlasFrames {
-    /// The frames of all patches of a mesh.
+    /// Computes the frames of all patches of a mesh.
     pub fn new(mesh: &PatchMesh, layout: TileLayout) -> Self {
         let (width, height) = layout.size();
         let per_texture = Vec2::new(width as f32, height as f32) / layout.inner() as f32;
@@ -55,12 +56,12 @@ impl AtlasFrames {
         Self { patches, corners, per_texture }
     }
 
-    /// The frame at a corner of a patch.
+    /// Returns the frame at a corner of a patch.
     pub fn corner(&self, patch: usize, corner: usize) -> TextureFrame {
         self.corners[patch][corner]
     }
 
-    /// The frame at `uv` of a patch.
+    /// Returns the frame at parameter `uv` of a patch.
     pub fn at(&self, patch: usize, uv: Vec2) -> TextureFrame {
         frame(&self.patches[patch], self.per_texture, uv)
     }
@@ -71,19 +72,19 @@ fn frame(patch: &Patch, per_texture: Vec2, uv: Vec2) -> TextureFrame {
     TextureFrame::new(point.du * per_texture.x, point.dv * per_texture.y)
 }
 
-/// Values stored in tiles and shared by patches. They cross borders in a form independent of the patch.
+/// Values stored in tiles and averaged across patches. They cross patch borders in a form independent of the patch.
 pub trait Carried: Linear {
-    /// The form independent of the patch.
+    /// The form of the values that is independent of the patch.
     type Common: Linear;
-    /// Converts from a patch's coordinates.
+    /// Converts from a patch's coordinates to the common form.
     fn lift(&self, frame: &TextureFrame) -> Self::Common;
-    /// Converts to a patch's coordinates.
+    /// Converts from the common form to a patch's coordinates.
     fn land(common: &Self::Common, frame: &TextureFrame) -> Self;
 }
 
 /// Values that can be averaged.
 pub trait Linear: Copy + Default + Send + Sync {
-    /// Adds `other · weight`.
+    /// Adds `other · weight` to this value.
     fn add(&mut self, other: &Self, weight: f32);
 }
 
@@ -98,8 +99,8 @@ where
     }
 }
 
-/// Moments of the height derivatives: `E[hs], E[ht], E[hs²], E[ht²], E[hs·ht]`. The patch-independent form is the mean gradient,
-/// and `xx, yy, zz, yz, zx, xy` of its second moments.
+/// Moments of the height derivatives, `E[hs], E[ht], E[hs²], E[ht²], E[hs·ht]`. The patch-independent form holds the mean gradient
+/// and the second moments `xx, yy, zz, yz, zx, xy` of the gradient.
 impl Carried for [f32; 5] {
     type Common = [f32; 9];
 
@@ -107,7 +108,7 @@ impl Carried for [f32; 5] {
         let [s, t] = frame.duals;
         let [hs, ht, ss, tt, st] = *self;
         let mean = s * hs + t * ht;
-        // Rows of the second-moment matrix.
+        // Products of the second-moment matrix with the dual basis.
         let (of_s, of_t) = (s * ss + t * st, s * st + t * tt);
         let row = |k: usize| of_s * s[k] + of_t * t[k];
         let (x, y, z) = (row(0), row(1), row(2));
@@ -147,7 +148,7 @@ mod tests {
         TextureFrame::new(Vec3::new(2.0, 0.3, 0.1), Vec3::new(-0.4, 1.5, 0.2))
     }
 
-    /// A frame in the same plane.
+    /// Returns another frame in the plane of [`skewed`].
     fn other() -> TextureFrame {
         let [s, t] = skewed().tangents;
         TextureFrame::new(s * 0.2 - t * 1.1, s * 0.9 + t * 0.3)

@@ -1,10 +1,10 @@
-//! Levels of detail coarser than those of the tiles.
+//! Levels of detail coarser than the mips of the tiles.
 //!
-//! Level [`SOURCE_LEVEL`] of a tile has texels centred on the patch border. From that level on, samples lie on a grid over the
-//! patch and its border, with `2ᵏ` intervals per side for `k = finest … 0`. Each sample is the mean over a square of one interval
-//! around it, on all patches that the square touches. The remaining levels hold only the four corners, with means over ever larger
-//! neighbourhoods: their weights have the variance of squares of 2, 4, 8 … patches per side. Bilinear interpolation on two patches
-//! therefore agrees where they meet, at every level.
+//! Mip [`SOURCE_LEVEL`] of a tile has texels centred on the patch border. The coarse levels continue from it, with samples on a
+//! grid over the patch and its border. The grid has `2ᵏ` intervals per side, for `k = finest … 0`. Each sample is the mean over a
+//! square around it, one interval wide, on all patches that the square touches. The remaining levels hold only the four corners,
+//! with means over ever larger neighbourhoods. The weights of a mean have the variance of a square of 2, 4, 8 … patches per side.
+//! Bilinear interpolation therefore agrees along the shared edge of two patches, at every level.
 
 use glam::Vec2;
 use rayon::prelude::*;
@@ -13,45 +13,46 @@ use super::frames::{AtlasFrames, Carried, Linear};
 use crate::constants::{SOURCE_LEVEL, WIDE_LEVELS};
 use crate::surfaces::patch_mesh::{PatchMesh, TileLayout};
 
-/// Lower bound on the accessibility used as a patch's weight.
+/// Lower bound on the accessibility in a patch's weight.
 const LEAST_ACCESSIBILITY: f32 = 0.01;
 
-/// Layout of the coarse levels in their image: one block per patch, arranged like the tiles, with the levels stacked vertically.
+/// Layout of the coarse levels in their image. Each patch has one block, arranged like the tiles, with the levels stacked
+/// vertically.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CoarseShape {
     /// The layout of the tiles.
     pub layout: TileLayout,
-    /// Base-2 logarithm of the intervals along a patch in the first coarse level.
+    /// Base-2 logarithm of the number of intervals along a patch in the first coarse level.
     pub finest: u32,
 }
 
 impl CoarseShape {
-    /// The shape for tiles of this layout.
+    /// Returns the shape for tiles of this layout.
     pub fn new(layout: TileLayout) -> Self {
         Self { layout, finest: (layout.tile / 8).max(1).ilog2() }
     }
 
-    /// Number of coarse levels.
+    /// Returns the number of coarse levels.
     pub fn levels(&self) -> u32 {
         self.finest + 1 + WIDE_LEVELS
     }
 
-    /// Intervals along a patch at a coarse level.
+    /// Returns the number of intervals along a patch at a coarse level.
     pub fn intervals(&self, level: u32) -> u32 {
         1 << self.finest.saturating_sub(level)
     }
 
-    /// Size of a patch's block in texels, across and down.
+    /// Returns the width and height of a patch's block in texels.
     pub fn block(&self) -> [u32; 2] {
         [self.intervals(0) + 1, self.row(self.levels())]
     }
 
-    /// First row of a level in the block.
+    /// Returns the first row of a level in its block.
     pub fn row(&self, level: u32) -> u32 {
         (0..level).map(|level| self.intervals(level) + 1).sum()
     }
 
-    /// Size of the image in texels.
+    /// Returns the width and height of the image in texels.
     pub fn size(&self) -> [u32; 2] {
         let [w, h] = self.block();
         [w * self.layout.columns, h * self.layout.rows]
@@ -60,24 +61,26 @@ impl CoarseShape {
 
 /// Adjacency of patches at vertices and edges, with the weight of each patch.
 pub struct Star {
-    /// Patches at each vertex, with the corner of each.
+    /// Patches at each vertex, each with the index of its corner there.
     corners: Vec<Vec<(u32, u8)>>,
-    /// Weights of the patches in means.
+    /// Weights of the patches in the means.
     weights: Vec<f32>,
-    /// Weights of the vertices: sums of their patches' weights.
+    /// Weights of the vertices, each the sum of the weights of its patches.
     vertex_weights: Vec<f32>,
-    /// Vertices of the patches.
+    /// Vertex indices of the patches.
     patches: Vec<[u32; 4]>,
-    /// Patch and side across each side of a patch.
+    /// For each side of each patch, the patch across it and the side of that patch.
     pub neighbors: Vec<[Option<(u32, u8)>; 4]>,
 }
 
 impl Star {
-    /// The adjacency of a mesh with these neighbours ([`Topology::neighbors`](crate::surfaces::topology::Topology::neighbors)). A
-    /// patch's weight is its rest area times a measure of its visibility: the inside of a mouth must not darken the lips.
-    /// Accessibility, the fraction of unblocked directions above a patch, would be correct on average over all viewers. But a
-    /// viewer facing the lips sees less of the mouth than the average viewer. The fourth power of accessibility is used: it gives
-    /// the distant T-rex the smallest measured error.
+    /// Collects the adjacency of a mesh with these neighbours
+    /// ([`Topology::neighbors`](crate::surfaces::topology::Topology::neighbors)).
+    ///
+    /// A patch's weight is its rest area times a measure of its visibility, so that the inside of a mouth does not darken the lips.
+    /// Accessibility, the fraction of unblocked directions above a patch, would be correct on average over all viewers. A viewer
+    /// facing the lips, however, sees less of the mouth than the average viewer. The weight uses the fourth power of accessibility,
+    /// which gives the distant T-rex the smallest measured error.
     pub fn new(mesh: &PatchMesh, neighbors: Vec<[Option<(u32, u8)>; 4]>) -> Self {
         let weight = |patch: &[u32; 4]| {
             let p = patch.map(|v| mesh.positions[v as usize]);
@@ -97,7 +100,7 @@ impl Star {
         Self { corners, weights, vertex_weights, patches: mesh.patches.clone(), neighbors }
     }
 
-    /// Means around each vertex of the patches' corner values.
+    /// Averages the patches' corner values around each vertex.
     fn about_vertices<T: Carried>(
         &self,
         frames: &AtlasFrames,
@@ -119,7 +122,7 @@ impl Star {
     }
 }
 
-/// All coarse levels as texels of their image, from mip [`SOURCE_LEVEL`] of the atlas.
+/// Computes the texels of the image with all coarse levels, from mip [`SOURCE_LEVEL`] of the atlas.
 pub fn coarse_levels<T: Carried>(star: &Star, frames: &AtlasFrames, shape: CoarseShape, source: &[T]) -> Vec<T> {
     let [width, height] = shape.size();
     let [block_width, block_height] = shape.block();
@@ -183,8 +186,9 @@ pub fn coarse_levels<T: Carried>(star: &Star, frames: &AtlasFrames, shape: Coars
     image
 }
 
-/// Widens means over squares of `2ʷⁱᵈᵉ` patches to squares twice as wide. Averaging the patches' corner means adds half a squared
-/// patch to the variance of the weights. The variances of two such squares differ by `4ʷⁱᵈᵉ / 4`.
+/// Widens means over squares of `2ʷⁱᵈᵉ` patches per side to squares twice as wide. Each step averages the corner means of the
+/// patches, which increases the variance of the weights by half a squared patch width. Widening a square increases its variance by
+/// `4ʷⁱᵈᵉ / 4`.
 fn widened<T: Carried>(
     star: &Star,
     frames: &AtlasFrames,
@@ -219,13 +223,13 @@ fn widened<T: Carried>(
     vertices
 }
 
-/// Means over the part of each sample's square on the sample's own patch, patch by patch.
+/// Computes for each sample the mean over the part of its square on its own patch, patch by patch.
 fn own_means<T: Linear>(shape: CoarseShape, intervals: u32, source: &[T], patches: usize) -> Vec<T> {
     let TileLayout { tile, gutter, columns, .. } = shape.layout;
     let cells = tile >> SOURCE_LEVEL;
     let row_length = (columns * cells) as usize;
     let (inner, spacing) = (shape.layout.inner() as f32, shape.layout.inner() as f32 / intervals as f32);
-    // Overlap of each cell with the square around each sample, along one axis.
+    // For each sample, the weights of the cells that overlap its square, along one axis.
     let weights: Vec<Vec<(usize, f32)>> = (0..=intervals)
         .map(|node| {
             let position = node as f32 * spacing;
@@ -257,7 +261,7 @@ fn own_means<T: Linear>(shape: CoarseShape, intervals: u32, source: &[T], patche
         .collect()
 }
 
-/// The side of a border sample, and its position along that side from the first corner.
+/// Returns the side of a border sample, and its position along that side from the side's first corner.
 fn side_of(a: u32, b: u32, intervals: u32) -> Option<(usize, u32)> {
     (0..4).find_map(|side| {
         let along = [a, b, intervals - a, intervals - b][side];
@@ -265,7 +269,7 @@ fn side_of(a: u32, b: u32, intervals: u32) -> Option<(usize, u32)> {
     })
 }
 
-/// The sample at this position along a side (v=0, u=1, v=1, u=0).
+/// Returns the sample at this position along a side (in the order v=0, u=1, v=1, u=0).
 fn on_side(side: usize, along: u32, intervals: u32) -> (u32, u32) {
     let back = intervals - along;
     [(along, 0), (intervals, along), (back, intervals), (0, back)][side]
@@ -277,7 +281,7 @@ mod tests {
     use crate::surfaces::topology::Topology;
     use glam::Vec3;
 
-    /// A cube inflated to about a sphere: three patches at every vertex, each with its own coordinate directions.
+    /// Returns a cube inflated roughly to a sphere. Three patches meet at every vertex, each with its own coordinate directions.
     fn cube() -> PatchMesh {
         let positions: Vec<Vec3> =
             (0..8).map(|k| Vec3::from([k & 1, k >> 1 & 1, k >> 2].map(|b| (2 * b - 1) as f32)).normalize()).collect();
@@ -294,7 +298,7 @@ mod tests {
         Star::new(mesh, Topology::new(&mesh.patches).neighbors())
     }
 
-    /// The value at a position of a coarse level.
+    /// Returns the value at a position of a coarse level.
     fn texel<T: Copy>(image: &[T], shape: CoarseShape, patch: usize, level: u32, [a, b]: [u32; 2]) -> T {
         let [width, _] = shape.size();
         let [block_width, block_height] = shape.block();
@@ -308,7 +312,7 @@ mod tests {
         (width as usize >> SOURCE_LEVEL) * (height as usize >> SOURCE_LEVEL)
     }
 
-    /// Pseudorandom numbers.
+    /// Returns a pseudorandom number from 0 to 1.
     fn random(k: usize) -> f32 {
         ((k as u32).wrapping_mul(2_654_435_761) >> 8) as f32 / (1 << 24) as f32
     }
@@ -338,7 +342,7 @@ mod tests {
                             let (a, b) = on_side(side, along, intervals);
                             let uv = Vec2::new(a as f32, b as f32) / intervals as f32;
                             let value = texel(&image, shape, patch, level, [a, b]);
-                            // Slopes along the edge: both patches measure them along the same curve.
+                            // Both patches measure the slope along the same edge curve, so the two values must agree.
                             let axis = side & 1;
                             let scale = frames.at(patch, uv).tangents[axis].length();
                             let sign = if side < 2 { 1.0 } else { -1.0 };
@@ -349,7 +353,7 @@ mod tests {
                         assert!(close(slope, -back), "{patch} {side} {level} {along}: {slope} {back}");
                         assert!(close(square, square_there), "{patch} {side} {level} {along}: {square} {square_there}");
                         if along == 0 {
-                            // At a corner, both gradients lie in one plane.
+                            // At a corner, the gradients of both patches lie in one plane.
                             let here = here.lift(&frames.corner(patch, side));
                             let there = there.lift(&frames.corner(other, (beside + 1) & 3));
                             assert!(here.iter().zip(&there).all(|(&a, &b)| close(a, b)), "{here:?} {there:?}");
@@ -362,7 +366,7 @@ mod tests {
         assert_eq!(compared, 6 * 4 * (5 + 3 + 2 + 2 * WIDE_LEVELS as usize));
     }
 
-    /// A flat grid of `n × n` patches, each one metre wide.
+    /// Returns a flat grid of `n × n` patches, each one metre wide.
     fn grid(n: u32) -> PatchMesh {
         let at = |x: u32, y: u32| y * (n + 1) + x;
         PatchMesh {
@@ -385,7 +389,7 @@ mod tests {
         let mesh = grid(n);
         let layout = TileLayout::new(n * n, 8);
         let (star, frames, shape) = (star_of(&mesh), AtlasFrames::new(&mesh, layout), CoarseShape::new(layout));
-        // Only the central patch.
+        // Only the central patch has texels of 1.
         let middle = n * n / 2;
         let mut source = vec![[0.0f32; 4]; source_texels(layout)];
         let row = (layout.columns * layout.tile) >> SOURCE_LEVEL;
@@ -399,7 +403,7 @@ mod tests {
             let (mut sum, mut square) = (0.0f64, 0.0);
             for y in 0..n {
                 for x in 0..n {
-                    // Each vertex once, as the first corner of a patch.
+                    // Each vertex is counted once, as the first corner of a patch.
                     let value = f64::from(texel(&image, shape, (y * n + x) as usize, shape.finest + wide, [0, 0])[0]);
                     let from_middle = f64::from(x) - 0.5 * f64::from(n);
                     sum += value;
@@ -407,7 +411,7 @@ mod tests {
                 }
             }
             assert!((sum - 1.0).abs() < 1e-5, "{wide}: nothing is lost, {sum}");
-            // The four corners of the patch have a variance of 1/4, the patch itself of 1/12.
+            // The four corners of the patch have a variance of 1/4, and the area of the patch has a variance of 1/12.
             let expected = 0.25 + (4.0f64.powi(wide as i32) - 1.0) / 12.0;
             assert!((square / sum - expected).abs() < 1e-3, "{wide}: {} {expected}", square / sum);
         }
@@ -426,7 +430,8 @@ mod tests {
         let source: Vec<[f32; 4]> =
             (0..source_texels(layout)).map(|k| if k % row / cells == 3 { [1.0; 4] } else { [0.0; 4] }).collect();
         let image = coarse_levels(&star_of(&mesh), &frames, shape, &source);
-        // The vertex between four patches: one is dark with a fifth of the others' accessibility, two have 0.6.
+        // The vertex lies between four patches. One has texels of 1 and accessibility 0.2, two have a mean accessibility of 0.6,
+        // and one has 0.8.
         let value = texel(&image, shape, 0, 0, [shape.intervals(0), shape.intervals(0)])[0];
         let [dark, beside, open] = [0.2f32, 0.6, 0.8].map(|a| a.powi(4));
         assert!((value - dark / (dark + 2.0 * beside + open)).abs() < 1e-5, "{value}");

@@ -1,14 +1,14 @@
 //! Seamless filtering of an atlas with one tile per patch.
 //!
-//! The mips of a tile cover only its own patch, so statistics would jump at patch borders and in pixels over several patches. Two
-//! mechanisms extend the filter over the whole surface:
+//! The mips of a tile cover only its own patch, so filtered values would jump at patch borders and in pixels that cover several
+//! patches. Two mechanisms extend the filter over the whole surface:
 //!
-//! * [links](frames) give the patch across each side of a patch and the rotation of gradients into it, so that texture taps can
+//! * [links](frames) give the patch across each side of a patch and the conversion of its gradients, so that texture samples can
 //!   cross tiles;
 //! * [coarse levels](levels) continue the mips from an eighth of a patch to many patches, with samples on borders and corners
 //!   shared by all adjacent patches.
 //!
-//! `shaders-glsl/passes/filter/atlas.glsl` reads both.
+//! `shaders-glsl/passes/filter/atlas.glsl` reads the links and the coarse levels.
 
 pub mod frames;
 pub mod levels;
@@ -33,11 +33,11 @@ use leadr_gpu::{Buffer, Gpu, GpuError, Image, ImageDesc, Result, shared_struct};
 shared_struct! {
     /// The header of the link buffer.
     pub struct AtlasHeadGpu for "Atlas" {
-        /// [`TileLayout::tile`].
+        /// The value of [`TileLayout::tile`].
         tile_size: u32,
         tile_gutter: u32,
         tile_columns: u32,
-        /// [`CoarseShape::finest`].
+        /// The value of [`CoarseShape::finest`].
         finest_coarse: u32,
     }
 }
@@ -45,24 +45,24 @@ shared_struct! {
 shared_struct! {
     /// The neighbours across the sides of a patch, in the order of [`Topology::patch_edges`].
     pub struct PatchLinkGpu for "PatchLink" {
-        /// `patch << 2 | side`, or [`NO_NEIGHBOR`].
+        /// `patch << 2 | side` of the neighbour across each side, or [`NO_NEIGHBOR`].
         neighbors: [u32; 4],
-        /// Per side, at its first and second corner: columns of the matrix that converts the neighbour's gradients to the patch's
-        /// coordinates.
+        /// Columns of the matrix that converts the neighbour's gradients to the patch's coordinates, for each side at its first and
+        /// second corner.
         gradient_transforms: [[[f32; 4]; 2]; 4],
     }
 }
 
-/// Links and coarse levels on the device; placeholders for objects without an atlas.
+/// Links and coarse levels on the device. Objects without an atlas have placeholders.
 #[derive(Clone)]
 pub struct AtlasGpu {
-    /// `AtlasHeadGpu`, then a `PatchLinkGpu` for every patch.
+    /// Buffer with an `AtlasHeadGpu`, followed by a `PatchLinkGpu` for every patch.
     pub links: Buffer,
     /// Coarse levels of the moments in [`LeadrMapGpu::slopes`].
     pub slopes: Image,
     /// Coarse levels of the moments in [`LeadrMapGpu::joint`].
     pub joint: Image,
-    /// Coarse levels of the linear colours, with the root of the roughness.
+    /// Coarse levels of the linear colours, with the square root of the roughness in alpha.
     pub color: Image,
     /// Coarse levels of the linear reflectance at normal incidence.
     pub f0: Image,
@@ -75,7 +75,7 @@ pub struct AtlasGpu {
 }
 
 impl AtlasGpu {
-    /// Placeholders for an object whose maps are not an atlas; they are never read.
+    /// Creates placeholders for an object whose maps are not an atlas; they are never read.
     pub fn none(gpu: &Arc<Gpu>, weighted: &Image) -> Result<Self> {
         let image = |what: &str, format| placeholder(gpu, &format!("no coarse {what}"), format);
         Ok(Self {
@@ -90,11 +90,11 @@ impl AtlasGpu {
         })
     }
 
-    /// Links and levels of `mesh`. Its patches have the tiles of `layout` in `maps` and in the material, if there is one (of the
-    /// same size as the maps). `none`: placeholders for missing levels.
+    /// Builds the links and coarse levels of `mesh`. Its patches have the tiles of `layout` in `maps` and in the material (if any),
+    /// which must have equal sizes. `none` holds the placeholders for missing levels.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] for different sizes; a failed read, or insufficient memory.
+    /// Returns [`GpuError::Usage`] if the material and the maps differ in size.
     pub fn new(
         gpu: &Arc<Gpu>,
         name: &str,
@@ -150,7 +150,7 @@ impl AtlasGpu {
                 let texels: Vec<[u8; 4]> = image.read(SOURCE_LEVEL, 0)?;
                 Ok::<Vec<[f32; 4]>, GpuError>(texels.into_iter().map(|texel| codes.linear(texel)).collect())
             };
-            // The shader expects the root of the roughness in both kinds of levels.
+            // The shader expects the square root of the roughness in tile mips and in coarse levels.
             let root = |[r, g, b, variance]: [f32; 4]| [r, g, b, variance.sqrt().sqrt()];
             atlas.color = coarse("colour", decoded(&images.color)?, root)?;
             if images.features.f0 {
@@ -195,7 +195,7 @@ impl AtlasGpu {
     }
 }
 
-/// Emission and accessibility at the source level of the coarse levels.
+/// Reads emission and accessibility at the mip from which the coarse levels are computed.
 fn light_texels(images: &MaterialImages) -> Result<Vec<[f32; 4]>> {
     let count = images.color.mip_extent(SOURCE_LEVEL).iter().product::<u32>() as usize;
     let mut texels = vec![[0.0, 0.0, 0.0, 1.0]; count];

@@ -1,21 +1,21 @@
-//! Positions in an atlas with one tile per patch, as in `shaders-glsl/passes/filter/atlas.glsl`.
+//! Positions in an atlas with one tile per patch. `shaders-glsl/passes/filter/atlas.glsl` has the same rules.
 
 use glam::Vec2;
 
 use crate::surfaces::patch_mesh::{PatchMesh, TileLayout};
 use crate::surfaces::topology::Topology;
 
-/// The tiles of a mesh at rest.
+/// The tiles and adjacent patches of a mesh at rest.
 pub struct Tiles {
     layout: TileLayout,
-    /// Patch and side across each side of a patch.
+    /// For each side of each patch, the patch across it and the side of that patch.
     neighbors: Vec<[Option<(u32, u8)>; 4]>,
-    /// Width and height of the patches, metres.
+    /// Mean width and height of each patch, in metres.
     extents: Vec<Vec2>,
 }
 
 impl Tiles {
-    /// The tiles of a mesh with these edges.
+    /// Collects the tiles of a mesh with these edges.
     pub fn new(mesh: &PatchMesh, topology: &Topology, layout: TileLayout) -> Self {
         let extent = |patch: &[u32; 4]| {
             let p = patch.map(|v| mesh.positions[v as usize]);
@@ -25,18 +25,18 @@ impl Tiles {
         Self { layout, neighbors: topology.neighbors(), extents: mesh.patches.iter().map(extent).collect() }
     }
 
-    /// Number of patches.
+    /// Returns the number of patches.
     pub fn patches(&self) -> usize {
         self.neighbors.len()
     }
 
-    /// The layout of the atlas.
+    /// Returns the layout of the atlas.
     pub fn layout(&self) -> TileLayout {
         self.layout
     }
 
-    /// The patch and position in it, `[0, 1]²`, for a position outside a patch. It crosses up to two borders and keeps the distance
-    /// in metres on patches of any size.
+    /// Converts a position outside a patch to the patch that contains it and a position in that patch, in `[0, 1]²`. Crosses up to
+    /// two borders. Distances are kept in metres, so patches may differ in size.
     fn point_across_borders(&self, mut patch: usize, mut at: Vec2) -> (usize, Vec2) {
         for _ in 0..2 {
             let beyond = (-at).max(at - Vec2::ONE);
@@ -67,8 +67,8 @@ impl Tiles {
         (patch, at.clamp(Vec2::ZERO, Vec2::ONE))
     }
 
-    /// The texels of a tile at a level of the maps with a margin of `margin` texels; rows of `texels` have `width` entries. Texels
-    /// beyond the patch's borders come from the adjacent patches.
+    /// Returns the texels of a tile at a level of the maps, with a margin of `margin` texels on each side. Rows of `texels` have
+    /// `width` entries. Texels beyond the patch's borders come from the adjacent patches.
     pub fn around(&self, texels: &[f32], width: usize, level: u32, patch: usize, margin: usize) -> Vec<f32> {
         let layout = self.layout;
         let side = (layout.tile >> level) as usize;
@@ -77,7 +77,7 @@ impl Tiles {
         let own = layout.first_texel(patch, level);
         let texel = |x: i64, y: i64| {
             let at = (Vec2::new(x as f32, y as f32) + 0.5) * cell - gutter;
-            // The gutter of a tile only extrapolates it.
+            // The gutter only extrapolates its patch, so these texels come from the adjacent patch.
             if at.min_element() >= 0.0 && at.max_element() <= inner {
                 return texels[own + y as usize * width + x as usize];
             }
@@ -98,7 +98,8 @@ impl Tiles {
 mod tests {
     use super::*;
 
-    /// Two adjacent patches, the second three times as wide. Heights are linear over both, and the gutters of the first are wrong.
+    /// The second of two adjacent patches is three times as wide as the first. Heights are linear over both patches, and the
+    /// gutters of the first patch are wrong.
     #[test]
     fn heights_go_on_beyond_a_border() {
         let layout = TileLayout::new(2, 16);

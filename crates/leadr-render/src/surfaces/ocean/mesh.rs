@@ -1,5 +1,4 @@
-//! The mesh of the sea: rings of patches around the viewer, from the feet to beyond the horizon, and the tessellation of each
-//! patch.
+//! The mesh of the sea. Rings of patches surround the viewer, from the feet to beyond the horizon, and each patch is tessellated.
 
 use std::f32::consts::TAU;
 
@@ -9,53 +8,53 @@ use crate::surfaces::patch_mesh::PatchMesh;
 use crate::surfaces::tessellation::{DrawList, Lens, MAX_FACTOR, PosedMesh, TessellationSettings, Viewer};
 use crate::surfaces::topology::Topology;
 
-/// Radius of the Earth, enlarged by standard atmospheric refraction, metres.
+/// Radius of the Earth in metres, enlarged for standard atmospheric refraction.
 pub const EARTH: f32 = 6.371e6 * 7.0 / 6.0;
 /// Number of patches in a ring.
 pub const SPOKES: u32 = 48;
 /// Number of rings.
 pub const RINGS: u32 = 96;
-/// Height of the highest crests above the rest level, in standard deviations. Determines where the rings end.
+/// Height of the highest crests above the rest level, in standard deviations. It determines the outer radius of the rings.
 const CREST: f32 = 4.0;
-/// Largest displacement by waves, in standard deviations of the height, used for culling.
+/// Largest displacement by waves, in standard deviations of the height. Culling uses it.
 const REACH: f32 = 6.0;
 /// Wave slope assumed for patches seen from the side.
 const WAVE_SLOPE: f32 = 0.1;
-/// Waves smaller than this many pixels (two standard deviations) are left to the slope moments. From [`FULL_RELIEF`] on they are
-/// drawn in full.
+/// Wave height in pixels (two standard deviations) up to which waves are left to the slope moments. From [`FULL_RELIEF`] on, waves
+/// are drawn in full.
 const LEAST_RELIEF: f32 = 0.25;
 const FULL_RELIEF: f32 = 1.0;
-/// Largest deviation in pixels of straight triangle edges from the curve of the water.
+/// Largest deviation of straight triangle edges from the curved water surface, in pixels.
 const CURVE_ERROR: f32 = 0.05;
 
 /// The view from which the sea is drawn.
 #[derive(Clone, Copy, Debug)]
 pub struct SeaView {
-    /// World to clip space.
+    /// Transform from world to clip space.
     pub clip_from_world: Mat4,
     /// The scale from lengths to pixels.
     pub lens: Lens,
-    /// Height of the water at rest, metres.
+    /// Height of the water at rest, in metres.
     pub level: f32,
-    /// Standard deviation of the waves' height, metres.
+    /// Standard deviation of the waves' height, in metres.
     pub deviation: f32,
 }
 
 /// The patches and their connectivity, independent of the view.
 #[derive(Clone, Debug)]
 pub struct Rings {
-    /// Directions in xy, ring number in z (0 is the centre).
+    /// The mesh, with directions in xy and the ring number in z (0 is the centre).
     pub mesh: PatchMesh,
-    /// The edges.
+    /// The edges of the mesh.
     pub topology: Topology,
 }
 
 /// The rings around a viewpoint.
 #[derive(Clone, Debug, Default)]
 pub struct RingLayout {
-    /// The mesh vertices at the water's rest level, world metres.
+    /// World positions of the mesh vertices at the water's rest level, in metres.
     pub positions: Vec<Vec3>,
-    /// Largest distance between tessellated vertices along the edges at each mesh vertex, metres.
+    /// Largest distance between tessellated vertices along the edges at each mesh vertex, in metres.
     pub spacing: Vec<f32>,
     /// Tessellation factor of each edge.
     pub factors: Vec<f32>,
@@ -86,8 +85,9 @@ impl Default for Rings {
 }
 
 impl Rings {
-    /// Places the rings around a viewer, uniform in the logarithm of the distance, and selects the patches to draw. Everything
-    /// depends smoothly on the viewer's position, so nothing pops. Rotation of the camera changes only culling.
+    /// Places the rings around a viewer, spaced uniformly in the logarithm of the distance, and selects the patches to draw.
+    /// Positions and factors depend smoothly on the viewer's position, so nothing pops. Rotating the camera changes only the
+    /// culling.
     pub fn layout(&self, view: &SeaView, settings: &TessellationSettings) -> RingLayout {
         let SeaView { lens, level, deviation, .. } = *view;
         let height = (lens.eye.z - level).abs().max(0.5);
@@ -132,25 +132,26 @@ impl Rings {
     }
 }
 
-/// Outer radius of the rings, metres: the distance of the farthest crest beyond the horizon visible from `height`.
+/// Returns the outer radius of the rings in metres. It is the distance of the farthest crest beyond the horizon that is visible
+/// from `height`.
 fn farthest(height: f32, deviation: f32) -> f32 {
     (2.0 * EARTH * height).sqrt() + (2.0 * EARTH * CREST * deviation).sqrt()
 }
 
-/// Tessellation factor of an edge: by its screen length where waves are visible in pixels, and fine enough to follow the curve of
-/// the water.
+/// Returns the tessellation factor of an edge. It follows the edge's screen length if waves are large enough in pixels, and always
+/// resolves the curvature of the Earth.
 fn edge_factor(lens: &Lens, [a, b]: [Vec3; 2], deviation: f32, settings: &TessellationSettings) -> f32 {
     let (centre, along) = ((a + b) * 0.5, b - a);
     let length = along.length();
     let scale = lens.pixels(centre, length) / length.max(1e-20);
     let sine = along.cross(Viewer::At(lens.eye).toward(centre)).length() / length.max(1e-20);
     let relief = 2.0 * deviation * scale;
-    // The reference tessellates all waves at full density.
+    // Reference images tessellate all waves at full density.
     let (shown, slope) = match settings.to_texels {
         true => (1.0, 1.0),
         false => (((relief - LEAST_RELIEF) / (FULL_RELIEF - LEAST_RELIEF)).clamp(0.0, 1.0), WAVE_SLOPE),
     };
-    // Two triangles fill a cell of 2A pixels, so its side is sqrt(2A).
+    // Two triangles of area A fill a square cell of side sqrt(2A).
     let side = (2.0 * settings.pixels_per_triangle).sqrt();
     let waves = length * scale * sine.hypot(slope) * shown / side;
     let bulge = length * length * scale / (8.0 * EARTH);
@@ -173,14 +174,14 @@ mod tests {
             });
             assert!((p[2] - p[0]).perp_dot(p[3] - p[1]) > 0.0);
         }
-        // Open edges: those of the outermost ring, and of the innermost, which is a single point.
+        // The open edges are at the outermost ring and at the innermost ring, which is a single point.
         assert_eq!(topology.irregular_edges(), 2 * SPOKES as usize);
     }
 
     const SIZE: (u32, u32) = (1280, 720);
     const DEVIATION: f32 = 0.45;
 
-    /// The rings under a camera at `height` metres that looks `down` (a tangent) below the horizon.
+    /// Lays out the rings for a camera at `height` metres that looks below the horizon by an angle with the tangent `down`.
     fn laid(height: f32, down: f32, settings: &TessellationSettings) -> (RingLayout, Camera) {
         let eye = Vec3::new(300.0, -70.0, height);
         let camera = Camera::looking_at(eye, eye + Vec3::new(1.0, 0.2, -down).normalize() * height, 45.0);
@@ -189,7 +190,7 @@ mod tests {
         (Rings::default().layout(&view, settings), camera)
     }
 
-    /// Number of pixels covered by water.
+    /// Returns the number of pixels covered by water.
     fn covered(camera: &Camera) -> f64 {
         let [x, y, z] = camera.rays(SIZE, Vec2::ZERO);
         let dip = -(2.0 * camera.position.z / EARTH).sqrt();
@@ -209,7 +210,7 @@ mod tests {
             [(2.5, 0.1, 2.5, 2000), (100.0, 0.25, 0.5, 900), (1000.0, 0.35, 0.04, 900), (5000.0, 0.35, 0.01, 900)]
         {
             let (laid, camera) = laid(height, down, &TessellationSettings::default());
-            // Triangles nearer than 300 m, 3 km, 30 km, and farther.
+            // Number of triangles up to 300 m, up to 3 km, up to 30 km, and beyond.
             let mut bins = [0u64; 4];
             for &patch in &laid.list.visible {
                 let corner = laid.positions[rings.mesh.patches[patch as usize][0] as usize];

@@ -1,4 +1,4 @@
-//! The sea as a surface: its waves, its mesh around the viewer, and its beach.
+//! The sea as a surface, with its waves, its mesh around the viewer, and its beach.
 
 pub mod mesh;
 pub mod shore;
@@ -9,25 +9,25 @@ use glam::Vec3;
 use self::shore::Shore;
 use self::waves::Cascade;
 
-/// A sea: waves and water.
+/// The waves and the water of a sea.
 #[derive(Clone, Debug)]
 pub struct Ocean {
     /// Wave tiles of equal resolution, longest waves first.
     pub cascades: Vec<Cascade>,
-    /// Standard deviation of the height, metres.
+    /// Standard deviation of the wave height, in metres.
     pub height: f32,
     /// Slope covariance `xx, yy, xy` of the waves that are in no cascade.
     pub tail: Vec3,
-    /// Scale of the waves' horizontal displacement: 1 for water, 0 for none.
+    /// Factor on the horizontal displacement of waves: 1 for water, 0 for none.
     pub choppiness: f32,
-    /// Height of the water at rest, metres.
+    /// Height of the water at rest, in metres.
     pub level: f32,
-    /// Diffuse albedo of the light scattered back by the water, linear.
+    /// Linear diffuse albedo of the light that the water scatters back.
     pub color: Vec3,
-    /// Diffuse albedo of foam, linear.
+    /// Linear diffuse albedo of foam.
     pub foam: Vec3,
-    /// Foam threshold for the horizontal stretch (`OceanFields::joint`): foam appears below it. The sea at rest has a stretch of 1.
-    /// 0 disables foam.
+    /// Horizontal stretch (`OceanFields::joint`) below which foam appears. The sea at rest has a stretch of 1, and a threshold of 0
+    /// disables foam.
     pub foam_threshold: f32,
     /// A beach; `None` for the open sea.
     pub shore: Option<Shore>,

@@ -1,4 +1,4 @@
-//! The waves of one band in the form animated on the device: a tile of complex amplitudes.
+//! The waves of one frequency band, as a tile of complex amplitudes that the device animates.
 
 use glam::DVec2;
 use leadr_reflectance::random::{STEP, mix, unit_of_bits};
@@ -11,24 +11,24 @@ pub const PERIOD: f64 = 1024.0;
 /// One band of waves on a periodic tile.
 #[derive(Clone, Debug)]
 pub struct Cascade {
-    /// Edge of the tile, metres.
+    /// Side of the tile in metres.
     pub size: f64,
-    /// Rotation of the tile in the world, radians.
+    /// Rotation of the tile in the world, in radians.
     pub rotation: f64,
-    /// Samples along the tile's edge, a power of two.
+    /// Number of samples along the tile's side, a power of two.
     pub resolution: u32,
-    /// Waves with `low ≤ |k| < high`, rad/m.
+    /// Range of the wave numbers in rad/m, `low ≤ |k| < high`.
     pub band: [f64; 2],
-    /// For each wave vector `(i, j)`, at `j · resolution + i` (negative ones in the upper half, as in a Fourier transform): the
-    /// amplitude `a`, and the cycles per [`PERIOD`]. The height is `Σ ĥ e^{ik·x}` with `ĥ(k) = a(k) e^{−iωt} + conj(a(−k))
-    /// e^{iωt}`, so each wave travels along its own vector.
+    /// Amplitude `a` (complex) and cycles per [`PERIOD`] of each wave vector `(i, j)`, at index `j · resolution + i`. Negative wave
+    /// numbers are in the upper half, as in a Fourier transform. The height is `Σ ĥ e^{ik·x}` with `ĥ(k) = a(k) e^{−iωt} +
+    /// conj(a(−k)) e^{iωt}`, so each wave travels along its own vector.
     pub waves: Vec<[f32; 4]>,
 }
 
 impl Cascade {
-    /// The waves of `band` on a tile, with random phases and the mean amplitude for every wave vector. The variances match the
-    /// spectrum at any time and seed. `density`: height variance per area of world wave vectors (m⁴); `frequency`: rad/s of a wave
-    /// number; `share`: fraction of the variance in this cascade.
+    /// Creates the waves of `band` on a tile, with random phases and the mean amplitude for every wave vector. The variances match
+    /// the spectrum for every time and seed. `density` is the height variance per area of world wave vectors (m⁴), `frequency` maps
+    /// a wave number to rad/s, and `share` is the fraction of the variance in this cascade.
     pub fn new(
         size: f64,
         rotation: f64,
@@ -57,7 +57,7 @@ impl Cascade {
         Self { size, rotation, resolution, band, waves }
     }
 
-    /// Standard deviations of the height (metres) and the slope.
+    /// Returns the standard deviations of the height (in metres) and of the slope.
     pub fn deviations(&self) -> [f64; 2] {
         let n = self.resolution;
         let (mut height, mut slope) = (0.0, 0.0);
@@ -69,8 +69,8 @@ impl Cascade {
         [height.sqrt(), slope.sqrt()]
     }
 
-    /// The same waves with `factor²` times as many samples (`factor` a power of two), so interpolation is closer to the exact sum
-    /// of the waves.
+    /// Returns the same waves with `factor²` times as many samples, so that interpolation is closer to the exact sum of the waves.
+    /// `factor` is a power of two.
     pub fn oversampled(&self, factor: u32) -> Self {
         let (n, resolution) = (self.resolution, self.resolution * factor);
         // Negative wave numbers stay in the upper half.
@@ -82,14 +82,14 @@ impl Cascade {
         Self { resolution, waves, ..*self }
     }
 
-    /// World wave vector of an entry of [`waves`](Self::waves), rad/m.
+    /// Returns the world wave vector of an entry of [`waves`](Self::waves), in rad/m.
     pub fn wave_vector(&self, i: u32, j: u32) -> DVec2 {
         wave_vector(i, j, self.resolution, self.size, self.rotation)
     }
 }
 
-/// Weight of a tile's horizontal divergence in the foam, for a tile `size` metres wide. Ripples do not trap air, but they break up
-/// the foam of longer waves. Equals `foam_weight` of `passes/ocean/cascade.glsl`.
+/// Returns the weight of a tile's horizontal divergence in the foam, for a tile `size` metres wide. Ripples do not trap air, but
+/// they break up the foam of longer waves. `foam_weight` in `passes/ocean/cascade.glsl` is identical.
 pub fn foam_weight(size: f64) -> f64 {
     if size >= 10.0 { 1.0 } else { 0.35 }
 }
@@ -100,7 +100,7 @@ fn wave_vector(i: u32, j: u32, resolution: u32, size: f64, rotation: f64) -> DVe
     DVec2::from_angle(rotation).rotate(local)
 }
 
-/// A pseudorandom number in `[0, 1)` from a seed and an index.
+/// Returns a pseudorandom number in `[0, 1)` for a seed and an index.
 fn unit(seed: u64, index: u32) -> f64 {
     unit_of_bits(mix(seed.wrapping_add(1).wrapping_mul(STEP) ^ (u64::from(index) << 20)))
 }

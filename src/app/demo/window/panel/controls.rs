@@ -13,15 +13,15 @@ use leadr_scenes::config::Picture;
 use leadr_scenes::light::SunDirection;
 use leadr_scenes::options::{SceneOption, Sets};
 
-/// Length of the timeline, seconds; it grows in multiples of this.
+/// Initial length of the timeline and step of its growth, seconds.
 const TIMELINE: f64 = 30.0;
-/// Largest height of a list without scrolling, points.
+/// Maximum height of a list without scrolling, points.
 const LIST: f32 = 400.0;
 
-/// Whether sections are open, by title; only sections that the user has opened or closed.
+/// Whether each section that the user has opened or closed is open, by title.
 pub type Sections = BTreeMap<String, bool>;
 
-/// Shows all controls, most important first.
+/// Shows all controls, with the most important first.
 pub fn show(ui: &mut Ui, viewer: &mut Viewer, facts: &Facts<'_>, sections: &mut Sections, requests: &mut Vec<Request>) {
     ui.add_space(6.0);
     scene(ui, facts, requests);
@@ -32,7 +32,7 @@ pub fn show(ui: &mut Ui, viewer: &mut Viewer, facts: &Facts<'_>, sections: &mut 
     section(ui, "Surface and picture", false, sections, |ui| picture(ui, viewer, facts, requests));
 }
 
-/// Shows the controls of the options under a heading, as far as the scene and the technique support them.
+/// Shows the options under a heading that the scene and the technique support.
 fn options(ui: &mut Ui, heading: &str, picture: &mut Picture, facts: &Facts<'_>) {
     let under = |option: &&SceneOption| option.spec.heading == heading && option.spec.panel == Panel::Control;
     for option in SceneOption::all().iter().filter(under) {
@@ -73,34 +73,34 @@ fn control<C: Copy>(ui: &mut Ui, option: &SceneOption, value: &Value<C>, config:
             named(ui, &label, chosen.name(), |ui| {
                 for (name, help) in chosen.names() {
                     if ui.selectable_label(name == chosen.name(), name).on_hover_text(help).clicked() {
-                        // Names from the list are always valid.
+                        // The list contains only valid names.
                         _ = chosen.choose(name);
                     }
                 }
             })
         }
-        // Options with a special format have special controls.
+        // Options with a special format have separate controls.
         Value::Text(_) => return,
     };
     response.on_hover_text(option.help());
 }
 
-/// A slider that keeps a value outside its range until it is dragged.
+/// Creates a slider that keeps a value outside its range until it is dragged.
 fn shown_as<'a>(slider: Slider<'a>, spec: &settings::Slider) -> Slider<'a> {
     let slider = slider.clamping(SliderClamping::Edits).logarithmic(spec.ends[0] > 0.0);
     slider.suffix(spec.unit).custom_formatter(shown(spec.decimals))
 }
 
-/// Formats with this many decimals. `fixed_decimals` of a slider would also round the value.
+/// Formats a number with this many decimals. `fixed_decimals` of a slider would also round the value.
 fn shown(decimals: usize) -> impl Fn(f64, std::ops::RangeInclusive<usize>) -> String {
     move |value, _| format!("{value:.decimals$}")
 }
 
-/// A collapsible section, in the state in which the user left it.
+/// Shows a collapsible section in the state in which the user left it.
 pub fn section(ui: &mut Ui, title: &str, open: bool, sections: &mut Sections, contents: impl FnOnce(&mut Ui)) {
     let was = sections.get(title).copied().unwrap_or(open);
     let header = egui::CollapsingHeader::new(title).default_open(was).show(ui, contents);
-    // The click is used because the animation of opening takes several frames.
+    // The opening animation takes several frames, so the click sets the state.
     if header.header_response.clicked() {
         sections.insert(title.to_owned(), !was);
     }
@@ -128,7 +128,7 @@ fn scene(ui: &mut Ui, facts: &Facts<'_>, requests: &mut Vec<Request>) {
     .on_hover_text("You can also drop a .hdr or .exr panorama on the window (e: next)");
 }
 
-/// A drop-down list with a label on the left.
+/// Shows a drop-down list with a label on the left.
 fn named(ui: &mut Ui, name: &str, shown: &str, list: impl FnOnce(&mut Ui)) -> egui::Response {
     ui.horizontal(|ui| {
         ui.label(name);
@@ -256,7 +256,7 @@ fn light(ui: &mut Ui, viewer: &mut Viewer, facts: &Facts<'_>) {
     options(ui, headings::LIGHT, &mut viewer.choices.picture, facts);
 }
 
-/// The roughness of displaced surfaces. It rebuilds their maps, so it applies only when the slider is released.
+/// Shows the roughness of displaced surfaces. It applies when the slider is released, because it rebuilds their maps.
 fn roughness(ui: &mut Ui, roughness: &OfSurfaces<f32>, requests: &mut Vec<Request>) {
     let chosen = match *roughness {
         OfSurfaces::Fixed => return,
@@ -280,7 +280,7 @@ fn roughness(ui: &mut Ui, roughness: &OfSurfaces<f32>, requests: &mut Vec<Reques
     });
 }
 
-/// The material of displaced surfaces.
+/// Shows the material of displaced surfaces.
 fn material(ui: &mut Ui, applied_material: &OfSurfaces<String>, requests: &mut Vec<Request>) {
     const HINT: &str =
         "Drop a measured material (FIT.json from leadr fit) on the window; the plane and the sphere take a folder, too";
@@ -312,7 +312,7 @@ fn picture(ui: &mut Ui, viewer: &mut Viewer, facts: &Facts<'_>, requests: &mut V
     });
 }
 
-/// The buttons at the end of the panel.
+/// Shows the buttons at the end of the panel.
 pub fn buttons(ui: &mut Ui, requests: &mut Vec<Request>) {
     ui.separator();
     ui.horizontal_wrapped(|ui| {
@@ -338,7 +338,7 @@ mod tests {
     use egui::{Pos2, RawInput, Rect, Shape, Vec2};
     use leadr_scenes::view::CameraPose;
 
-    /// Options with special controls, and a text of each control.
+    /// Options with special controls, each with a text of its control.
     const OWN: [(&str, &str); 15] = [
         ("scene", "scene"),
         ("environment", "environment"),
@@ -357,7 +357,7 @@ mod tests {
         ("roughness", "roughness"),
     ];
 
-    /// The texts of the panel for a technique.
+    /// Returns the texts of the panel for a technique.
     fn texts(technique: Technique) -> Vec<String> {
         let pose = CameraPose { position: [1.0; 3], target: [0.0; 3], up: [0.0, 0.0, 1.0], fov_degrees: 35.0 };
         let choices = Choices::new(Picture { technique, ..Picture::default() });

@@ -1,4 +1,4 @@
-//! The cost of the picture: frame rate, samples, triangles and times of passes.
+//! The cost section: frame rate, samples, triangles and pass times.
 
 use std::collections::VecDeque;
 
@@ -7,12 +7,12 @@ use egui::{Color32, Pos2, Rect, Sense, Ui, Vec2};
 use super::controls::{Sections, section};
 use super::facts::{Facts, HISTORY};
 
-/// Height of the graph, points.
+/// Height of the frame time graph, points.
 const GRAPH: f32 = 36.0;
-/// Passes that take fewer milliseconds are not listed.
+/// Minimum time of a listed pass, milliseconds.
 const LEAST: f64 = 0.05;
 
-/// Shows frames per second, a graph of the last frames, and the milliseconds of each pass.
+/// Shows frames per second, a graph of recent frames, and the milliseconds of each pass.
 pub fn show(ui: &mut Ui, facts: &Facts<'_>, milliseconds: &VecDeque<f32>, sections: &mut Sections) {
     section(ui, "Cost", true, sections, |ui| {
         let rate = facts.fps.map(|fps| format!("{fps:.1} frames per second, ")).unwrap_or_default();
@@ -36,7 +36,7 @@ pub fn show(ui: &mut Ui, facts: &Facts<'_>, milliseconds: &VecDeque<f32>, sectio
     });
 }
 
-/// Draws the times of the last frames as bars, scaled to the longest.
+/// Draws the times of recent frames as bars, scaled to the longest time.
 fn graph(ui: &mut Ui, milliseconds: &VecDeque<f32>) {
     let size = Vec2::new(ui.available_width(), GRAPH);
     let (area, _) = ui.allocate_exact_size(size, Sense::hover());

@@ -1,4 +1,4 @@
-//! Input and output of the panel: [`Facts`] and [`Request`]s.
+//! The panel's input, [`Facts`], and its output, [`Request`]s.
 
 use crate::app::demo::window::show::OfSurfaces;
 use crate::app::demo::window::viewer::Action;
@@ -17,40 +17,40 @@ pub struct Facts<'a> {
     pub environments: &'a [String],
     /// Index of the current environment.
     pub environment: usize,
-    /// Azimuth and elevation of the sun in degrees, if there is one.
+    /// Azimuth and elevation of the sun in degrees, if the sky has a sun.
     pub sun: Option<[f32; 2]>,
-    /// The roughness of the displaced surfaces.
+    /// Roughness of the displaced surfaces.
     pub roughness: OfSurfaces<f32>,
-    /// The material of the displaced surfaces.
+    /// Material of the displaced surfaces.
     pub applied_material: OfSurfaces<String>,
-    /// Whether the scene offers a choice.
+    /// Whether the scene offers this choice.
     pub offers: &'a dyn Fn(Choice) -> bool,
     /// Name of the device.
     pub device: &'a str,
-    /// Frames per second.
+    /// Measured frames per second.
     pub fps: Option<f64>,
-    /// Passes of the last frame and their milliseconds.
+    /// Passes of the latest frame with their times, milliseconds.
     pub passes: &'a [(String, f64)],
     /// Current and final sample counts of the picture.
     pub samples: (u32, u32),
-    /// Drawn pixels (width, height); fewer than in the window while something moves on a slow device.
+    /// Drawn pixels (width, height), fewer than in the window while something moves on a slow device.
     pub pixels: (u32, u32),
-    /// Upper bound on the triangles of a frame, and its patches.
+    /// Upper bound on the triangles of a frame, and number of patches.
     pub triangles: (u64, u32),
 }
 
 /// A request of the user to the window.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Request {
-    /// Perform an action.
+    /// Perform this action.
     Act(Action),
     /// Open a scene by name.
     Scene(String),
-    /// Select an environment by index.
+    /// Select an environment by its index.
     Environment(usize),
-    /// Set the roughness (Beckmann alpha), or use the scene's own.
+    /// Set the roughness (Beckmann alpha), or restore the scene's.
     Roughness(Option<f32>),
-    /// Use the scene's own material.
+    /// Restore the scene's material.
     OwnMaterial,
     /// Go to a view of the scene: 0 near, 1 middle, 2 far.
     View(usize),

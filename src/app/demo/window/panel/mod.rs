@@ -1,6 +1,6 @@
-//! The panel over the picture: controls, costs, and the line between two techniques.
+//! The panel over the picture, with controls, costs, and the split between two techniques.
 //!
-//! It changes the [`Viewer`] directly, and returns [`Request`]s to the window for everything else.
+//! The panel changes the [`Viewer`] directly, and returns all other changes as [`Request`]s to the window.
 
 mod controls;
 mod costs;
@@ -28,9 +28,9 @@ use leadr_maps::Rgb8Image;
 
 /// Width of the panel, points.
 const WIDTH: f32 = 252.0;
-/// Narrower windows start without the panel, points.
+/// Minimum width of a window that starts with the panel, points.
 const ROOM: f32 = 560.0;
-/// How long a message is shown.
+/// Duration of a message on the screen.
 const MESSAGE: Duration = Duration::from_secs(6);
 
 /// The panel of a window.
@@ -43,24 +43,24 @@ pub struct Panel {
     /// Whether the help is shown.
     pub help: bool,
     sections: Sections,
-    /// The compiler error of a changed shader.
+    /// Compiler error of a changed shader.
     pub shader_fault: Option<String>,
     message: Option<(String, Instant)>,
     milliseconds: VecDeque<f32>,
-    /// An overlay on the picture, and its legend.
+    /// An overlay on the picture and its legend.
     over: Option<(TextureHandle, String)>,
-    /// Slope covariances under pixels, for the ellipses.
+    /// Slope covariances under pixels for the ellipses.
     pub ellipses: Option<LayerPicture>,
     /// Probes of the sky occlusion volume.
     pub balls: Option<Vec<Ball>>,
-    /// Time of the next redraw that needs no event.
+    /// Time of the next redraw without an event.
     pub wakes: Option<Instant>,
     /// Position of the pointer, points.
     pointer: Option<Pos2>,
 }
 
 impl Panel {
-    /// A panel for `window` with a stored layout.
+    /// Creates a panel for `window` with a stored layout.
     pub fn new(window: &Window, layout: &Layout) -> Self {
         let context = Context::default();
         context.set_visuals(visuals());
@@ -87,19 +87,19 @@ impl Panel {
         }
     }
 
-    /// The current layout, without the size of the window.
+    /// Returns the current layout, without the window size.
     pub fn layout(&self) -> Layout {
         Layout { size: None, panel: Some(self.open), sections: self.sections.clone() }
     }
 
-    /// Pixels per point.
+    /// Returns the pixels per point.
     pub fn scale(&self) -> f64 {
         f64::from(self.context.pixels_per_point())
     }
 
     /// Handles an event. Returns whether the panel consumed it, and whether the panel must be redrawn.
     pub fn event(&mut self, window: &Window, event: &WindowEvent) -> (bool, bool) {
-        // A redraw must not request another redraw.
+        // Otherwise a redraw would request another redraw.
         if matches!(event, WindowEvent::RedrawRequested) {
             return (false, false);
         }
@@ -116,8 +116,8 @@ impl Panel {
         (consumed, response.repaint)
     }
 
-    /// Whether the pointer is over the panel or drags one of its widgets. egui's own answer uses the pointer position at the last layout,
-    /// which may be outdated.
+    /// Whether the pointer is over the panel or drags a widget. The result of egui uses the pointer position at the last layout, which may
+    /// be outdated.
     fn is_under_pointer(&self) -> bool {
         let over = |at: Pos2| {
             let layer = self.context.layer_id_at(at);
@@ -126,14 +126,14 @@ impl Panel {
         self.pointer.is_some_and(over) || self.context.egui_is_using_pointer()
     }
 
-    /// Shows a message for a while, if the panel is open.
+    /// Shows a message for a few seconds, if the panel is open.
     pub fn say(&mut self, message: impl Into<String>) {
         if self.open {
             self.warn(message);
         }
     }
 
-    /// Shows a message for a while, even if the panel is closed.
+    /// Shows a message for a few seconds, even if the panel is closed.
     pub fn warn(&mut self, message: impl Into<String>) {
         self.message = Some((message.into(), Instant::now()));
     }
@@ -160,8 +160,8 @@ impl Panel {
         });
     }
 
-    /// Takes the input since the last frame. It replaces `State::take_egui_input`, which queries the size of the window and panics if
-    /// another program has closed it.
+    /// Takes the input since the last frame. It replaces `State::take_egui_input`, which queries the window size and panics if another
+    /// program has closed the window.
     fn take_input(&mut self, window: &Window, size: PhysicalSize<u32>) -> RawInput {
         let scale = self.context.zoom_factor() * window.scale_factor() as f32;
         let points = Vec2::new(size.width as f32, size.height as f32) / scale;
@@ -174,8 +174,8 @@ impl Panel {
         input.take()
     }
 
-    /// Lays out the panel, applies the user's changes to `viewer`, and returns the remaining requests.
-    /// `size` is the size of the window in pixels from the last event.
+    /// Lays out the panel, applies the user's changes to `viewer`, and returns the other requests. `size` is the window size in pixels from
+    /// the last event.
     pub fn run(
         &mut self,
         window: &Window,
@@ -237,7 +237,7 @@ impl Panel {
     }
 }
 
-/// A dark, slightly transparent style.
+/// Returns a dark, slightly transparent style.
 fn visuals() -> egui::Visuals {
     let mut visuals = egui::Visuals::dark();
     visuals.panel_fill = Color32::from_rgba_unmultiplied(20, 22, 26, 225);

@@ -1,4 +1,4 @@
-//! Overlays on the picture: the line between two techniques, layers, messages and help.
+//! Overlays on the picture: the split between two techniques, layers, messages and help.
 
 use egui::{Align2, Color32, CursorIcon, FontId, Id, Mesh, Pos2, Rect, Shape, Stroke, TextureHandle, Ui, Vec2};
 
@@ -7,12 +7,12 @@ use crate::app::demo::window::over::LayerPicture;
 use crate::app::demo::window::probes::{Ball, NONE, SAYS, SIDES};
 use crate::app::demo::window::viewer::{SPLIT_GRIP, Viewer};
 
-/// Spacing of the ellipses, points.
+/// Spacing of the covariance ellipses, points.
 const ELLIPSES: f32 = 24.0;
 /// Half-axis of an ellipse for a slope deviation of 1, points.
 const ELLIPSE: f32 = 22.0;
 
-/// Width of the help, points.
+/// Width of the help text, points.
 const HELP: f32 = 560.0;
 
 /// Draws text in a dark box.
@@ -23,7 +23,7 @@ fn label(ui: &Ui, at: Pos2, anchor: Align2, text: &str) {
     ui.painter().galley(area.min + Vec2::new(6.0, 3.0), galley, Color32::WHITE);
 }
 
-/// Draws the line between two techniques and their names. The window handles dragging, so it works at any frame rate.
+/// Draws the split between two techniques and their names. The window handles dragging, which therefore works at any frame rate.
 pub fn split(ui: &Ui, viewer: &Viewer, left: f32) {
     let screen = ui.ctx().content_rect();
     let Some(compare) = viewer.choices.compare else { return };
@@ -50,7 +50,7 @@ pub fn picture(ui: &Ui, texture: &TextureHandle, says: &str, left: f32) {
     label(ui, Pos2::new(screen.left() + left + 10.0, screen.bottom() - 10.0), Align2::LEFT_BOTTOM, says);
 }
 
-/// Draws ellipses of the slope covariance under their centre pixels.
+/// Draws ellipses of the slope covariance under pixels.
 pub fn ellipses(ui: &Ui, covariances: &LayerPicture) {
     let (width, height) = covariances.size;
     let screen = ui.ctx().content_rect();
@@ -63,7 +63,7 @@ pub fn ellipses(ui: &Ui, covariances: &LayerPicture) {
         let middle = screen.min + Vec2::new(x, y);
         let points = (0..20).map(|k| {
             let (sine, cosine) = (k as f32 / 20.0 * std::f32::consts::TAU).sin_cos();
-            // The y of slopes points up, and the y of the screen points down.
+            // The y axis of slopes points up; that of the screen points down.
             middle + Vec2::new(a * cosine + c * sine, -(b * cosine + d * sine)) * ELLIPSE
         });
         ui.painter().add(Shape::closed_line(points.collect(), Stroke::new(1.2, Color32::from_rgb(255, 210, 90))));
@@ -91,7 +91,7 @@ pub fn balls(ui: &Ui, balls: &[Ball], left: f32) {
     label(ui, Pos2::new(screen.left() + left + 10.0, screen.bottom() - 10.0), Align2::LEFT_BOTTOM, says);
 }
 
-/// Half-axes of the ellipse of a covariance; `None` if the variance is 0 or not finite.
+/// Returns the half-axes of a covariance ellipse; `None` if the variance is 0 or not finite.
 fn axes(xx: f32, yy: f32, xy: f32) -> Option<[[f32; 2]; 2]> {
     let middle = 0.5 * (xx + yy);
     let off = (0.25 * (xx - yy).powi(2) + xy * xy).sqrt();
@@ -103,7 +103,7 @@ fn axes(xx: f32, yy: f32, xy: f32) -> Option<[[f32; 2]; 2]> {
     Some([[long * cosine, long * sine], [-short * sine, short * cosine]])
 }
 
-/// Draws a message at the bottom.
+/// Draws a message at the bottom of the picture.
 pub fn message(ui: &Ui, text: &str, left: f32) {
     let screen = ui.ctx().content_rect();
     let middle = Pos2::new(0.5 * (screen.left() + left + screen.right()), screen.bottom() - 24.0);
@@ -122,12 +122,12 @@ pub fn shader_fault(ui: &Ui, fault: &str) {
         });
 }
 
-/// Shows the help for mouse and keys, beside the panel if there is room. Returns whether it stays open.
+/// Shows the help for mouse and keys, beside the panel if there is room. Returns whether the help stays open.
 pub fn help(ui: &Ui, left: f32) -> bool {
     let mut open = true;
     let screen = ui.ctx().content_rect();
     let left = if screen.width() - left < HELP { 0.0 } else { left };
-    // Leaves space for the title, the frame and a margin.
+    // The title, the frame and a margin need this space.
     let room = screen.size() - Vec2::new(left + 40.0, 90.0);
     egui::Window::new("Mouse and keys (F1)")
         .open(&mut open)

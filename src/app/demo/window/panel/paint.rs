@@ -14,24 +14,24 @@ use leadr_tools::command::error::AppError;
 
 /// The triangles and texture changes of one frame of the panel.
 pub struct Painted {
-    /// Triangles and their textures.
+    /// Triangles of the panel with their textures.
     pub primitives: Vec<ClippedPrimitive>,
     /// New, changed and freed textures.
     pub textures: TexturesDelta,
-    /// Pixels per point of the layout.
+    /// Number of pixels per point of the layout.
     pub pixels_per_point: f32,
 }
 
 impl Drop for Painted {
-    /// Clears the texture changes, because egui asserts that none are dropped unapplied. A frame that is not drawn does not need them.
+    /// Clears the texture changes, because egui asserts that none are dropped unapplied. A frame that is not drawn needs none.
     fn drop(&mut self) {
         self.textures.clear();
     }
 }
 
-/// The pipeline, the textures, and the vertices of the frames in flight.
+/// The pipeline, the textures, and the vertices for frames in flight.
 pub struct PanelPainter {
-    // Must be dropped before the device.
+    // The renderer must be dropped before the device.
     renderer: Renderer<GpuAllocator>,
     pool: vk::CommandPool,
     gpu: Arc<Gpu>,
@@ -42,7 +42,7 @@ fn fault(error: RendererError) -> AppError {
 }
 
 impl PanelPainter {
-    /// A painter for images of `format`.
+    /// Creates a painter for images of `format`.
     ///
     /// # Errors
     /// If memory runs out or the pipeline cannot be created.
@@ -62,7 +62,7 @@ impl PanelPainter {
         let info = vk::CommandPoolCreateInfo::default()
             .queue_family_index(gpu.queue_family())
             .flags(vk::CommandPoolCreateFlags::TRANSIENT);
-        // SAFETY: the device is alive; `drop` destroys the pool.
+        // SAFETY: the device is alive, and `drop` destroys the pool.
         let pool = unsafe { gpu.raw().create_command_pool(&info, None) }
             .map_err(|error| AppError::Failed(format!("the panel cannot be drawn: {error}")))?;
         Ok(Self { renderer, pool, gpu: gpu.clone() })
@@ -85,7 +85,7 @@ impl PanelPainter {
         Ok(())
     }
 
-    /// Records the panel over `target`, which must be in the colour target state and stays in it.
+    /// Records the panel over `target`, which must be in the colour target state and remains in it.
     ///
     /// # Errors
     /// If memory runs out.
@@ -102,7 +102,7 @@ impl PanelPainter {
 impl Drop for PanelPainter {
     fn drop(&mut self) {
         let _ = self.gpu.wait_idle();
-        // SAFETY: the device is idle, and nothing else uses the pool.
+        // SAFETY: the device is idle, and no other code uses the pool.
         unsafe { self.gpu.raw().destroy_command_pool(self.pool, None) };
     }
 }

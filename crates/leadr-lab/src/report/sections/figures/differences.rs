@@ -1,4 +1,4 @@
-//! Thesis Figure 3.6: height slopes by several difference schemes.
+//! Draws thesis Figure 3.6: height slopes by several difference schemes.
 
 use std::f64::consts::TAU;
 
@@ -21,21 +21,21 @@ use leadr_tools::metrics::compare::rrmse;
 
 /// Texels along a side of the map.
 const SIDE: u32 = 96;
-/// Largest number of wave periods along a side: the shortest wave has 8 texels.
+/// Largest number of wave periods along a side. The shortest wave has 8 texels.
 const PERIODS: i32 = 12;
 const WAVES: u32 = 40;
 /// Standard deviation of the slopes.
 const SLOPE: f64 = 0.3;
-/// Size of a texel on the page.
+/// Pixels per texel on the page.
 const SCALE: u32 = 3;
 
-/// A wave of the map.
+/// One sine wave of the map.
 struct Wave {
     turns: DVec2,
     phase: f64,
 }
 
-/// A smooth map with known slopes.
+/// A smooth map whose slopes have a closed form.
 struct Smooth {
     waves: Vec<Wave>,
     amplitude: f64,
@@ -57,7 +57,7 @@ impl Smooth {
         Self { waves, amplitude }
     }
 
-    /// Height and slope at a point in the unit square.
+    /// Returns the height and slope at a point in the unit square.
     fn at(&self, position: DVec2) -> (f64, DVec2) {
         let mut sums = (0.0, DVec2::ZERO);
         for wave in &self.waves {
@@ -76,7 +76,7 @@ impl Smooth {
     }
 }
 
-/// Forward differences at even texels and backward ones at odd texels, like screen-space derivatives.
+/// Computes forward differences at even texels and backward differences at odd texels, like screen-space derivatives.
 fn pairs(map: &HeightMap) -> Vec<DVec2> {
     let at = |x: u32, y: u32| f64::from(map.at(x % SIDE, y % SIDE));
     let texel = |i: u32| {
@@ -87,7 +87,7 @@ fn pairs(map: &HeightMap) -> Vec<DVec2> {
     (0..SIDE * SIDE).map(texel).collect()
 }
 
-/// Slopes shaded as a material lit from the side.
+/// Shades the slopes as a material lit from the side.
 fn shaded(slopes: &[DVec2]) -> RgbImage {
     let light = DVec3::new(-0.5, 0.4, 0.7).normalize();
     let facets = Microfacet {

@@ -1,4 +1,4 @@
-//! Thesis Figures 2.2 to 2.6: the terms of a microfacet BRDF.
+//! Draws thesis Figures 2.2 to 2.6: the terms of a microfacet BRDF.
 
 use std::f64::consts::{PI, TAU};
 
@@ -22,7 +22,7 @@ use leadr_tools::html::{Cell, Figure, Table, number};
 type Facets = Microfacet<Beckmann>;
 
 fn metal(name: &str) -> Fresnel {
-    // The names are those of the library.
+    // The names are the library's names of metals.
     Metal::named(name).map_or(Fresnel::Ideal, |metal| Fresnel::Conductor { eta: metal.eta, k: metal.k })
 }
 
@@ -40,7 +40,8 @@ fn viewer(degrees: f64) -> DVec3 {
     DVec3::new(sin, 0.0, cos)
 }
 
-/// Fraction of uniform light reflected to the viewer, over all directions. Without shadowing, facets are also lit from below.
+/// Computes the fraction of uniform light from all directions that is reflected to the viewer. Without shadowing, facets are also lit from
+/// below.
 fn reflected(material: &Facets, wo: DVec3, n: u32) -> DVec3 {
     let row = |i: u32| {
         let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(n);
@@ -54,12 +55,12 @@ fn reflected(material: &Facets, wo: DVec3, n: u32) -> DVec3 {
     (0..n).into_par_iter().map(row).sum::<DVec3>() * (4.0 * PI / f64::from(n * n))
 }
 
-/// A sphere, rendered with sample directions for its facets.
+/// Renders a sphere with sample directions for its facets.
 fn sphere(studio: &Studio, facets: &Facets) -> RgbImage {
     spheres(&[facets], facets, studio.pick(40, 128)).remove(0)
 }
 
-/// A row of spheres with the exposure of the first, and the spheres.
+/// Renders a row of spheres with the exposure of the first, and returns their images too.
 fn row(studio: &mut Studio, file: &str, materials: &[(&str, Facets)]) -> Result<(Figure, Vec<RgbImage>), LabError> {
     let images: Vec<RgbImage> = materials.iter().map(|(_, facets)| sphere(studio, facets)).collect();
     let names: Vec<&str> = materials.iter().map(|(name, _)| *name).collect();
@@ -76,7 +77,7 @@ pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     orientation(studio, page)
 }
 
-/// Figure 2.2.
+/// Draws Figure 2.2.
 fn fresnel(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     page.begin(
         "Thesis Figure 2.2",
@@ -133,7 +134,7 @@ fn fresnel(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     Ok(())
 }
 
-/// Figure 2.3.
+/// Draws Figure 2.3.
 fn attenuation(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     const ANGLE: f64 = 60.0;
     page.begin(
@@ -179,7 +180,7 @@ fn attenuation(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     Ok(())
 }
 
-/// Deviation from 1 of a row's facets in uniform light at 45°, as ideal specular facets without shadowing.
+/// Computes how far reflection in uniform light at 45° deviates from 1, for a row's facets as ideal specular facets without shadowing.
 fn lost(materials: &[(&str, Facets)], n: u32) -> f64 {
     let lost = |(_, facets): &(&str, Facets)| {
         let open = Microfacet { masking: Masking::SmithUnshadowed, fresnel: Fresnel::Ideal, ..facets.clone() };
@@ -188,7 +189,7 @@ fn lost(materials: &[(&str, Facets)], n: u32) -> f64 {
     materials.iter().map(lost).fold(0.0, f64::max)
 }
 
-/// Figure 2.4.
+/// Draws Figure 2.4.
 fn isotropic(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     page.begin("Thesis Figure 2.4", "Gold of Beckmann roughness α from .05 to .8. In uniform light, ideal mirrors with masking alone reflect 1 for every α.");
     let names = ["α = .05", "α = .1", "α = .2", "α = .4", "α = .8"];
@@ -203,7 +204,7 @@ fn isotropic(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     Ok(())
 }
 
-/// Figure 2.5.
+/// Draws Figure 2.5.
 fn anisotropic(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     page.begin(
         "Thesis Figure 2.5",
@@ -231,7 +232,7 @@ fn anisotropic(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     Ok(())
 }
 
-/// Figure 2.6.
+/// Draws Figure 2.6.
 fn orientation(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     const RADII: DVec2 = DVec2::new(0.4, 0.1);
     page.begin(

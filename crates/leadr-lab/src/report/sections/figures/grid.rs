@@ -8,13 +8,13 @@ use leadr_reflectance::slopes::grid::{grid_lambda, grid_node, slope_at, slope_ch
 use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Plot, Scale, Table, number};
 
-/// The target distribution: mean slope, and covariance `(xx, yy, xy)`.
+/// Mean slope of the target distribution, whose covariance is `(xx, yy, xy)`.
 const MEAN: DVec2 = DVec2::new(0.3, -0.2);
 const COVARIANCE: DVec3 = DVec3::new(0.16, 0.49, 0.168);
-/// Samples per side in the paper.
+/// Samples per side of the paper's grid.
 const PAPER: u32 = 5;
 
-/// Grid samples with their weights.
+/// Returns grid samples with their weights.
 fn samples(n: u32) -> Vec<(DVec2, f64)> {
     let (lambda, cholesky) = (grid_lambda(n), slope_cholesky(COVARIANCE));
     let node = |i: u32| grid_node(i / n, i % n, n, lambda);
@@ -69,7 +69,7 @@ pub fn draw(_: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     );
     let requested = [MEAN.x, MEAN.y, COVARIANCE.x, COVARIANCE.y, COVARIANCE.z].map(Cell::from);
     table.row(
-        [Cell::from("asked for"), Cell::from("")].into_iter().chain(requested).chain([Cell::from(""), Cell::from("")]),
+        [Cell::from("requested"), Cell::from("")].into_iter().chain(requested).chain([Cell::from(""), Cell::from("")]),
     );
     let mut found = Vec::new();
     for n in [3, PAPER, 9, 32, 128] {

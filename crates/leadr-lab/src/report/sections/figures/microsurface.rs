@@ -1,4 +1,4 @@
-//! Thesis Figure 3.5: spheres with Gaussian microgeometry, supersampled and filtered.
+//! Draws thesis Figure 3.5: spheres with Gaussian microgeometry, supersampled and filtered.
 
 use glam::{Vec2, Vec3};
 
@@ -16,20 +16,20 @@ use leadr_scenes::spheres::surface::{Detail, Frequency, Surface};
 use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Table, number};
 
-/// Beckmann roughness of the base material; without it, few samples of the truth hit a facet that reflects the light.
+/// Beckmann roughness of the base material. Without a rough base, few samples of the truth hit a facet that reflects the light.
 const BASE: f32 = 0.35;
 /// Camera distance of the close pictures, in sphere radii.
 const CLOSE: f32 = 5.0;
-/// Irradiance of the light.
+/// Irradiance of the light on a plane facing it.
 const IRRADIANCE: f32 = 3.0;
 
-/// A light `degrees` to the right of the viewer.
+/// Returns a light `degrees` to the right of the viewer.
 fn sun(degrees: f32) -> Sun {
     let (sin, cos) = degrees.to_radians().sin_cos();
     Sun { direction: Vec3::new(sin, -cos, 0.0), irradiance: Vec3::splat(IRRADIANCE) }
 }
 
-/// The mean over rotations of the sphere about its poles, with its noise; a single surface has only a few bumps per pixel.
+/// Returns the mean over rotations of the sphere about its poles, with its noise. A single rotation has only a few bumps per pixel.
 fn mean(
     studio: &Studio,
     subject: &mut Subject,
@@ -95,7 +95,7 @@ pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
             let truth = mean(studio, &mut subject, turns, (sigma, degrees), &truth_of(side, samples))?;
             let shot =
                 mean(studio, &mut subject, turns, (sigma, degrees), &of_specular(config.settings((side, side), 1)))?;
-            // Mid-grey exposure at every roughness.
+            // The exposure makes the sphere mid-grey at every roughness.
             let exposure = (0.35 / truth.luminance(&truth.interior().map_err(fault)?).max(1e-3)) as f32;
             let verdict = judge(&truth, &shot, exposure).map_err(fault)?;
             let name = |what: &str| format!("figures-microsurface-{sigma}-{degrees}-{what}").replace('.', "_");
@@ -112,7 +112,7 @@ pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
             table.row(std::iter::once(Cell::from(what.as_str())).chain(cells));
             page.check(format!("rRMSE inside, {what}"), error.rrmse);
             page.check(format!("noise of the truth, {what}"), truth.noise);
-            let subject = format!("Gaussian mirrors, {what}");
+            let subject = format!("Gaussian specular facets, {what}");
             let mut case = Case::new("figures", subject, &config.name, Truth::Shadowed.name(), &verdict);
             case.figures = figures[1..].to_vec();
             studio.cases.push(case);

@@ -1,4 +1,4 @@
-//! Figures of the papers not covered by other sections, each with a number that checks it.
+//! Draws the figures of the papers that other sections do not cover, each with a number that checks it.
 
 mod differences;
 mod facets;

@@ -1,4 +1,4 @@
-//! Figures 1 and 2 of the supplement: from normals to slopes, and from slope density to Beckmann's normal density.
+//! Draws Figures 1 and 2 of the supplement: from normals to slopes, and from slope density to Beckmann's normal density.
 
 use std::f64::consts::{PI, TAU};
 
@@ -20,7 +20,7 @@ fn slope_of(n: DVec3) -> DVec2 {
     -n.xy() / n.z
 }
 
-/// Area of slopes per solid angle of normals at `theta`, by finite differences.
+/// Computes the area of slopes per solid angle of normals at `theta`, by finite differences.
 fn jacobian(theta: f64) -> f64 {
     const STEP: f64 = 1e-5;
     let ((st, ct), (sp, cp)) = (theta.sin_cos(), AZIMUTH.sin_cos());
@@ -33,7 +33,7 @@ fn jacobian(theta: f64) -> f64 {
     polar.perp_dot(change(DVec3::new(-sp, cp, 0.0))).abs()
 }
 
-/// `exp(−tan²θ / α²) / (π α² cos⁴θ)`, the usual form of Beckmann's distribution.
+/// Evaluates `exp(−tan²θ / α²) / (π α² cos⁴θ)`, the usual form of Beckmann's distribution.
 fn closed_form(theta: f64) -> f64 {
     let square = ALPHA * ALPHA;
     (-theta.tan().powi(2) / square).exp() / (PI * square * theta.cos().powi(4))

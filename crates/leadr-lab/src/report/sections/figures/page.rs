@@ -1,4 +1,4 @@
-//! The figures of the page and the numbers that check them.
+//! Collects the figures of the page and the numbers that check them.
 
 use serde::Serialize;
 
@@ -12,12 +12,12 @@ pub struct Check {
     value: f64,
 }
 
-/// The figures so far.
+/// Figures, findings and checks collected for the page.
 #[derive(Default)]
 pub struct Page {
-    /// Content of the page.
+    /// HTML content of the page.
     pub html: Html,
-    /// Conclusions, one figure each.
+    /// Conclusions, each about one figure.
     pub findings: Vec<String>,
     /// Machine-readable numbers.
     pub checks: Vec<Check>,
@@ -32,7 +32,7 @@ impl Page {
         self.html.paragraph(line);
     }
 
-    /// Records a number of the figure.
+    /// Records a number that checks the figure.
     pub fn check(&mut self, what: impl Into<String>, value: f64) {
         self.checks.push(Check { figure: self.figure, what: what.into(), value });
     }

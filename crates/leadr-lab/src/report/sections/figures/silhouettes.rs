@@ -1,4 +1,4 @@
-//! Supplement Figure 6: silhouettes of a coarsely tessellated relief, where the filtered normal faces away.
+//! Draws supplement Figure 6: silhouettes of a coarsely tessellated relief, where the filtered normal faces away.
 
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec3Swizzles as _};
 
@@ -25,9 +25,9 @@ use leadr_tools::html::{Cell, Table};
 
 /// Slopes per side of the paper's grid.
 const GRID: u32 = 5;
-/// Beckmann roughness of the base; low, so that the grid barely extends past the relief's own slopes.
+/// Beckmann roughness of the base. It is low, so that the grid barely extends past the relief's own slopes.
 const ROUGHNESS: f32 = 0.1;
-/// Patches along a cube edge; few, to allow large triangles.
+/// Patches along a cube edge. The number is low, to allow large triangles.
 const PATCHES: u32 = 4;
 /// Standard deviation of the slopes.
 const SLOPE: f32 = 0.4;
@@ -36,18 +36,18 @@ const FEATURE: f32 = 0.025;
 /// Fraction of the object's mean luminance below which a pixel counts as black.
 const BLACK: f64 = 1e-3;
 
-/// Pixel states that the paper's equations do not cover.
+/// State of a pixel that the paper's equations do not cover.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Backfacing {
     /// The mesonormal faces the viewer, or the pixel is empty.
     No,
-    /// The mesonormal faces away: the projected area is negative.
+    /// The mesonormal faces away from the viewer, so that the projected area is negative.
     Away,
-    /// All slopes of the grid also face away: their weights sum to zero.
+    /// All slopes of the grid also face away from the viewer, so that their weights sum to zero.
     Wholly,
 }
 
-/// The state of each pixel in the renderer's last picture.
+/// Returns the state of each pixel in the renderer's last picture.
 fn backfacing(
     subject: &mut Subject,
     camera: &Camera,
@@ -80,7 +80,7 @@ fn backfacing(
     Ok((0..shot.coverage.len()).map(of).collect())
 }
 
-/// Number of black pixels of the object.
+/// Returns the number of black pixels of the object.
 fn black(shot: &Shot) -> usize {
     let covered = || (0..shot.coverage.len()).filter(|&i| shot.coverage[i] > 0.5);
     let value = |i: usize| luminance(Vec3::from(shot.image.texels[i]).as_dvec3());
@@ -138,7 +138,7 @@ pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
                 tessellation: TessellationSettings { pixels_per_triangle, ..Default::default() },
                 ..Default::default()
             };
-            // Fails on a non-finite pixel.
+            // The call fails on a non-finite pixel.
             studio.shoot(&mut subject.renderer, &state, &settings)
         };
         let shown = shoot(options, &mut subject)?;

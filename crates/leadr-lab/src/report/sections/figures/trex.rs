@@ -1,4 +1,4 @@
-//! LEADR Figure 1: the T-rex at three distances.
+//! Draws LEADR Figure 1: the T-rex at three distances.
 
 use super::page::Page;
 use crate::report::case::Case;
@@ -13,7 +13,7 @@ use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Table, number};
 use leadr_tools::metrics::compare::rrmse_over;
 
-/// Distance ratio of the far view to the middle one.
+/// Distance of the far view relative to the middle view.
 const FAR: u32 = 8;
 /// Edge samples per pixel.
 const EDGES: u32 = 64;

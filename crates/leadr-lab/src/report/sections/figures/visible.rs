@@ -1,4 +1,4 @@
-//! LEADR Figure 2: the slopes visible to a viewer.
+//! Draws LEADR Figure 2: the slopes visible to a viewer.
 
 use std::array::from_fn;
 
@@ -16,15 +16,15 @@ use leadr_tools::html::{Plot, Scale, Table, number};
 
 /// Standard deviation of the slopes.
 const SIGMA: f64 = 0.5;
-/// Degrees between the viewer and the mean normal.
+/// Angles between the viewer and the mean normal, degrees.
 const ANGLES: [f64; 3] = [0.0, 45.0, 80.0];
 const BINS: usize = 40;
-/// Range of counted slopes, in standard deviations to each side.
+/// Range of the histogram on each side of zero, in standard deviations of the slopes.
 const REACH: f64 = 4.0;
-/// Drawn cells of the profile.
+/// Number of cells of the profile in the plot.
 const SHOWN: usize = 160;
 
-/// Lower and upper end of a bin.
+/// Returns the lower and upper bounds of a bin.
 fn bin(k: usize) -> (f64, f64) {
     let edge = |k: usize| SIGMA * REACH * (2.0 * k as f64 / BINS as f64 - 1.0);
     (edge(k), edge(k + 1))
@@ -35,7 +35,8 @@ fn viewer(degrees: f64) -> DVec3 {
     DVec3::new(sin, 0.0, cos)
 }
 
-/// Fraction of the visible area in each bin of the slope along the view: `max(0, wo·(−x, −y, 1)) P22 / A`, integrated over the other slope.
+/// Computes the fraction of the visible area in each bin of the slope along the view: `max(0, wo·(−x, −y, 1)) P22 / A`, integrated over the
+/// other slope.
 fn predicted(wo: DVec3) -> [f64; BINS] {
     let s = DVec3::new(SIGMA * SIGMA, SIGMA * SIGMA, 0.0);
     let area = visible_area(wo, DVec2::ZERO, s);
@@ -48,7 +49,7 @@ fn predicted(wo: DVec3) -> [f64; BINS] {
     })
 }
 
-/// The same fractions from rays on random surfaces.
+/// Counts the fraction of the visible area in each bin by rays on random surfaces.
 fn counted(tiles: &[Tile], wo: DVec3, rays: u32) -> Result<[f64; BINS], LabError> {
     let mut mean = [0.0; BINS];
     for (tile, seed) in tiles.iter().zip(1..) {
@@ -63,12 +64,13 @@ fn counted(tiles: &[Tile], wo: DVec3, rays: u32) -> Result<[f64; BINS], LabError
     Ok(mean)
 }
 
-/// Half of the summed differences: the largest difference in probability of any event.
+/// Computes the total variation distance, half of the summed differences. It is the largest difference in probability of any event.
 fn total_variation(a: &[f64; BINS], b: &[f64; BINS]) -> f64 {
     0.5 * a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<f64>()
 }
 
-/// Heights of a row of the tile, and their visibility along it: a point is hidden by anything above its line of sight.
+/// Returns the heights of a row of the tile, and the visibility of each point along it. A point is hidden by anything above its line of
+/// sight.
 fn profile(tile: &Tile, degrees: f64) -> (Vec<f64>, Vec<bool>) {
     let row = &tile.heights()[..tile.size() as usize];
     let heights: Vec<f64> = row.iter().map(|&h| SIGMA * f64::from(h)).collect();

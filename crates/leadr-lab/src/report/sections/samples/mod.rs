@@ -1,4 +1,4 @@
-//! One sample of LEADR against references of many samples: accuracy and speed.
+//! Compares one sample of LEADR with references of many samples by accuracy and speed.
 
 mod race;
 mod rough_sphere;
@@ -29,7 +29,7 @@ const INTRO: &str = "How accurate is LEADR with one shaded sample per pixel, and
 #[derive(Debug, Serialize)]
 struct Data {
     subjects: Vec<Race>,
-    /// The Gaussian sphere with several bump sizes, the largest first.
+    /// Results for the Gaussian sphere with several bump sizes, the largest first.
     bumps: Vec<Race>,
 }
 
@@ -44,7 +44,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         html.table(&table(&race));
         Ok(race)
     };
-    // The goal is for the finest bumps; larger ones are fewer by the ratio of texels.
+    // The goal applies to the finest bumps. Larger bumps are fewer by the ratio of texels.
     let tiles = studio.pick(&[16, 32][..], &[16, 32, 64]);
     let (&finest, coarser) = tiles.split_last().expect("tiles");
     let sphere = gaussian_sphere(studio, finest)?;
@@ -69,7 +69,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     Section::new(INTRO, findings, &html, Data { subjects: vec![sphere, trex, rock], bumps })
 }
 
-/// The Gaussian sphere with atlas tiles of `tile` texels, which determine its bump size.
+/// Returns the Gaussian sphere with atlas tiles of `tile` texels, which determine its bump size.
 fn gaussian_sphere(studio: &Studio, tile: u32) -> Result<Contest, LabError> {
     // Tens of bumps per pixel are affordable only in a small picture, because each has vertices and shadows.
     let size = studio.pick(16, 24);
@@ -84,14 +84,14 @@ fn gaussian_sphere(studio: &Studio, tile: u32) -> Result<Contest, LabError> {
         subject,
         size,
         bumps_per_pixel: Some(bumps),
-        // A vertex for every texel: bumps cast shadows, so errors from bumps lost in the geometry would not average out.
+        // Every texel has a vertex: bumps cast shadows, so errors from bumps lost in the geometry would not average out.
         vertices_per_pixel: f32::INFINITY,
         converged: studio.pick(64, 128),
         counts: counts(studio),
     })
 }
 
-/// A subject at a camera distance of `distance` metres.
+/// Returns a subject at a camera distance of `distance` metres.
 fn at_a_distance(studio: &Studio, name: &'static str, distance: f32, goal: bool, subject: Subject) -> Contest {
     Contest {
         title: format!("{name} at {distance} m"),
@@ -170,7 +170,7 @@ fn table(race: &Race) -> Table {
     table
 }
 
-/// The worth of one sample by the number of bumps per pixel.
+/// Returns a table with the worth of one sample by the number of bumps per pixel.
 fn bumps_table(races: &[&Race]) -> Table {
     let errors = ["LEADR: rRMSE", "inside", "reference of 64: rRMSE", "inside"].map(str::to_owned);
     let head = ["".to_owned(), "truth's noise inside".to_owned()].into_iter().chain(errors);
@@ -192,7 +192,7 @@ fn bumps_table(races: &[&Race]) -> Table {
     table
 }
 
-/// Whether the goal is met by its subjects, and by harder ones.
+/// Returns sentences on whether the goal's subjects, and harder subjects, meet the goal.
 fn verdict(races: &[&Race]) -> Vec<String> {
     let names = |goal: bool, met: bool| -> Vec<&str> {
         races.iter().filter(|r| r.goal == goal && r.met == met).map(|r| r.subject.as_str()).collect()
@@ -306,7 +306,7 @@ mod tests {
         let findings = findings_of(&example("ball", true, true));
         assert_eq!(findings.len(), 4);
         assert!(findings[2].contains("128 times as long"), "{}", findings[2]);
-        // Half the error is a quarter of its square.
+        // Half of the error is common, which is a quarter of the squared error.
         assert!(findings[3].contains("25.0 % are common") && findings[3].contains("worth 33.0"), "{}", findings[3]);
         let mut outline = example("ball", true, true);
         outline.references.iter_mut().for_each(|r| r.own.interior = f64::NAN);

@@ -1,4 +1,4 @@
-//! One subject: LEADR with one shaded sample, and references with increasing sample counts.
+//! Runs LEADR with one shaded sample against references with increasing sample counts on one subject.
 
 use serde::Serialize;
 
@@ -19,60 +19,60 @@ use leadr_tools::html::Figure;
 use leadr_tools::metrics::Mask;
 use leadr_tools::metrics::compare::rrmse_over;
 
-/// Edge samples of the judged picture; more of them hardly change its errors (docs/measurements/samples.md).
+/// Edge samples per pixel of the judged picture. More edge samples hardly change its errors (docs/measurements/samples.md).
 const EDGE_SAMPLES: u32 = 64;
-/// Goal: as accurate as a reference with this many samples.
+/// Sample count of the reference that LEADR's accuracy should match.
 pub const WORTH: u32 = 64;
-/// Goal: this many times faster than that reference.
+/// Goal for the speed of LEADR, as a factor over the reference of [`WORTH`] samples.
 pub const FASTER: f64 = 50.0;
 
 /// A subject and its settings.
 pub struct Contest {
     /// Title on the page.
     pub title: String,
-    /// Part of the picture file names.
+    /// Name of the subject in picture file names.
     pub key: &'static str,
-    /// Whether the goal applies to it.
+    /// Whether the goal applies to the subject.
     pub goal: bool,
-    /// The stage.
+    /// Uploaded stage with its lights.
     pub subject: Subject,
-    /// The camera.
+    /// Camera of all pictures.
     pub camera: Camera,
-    /// Pixels across and down.
+    /// Pixels along a side of the pictures.
     pub size: u32,
     /// Mean number of bumps per pixel, if known.
     pub bumps_per_pixel: Option<f64>,
-    /// Largest number of vertices per pixel along each axis in a reference: enough for the bumps.
+    /// Largest number of vertices per pixel along each axis in a reference, enough for the bumps.
     pub vertices_per_pixel: f32,
-    /// Samples of the truth.
+    /// Number of samples of the truth.
     pub converged: u32,
-    /// Samples of the references.
+    /// Sample counts of the references.
     pub counts: &'static [u32],
 }
 
 /// Relative RMSE over the object, and over its interior.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Pair {
-    /// Over the pixels that the object touches.
+    /// Relative RMSE over the pixels that the object touches.
     pub object: f64,
-    /// Over its interior.
+    /// Relative RMSE over the object's interior.
     pub interior: f64,
 }
 
-/// One picture of a subject.
+/// Settings and errors of one picture of a subject.
 #[derive(Debug, Serialize)]
 pub struct Row {
-    /// Its technique.
+    /// Name of the technique.
     pub look: String,
-    /// Shaded samples.
+    /// Shaded samples per pixel.
     pub samples: u32,
-    /// Edge samples.
+    /// Edge samples per pixel.
     pub edge_samples: u32,
-    /// Device time of all passes.
+    /// Device time of all passes, milliseconds.
     pub milliseconds: f64,
     /// Errors over the object.
     pub object: Errors,
-    /// Errors over its interior.
+    /// Errors over the object's interior.
     pub interior: Errors,
     /// Relative RMSE with the truth's own noise subtracted.
     pub own: Pair,
@@ -80,59 +80,59 @@ pub struct Row {
     pub common: f64,
 }
 
-/// An error measure.
+/// An error measure of the tables.
 #[derive(Clone, Copy)]
 pub struct Measure {
-    /// Its name.
+    /// Name of the measure.
     pub name: &'static str,
-    /// The error.
+    /// Function that returns the error.
     pub of: fn(&Row) -> f64,
 }
 
-/// The measures of the tables.
+/// All error measures of the tables.
 pub const MEASURES: [Measure; 4] = [
     Measure { name: "rRMSE", of: |r| r.own.object },
     Measure { name: "rRMSE inside", of: |r| r.own.interior },
     Measure { name: "FLIP", of: |r| r.object.flip },
     Measure { name: "FLIP inside", of: |r| r.interior.flip },
 ];
-/// Indices in [`MEASURES`] of the goal's measures, over the whole object.
+/// Indices in [`MEASURES`] of the two measures that the goal uses, over the whole object.
 const JUDGED: [usize; 2] = [0, 2];
 
 /// The result of a contest.
 #[derive(Debug, Serialize)]
 pub struct Race {
     pub subject: String,
-    /// Whether the goal applies to it.
+    /// Whether the goal applies to the subject.
     pub goal: bool,
     pub size: u32,
     pub bumps_per_pixel: Option<f64>,
     pub converged_samples: u32,
-    /// Noise of the converged reference, relative RMSE.
+    /// Noise of the converged reference, as relative RMSE.
     pub noise: Pair,
-    /// The judged picture: one shaded sample with edge samples.
+    /// Judged picture of LEADR, with one shaded sample and edge samples.
     pub leadr: Row,
-    /// LEADR without edge samples, and with many shaded ones.
+    /// LEADR without edge samples, and LEADR with many shaded samples.
     pub others: Vec<Row>,
     pub references: Vec<Row>,
-    /// Worth per measure.
+    /// Worth of the judged picture by each measure.
     pub worth: Vec<(&'static str, Worth)>,
-    /// Worth by interior rRMSE against a reference with independent errors of neighbours: a harder test.
+    /// Worth by interior rRMSE against a reference whose neighbouring pixels have independent errors, which is a harder test.
     pub worth_apart: Worth,
-    /// Time of a reference of [`WORTH`] samples, relative to LEADR's.
+    /// Time of a reference of [`WORTH`] samples, relative to LEADR's time.
     pub faster: Option<f64>,
-    /// Whether the goal is met: [`WORTH`] samples by the judged measures, and [`FASTER`] times as fast.
+    /// Whether the goal is met: worth [`WORTH`] samples by the judged measures, and [`FASTER`] times as fast.
     pub met: bool,
 }
 
 impl Race {
-    /// The reference of [`WORTH`] samples.
+    /// Returns the reference of [`WORTH`] samples.
     pub fn judge(&self) -> Option<&Row> {
         self.references.iter().find(|r| r.samples == WORTH)
     }
 }
 
-/// The pictures of a race: truth, LEADR, and LEADR's errors.
+/// Pictures of a race: the truth, LEADR, and LEADR's errors.
 pub struct Pictures {
     truth: RgbImage,
     leadr: RgbImage,
@@ -200,7 +200,7 @@ impl Converged {
     }
 }
 
-/// Runs a contest.
+/// Runs a contest, and returns its result and pictures.
 pub fn race(studio: &Studio, contest: Contest) -> Result<(Race, Pictures), LabError> {
     let Contest { title, goal, mut subject, camera, size, bumps_per_pixel, converged, counts, .. } = contest;
     let state = subject.seen_by(&camera);
@@ -215,7 +215,7 @@ pub fn race(studio: &Studio, contest: Contest) -> Result<(Race, Pictures), LabEr
     let mut shade = |samples, edge_samples| -> Result<_, LabError> {
         let shading = config.shading.adjusted(|options| ShadingOptions { edge_samples, ..options });
         let settings = RenderSettings { shading, ..config.settings((size, size), samples) };
-        // The first run builds pipelines.
+        // The first run builds pipelines, and is not measured.
         studio.shoot(&mut subject.renderer, &state, &RenderSettings { samples: 1, ..settings })?;
         let shot = studio.shoot(&mut subject.renderer, &state, &settings)?;
         let (row, verdict) = truth.row(&config.name, &shot, edge_samples)?;
@@ -245,12 +245,12 @@ pub fn race(studio: &Studio, contest: Contest) -> Result<(Race, Pictures), LabEr
     Ok((race, Pictures { truth: truth.shot.image, leadr: shot.image, verdict }))
 }
 
-/// Whether the goal is met by every judged measure and by time.
+/// Whether every judged measure and the time meet the goal.
 fn meets(worth: &[(&str, Worth)], faster: Option<f64>) -> bool {
     JUDGED.iter().all(|&i| worth[i].1.reaches(f64::from(WORTH))) && faster.is_some_and(|f| f >= FASTER)
 }
 
-/// Pictures with increasing sample counts of one sequence; each contains the samples of the previous ones.
+/// Renders pictures with increasing sample counts of one sequence. Each picture contains the samples of the previous ones.
 fn growing(
     subject: &mut Subject,
     state: &FrameState,
@@ -273,7 +273,7 @@ fn growing(
     Ok(shots)
 }
 
-/// Sample counts and errors.
+/// Returns sample counts and errors of the rows.
 fn points(rows: &[Row], of: fn(&Row) -> f64) -> Vec<(f64, f64)> {
     rows.iter().map(|r| (f64::from(r.samples), of(r))).collect()
 }
@@ -282,7 +282,7 @@ fn points(rows: &[Row], of: fn(&Row) -> f64) -> Vec<(f64, f64)> {
 mod tests {
     use super::*;
 
-    /// A disc with radiance `value` per pixel.
+    /// Returns a disc with radiance `value` per pixel.
     fn disc(value: impl Fn(u32, u32) -> f32, samples: u32) -> Shot {
         let (mut texels, mut coverage) = (Vec::new(), Vec::new());
         for y in 0..40u32 {
@@ -295,7 +295,7 @@ mod tests {
         Shot { image: RgbImage::new(40, 40, texels).unwrap(), coverage, milliseconds: 1.0, samples, noise: 0.0 }
     }
 
-    /// Random ±1.
+    /// Returns a random sign, ±1.
     fn sign(seed: u32, x: u32, y: u32) -> f32 {
         let mixed = (x.wrapping_mul(0x9e37_79b9) ^ y.wrapping_mul(0x85eb_ca6b) ^ seed.wrapping_mul(0xc2b2_ae35))
             .wrapping_mul(0x27d4_eb2f);

@@ -1,4 +1,4 @@
-//! Sample count of a reference with an equal error, and the error fraction shared by neighbours.
+//! Computes the sample count of a reference with an equal error, and the fraction of the error that neighbours share.
 
 use serde::Serialize;
 
@@ -6,23 +6,23 @@ use leadr_maps::RgbImage;
 use leadr_tools::html::number;
 use leadr_tools::metrics::Mask;
 
-/// Reference sample count that a picture is worth.
+/// Sample count of the reference that a picture is worth.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(tag = "bound", content = "samples", rename_all = "snake_case")]
 pub enum Worth {
-    /// Interpolated between measured counts by a power law.
+    /// Sample count interpolated between measured counts by a power law.
     Equal(f64),
-    /// Even this few samples are more accurate.
+    /// Smallest measured sample count, which is already more accurate.
     Below(f64),
-    /// Even this many samples are less accurate.
+    /// Largest measured sample count, which is still less accurate.
     Above(f64),
-    /// No such pixels.
+    /// Unknown worth, because there are no pixels to compare.
     Unknown,
 }
 
 impl Worth {
-    /// The sample count at which a reference has the error `error`, by a power law between the measured ones. `references`: sample counts
-    /// and errors.
+    /// Computes the sample count at which a reference has the error `error`, by a power law between the measured counts. `references` has
+    /// sample counts and errors.
     pub fn of(references: &[(f64, f64)], error: f64) -> Self {
         let (Some(first), Some(last)) = (references.first(), references.last()) else { return Self::Unknown };
         if error.is_nan() {
@@ -42,7 +42,7 @@ impl Worth {
         Self::Equal(pair[0].0 * (pair[1].0 / pair[0].0).powf(share))
     }
 
-    /// Whether it is at least `samples`.
+    /// Whether the worth is at least `samples`.
     pub fn reaches(self, samples: f64) -> bool {
         match self {
             Self::Equal(n) | Self::Above(n) => n >= samples,
@@ -62,13 +62,13 @@ impl std::fmt::Display for Worth {
     }
 }
 
-/// An error with the truth's noise subtracted: squares of independent errors add.
+/// Subtracts the truth's noise from an error. Squares of independent errors add.
 pub fn own(error: f64, noise: f64) -> f64 {
     if error.is_nan() { error } else { (error * error - noise * noise).max(0.0).sqrt() }
 }
 
-/// Correlation of the errors of adjacent pixels within `mask`: the fraction of the squared error that neighbours share. 0 for independent
-/// errors, 1 for equal ones; NaN without such pixels.
+/// Computes the correlation of the errors of adjacent pixels within `mask`, the fraction of the squared error that neighbours
+/// share. It is 0 for independent errors, 1 for equal ones, and NaN without adjacent pixels.
 pub fn shared(reference: &RgbImage, test: &RgbImage, mask: &Mask) -> f64 {
     let width = mask.width as usize;
     let error = |i: usize, c: usize| f64::from(test.texels[i][c]) - f64::from(reference.texels[i][c]);
@@ -124,7 +124,7 @@ mod tests {
             |value: &dyn Fn(u32) -> f32| RgbImage::new(n, n, (0..n * n).map(|i| [value(i); 3]).collect()).unwrap();
         let flat = grey(&|_| 1.0);
         let mask = Mask::all(n, n);
-        // Random ±1 from the top bit of a mixed index.
+        // Returns a random ±1 from the top bit of a mixed index.
         let own = |i: u32| {
             if (i.wrapping_mul(0x9e37_79b9) ^ i << 13).wrapping_mul(0x85eb_ca6b) >> 31 == 0 { 1.0 } else { -1.0 }
         };
