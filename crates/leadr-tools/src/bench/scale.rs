@@ -1,4 +1,4 @@
-//! The tables of scale, with frame and set-up times by number of objects, materials, triangles and lights.
+//! The tables of scale, with frame and set-up times by number of objects, materials, triangles, lights, pixels and texels.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -10,12 +10,14 @@ use super::scene;
 use crate::command::output::Output;
 use crate::error::LabError;
 use leadr_gpu::Gpu;
+use leadr_maps::procedural;
 use leadr_render::camera::Camera;
 use leadr_render::frame::Renderer;
 use leadr_render::light::environment::Environment;
 use leadr_render::light::sky::Sky;
 use leadr_render::scene::{FrameState, MAX_POINT_LIGHTS, MaterialMap, Object, PointLight, Pose};
-use leadr_render::settings::Technique;
+use leadr_render::settings::{RenderSettings, Technique};
+use leadr_render::surfaces::displacement::HeightField;
 use leadr_scenes::config::SceneConfig;
 use leadr_scenes::sphere::{color_code, cube_sphere};
 
@@ -29,11 +31,13 @@ const INSTANCES: [(u32, &str); 4] = [(1, "10^5"), (10, "10^6"), (100, "10^7"), (
 const SIDE: u32 = 4;
 /// Texels along a side of each material.
 const TEXELS: u32 = 16;
+/// Sides of square pictures in pixels, and of square height maps in texels.
+const SIDES: [u32; 4] = [128, 256, 512, 1024];
 /// Half the width of the square of balls in metres.
 const HALF: f32 = 5.0;
 
 /// Returns renderers with their rows for increasing numbers of balls, of balls with separate materials, of instances of a fine
-/// ball, and of lamps. Every row is compared with the first row of its table.
+/// ball, of lamps, of pixels, and of texels of a height map. Every row is compared with the first row of its table.
 ///
 /// # Errors
 /// If memory runs out or the device fails.
@@ -65,14 +69,22 @@ pub fn scale(
         let ball = balls(1, FINE_SIDE, false).into_iter().map(|ball| ball.with_instances(count));
         add("triangles", name, INSTANCES[0].1, ball.collect())?;
     }
+    for side in SIDES {
+        let ball = balls(1, SIDE, false).into_iter().map(|ball| ball.with_heights(rough(side), 0.02));
+        add("texels", &format!("{side}x{side}"), &format!("{0}x{0}", SIDES[0]), ball.collect())?;
+    }
     let (renderer, state, _) = set_up(gpu, balls(100, SIDE, false))?;
     let lamps = (0..=MAX_POINT_LIGHTS).map(|count| {
         let position = |i: usize| Vec3::new(HALF * (i as f32 - 1.5), 0.0, HALF);
         let point_lights = (0..count).map(|i| PointLight::new(position(i), Vec3::splat(50.0))).collect();
         row("lamps", &count.to_string(), "0", FrameState { point_lights, ..state.clone() }, None)
     });
-    let lamps = lamps.collect();
-    all.push((renderer, lamps));
+    let pictures = SIDES.map(|side| {
+        let row = row("pixels", &format!("{side}x{side}"), &format!("{0}x{0}", SIDES[0]), state.clone(), None);
+        Row { settings: RenderSettings { size: (side, side), ..row.settings }, ..row }
+    });
+    let rows = lamps.chain(pictures).collect();
+    all.push((renderer, rows));
     Ok(all)
 }
 
@@ -100,6 +112,11 @@ fn balls(count: u32, side: u32, materials: bool) -> Vec<Object> {
         if materials { object.with_material(MaterialMap::new(TEXELS, TEXELS, texels)) } else { object }
     };
     (0..count).map(ball).collect()
+}
+
+/// Returns a rough height map of `side` by `side` texels that repeats.
+fn rough(side: u32) -> HeightField {
+    HeightField::repeating(procedural::gaussian(side, side, 1, 1.0, 0.1))
 }
 
 /// Returns the poses of the balls on a square grid.

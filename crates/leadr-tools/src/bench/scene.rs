@@ -30,7 +30,7 @@ pub enum Table {
     Bases,
     /// The passes of the open sea by size of transform and of picture
     Waves,
-    /// Balls by number of objects, materials, triangles and lamps, and their set-up times
+    /// Balls by number of objects, materials, triangles, lamps, pixels and texels, and their set-up times
     Scale,
 }
 
