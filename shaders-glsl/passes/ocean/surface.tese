@@ -13,6 +13,7 @@ layout(location = 1) patch in uint in_patch;
 layout(location = 0) out vec2 out_rest; // relative to the centre
 layout(location = 1) out vec2 out_rest_reached; // same value as out_rest
 layout(location = 2) out vec3 out_window; // window_position
+layout(location = 3) out flat vec4 out_patch_bounds; // least and greatest rest position of the patch, relative to the centre
 
 vec3 between(const vec3 a, const vec3 b, const float t) {
     precise vec3 p = a * (1.0 - t) + b * t;
@@ -32,6 +33,8 @@ void main() {
         rest = between(between(in_rest[0], in_rest[1], u), between(in_rest[3], in_rest[2], u), v);
     }
     out_rest = rest.xy - view.centre.xy;
+    vec2 a = in_rest[0].xy, b = in_rest[1].xy, c = in_rest[2].xy, d = in_rest[3].xy;
+    out_patch_bounds = vec4(min(min(a, b), min(c, d)), max(max(a, b), max(c, d))) - view.centre.xyxy;
     gl_Position = view.clip_from_world * vec4(carried(rest), 1.0);
     out_rest_reached = out_rest;
     out_window = window_position(gl_Position, view.window.xy);

@@ -11,6 +11,7 @@ use leadr::render::surfaces::ocean::mesh::EARTH;
 use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::ocean::sea::ocean;
 use leadr::scenes::ocean::spectrum::Sea;
+use leadr::scenes::shore;
 use leadr_testing::gpu::test_gpu;
 use leadr_testing::render::seascape;
 
@@ -117,6 +118,48 @@ fn water_covers_everything_below_horizon() {
     }
     assert!(water > 200_000 && sky > 20_000, "{water} {sky}");
     assert_eq!((holes, flying), (0, 0));
+}
+
+/// Largest distance of a pixel's luminance beyond those of the sea and the sky around it, relative to the brighter one.
+fn overshoot(picture: &[[f32; 4]], size: (u32, u32), camera: &Camera) -> f32 {
+    let luminance = |x: u32, y: u32| {
+        let [r, g, b, _] = picture[(y * size.0 + x) as usize];
+        0.2126 * r + 0.7152 * g + 0.0722 * b
+    };
+    (0..size.0).fold(0.0, |worst: f32, x| {
+        let row = horizon_row(camera, size, x) as u32;
+        // The sea becomes brighter within a few rows of the horizon, so both sides take part.
+        let around = (row - 8..row - 2).chain(row + 3..row + 9).map(|y| luminance(x, y));
+        let (low, high) = around.fold((f32::MAX, 0.0f32), |(low, high), v| (low.min(v), high.max(v)));
+        (row - 2..row + 3).map(|y| luminance(x, y)).fold(worst, |worst, v| worst.max((low - v).max(v - high) / high))
+    })
+}
+
+#[test]
+fn pixels_on_the_horizon_lie_between_sea_and_sky() {
+    let Some(gpu) = test_gpu() else { return };
+    let at = |position: [f32; 3], target: [f32; 3], fov| Camera::looking_at(position.into(), target.into(), fov);
+    // The views of the shore and of the open sea, which look at the water from 3 m to 17 m above it.
+    let cameras = [
+        at([9.2, 6.6, 3.7], [5.9, 3.7, 3.8], 36.0),
+        at([16.8, 7.0, 2.3], [5.4, -0.5, 2.3], 38.0),
+        at([78.2, 52.0, 17.4], [4.2, -2.0, 2.4], 34.0),
+        at([0.0, 0.0, 12.0], [-30.0, 5.0, 9.0], 50.0),
+    ];
+    let mut all = 0.0f32;
+    for (name, water) in [("shore", shore::sea(&shore::waves())), ("open sea", sea())] {
+        let mut renderer = seascape(&gpu, water);
+        for (size, msaa) in [((640, 360), 4), ((333, 187), 1), ((250, 200), 4)] {
+            for (i, camera) in cameras.iter().enumerate() {
+                let settings = RenderSettings { size, samples: 1, msaa, ..RenderSettings::default() };
+                let picture = renderer.render(&state(camera), &settings).unwrap().color;
+                let worst = overshoot(&picture, size, camera);
+                println!("{name}, {size:?}, {msaa} samples, camera {i}: {worst:.3}");
+                all = all.max(worst);
+            }
+        }
+    }
+    assert!(all < 0.1, "{all}");
 }
 
 const MOVED: (u32, u32) = (96, 64);
