@@ -41,6 +41,18 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 mod tests {
     use super::*;
 
+    /// Every closed part of the model encloses a positive volume with counter-clockwise triangles, and there are no open parts.
+    #[test]
+    fn every_part_of_the_snail_is_closed_and_faces_outwards() {
+        let mut parts = snail::parts();
+        parts.sort_by(|a, b| b.volume.total_cmp(&a.volume));
+        // Body, shell with its lid, four stalks and two eyes.
+        assert_eq!(parts.len(), 8, "{parts:?}");
+        assert!(parts.iter().all(|part| part.open_edges == 0 && part.volume > 1e-10), "{parts:?}");
+        let bodies: Vec<f32> = parts.iter().take(2).map(|part| part.lowest).collect();
+        assert!(bodies.iter().any(|lowest| lowest.abs() < 1e-4), "nothing stands on the ground: {parts:?}");
+    }
+
     #[test]
     #[ignore = "long"]
     fn the_files_of_assets_are_those_that_this_makes() {

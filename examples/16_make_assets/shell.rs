@@ -15,17 +15,24 @@ const RADIUS: f32 = 0.0118;
 /// Radius of the tube relative to the distance from the axis.
 const TUBE: f32 = 0.47;
 /// Centre of the shell, and direction of its mouth: radians from +z towards −y.
-const MIDDLE: Vec3 = Vec3::new(0.0, 0.0222, -0.006);
-const MOUTH: f32 = 1.2;
+const MIDDLE: Vec3 = Vec3::new(0.0, 0.0186, -0.005);
+const MOUTH: f32 = 1.45;
 
-/// A point of the shell: `u` from the tip to the mouth, `v` around the tube.
+/// End of the wall inside the mouth, as the parameter `u` of [`position`].
+pub const INNER: f32 = 1.06;
+
+/// A point of the shell: `u` from the tip (0) to the lip (1), and back along the inner wall ([`INNER`]); `v` around the tube.
 pub fn position(u: f32, v: f32) -> Vec3 {
+    // The lip is a rounded edge.
+    let inside = ((u - 1.0) / (INNER - 1.0)).max(0.0);
+    let wall = 1.0 - 0.13 * step(0.0, 0.5, inside);
+    let u = u.min(1.0) + 0.003 * (PI * inside.min(0.5)).sin() - 0.022 * (inside - 0.5).max(0.0);
     let back = (1.0 - u) * TURNS;
     let radius = RADIUS * GROWTH.powf(-back);
     let angle = MOUTH + back * TAU;
     // The lip flares and the tip closes.
-    let lip = 1.0 + 0.10 * step(0.965, 1.0, u);
-    let tube = TUBE * radius * lip * step(-0.02, 0.06, u).max(0.02);
+    let lip = (1.0 + 0.10 * step(0.965, 1.0, u)) * wall;
+    let tube = TUBE * radius * lip * step(-0.02, 0.06, u) * (u / 0.01).clamp(0.0, 1.0).sqrt();
     let out = Vec3::new(0.0, -angle.sin(), angle.cos());
     // Whorls shift to the left, so that the tip protrudes.
     let centre = out * radius + Vec3::X * (0.95 * (RADIUS - radius) - 0.0028);

@@ -41,10 +41,20 @@ fn body_line(t: f32) -> (f32, f32, Vec2) {
     let z = -0.030 + 0.066 * t;
     let lifted = 0.0085 * step(0.62, 1.0, t);
     let tail = (t / 0.5).min(1.0).powf(0.75);
-    let nose = (1.0 - ((t - 0.86) / 0.14).max(0.0).powi(2)).max(0.0).sqrt();
+    let sole = sole(t);
+    let nose = (1.0 - ((t - 0.86) / (1.0 - 0.86)).max(0.0).powi(2)).max(0.0).sqrt();
     let waist = 1.0 - 0.22 * step(0.55, 0.78, t);
     let half = Vec2::new(0.0074 * tail * waist, 0.0056 * tail * (1.0 - 0.10 * step(0.6, 0.9, t))) * nose;
-    (z, 0.0050 * tail.powf(0.8) * (0.35 + 0.65 * nose) + lifted, half)
+    // The sole lies on the ground.
+    (z, half.y * (1.0 - FLAT * sole) + lifted, half)
+}
+
+/// Fraction of the height of the lower half that a flat sole lacks.
+const FLAT: f32 = 0.35;
+
+/// How flat the underside is: 1 on the ground, 0 under the head.
+fn sole(t: f32) -> f32 {
+    step(0.85, 0.55, t)
 }
 
 /// The body's surface. `v` runs around from below; the sole is flat and flares at its rim.
@@ -52,10 +62,10 @@ fn body_position(t: f32, v: f32) -> Vec3 {
     let (z, middle, half) = body_line(t);
     let angle = v * TAU - 0.5 * PI;
     let (sine, cosine) = angle.sin_cos();
-    let sole = step(0.85, 0.55, t);
+    let sole = sole(t);
     let rim = 1.0 + 0.30 * sole * (-((sine + 0.55) / 0.28).powi(2)).exp();
-    let y = if sine < 0.0 { sine * (1.0 - 0.35 * sole * sine * sine) } else { sine };
-    Vec3::new(half.x * cosine * rim, (middle + half.y * y).max(0.0002), z)
+    let y = if sine < 0.0 { sine * (1.0 - FLAT * sole * sine * sine) } else { sine };
+    Vec3::new(half.x * cosine * rim, middle + half.y * y, z)
 }
 
 /// Largest half-size in [`body_line`]; the texture wraps once around it.
@@ -118,7 +128,9 @@ fn stalk(mesh: &mut Mesh, joint: u16, tip: Vec3, radius: f32, knob: f32) {
     let width = move |u: f32| {
         let thin = radius * (1.35 - 0.6 * u.min(0.8) / 0.8);
         let end = (1.0 - ((u - 0.9) / 0.1).clamp(-1.0, 1.0).powi(2)).max(0.0).sqrt() * knob;
-        if u > 0.9 { end } else { thin.max(end) }
+        // The root is closed inside the head.
+        let root = (u / 0.02).min(1.0).sqrt();
+        if u > 0.9 { end } else { root * thin.max(end) }
     };
     let position = move |u: f32, v: f32| {
         let (s, c) = (v * TAU).sin_cos();
@@ -137,7 +149,7 @@ fn eye(mesh: &mut Mesh, joint: u16, tip: Vec3) {
     let centre = JOINTS[joint as usize].position + tip * 0.99 + Vec3::new(0.0, 0.0001, 0.0002);
     let position = move |u: f32, v: f32| {
         let ((s, c), (sv, cv)) = ((u * PI).sin_cos(), (v * TAU).sin_cos());
-        centre + 0.0008 * Vec3::new(s * sv, c, s * cv)
+        centre + 0.0008 * Vec3::new(s * cv, c, s * sv)
     };
     mesh.tube([10, 14], position, Vec2::new, move |_, _| [(joint, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)]);
 }
@@ -154,11 +166,11 @@ fn meshes() -> [Mesh; 3] {
         stalk(&mut skin, joint + 2, lower(side), 0.00055, 0.00060);
         eye(&mut eyes, joint, upper(side));
     }
-    shell.tube([112, 20], shell::position, shell::uv, |_, _| [(10, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)]);
-    // A shallow lid of the body's colour closes the mouth.
+    shell.tube([120, 20], |u, v| shell::position(u * shell::INNER, v), |u, v| shell::uv(u * shell::INNER, v), |_, _| [(10, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)]);
+    // A lid of the body's colour closes the mouth inside the lip.
     let lid = |u: f32, v: f32| {
-        let centre = (0..8).map(|k| shell::position(1.0, k as f32 / 8.0)).sum::<Vec3>() / 8.0;
-        centre.lerp(shell::position(0.992, v), u)
+        let centre = (0..8).map(|k| shell::position(shell::INNER, k as f32 / 8.0)).sum::<Vec3>() / 8.0;
+        centre.lerp(shell::position(shell::INNER, v), u)
     };
     skin.tube(
         [3, 20],
@@ -167,6 +179,74 @@ fn meshes() -> [Mesh; 3] {
         |_, _| [(10, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)],
     );
     [skin, shell, eyes]
+}
+
+/// A connected part of the snail, with coincident vertices welded.
+#[cfg(test)]
+#[derive(Debug)]
+pub struct Part {
+    /// Number of edges that do not join two triangles in opposite directions.
+    pub open_edges: usize,
+    /// Enclosed volume, cubic metres; negative if the triangles face inward.
+    pub volume: f32,
+    /// Lowest point, metres.
+    pub lowest: f32,
+}
+
+/// The connected parts of all meshes at rest.
+#[cfg(test)]
+pub fn parts() -> Vec<Part> {
+    use std::collections::HashMap;
+    let mut points: HashMap<[i64; 3], usize> = HashMap::new();
+    let mut positions = Vec::new();
+    let mut triangles: Vec<[usize; 3]> = Vec::new();
+    for mesh in meshes() {
+        let welded: Vec<usize> = mesh
+            .vertices
+            .iter()
+            .map(|vertex| {
+                let key = vertex.position.to_array().map(|x| (f64::from(x) * 1e7).round() as i64);
+                *points.entry(key).or_insert_with(|| {
+                    positions.push(vertex.position);
+                    positions.len() - 1
+                })
+            })
+            .collect();
+        let corners = mesh.indices.chunks_exact(3).map(|t| [0, 1, 2].map(|k| welded[usize::from(t[k])]));
+        triangles.extend(corners.filter(|[a, b, c]| a != b && b != c && c != a));
+    }
+    let mut root: Vec<usize> = (0..positions.len()).collect();
+    fn find(root: &mut [usize], mut i: usize) -> usize {
+        while root[i] != i {
+            root[i] = root[root[i]];
+            i = root[i];
+        }
+        i
+    }
+    for &[a, b, c] in &triangles {
+        for (p, q) in [(a, b), (b, c)] {
+            let (p, q) = (find(&mut root, p), find(&mut root, q));
+            root[p] = q;
+        }
+    }
+    let mut edges: HashMap<[usize; 2], i32> = HashMap::new();
+    let mut parts: HashMap<usize, Part> = HashMap::new();
+    for &[a, b, c] in &triangles {
+        for edge in [[a, b], [b, c], [c, a]] {
+            *edges.entry(edge).or_default() += 1;
+        }
+        let part = find(&mut root, a);
+        let part = parts.entry(part).or_insert(Part { open_edges: 0, volume: 0.0, lowest: f32::MAX });
+        let p = [a, b, c].map(|i| positions[i]);
+        part.volume += p[0].dot(p[1].cross(p[2])) / 6.0;
+        part.lowest = p.iter().fold(part.lowest, |lowest, p| lowest.min(p.y));
+    }
+    for (&[a, b], &count) in &edges {
+        if count != edges.get(&[b, a]).copied().unwrap_or(0) {
+            parts.get_mut(&find(&mut root, a)).expect("each edge has a part").open_edges += 1;
+        }
+    }
+    parts.into_values().collect()
 }
 
 /// Position and rotation of a joint at an animation phase, 0 to 1.
@@ -179,7 +259,7 @@ fn pose(joint: usize, phase: f32) -> (Vec3, Quat) {
         // A stretching wave runs from tail to head.
         "tail" => (position + Vec3::Z * (0.0024 * wave(0.0)), rotation(0.0, 0.10 * wave(0.25), 0.0)),
         "hind" => (
-            position + Vec3::new(0.0, 0.0002 + 0.0002 * wave(0.1), 0.0016 * wave(0.15)),
+            position + Vec3::Z * (0.0016 * wave(0.15)),
             rotation(0.0, 0.05 * wave(0.4), 0.0),
         ),
         "fore" => (position + Vec3::Z * (0.0016 * wave(0.35)), rotation(0.0, 0.06 * wave(0.6), 0.0)),

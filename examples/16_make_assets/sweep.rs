@@ -36,7 +36,8 @@ impl Mesh {
         for i in 0..=rings {
             for j in 0..=sides {
                 let (u, v) = (i as f32 / rings as f32, j as f32 / sides as f32);
-                let position = surface(u, v);
+                // Both ends of a ring are the same point, bit for bit.
+                let position = surface(u, v % 1.0);
                 // Differences inside the tube; points use those of the neighbouring ring.
                 let at = u.clamp(0.5 / rings as f32, 1.0 - 0.5 / rings as f32);
                 let along = surface((at + 1e-3).min(1.0), v) - surface((at - 1e-3).max(0.0), v);
@@ -65,7 +66,7 @@ impl Mesh {
                 let a = first + i * row + j;
                 for triangle in [[a, a + 1, a + row], [a + 1, a + row + 1, a + row]] {
                     let p = triangle.map(|k| self.vertices[k as usize].position);
-                    if (p[1] - p[0]).cross(p[2] - p[0]).length_squared() > 1e-16 {
+                    if (p[1] - p[0]).cross(p[2] - p[0]).length_squared() > 1e-26 {
                         self.indices.extend(triangle);
                     }
                 }
