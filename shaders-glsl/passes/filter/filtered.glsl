@@ -469,6 +469,9 @@ vec4 filter_map(sampler2D map, const Chart chart, OffsetVariants variants) {
 // Level of the horizon: 0 is as coarse as the footprint is across, 1 as coarse as it is long. Measured: a finer level
 // duplicates shadowing of the slope statistics; a coarser one loses shadows in long footprints.
 const float WIDER = 0.25;
+// Most taps of the horizon along the footprint. One tap would decide for the whole pixel whether a light is hidden, so cracks
+// would become isolated black pixels.
+const int HORIZON_TAPS = 4;
 
 // The horizon of bumps larger than the footprint. The slope statistics cover smaller ones.
 Horizon filter_horizon(const Footprint footprint, const uint index, const vec2 texcoord, const mat2 linear, const float scale) {
@@ -479,11 +482,20 @@ Horizon filter_horizon(const Footprint footprint, const uint index, const vec2 t
         lod = min(lod, float(SOURCE_LEVEL));
     }
     // The horizons of large maps start at a coarser level.
+    int count = ATLAS ? 1 : clamp(int(exp2(footprint.widest - lod) + 0.5), 1, HORIZON_TAPS);
+    vec2 whole = footprint.step * float(footprint.taps / footprint.rows) / vec2(textureSize(moments_a, 0));
     lod -= log2(float(textureSize(moments_a, 0).x) / float(textureSize(horizon_a, 0).x));
-    vec4 a = part * textureLod(horizon_a, texcoord, lod);
-    float correlation = textureLod(horizon_b, texcoord, lod).x;
-    vec3 spread = vec3(a.zw * a.zw, correlation * a.z * a.w);
-    return Horizon(linear * a.xy, map_second_moments(linear, spread));
+    vec2 lean = vec2(0.0);
+    vec3 spread = vec3(0.0);
+    for (int i = 0; i < count; ++i) {
+        vec2 at = texcoord + whole * ((float(i) + 0.5) / float(count) - 0.5);
+        vec4 a = textureLod(horizon_a, at, lod);
+        float correlation = textureLod(horizon_b, at, lod).x;
+        lean += a.xy;
+        spread += vec3(a.zw * a.zw, correlation * a.z * a.w);
+    }
+    part /= float(count);
+    return Horizon(linear * (part * lean), map_second_moments(linear, spread * (part * part * float(count))));
 }
 
 // The horizon of a relief tiled without repeats, blended by shares. Bumps of one variant that shadow another are ignored.
