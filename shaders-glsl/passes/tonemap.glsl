@@ -41,4 +41,10 @@ vec3 display_light(const int tonemap, const vec3 radiance) {
     return min(x, 1.0);
 }
 
+// Offsets of a pixel's codes before rounding, from -0.5 to 0.5 codes.
+vec3 dither(const uvec2 pixel) {
+    uint first = pixel.x * 0xc13fa9a9u + pixel.y * 0x91e10da5u;
+    return vec3((uvec3(first) + uvec3(0u, 0x55555555u, 0xaaaaaaaau)) >> 8) / 16777216.0 - 0.5;
+}
+
 #endif

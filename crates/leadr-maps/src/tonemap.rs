@@ -118,10 +118,30 @@ const AGX_EXPOSURE: f32 = 2.24;
 /// Returns the sRGB codes of a linear colour times `exposure` (a factor, not stops). A texel with a NaN channel becomes
 /// magenta, so that it is visible. Infinity becomes white.
 pub fn display_srgb8(color: [f32; 3], exposure: f32, tonemap: Tonemap) -> [u8; 3] {
+    rounded_srgb8(color, exposure, tonemap, [0.0; 3])
+}
+
+/// Like [`display_srgb8`] for the pixel at column `pixel[0]` and row `pixel[1]`, with [`dither`] before rounding. A smooth
+/// gradient then shows no bands, because the mean of neighbouring codes follows the gradient.
+pub fn dithered_srgb8(color: [f32; 3], exposure: f32, tonemap: Tonemap, pixel: [u32; 2]) -> [u8; 3] {
+    rounded_srgb8(color, exposure, tonemap, dither(pixel))
+}
+
+fn rounded_srgb8(color: [f32; 3], exposure: f32, tonemap: Tonemap, offsets: [f32; 3]) -> [u8; 3] {
     if color.iter().any(|v| v.is_nan()) {
         return [255, 0, 255];
     }
-    tonemap.display(color.map(|v| v * exposure)).map(|v| (srgb_from_linear(v) * 255.0).round() as u8)
+    let shown = tonemap.display(color.map(|v| v * exposure));
+    std::array::from_fn(|i| (srgb_from_linear(shown[i]) * 255.0 + offsets[i]).round() as u8)
+}
+
+/// Returns the offsets, from −0.5 to 0.5 codes, that are added to the red, green and blue code of a pixel before rounding. They
+/// follow the two-dimensional low-discrepancy sequence of Roberts (2018), so their error has only high spatial frequencies. The
+/// offsets of the channels differ by thirds of a code, which keeps the error of the luminance small.
+pub fn dither([x, y]: [u32; 2]) -> [f32; 3] {
+    // The steps are fractions of 2³², so that the sum wraps exactly. `passes/tonemap.glsl` has the same steps.
+    let first = x.wrapping_mul(0xc13f_a9a9).wrapping_add(y.wrapping_mul(0x91e1_0da5));
+    [0, 0x5555_5555, 0xaaaa_aaaa].map(|shift| (first.wrapping_add(shift) >> 8) as f32 / 16_777_216.0 - 0.5)
 }
 
 /// Applies [`display_srgb8`] to every texel of an image.
@@ -179,6 +199,36 @@ mod tests {
         for tonemap in [Tonemap::Aces, Tonemap::Agx] {
             let [_, g, _] = tonemap.display([0.18; 3]);
             assert!((g / grey - 1.0).abs() < 0.03, "{tonemap:?}: {g} of {grey}");
+        }
+    }
+
+    #[test]
+    fn dithered_gradients_have_no_bands_and_keep_their_means() {
+        // A gradient of two codes over 512 rows: without dithering, 256 rows have one code.
+        let value = |row: u32| (100.2 + 2.0 * row as f32 / 512.0) / 255.0;
+        let linear = |code: f32| ((code + 0.055) / 1.055f32).powf(2.4);
+        let code = |x: u32, row: u32, dithered: bool| -> [u8; 3] {
+            let color = [linear(value(row)); 3];
+            let show = |pixel| dithered_srgb8(color, 1.0, Tonemap::Clamp, pixel);
+            if dithered { show([x, row]) } else { display_srgb8(color, 1.0, Tonemap::Clamp) }
+        };
+        let worst = |dithered: bool| {
+            let block = |bx: u32, by: u32, channel: usize| {
+                let pixels = (0..8).flat_map(|y| (0..8).map(move |x| (8 * bx + x, 8 * by + y)));
+                let error = |(x, y)| f32::from(code(x, y, dithered)[channel]) - 255.0 * value(y);
+                (pixels.map(error).sum::<f32>() / 64.0).abs()
+            };
+            let blocks = (0..64).flat_map(|y| (0..8).map(move |x| (x, y)));
+            blocks.flat_map(|(x, y)| [0, 1, 2].map(|c| block(x, y, c))).fold(0.0, f32::max)
+        };
+        assert!(worst(true) < 0.06 && worst(false) > 0.4, "{} {}", worst(true), worst(false));
+        // Exact codes stay as they are, so flat areas stay flat.
+        for code in 0..=255u8 {
+            let color = [linear(f32::from(code) / 255.0); 3];
+            let color = if code > 10 { color } else { [f32::from(code) / 255.0 / 12.92; 3] };
+            let shown = (0..4096).map(|i| dithered_srgb8(color, 1.0, Tonemap::Clamp, [i % 64, i / 64]));
+            let others = shown.filter(|shown| *shown != [code; 3]).count();
+            assert!(others < 8, "{code}: {others}");
         }
     }
 

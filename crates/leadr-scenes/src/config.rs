@@ -15,7 +15,8 @@ use super::view::{Size, ViewChoice};
 use leadr_maps::material::{
     Anisotropy, Encoding, GreenAxis, Input, Material, MaterialDetail, MaterialFolder, Role, Texture, agreement, role_of,
 };
-use leadr_maps::tonemap::Tonemap;
+use leadr_maps::Rgb8Image;
+use leadr_maps::tonemap::{Tonemap, display_srgb8, dithered_srgb8};
 use leadr_maps::{MapError, MapFault, Wrap, load_raster};
 use leadr_measured::fit_file::FitFile;
 use leadr_reflectance::facets::metals::Metal;
@@ -267,6 +268,8 @@ pub struct Picture {
     pub exposure: f32,
     /// Tone mapping curve.
     pub tonemap: Tonemap,
+    /// Whether 8-bit codes are dithered, so that skies show no bands.
+    pub dither: bool,
 }
 
 impl Default for Picture {
@@ -282,6 +285,7 @@ impl Default for Picture {
             samples: 4,
             exposure: 0.0,
             tonemap: Tonemap::SHOWN,
+            dither: true,
         }
     }
 }
@@ -290,6 +294,17 @@ impl Picture {
     /// Returns the technique with the options that it supports.
     pub fn shading(&self) -> Shading {
         self.technique.with(self.options)
+    }
+
+    /// Returns the sRGB codes of rows of linear radiance, each `width` texels long, with the tone curve and dithering of this
+    /// picture. `exposure` is a factor.
+    pub fn codes(&self, width: u32, radiance: &[[f32; 3]], exposure: f32) -> Rgb8Image {
+        let code = |(i, &color): (usize, &[f32; 3])| match self.dither {
+            true => dithered_srgb8(color, exposure, self.tonemap, [i as u32 % width, i as u32 / width]),
+            false => display_srgb8(color, exposure, self.tonemap),
+        };
+        let texels = radiance.iter().enumerate().map(code).collect();
+        Rgb8Image { width, height: radiance.len() as u32 / width.max(1), texels }
     }
 
     /// Extracts the picture settings from `settings`.

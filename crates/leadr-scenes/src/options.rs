@@ -102,7 +102,7 @@ impl SceneOption {
 
 /// All options except shading options.
 #[rustfmt::skip]
-const OPTIONS: [SceneOption; 55] = [
+const OPTIONS: [SceneOption; 56] = [
     option(SCENE, "scene", "NAME|FILE.glb|FILE.gltf", "Draw this scene, or a glTF model on open ground",
         Text(enter)).common().default(SCENES[0].name).panel(Panel::Own),
     option(SCENE, "animation", "NAME", "Play this animation of a model",
@@ -260,6 +260,10 @@ const OPTIONS: [SceneOption; 55] = [
         Flag(|c| c.auto_exposure = true)).under(Under::Panorama),
     option(LIGHT, "tonemap", "NAME", "Convert radiance to display values in a PNG or the window with this tone curve",
         Sets::Picture(Value::Name(|p| &mut p.tonemap))),
+    option(LIGHT, "no-dither", "",
+        "Round the codes of a PNG, an animation or the window to the nearest instead of dithering them by up to half a code. \
+         Dithering removes bands from smooth skies",
+        Sets::Picture(Value::Flag(|p| &mut p.dither, false))).key("dither"),
     option(CAMERA, "camera", "near|mid|far|model|model:NAME|FILE.json|X,Y,Z:X,Y,Z[:DEGREES]",
         "Set the camera to a view of the scene (near, mid or far), a camera in the file of a model (the first, or the one \
          with this name or number), a JSON file {position, target, up, fov_degrees}, or a position and a target with a \

@@ -10,7 +10,6 @@ use leadr_maps::limits::read_file;
 use leadr_maps::new_file::write_atomic;
 use leadr_maps::origin::Origin;
 use leadr_maps::save::{encode_exr_of, encode_png_srgb8};
-use leadr_maps::tonemap::display_srgb8;
 use leadr_maps::{Rgb8Image, decode_color_srgb8};
 use leadr_scenes::config::Picture;
 use leadr_scenes::view::Size;
@@ -45,8 +44,8 @@ pub fn save(path: &Path, kind: StillKind, frame: &Frame, picture: &Picture, orig
 /// Converts a frame to tonemapped sRGB.
 pub fn display(frame: &Frame, picture: &Picture) -> Rgb8Image {
     let factor = frame.exposure * picture.exposure.exp2();
-    let texels = frame.color.iter().map(|c| display_srgb8([c[0], c[1], c[2]], factor, picture.tonemap)).collect();
-    Rgb8Image { width: frame.width, height: frame.height, texels }
+    let colors: Vec<[f32; 3]> = frame.color.iter().map(|c| [c[0], c[1], c[2]]).collect();
+    picture.codes(frame.width, &colors, factor)
 }
 
 /// Returns the stored origin if `path` is a complete picture of this format and size. The file is decoded to its end.

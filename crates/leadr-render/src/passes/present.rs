@@ -17,6 +17,8 @@ shared_struct! {
         exposure: f32,
         /// Fraction of the width that shows the first image.
         split: f32,
+        /// 1 to dither before rounding to codes, 0 to round to the nearest code.
+        dithering: f32,
     }
 }
 
@@ -36,6 +38,8 @@ pub struct Presented<'a> {
     pub beside: Option<(&'a Image, f32)>,
     /// Exposure factor on the radiance.
     pub exposure: f32,
+    /// Whether codes are dithered ([`leadr_maps::tonemap::dither`]).
+    pub dithered: bool,
 }
 
 impl PresentPass {
@@ -60,7 +64,7 @@ impl PresentPass {
     }
 
     /// Draws images over the whole `target`, which ends in [`Use::ColorTarget`]. Images of a different size are stretched.
-    pub fn record(&self, cmd: &mut Commands, Presented { image, beside, exposure }: Presented<'_>, target: &Image) {
+    pub fn record(&self, cmd: &mut Commands, Presented { image, beside, exposure, dithered }: Presented<'_>, target: &Image) {
         let (other, split) = beside.unwrap_or((image, 2.0));
         let extent = target.mip_extent(0);
         let sampled = |image: &Image| &self.samplers[usize::from(image.mip_extent(0) != extent)];
@@ -70,7 +74,7 @@ impl PresentPass {
         cmd.begin_rendering(&[ColorTarget { view: target.whole(), load: Load::Discard }], None);
         let of = |image| Descriptor::Sampled(Image::whole(image), sampled(image));
         cmd.bind(&self.pipeline, &[("image", of(image)), ("other", of(other))]);
-        cmd.push_constants(&Constants { exposure, split });
+        cmd.push_constants(&Constants { exposure, split, dithering: f32::from(u8::from(dithered)) });
         cmd.draw(0..3, 0..1);
         cmd.end_rendering();
     }
@@ -80,7 +84,7 @@ impl PresentPass {
 mod tests {
     use super::*;
     use leadr_gpu::{DriverCall, GpuError, GpuOptions, ImageDesc};
-    use leadr_maps::tonemap::display_srgb8;
+    use leadr_maps::tonemap::{display_srgb8, dithered_srgb8};
 
     /// Returns a ramp over 18 stops with both signs and non-finite values.
     fn ramp() -> Vec<[f32; 4]> {
@@ -97,27 +101,34 @@ mod tests {
         texels
     }
 
-    /// Returns the largest code difference between the ramp in a target of one format and the CPU's curve.
-    fn worst_difference(gpu: &Arc<Gpu>, format: vk::Format, shader: Tonemap, exposure: f32, cpu: Tonemap) -> u8 {
+    /// Returns the largest code difference between the ramp in a target of one format and the CPU's curve, and the fraction of
+    /// different codes. Dithering is on if the exposure is not 1.
+    fn difference(gpu: &Arc<Gpu>, format: vk::Format, shader: Tonemap, exposure: f32, cpu: Tonemap) -> (u8, f32) {
+        let dithered = exposure != 1.0;
         let texels = ramp();
         let image = Image::new(gpu, "ramp", ImageDesc::new(vk::Format::R32G32B32A32_SFLOAT, 32, 32)).unwrap();
         image.write(0, 0, &texels).unwrap();
         let target = Image::new(gpu, "codes", ImageDesc::new(format, 32, 32).color_target()).unwrap();
         let pass = PresentPass::new(gpu, format, shader).unwrap();
-        let shown = Presented { image: &image, beside: None, exposure };
+        let shown = Presented { image: &image, beside: None, exposure, dithered };
         gpu.submit("present", |cmd| pass.record(cmd, shown, &target)).unwrap();
         let codes: Vec<[u8; 4]> = target.read(0, 0).unwrap();
-        let mut worst = 0;
-        for (texel, code) in texels.iter().zip(&codes) {
-            let expected = display_srgb8([texel[0], texel[1], texel[2]], exposure, cpu);
+        let (mut worst, mut others) = (0, 0);
+        for (i, (texel, code)) in texels.iter().zip(&codes).enumerate() {
+            let (color, pixel) = ([texel[0], texel[1], texel[2]], [i as u32 % 32, i as u32 / 32]);
+            let expected = match dithered {
+                true => dithered_srgb8(color, exposure, cpu, pixel),
+                false => display_srgb8(color, exposure, cpu),
+            };
             let blue_first = matches!(format, vk::Format::B8G8R8A8_UNORM | vk::Format::B8G8R8A8_SRGB);
             let shown = if blue_first { [code[2], code[1], code[0]] } else { [code[0], code[1], code[2]] };
             assert_eq!(code[3], 255);
             for (shown, expected) in shown.iter().zip(expected) {
                 worst = worst.max(shown.abs_diff(expected));
+                others += u32::from(*shown != expected);
             }
         }
-        worst
+        (worst, others as f32 / (3 * texels.len()) as f32)
     }
 
     #[test]
@@ -134,14 +145,14 @@ mod tests {
         for format in [vk::Format::B8G8R8A8_UNORM, vk::Format::R8G8B8A8_SRGB] {
             for tonemap in Tonemap::ALL {
                 for exposure in [1.0, 2.5] {
-                    let worst = worst_difference(&gpu, format, tonemap, exposure, tonemap);
-                    // Two roundings of the same curve differ by at most half a code.
-                    assert!(worst <= 1, "{format:?} {tonemap:?} {exposure}: {worst} codes");
+                    let (worst, others) = difference(&gpu, format, tonemap, exposure, tonemap);
+                    // Two roundings of the same curve differ by at most one code, and rarely.
+                    assert!(worst <= 1 && others < 0.02, "{format:?} {tonemap:?} {exposure}: {worst} codes, {others}");
                 }
             }
         }
         // A different curve is detected.
-        let other = worst_difference(&gpu, vk::Format::R8G8B8A8_UNORM, Tonemap::Clamp, 1.0, Tonemap::Filmic);
+        let (other, _) = difference(&gpu, vk::Format::R8G8B8A8_UNORM, Tonemap::Clamp, 1.0, Tonemap::Filmic);
         assert!(other > 20, "{other}");
         newer_shaders_are_drawn_with_once_they_fit(&gpu);
         assert_eq!(gpu.validation_messages(), Vec::<String>::new());

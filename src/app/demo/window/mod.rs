@@ -20,7 +20,6 @@ use layout::Layout;
 use leadr_gpu::Gpu;
 use leadr_gpu::shader_watch::{Change, ShaderWatch};
 use leadr_maps::save::save_png_srgb8;
-use leadr_maps::tonemap::display_image;
 use leadr_maps::{Rgb8Image, RgbImage};
 use leadr_render::scene::FrameState;
 use leadr_render::settings::RenderSettings;
@@ -276,6 +275,7 @@ impl Session<'_> {
             pace: &self.pace,
             exposure: self.exposure,
             tonemap: self.viewer.choices.picture.tonemap,
+            dithered: self.viewer.choices.picture.dither,
             split,
             panel: painted,
         })?;
@@ -584,7 +584,7 @@ impl Session<'_> {
             .painter
             .pictures()?
             .iter()
-            .map(|picture| display_image(picture, self.exposure, self.viewer.choices.picture.tonemap))
+            .map(|picture| self.viewer.choices.picture.codes(picture.width, &picture.texels, self.exposure))
             .collect();
         let split = self.viewer.choices.compare.map_or(1.0, |compare| compare.split);
         let Some(picture) = side_by_side(pictures, split) else { return Ok(()) };

@@ -92,6 +92,8 @@ pub struct WindowFrame<'a> {
     pub exposure: f32,
     /// Tone curve of the picture.
     pub tonemap: Tonemap,
+    /// Whether the codes of the picture are dithered.
+    pub dithered: bool,
     /// Position of the split between two pictures, as a fraction of the width.
     pub split: f32,
     /// The panel to draw over the picture.
@@ -211,7 +213,7 @@ impl Painter {
     /// A moving picture has one sample in the middle of each pixel, at the quality of its pace. A still picture accumulates the samples of
     /// [`Renderer::render`] and converges to its result.
     pub fn draw(&mut self, frame: WindowFrame<'_>) -> Result<bool, AppError> {
-        let WindowFrame { size, state, sides, pace, exposure, tonemap, split, mut panel } = frame;
+        let WindowFrame { size, state, sides, pace, exposure, tonemap, dithered, split, mut panel } = frame;
         let current = self.next;
         if panel.textures.is_empty() {
             self.finish_slot(current)?;
@@ -261,7 +263,7 @@ impl Painter {
         let slot = &mut self.slots[current];
         let pictures = self.shown.each_ref().map(|shown| shown.as_ref().map(|shown| shown.frame.image()));
         let [Some(image), other] = pictures else { return Err(AppError::Failed("the window has no picture".into())) };
-        let presented = Presented { image, beside: other.map(|other| (other, split)), exposure };
+        let presented = Presented { image, beside: other.map(|other| (other, split)), exposure, dithered };
         let (panel_painter, time) = (&mut self.panel, &slot.present_time);
         slot.present.record("window frame", |cmd| {
             cmd.full_barrier();
