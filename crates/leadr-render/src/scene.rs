@@ -377,10 +377,14 @@ pub struct Sun {
 }
 
 impl Sun {
-    /// Returns the sun of a sky, attenuated by the atmosphere.
+    /// Returns the sun of a sky, attenuated by the atmosphere. After sunset it returns the moon.
     pub fn of(sky: &Sky) -> Self {
         let direction = sky.sun_direction.normalize_or(Vec3::Z);
-        Self { direction, irradiance: Vec3::from_array(sky.sun_irradiance()) }
+        let irradiance = Vec3::from_array(sky.sun_irradiance());
+        if irradiance == Vec3::ZERO {
+            return Self { direction: -direction, irradiance: Vec3::from_array(sky.moon_irradiance()) };
+        }
+        Self { direction, irradiance }
     }
 }
 

@@ -99,6 +99,8 @@ pub fn stretch(state: &mut FrameState, factor: f32) {
 
 /// Half the side of the quad, the radius of the sphere and half the height of the cylinder, in metres.
 const HALF: f32 = 1.0;
+/// Height on which the undeformed and the deformed objects stand, metres.
+pub const FLOOR: f32 = -HALF;
 /// Width of one repeat of the map on the surface, metres.
 const REPEAT: f32 = 2.0;
 const TEXELS: u32 = 512;
@@ -149,14 +151,15 @@ pub fn stage(deformation: Deformation) -> Stage {
         let room = 1.25 * (map * Vec3::X).length().max(1.0) * HALF + 0.1 + 0.5 * (map * Vec3::Z).x.abs();
         let upright = Mat3::from_rotation_x(80f32.to_radians());
         let pose_at = |x: f32, linear: Mat3| {
-            Pose::Rigid(Affine3A::from_mat3_translation(map * linear, Vec3::new(x * room * 2.0, 0.0, 0.0)))
+            let stand = Vec3::new(x * room * 2.0, 0.0, FLOOR - FLOOR * (map * Vec3::Z).z);
+            Pose::Rigid(Affine3A::from_mat3_translation(map * linear, stand))
         };
         vec![pose_at(-1.0, upright), pose_at(0.0, Mat3::IDENTITY), pose_at(1.0, Mat3::IDENTITY)]
     };
     let from = |distance: f32| {
         Camera::looking_at(Vec3::new(0.05, -1.0, 0.24).normalize() * distance, Vec3::new(0.0, 0.0, -0.05), 26.0)
     };
-    let views = Views { near: from(5.0), mid: from(12.5), far: from(140.0) };
+    let views = Views { near: from(5.0), mid: from(12.5), far: from(60.0) };
     Stage::moving(objects, views, motion, |_| Vec3::ZERO).with_relief(move |time| deformation.relief(progress(time)))
 }
 

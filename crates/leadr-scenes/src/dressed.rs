@@ -87,6 +87,9 @@ struct Baked {
     spread: [f32; 3],
 }
 
+/// Exponent of the blend weights. Projections blend within a few degrees, because a wider blend shows every joint between bricks twice.
+const SHARPNESS: i32 = 4;
+
 /// Builds a unit sphere with a material, by blended triplanar mapping. It repeats every `repeat` metres; default 1.2.
 pub fn sphere_stage(material: &Material, repeat: Option<f32>, tile: u32) -> Stage {
     let metres = repeat.unwrap_or(SPHERE_REPEAT);
@@ -108,7 +111,8 @@ pub fn sphere_stage(material: &Material, repeat: Option<f32>, tile: u32) -> Stag
         |slope: Vec3, point: &PatchPoint| Vec2::new(slope.dot(point.du), slope.dot(point.dv)) * per_patch / metres;
     let (_, baked) = bake_patches(&mut mesh, tile, |_, _, point| {
         let (mut baked, mut gradient) = (Baked::default(), Vec3::ZERO);
-        let weights = triplanar::projections(point.position, point.normal, metres);
+        let mut weights = triplanar::projections(point.position, point.normal, metres);
+        weights.iter_mut().for_each(|seen| seen.weight = seen.weight.powi(SHARPNESS));
         let squares: f32 = weights.iter().map(|w| w.weight * w.weight).sum();
         let sum: f32 = weights.iter().map(|w| w.weight).sum();
         for seen in weights.iter().filter(|seen| seen.weight > 0.0) {

@@ -15,12 +15,15 @@ use leadr_render::surfaces::patch_mesh::PatchMesh;
 
 /// Half the width of the cushion, metres.
 const HALF: f32 = 0.25;
-/// Half the thickness in the middle, metres.
-const THICKNESS: f32 = 0.085;
+/// Height of the upper face above the rim, and of the rim above the floor, metres.
+const THICKNESS: f32 = 0.1;
+const LOWER: f32 = 0.026;
 /// Patches along a side of each face.
 const PATCHES: u32 = 12;
 /// Metres of cloth per unit of the parameters `(s, t)`.
 const CLOTH: f32 = HALF * 1.25;
+/// Albedo and roughness of the floor.
+const FLOOR: [f32; 4] = [0.46, 0.42, 0.37, 0.45];
 /// Side and height of a diamond, metres.
 const DIAMOND: f32 = 0.092;
 const PUFF: f32 = 0.013;
@@ -32,7 +35,9 @@ fn shape(s: f32, t: f32, side: f32) -> Vec3 {
     let (a, b) = ((FRAC_PI_2 * s).sin(), (FRAC_PI_2 * t).sin());
     let (ca, cb) = ((FRAC_PI_2 * s).cos(), (FRAC_PI_2 * t).cos());
     let pinch = |across: f32| 1.0 - 0.1 * across * across;
-    Vec3::new(HALF * a * pinch(cb), HALF * b * pinch(ca), side * THICKNESS * ca * cb)
+    // The lower face lies flat on the floor up to a few centimetres from the rim.
+    let depth = if side > 0.0 { THICKNESS * ca * cb } else { -LOWER * (1.0 - (1.0 - ca * cb).powi(4)) };
+    Vec3::new(HALF * a * pinch(cb), HALF * b * pinch(ca), depth)
 }
 
 /// Builds the two faces, with shared vertices at the rim.
@@ -176,29 +181,26 @@ pub fn stage(tile: u32) -> Stage {
     };
     let direction = Vec3::new(-0.5, -1.0, 0.78);
     let views = Views {
-        near: from(Vec3::new(-0.35, -1.0, 0.75), 0.42, Vec3::new(0.02, -0.06, 0.15)),
-        mid: from(direction, 1.05, Vec3::Z * 0.075),
-        far: from(direction, 9.0, Vec3::Z * 0.08),
+        near: from(Vec3::new(-0.35, -1.0, 0.75), 0.42, Vec3::new(0.02, -0.06, 0.1)),
+        mid: from(direction, 1.05, Vec3::Z * 0.06),
+        far: from(direction, 4.5, Vec3::Z * 0.08),
     };
-    let lifted = Affine3A::from_translation(Vec3::Z * (THICKNESS + PUFF));
-    Stage::moving(
-        vec![pillow, floor()],
-        views,
-        move |_| vec![Pose::Rigid(lifted), Pose::Rigid(Affine3A::IDENTITY)],
-        |_| Vec3::ZERO,
-    )
+    let lifted = Affine3A::from_translation(Vec3::Z * (LOWER + 0.5 * PUFF));
+    let still = move |_| vec![Pose::Rigid(lifted), Pose::REST];
+    let [r, g, b, _] = FLOOR;
+    Stage::moving(vec![pillow, floor()], views, still, |_| Vec3::ZERO).with_albedo_below([r, g, b])
 }
 
 /// Builds a pale floor, darkened under the cushion.
 fn floor() -> Object {
-    let mut mesh = plane(60.0, 96, 1.0, [0.46, 0.42, 0.37, 0.45], |t| (7.0 * t).sinh() / 7.0f32.sinh());
+    let mut mesh = plane(400.0, 112, 1.0, FLOOR, |t| (9.0 * t).sinh() / 9.0f32.sinh());
     mesh.accessibility = mesh
         .positions
         .iter()
         .map(|p| {
             // The occlusion approximates a disc just above the floor.
             let outside = ((p.x.powi(4) + p.y.powi(4)).powf(0.25) - 0.7 * HALF).max(0.0);
-            1.0 - 0.8 * (-(outside / 0.1).powi(2)).exp() - 0.12 * (-(outside / 0.3)).exp()
+            1.0 - 0.85 * (-(outside / 0.06).powi(2)).exp() - 0.12 * (-(outside / 0.3)).exp()
         })
         .collect();
     plane::floor(mesh)

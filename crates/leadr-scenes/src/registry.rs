@@ -207,13 +207,13 @@ pub static SCENES: [NamedScene; 11] = [
     ),
     scene("spheres", "Sixteen spheres of known roughness", &SHAPES, |_, _| Ok(spheres::grid::stage())),
     scene("stretch", "A quad, a sphere and a cylinder that are stretched and squeezed", &SHAPES, |_, _| {
-        Ok(deform::stage(Deformation::Stretch))
+        Ok(setting::on_ground(deform::stage(Deformation::Stretch), deform::FLOOR))
     }),
     scene("shear", "A quad, a sphere and a cylinder that are sheared", &SHAPES, |_, _| {
-        Ok(deform::stage(Deformation::Shear))
+        Ok(setting::on_ground(deform::stage(Deformation::Shear), deform::FLOOR))
     }),
     scene("height-scale", "A quad, a sphere and a cylinder whose bumps sink until they are smooth", &SHAPES, |_, _| {
-        Ok(deform::stage(Deformation::HeightScale))
+        Ok(setting::on_ground(deform::stage(Deformation::HeightScale), deform::FLOOR))
     }),
     scene("pillow", "A quilted cushion", &IN_TILES, |options, _| Ok(pillow::stage(options.atlas_tile))),
     scene("snake", "A coiled snake among four lamps", &IN_TILES, |options, _| Ok(snake::stage(options.atlas_tile))),

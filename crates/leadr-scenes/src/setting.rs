@@ -1,5 +1,5 @@
-//! The setting of the plane and the sphere: a pavement of pale slabs out to the horizon, a plinth and a kerb, all undisplaced. Relief and
-//! roughness flags affect only the plane or sphere, whose appearance does not depend on the setting.
+//! Settings of scenes: concrete ground out to the horizon, a plinth for the sphere and a kerb for the plane. None of them is displaced, so
+//! the flags for relief and roughness do not change them.
 
 use std::f32::consts::{FRAC_PI_4, TAU};
 
@@ -8,98 +8,70 @@ use glam::{Vec2, Vec3};
 use super::plane::{plane, toward_horizon};
 use super::sphere::color_code;
 use super::stage::{Stage, Views};
-use leadr_maps::noise::{hash, unit};
 use leadr_maps::procedural;
 use leadr_render::camera::Camera;
-use leadr_render::scene::{MaterialMap, Object};
+use leadr_render::scene::{MaterialMap, Object, Tiling};
 use leadr_render::surfaces::patch_mesh::PatchMesh;
 
-/// Half the side of the pavement, metres.
+/// Half the side of the ground, metres.
 const HALF: f32 = 4000.0;
-/// Width of one repeat in metres, slab rows per repeat, and slabs per row.
-const REPEAT: f32 = 8.0;
-const ROWS: usize = 10;
-const SLABS: usize = 6;
-/// Texels along a side of the pavement map.
-const TEXELS: usize = 1024;
+/// Width of one repeat of the ground's map, metres.
+const REPEAT: f32 = 5.0;
+/// Texels along a side of the ground's map.
+const TEXELS: u32 = 512;
+/// Mean albedo of the ground.
+const CONCRETE: [f32; 3] = [0.27, 0.26, 0.245];
 /// Albedo and roughness of the plinth and the kerb.
 const STONE: [f32; 4] = [0.50, 0.475, 0.43, 0.55];
 
 /// Places the sphere on a low round plinth. The camera is beside the default sun, whose light grazes the relief.
-pub fn around_sphere(mut stage: Stage) -> Stage {
+pub fn around_sphere(stage: Stage) -> Stage {
     let top = [[0.05, -0.985], [0.60, -0.985], [0.632, -0.993], [0.645, -1.015]];
     let side = [[0.645, -1.015], [0.645, -1.25], [0.655, -1.275], [0.68, -1.285]];
     let foot = [[0.68, -1.285], [0.735, -1.285], [0.748, -1.298], [0.75, -1.31], [0.75, -1.36]];
     let plinth = revolved(&[&top, &side, &foot], &round(48));
-    stage.objects.extend([Object::new("plinth", plinth), pavement(-1.35)]);
     let from = |distance: f32, up: f32, target: Vec3| {
         Camera::looking_at(target + Vec3::new(-0.33, -0.93, up).normalize() * distance, target, 30.0)
     };
     let low = Vec3::new(0.0, 0.0, -0.12);
-    let views = Views { near: from(2.2, 0.22, Vec3::ZERO), mid: from(5.4, 0.17, low), far: from(36.0, 0.17, low) };
-    Stage::still(stage.objects, views)
+    let views = Views { near: from(2.2, 0.22, Vec3::ZERO), mid: from(5.4, 0.17, low), far: from(20.0, 0.17, low) };
+    on_ground(stage.with_still(Object::new("plinth", plinth)).with_views(views), -1.35)
 }
 
 /// Places the plane as a bed within a kerb, seen low enough to show the horizon.
-pub fn around_plane(mut stage: Stage) -> Stage {
+pub fn around_plane(stage: Stage) -> Stage {
     let inner = [[3.995, -0.3], [3.995, 0.09], [4.0, 0.108], [4.018, 0.115]];
     let top = [[4.018, 0.115], [4.28, 0.115], [4.298, 0.108], [4.305, 0.09], [4.305, -0.3]];
     let kerb = revolved(&[&inner, &top], &square());
-    stage.objects.extend([Object::new("kerb", kerb), pavement(-0.2)]);
     let from = |distance: f32, up: f32| {
         Camera::looking_at(Vec3::new(-0.36, -0.92, up).normalize() * distance, Vec3::ZERO, 35.0)
     };
-    Stage::still(stage.objects, Views { near: from(2.0, 0.42), mid: from(6.4, 0.29), far: from(60.0, 0.29) })
+    let views = Views { near: from(2.0, 0.42), mid: from(6.4, 0.29), far: from(36.0, 0.29) };
+    on_ground(stage.with_still(Object::new("kerb", kerb)).with_views(views), -0.2)
 }
 
-/// Builds a pavement at this height.
-fn pavement(height: f32) -> Object {
+/// Places the objects of a stage on the ground at this height, in metres.
+pub fn on_ground(stage: Stage, height: f32) -> Stage {
+    stage.with_still(ground(height)).with_albedo_below(CONCRETE)
+}
+
+/// Builds concrete ground at this height, in metres. It is tiled by example, so that no repeat shows toward the horizon.
+fn ground(height: f32) -> Object {
     let mut mesh = plane(HALF, 48, REPEAT, [1.0; 4], toward_horizon);
-    // Vertices are not always on texels, and the pavement is not at height 0.
+    // Vertices are not always on texels, and the ground is not at height 0.
     mesh.flat_repeat = None;
     mesh.positions.iter_mut().for_each(|p| p.z = height);
-    let grain = procedural::fbm(TEXELS as u32, TEXELS as u32, 5, 128, 4, 0.6).texels;
-    let stain = procedural::fbm(TEXELS as u32, TEXELS as u32, 6, 16, 4, 0.5).texels;
-    let slab = |i: usize| {
-        let at = Vec2::new((i % TEXELS) as f32 + 0.5, (i / TEXELS) as f32 + 0.5) / TEXELS as f32;
-        let row = (at.y * ROWS as f32).floor();
-        let along = (at.x + 0.0685 * row * row).fract() * SLABS as f32;
-        let inside = Vec2::new(along.fract() / SLABS as f32, at.y - row / ROWS as f32) * REPEAT;
-        let size = Vec2::new(REPEAT / SLABS as f32, REPEAT / ROWS as f32);
-        let edge = inside.min(size - inside).min_element();
-        // Random differences between slabs hide the repeats at a distance, while larger stains would reveal them.
-        let own = unit(hash(6, along as i32, row as i32));
-        let joint = 1.0 - 0.62 * (1.0 - edge / 0.012).clamp(0.0, 1.0);
-        (0.275 + 0.045 * own + 0.10 * (grain[i] - 0.5) + 0.04 * (stain[i] - 0.5), joint)
-    };
-    let (mut shades, joints): (Vec<f32>, Vec<f32>) = (0..TEXELS * TEXELS).map(slab).unzip();
-    without_stripes(&mut shades, TEXELS);
-    let colors = shades.iter().zip(joints).map(|(shade, joint)| {
-        let shade = shade * joint;
-        color_code([shade * 1.02, shade * 0.985, shade * 0.925], 0.62)
+    let noise = |seed, cells, octaves| procedural::fbm(TEXELS, TEXELS, seed, cells, octaves, 0.55).texels;
+    let (stains, grain) = (noise(6, 4, 5), noise(5, 128, 3));
+    let colors = stains.iter().zip(grain).map(|(stain, grain)| {
+        let shade = 1.0 + 0.12 * (stain - 0.5) + 0.25 * (grain - 0.5);
+        color_code(CONCRETE.map(|albedo| albedo * shade), 0.62 - 0.1 * (stain - 0.5))
     });
-    Object::new("pavement", mesh)
-        .with_material(MaterialMap::new(TEXELS as u32, TEXELS as u32, colors.collect()))
+    Object::new("ground", mesh)
+        .with_material(MaterialMap::new(TEXELS, TEXELS, colors.collect()))
+        .with_tiling(Tiling::ByExample)
         .with_specular_f0(0.03)
         .without_shadow()
-}
-
-/// Line directions, in texels, along which the repeating map is free of stripes.
-const EVEN: [[usize; 2]; 8] =
-    [[1, 0], [0, 1], [1, 1], [1, TEXELS - 1], [1, 2], [1, TEXELS - 2], [2, 1], [TEXELS - 2, 1]];
-
-/// Equalises the means of all texel lines along each of [`EVEN`] in a repeating square; `size` is a power of two. Otherwise stripes would
-/// be visible as rays toward the horizon, where pixel footprints are long.
-fn without_stripes(texels: &mut [f32], size: usize) {
-    let all = texels.iter().map(|&texel| f64::from(texel)).sum::<f64>() / texels.len() as f64;
-    let mut sums = vec![0.0f64; size];
-    for [along, up] in EVEN {
-        // Line number of a texel.
-        let line = |i: usize| (up * i).wrapping_sub(along * (i / size)) & (size - 1);
-        sums.fill(-all * size as f64);
-        texels.iter().enumerate().for_each(|(i, &texel)| sums[line(i)] += f64::from(texel));
-        texels.iter_mut().enumerate().for_each(|(i, texel)| *texel -= (sums[line(i)] / size as f64) as f32);
-    }
 }
 
 /// A sector around an axis: directions of its two ends, scaled by the outline's width, and their normals.
@@ -182,28 +154,5 @@ mod tests {
         let reach = plane.objects[1].mesh.positions.iter().map(|p| p.x.abs().max(p.y.abs()));
         let inner = reach.fold(f32::MAX, f32::min);
         assert!(inner < 4.0 && inner > 3.9, "{inner}");
-    }
-
-    #[test]
-    fn no_stripe_is_left_and_the_mean_stays() {
-        let size = 64;
-        let before = procedural::fbm(size as u32, size as u32, 5, 8, 4, 0.6).texels;
-        let mut after = before.clone();
-        without_stripes(&mut after, size);
-        let mean = |texels: &[f32]| texels.iter().sum::<f32>() / texels.len() as f32;
-        let all = mean(&before);
-        assert!((mean(&after) - all).abs() < 1e-5);
-        let widest = |texels: &[f32], [along, up]: [usize; 2]| {
-            let line = |k: usize| {
-                (0..size).map(|i| texels[(i * up + k * along) % size * size + (i * along + k * up) % size]).sum::<f32>()
-                    / size as f32
-            };
-            (0..size).map(|k| (line(k) - all).abs()).fold(0.0, f32::max)
-        };
-        for direction in [[1, 0], [0, 1]] {
-            assert!(widest(&before, direction) > 0.02 && widest(&after, direction) < 1e-4, "{direction:?}");
-        }
-        let diagonal = |texels: &[f32]| (0..size).map(|i| texels[i * size + i]).sum::<f32>() / size as f32;
-        assert!((diagonal(&after) - all).abs() < 1e-4 && (diagonal(&before) - all).abs() > 1e-3);
     }
 }

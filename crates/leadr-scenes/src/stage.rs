@@ -140,6 +140,27 @@ impl Stage {
         Self::moving(objects, views, move |_| vec![Pose::REST; count], |_| Vec3::ZERO)
     }
 
+    /// Sets the standard views.
+    #[must_use]
+    pub fn with_views(self, views: Views) -> Self {
+        Self { views, ..self }
+    }
+
+    /// Sets the linear albedo below the horizon, so that reflections of the ground beyond the scene match its floor.
+    #[must_use]
+    pub fn with_albedo_below(self, below_horizon: [f32; 3]) -> Self {
+        Self { below_horizon, ..self }
+    }
+
+    /// Adds an object that does not move.
+    #[must_use]
+    pub fn with_still(mut self, object: Object) -> Self {
+        self.objects.push(object);
+        let motion = self.motion;
+        let with_rest = move |time: f64| motion(time).into_iter().chain([Pose::REST]).collect();
+        Self { motion: Box::new(with_rest), ..self }
+    }
+
     /// Multiplies the displacement by `relief`, a function of the time in seconds.
     pub fn with_relief(self, relief: impl Fn(f64) -> f32 + Send + 'static) -> Self {
         Self { relief: Box::new(relief), ..self }

@@ -36,8 +36,9 @@ const LAMPS: [Lamp; 7] = [
     // A strip above, a warm strip low on the left, and a rim light on each side behind the subject.
     lamp(-90.0, 76.0, [0.9, 0.1], 0.1, [6.0, 6.0, 6.0]),
     lamp(-165.0, -4.0, [0.07, 0.8], 0.07, [5.5, 2.6, 0.9]),
-    lamp(35.0, 12.0, [0.16, 0.9], 0.04, [3.4, 3.9, 4.6]),
-    lamp(140.0, 22.0, [0.3, 0.3], 0.3, [6.5, 3.2, 2.4]),
+    // They stand high, so that cameras that look level do not show them.
+    lamp(35.0, 48.0, [0.16, 0.5], 0.04, [3.4, 3.9, 4.6]),
+    lamp(140.0, 50.0, [0.3, 0.3], 0.06, [6.5, 4.4, 3.4]),
     // A small bulb.
     lamp(-72.0, -22.0, [0.05, 0.05], 0.05, [16.0, 13.0, 8.0]),
 ];

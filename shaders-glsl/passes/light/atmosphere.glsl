@@ -42,6 +42,12 @@ const float HORIZON = 0.02;
 // Radiance of the sky without a sun, relative to sunlight: airglow, stars and a little moon, far brighter than a real night to
 // keep the scene visible.
 const vec3 NIGHT = vec3(2.2e-5, 3.2e-5, 5.5e-5);
+// Factor on this radiance at the zenith. With the factor at the horizon it keeps the irradiance of level ground.
+const float NIGHT_ZENITH = 0.75;
+// Factor on the radiance of the night at the horizon.
+const float NIGHT_HORIZON = 2.25;
+// Irradiance of the moon on a plane that faces it, relative to sunlight: most of the night's light on level ground.
+const vec3 MOON = vec3(6.5e-4, 7.0e-4, 7.8e-4);
 // Steps along a path to the sun.
 const int SUN_STEPS = 24;
 // Steps along a view ray.

@@ -35,7 +35,9 @@ vec3 radiance(const vec3 direction)
 {
     // Well below the horizon this underflows to 0 in 32 bits.
     float ground = direction.z < 0.0 ? 1.0 - exp(direction.z / HORIZON) : 0.0;
-    vec3 night = mix(NIGHT, NIGHT * albedo.rgb, ground);
+    float down = 1.0 - max(direction.z, 0.0);
+    float airglow = mix(NIGHT_ZENITH, NIGHT_HORIZON, down * down);
+    vec3 night = mix(NIGHT * airglow, NIGHT * albedo.rgb, ground);
     if (ground == 1.0) return sunlight.rgb * (tables.ground.rgb + night);
     vec3 w = direction;
     w.z = max(w.z, 0.0);

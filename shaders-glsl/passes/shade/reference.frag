@@ -3,6 +3,7 @@
 // Shades a sample of the reference, with shadows of the relief: the base material on the facet at the pixel. Lights are the
 // sun, point lights, lights of the panorama, and directions drawn from the environment, the facet's specular term and its
 // hemisphere. Drawn directions are weighted by the density of all three (Veach's balance heuristic).
+#include "air.glsl"
 #include "facet_frame.glsl"
 #include "gbuffer.glsl"
 #include "../constants.glsl"
@@ -235,5 +236,6 @@ void main() {
         }
     }
     radiance += transport_of_lights().diffuse ? filtered.emission * lighting.camera_position.w : vec3(0.0);
-    out_radiance = vec4(radiance, 1.0);
+    vec3 reach = surface.position - lighting.camera_position.xyz;
+    out_radiance = vec4(through_air(radiance, reach, lighting.air.rgb, background_cube, lighting.viewport.z), 1.0);
 }

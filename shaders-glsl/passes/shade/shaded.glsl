@@ -1,6 +1,7 @@
 // Shades a pixel from filtered values.
 #ifndef LEADR_SHADE_SHADED
 #define LEADR_SHADE_SHADED
+#include "air.glsl"
 #include "families.glsl"
 
 // The surface at a position in the image, in pixels, at a depth (reversed).
@@ -24,7 +25,8 @@ vec3 surface_radiance(const Surface surface) {
     // Emission belongs to the diffuse light of lights, since the surface may be one of them. Unlit rendering shows it like
     // albedo.
     vec3 emitted = DIFFUSE_LIGHTS || FAMILY == FAMILY_UNLIT ? surface.emission * lighting.camera_position.w : vec3(0.0);
-    return family_radiance(surface) + emitted;
+    vec3 reach = surface.position - lighting.camera_position.xyz;
+    return through_air(family_radiance(surface) + emitted, reach, lighting.air.rgb, background_cube, lighting.environment.x);
 }
 
 // Radiance of a pixel without edge samples.

@@ -17,6 +17,7 @@ layout(set = 1, std140) uniform Lighting {
     vec4 point_shadow[MAX_POINT_LIGHTS];    // x: texels of penumbra per unit of depth; y: size of a map texel at distance 1
     vec4 viewport;                // width, height, pixels per pixel of the final image
     vec4 environment;             // x: cube face size, z: shadow texel in world units, w: tangent of the lowest elevation behind all
+    vec4 air;                     // rgb: extinction per metre
     uvec4 draws;                  // sample, seed
 } lighting;
 

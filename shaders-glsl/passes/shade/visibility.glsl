@@ -28,6 +28,7 @@ layout(std140) uniform Lighting {
     vec4 rays[3];          // see surface_at
     vec4 camera_position;  // xyz; w: radiance of an emission of 1
     vec4 viewport;         // width, height, face size of the environment's cube
+    vec4 air;              // rgb: extinction per metre
     vec4 field;            // of a height field: texel size in metres, depth of the highest point, texels a side
     ivec4 counts;          // lights; those drawn from the environment; face size of its texels; sample
     uvec4 seed;            // x

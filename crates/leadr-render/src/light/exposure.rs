@@ -1,5 +1,5 @@
 //! The exposure of an image. Under the sky it follows the sun's elevation like a partly adapted eye: dusk is dimmer than noon, and
-//! night is dark. Under a panorama it is metered, because the unit of the radiance is unknown.
+//! night is darker. Under a panorama it is metered, because the unit of the radiance is unknown.
 
 use super::sky::Sky;
 use super::texels::Texels;
@@ -25,13 +25,17 @@ const LEVEL: [(f32, f32); 16] = [
     (38.0, 2.559),
 ];
 
-/// Fraction of the brightness difference, in stops, that the exposure compensates.
-const ADAPTATION: f32 = 0.68;
+/// Fractions of the brightness difference, in stops, that the exposure compensates: of the first stops, and of those beyond.
+const ADAPTATION: [f32; 2] = [0.68, 0.75];
+/// Number of stops with the first fraction.
+const FIRST_STOPS: f32 = 6.0;
 
-/// Returns the factor on the radiance under `sky`: 1 from a mid-morning sun upwards, and several hundred at night.
+/// Returns the factor on the radiance under `sky`: 1 from a mid-morning sun upwards, and about 500 at night.
 pub fn exposure(sky: &Sky) -> f32 {
     let elevation = sky.sun_direction.normalize_or(glam::Vec3::Z).z.clamp(-1.0, 1.0).asin().to_degrees();
-    (LEVEL[LEVEL.len() - 1].1 / level(elevation)).powf(ADAPTATION)
+    let stops = (LEVEL[LEVEL.len() - 1].1 / level(elevation)).log2();
+    let first = stops.min(FIRST_STOPS);
+    (ADAPTATION[0] * first + ADAPTATION[1] * (stops - first)).exp2()
 }
 
 /// Returns the factor on the radiance under a panorama. It makes level ground as bright as under the sky from mid-morning on. It is
@@ -91,6 +95,6 @@ mod tests {
         assert_eq!((at(38.1), at(60.0), at(90.0)), (1.0, 1.0, 1.0));
         let steps: Vec<f32> = (0..400).map(|i| at(39.0 - 0.2 * i as f32)).collect();
         assert!(steps.windows(2).all(|w| w[1] >= w[0] && w[1] / w[0] < 1.2), "{steps:?}");
-        assert!((100.0..500.0).contains(&at(-40.0)), "{}", at(-40.0));
+        assert!((250.0..750.0).contains(&at(-40.0)), "{}", at(-40.0));
     }
 }

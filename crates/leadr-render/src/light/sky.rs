@@ -16,7 +16,7 @@ use std::f64::consts::PI;
 use super::atmosphere::{
     AIR_THICKNESS, distance_to_top, march, multiple_at, phase_of_air, phase_of_haze, sun_transmittance,
 };
-use super::constants::{self, ATMOSPHERE, HAZE_HEIGHT, HORIZON, NIGHT};
+use super::constants::{self, AIR, ATMOSPHERE, HAZE, HAZE_HEIGHT, HORIZON, MOON, NIGHT, NIGHT_HORIZON, NIGHT_ZENITH};
 
 /// Number of rows of the view table.
 pub const ROWS: usize = constants::ROWS as usize;
@@ -63,6 +63,18 @@ impl Sky {
     /// Returns the RGB irradiance of the sun on a surface at the ground that faces it. It fades to 0 as the disk sets.
     pub fn sun_irradiance(&self) -> [f32; 3] {
         (self.sunlight() * sun_transmittance(0.0, self.sun().z, self.haze())).to_array().map(|x| x as f32)
+    }
+
+    /// Returns the RGB irradiance of a full moon on a surface that faces it. The moon stands opposite to the sun, and brightens
+    /// while the sun sinks from 1° to 7° below the horizon.
+    pub fn moon_irradiance(&self) -> [f32; 3] {
+        let t = ((-self.sun().z - 0.0175) / 0.105).clamp(0.0, 1.0);
+        (self.sunlight() * MOON * (t * t * (3.0 - 2.0 * t))).to_array().map(|x| x as f32)
+    }
+
+    /// Returns the RGB extinction of air and haze at the ground, per metre.
+    pub fn extinction(&self) -> Vec3 {
+        ((AIR + HAZE * self.haze()) * 1e-3).as_vec3()
     }
 
     /// Integrates the tables, in about 30 ms on one core. The GPU pass does the same whenever the sun moves.
@@ -157,7 +169,8 @@ impl SkyTables {
         let column = azimuth / PI * (COLUMNS - 1) as f64;
         let sky = self.scattered(row, column, w.dot(sun));
         let ground = if direction.z < 0.0 { 1.0 - (direction.z / HORIZON).exp() } else { 0.0 };
-        let night = NIGHT.lerp(NIGHT * self.sky.albedo(), ground);
+        let airglow = NIGHT_ZENITH + (NIGHT_HORIZON - NIGHT_ZENITH) * (1.0 - direction.z.max(0.0)).powi(2);
+        let night = (NIGHT * airglow).lerp(NIGHT * self.sky.albedo(), ground);
         self.sky.sunlight() * (sky.lerp(self.ground, ground) + night)
     }
 
@@ -198,7 +211,7 @@ const FRAC_PI_2_SQUARED_ROWS: f64 = PI / 2.0 / ((ROWS - 1) * (ROWS - 1)) as f64;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::light::constants::{AIR, AIR_HEIGHT, OZONE, OZONE_HALF_WIDTH};
+    use crate::light::constants::{AIR_HEIGHT, OZONE, OZONE_HALF_WIDTH};
     use leadr_reflectance::color::luminance;
 
     #[test]
@@ -246,6 +259,30 @@ mod tests {
         }
         println!("bilinear table against the integral: {worst:.4}");
         assert!(worst < 0.02, "{worst}");
+    }
+
+    #[test]
+    fn the_night_sky_is_brighter_at_the_horizon_and_keeps_its_irradiance() {
+        let tables = Sky::with_sun(-0.6, 0.0).tables();
+        let rings = 2000;
+        let irradiance: DVec3 = (0..rings)
+            .map(|i| {
+                let z = (f64::from(i) + 0.5) / f64::from(rings);
+                tables.radiance(DVec3::new((1.0 - z * z).sqrt(), 0.0, z)) * (2.0 * PI * z / f64::from(rings))
+            })
+            .sum();
+        let wanted = tables.ground_irradiance();
+        assert!(((irradiance - wanted) / wanted).abs().max_element() < 0.01, "{irradiance} {wanted}");
+        assert!(tables.radiance(DVec3::X).y > 2.0 * tables.radiance(DVec3::Z).y);
+    }
+
+    #[test]
+    fn the_moon_brightens_after_sunset() {
+        let moon = |degrees: f32| Sky::with_sun(degrees.to_radians(), 0.0).moon_irradiance()[1];
+        let rising: Vec<f32> = (0..200).map(|i| moon(0.5 - 0.05 * i as f32)).collect();
+        assert!(rising.windows(2).all(|w| w[1] >= w[0] && w[1] - w[0] < 0.05 * moon(-30.0)), "{rising:?}");
+        assert_eq!((moon(40.0), moon(-0.5)), (0.0, 0.0));
+        assert!((3e-3..4e-3).contains(&moon(-7.0)), "{}", moon(-7.0));
     }
 
     #[test]

@@ -21,6 +21,7 @@ use glam::{Vec2, Vec3};
 use super::environment_lights::{EnvironmentLights, light_point};
 use super::geometry::CasterKinds;
 use super::relief_shadow::{Caster, ReliefMaps, ReliefShadowPass, map_size, relief_view};
+use super::shade::air_of;
 use super::shadow::ShadowView;
 use super::targets::{RADIANCE_FORMAT, SampleTargets};
 use crate::constants::{ENVIRONMENT_DRAWS, LIGHT_DRAWN, LIGHT_OF_ENVIRONMENT, LIGHT_OF_SCENE, MAX_RELIEF_LIGHTS};
@@ -73,6 +74,8 @@ shared_struct! {
         pub camera_position: [f32; 4],
         /// Width and height of the image, and face size of the environment.
         pub viewport: [f32; 4],
+        /// Extinction of the air per metre, or 0 without an analytic sky.
+        pub air: [f32; 4],
         /// World size of a map texel, depth of the highest point, and map size in texels, for a height field.
         pub field: [f32; 4],
         /// Number of lights, number of drawn lights, face size of the texels from which lights are drawn, and index of the sample.
@@ -298,6 +301,7 @@ impl ReliefLights {
                 self.environment.as_ref().map_or(1, EnvironmentLights::size) as i32,
                 index as i32,
             ],
+            air: air_of(state).extend(0.0).to_array(),
             seed: [(settings.seed ^ settings.seed >> 32) as u32, 0, 0, 0],
             ..Default::default()
         };

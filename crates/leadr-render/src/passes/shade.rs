@@ -8,6 +8,7 @@ use super::targets::{JoinedEdges, RADIANCE_FORMAT, SampleTargets, VisibleSurface
 use crate::constants::{EDGES_ARE_ABSENT, EDGES_ARE_JOINED, EDGES_ARE_SHADED, MAX_SHADOW_MAPS, MAX_SUNS};
 use crate::light::environment::Environment;
 use crate::light::panorama::{EnvironmentLight, MAX_ENVIRONMENT_LIGHTS};
+use crate::light::sky::Sky;
 use crate::light::sky_visibility::SkyVisibilityGpu;
 use crate::scene::{FrameState, MAX_POINT_LIGHTS};
 use crate::settings::Shading;
@@ -51,9 +52,16 @@ shared_struct! {
         /// Face size of the cube, 0, world size of a shadow texel, and tangent of the lowest elevation for background lookups in
         /// the cube.
         pub environment: [f32; 4],
+        /// Extinction of the air per metre, or 0 without an analytic sky.
+        pub air: [f32; 4],
         /// Index and random seed of the sample.
         pub draws: [u32; 4],
     }
+}
+
+/// Returns the extinction of the air per metre under the frame's sky, or 0 without a sky.
+pub(super) fn air_of(state: &FrameState) -> Vec3 {
+    state.sky.as_ref().map_or(Vec3::ZERO, Sky::extinction)
 }
 
 impl LightingGpu {
@@ -89,6 +97,7 @@ impl LightingGpu {
             viewport: [size.0 as f32, size.1 as f32, view.grid() as f32, 0.0],
             // The maps of all suns cover the same sphere, and precede the maps of point lights.
             environment: [environment.face_size() as f32, 0.0, shadows.first().map_or(0.0, |s| s.texel), -1e9],
+            air: four(air_of(state), 0.0),
             draws: [0; 4],
         };
         for (i, light) in state.point_lights.iter().take(MAX_POINT_LIGHTS).enumerate() {

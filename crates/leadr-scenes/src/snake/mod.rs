@@ -123,7 +123,7 @@ pub fn stage(tile: u32) -> Stage {
     let views = Views {
         near: from(Vec3::new(0.75, -1.0, 0.35), 0.75, Vec3::new(0.0, -0.22, 0.5), 31.8),
         mid: from(direction, 3.1, middle, 31.8),
-        far: from(direction, 24.0, middle, 31.8),
+        far: from(direction, 14.0, middle, 31.8),
     };
     Stage::still(vec![body_object(&body, tile), eyes(&body), ground()], views).with_points(lamps())
 }

@@ -16,6 +16,8 @@ use leadr_render::scene::{Object, Pose};
 const SPACING: f32 = 2.5;
 /// Distance between rows, metres.
 const DEPTH: f32 = 3.0;
+/// Albedo and roughness of the floor.
+const FLOOR: [f32; 4] = [0.13, 0.13, 0.14, 0.35];
 /// Detail with 1440 texels around the equator, 29 MB on the device.
 const DETAIL: Detail = Detail { patches: 6, tile: 64 };
 
@@ -57,19 +59,20 @@ pub fn stage() -> Stage {
     let views = Views {
         near: Camera::looking_at(Vec3::new(1.0, -11.0, 3.6), Vec3::new(1.7, -1.6, 0.9), 24.0),
         mid: Camera::looking_at(Vec3::new(0.0, -20.0, 11.5), Vec3::new(0.0, -0.25, 0.5), 27.0),
-        far: Camera::looking_at(Vec3::new(0.0, -120.0, 69.0), Vec3::new(0.0, -0.25, 0.5), 27.0),
+        far: Camera::looking_at(Vec3::new(0.0, -60.0, 34.5), Vec3::new(0.0, -0.25, 0.5), 27.0),
     };
     let motion = move |time: f64| {
         let rotation = Affine3A::from_rotation_z((time * 0.3) as f32);
         let spheres = slopes_and_centres.iter().map(|&(_, at)| Pose::Rigid(Affine3A::from_translation(at) * rotation));
         spheres.chain([Pose::Rigid(Affine3A::IDENTITY)]).collect()
     };
-    Stage::moving(objects, views, motion, |_| Vec3::ZERO)
+    let [r, g, b, _] = FLOOR;
+    Stage::moving(objects, views, motion, |_| Vec3::ZERO).with_albedo_below([r, g, b])
 }
 
 /// Builds a smooth floor, darkened where the spheres hide the sky.
 fn floor(slopes_and_centres: &[(Vec2, Vec3)]) -> Object {
-    let mut mesh = plane(400.0, 112, 1.0, [0.13, 0.13, 0.14, 0.35], |t| (5.5 * t).sinh() / 5.5f32.sinh());
+    let mut mesh = plane(400.0, 112, 1.0, FLOOR, |t| (5.5 * t).sinh() / 5.5f32.sinh());
     mesh.accessibility = mesh
         .positions
         .iter()
