@@ -34,7 +34,7 @@ pub const EXAMPLES: &str = "Examples:
   leadr capture --frames 0..48 --sheet 4x3 --size 320x180 -o sheet.png
   leadr capture --scene shore --time-of-day 6.2
   leadr capture --scene ocean --frames 0..240 --day-length 10 -o 'out/day-{frame}.png'
-  leadr capture --scene plane --height-map bricks.png --height 0.06 --repeat 1.5
+  leadr capture --scene plane --height-map bricks.png --height 0.02 --repeat 1
   leadr capture --layers depth,normal,covariance -o trex.exr";
 
 /// Arguments of `leadr capture`.
