@@ -109,6 +109,69 @@ fn textures_follow_their_coordinates() {
     }
 }
 
+/// Nodes of one mesh are drawn as instances. The picture is that of nodes with copies of the mesh, which are drawn as one object.
+#[test]
+fn instances_look_like_copies() {
+    let Some(gpu) = test_gpu() else { return };
+    let copied = bumpy_rows();
+    let mut shared = copied.clone();
+    shared.nodes.iter_mut().for_each(|node| node.mesh = Some(0));
+    let draw = |model: Model, instances: &[u32]| {
+        let mut stage = stage(ModelChoice::new(model, None).unwrap()).unwrap();
+        assert_eq!(stage.objects.iter().map(|object| object.instances).collect::<Vec<_>>(), instances);
+        let mut renderer = stage_under_sky(&gpu, &mut stage, 16);
+        let state = stage.state(0.0, &stage.views.mid, &Lights::under(&Sky::default()));
+        let settings = RenderSettings { size: (96, 64), samples: 1, ..RenderSettings::default() };
+        renderer.render(&state, &settings).unwrap().color
+    };
+    // The last object is the ground. One node is mirrored.
+    let (one, many) = (draw(copied, &[1, 1]), draw(shared, &[4, 1, 1]));
+    let worst = one.as_flattened().iter().zip(many.as_flattened()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+    assert!(worst == 0.0, "{worst}");
+}
+
+/// Five nodes in different poses, each with a copy of a bumpy mesh.
+fn bumpy_rows() -> Model {
+    let side = 17u32;
+    let at = |i: u32| [i % side, i / side].map(|k| k as f32 / (side - 1) as f32 - 0.5);
+    let height = |[x, y]: [f32; 2]| 0.1 * (9.0 * x).sin() * (7.0 * y).cos();
+    let positions: Vec<[f32; 3]> = (0..side * side).map(|i| [at(i)[0], at(i)[1], height(at(i))]).collect();
+    let normal = |i: u32| {
+        let [x, y] = at(i);
+        let slope = [0.9 * (9.0 * x).cos() * (7.0 * y).cos(), -0.7 * (9.0 * x).sin() * (7.0 * y).sin()];
+        Vec3::new(-slope[0], -slope[1], 1.0).normalize().to_array()
+    };
+    let corner = |i: u32| i / (side - 1) * side + i % (side - 1);
+    let cells = (0..(side - 1) * (side - 1)).map(corner);
+    let primitive = Primitive {
+        triangles: cells.flat_map(|a| [[a, a + 1, a + side + 1], [a, a + side + 1, a + side]]).collect(),
+        normals: (0..side * side).map(normal).collect(),
+        texcoords: vec![positions.iter().map(|p| [p[0] + 0.5, 0.5 - p[1]]).collect()],
+        positions,
+        ..Primitive::default()
+    };
+    let base = square(false);
+    let node = |number: usize| {
+        let i = number as f32;
+        Node {
+            transform: Transform::Parts {
+                translation: Vec3::new(1.1 * i, 0.1 * i, -0.2 * i),
+                rotation: Quat::from_rotation_y(0.3 * i),
+                scale: if number == 2 { Vec3::new(-1.0, 1.3, 1.0) } else { Vec3::new(1.0, 1.0 + 0.1 * i, 0.7) },
+            },
+            mesh: Some(number),
+            ..base.nodes[0].clone()
+        }
+    };
+    Model {
+        scenes: vec![SceneRoots { name: String::new(), roots: (0..5).collect() }],
+        nodes: (0..5).map(node).collect(),
+        order: (0..5).collect(),
+        meshes: vec![Mesh { primitives: vec![primitive], ..Mesh::default() }; 5],
+        ..base
+    }
+}
+
 #[test]
 fn animations_are_found_by_name() {
     let error = ModelChoice::new(square(false), Some("Walk")).unwrap_err().to_string();

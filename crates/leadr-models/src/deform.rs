@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Mat3, Mat4, Vec3};
 
-use super::mesh::{MorphTarget, Primitive};
+use super::mesh::{Influences, MorphTarget, Primitive};
 use super::model::Model;
 use super::pose::Pose;
 
@@ -20,7 +20,28 @@ pub struct PosedVertices {
     pub mirrored: bool,
 }
 
+/// The joints of each vertex of a skinned primitive, and the joint matrices of a pose.
+type Joints<'a> = Option<(&'a [Influences], &'a [Mat4])>;
+
 impl Model {
+    /// Whether the matrix of a primitive of a node's mesh mirrors in a pose, like [`PosedVertices::mirrored`].
+    ///
+    /// # Panics
+    /// Panics under the conditions of [`Model::posed_vertices`].
+    pub fn is_mirrored(&self, pose: &Pose, node: usize, primitive: usize) -> bool {
+        let (primitive, joints) = self.rigged(pose, node, primitive);
+        let first = if primitive.positions.is_empty() { Mat4::IDENTITY } else { carried(pose, node, joints, 0) };
+        Mat3::from_mat4(first).determinant() < 0.0
+    }
+
+    /// Returns a primitive of a node's mesh, and its joints if it is skinned.
+    fn rigged<'a>(&'a self, pose: &'a Pose, node: usize, primitive: usize) -> (&'a Primitive, Joints<'a>) {
+        let shown = &self.nodes[node];
+        let primitive = &self.meshes[shown.mesh.expect("a node with a mesh")].primitives[primitive];
+        let skin = shown.skin.map(|skin| &pose.world_from_bind[skin][..]);
+        (primitive, primitive.influences.as_deref().zip(skin))
+    }
+
     /// Computes the vertices of a primitive of a node's mesh.
     ///
     /// Normals are transformed by the inverse transpose. Normals of flat primitives are recomputed.
@@ -28,29 +49,18 @@ impl Model {
     /// # Panics
     /// Panics if the node has no mesh, the mesh has no such primitive, or the pose belongs to another model.
     pub fn posed_vertices(&self, pose: &Pose, node: usize, primitive: usize) -> PosedVertices {
-        let shown = &self.nodes[node];
-        let mesh = shown.mesh.expect("a node with a mesh");
-        let primitive = &self.meshes[mesh].primitives[primitive];
+        let mirrored = self.is_mirrored(pose, node, primitive);
+        let (primitive, joints) = self.rigged(pose, node, primitive);
         let weights = &pose.weights[node];
-        let influences = primitive.influences.as_deref().zip(shown.skin.map(|skin| &pose.world_from_bind[skin]));
-        let carry = |vertex: usize| match influences {
-            Some((influences, joints)) => {
-                let (joint, weight) = (influences[vertex].joints, influences[vertex].weights);
-                let all = joint.iter().zip(weight).filter(|(_, weight)| *weight > 0.0);
-                all.fold(Mat4::ZERO, |sum, (&j, weight)| sum + joints[usize::from(j)] * weight)
-            }
-            None => pose.world_from_node[node],
-        };
-
         let positions = morphed(&primitive.positions, primitive, weights, |target| &target.positions);
         let normals = morphed(&primitive.normals, primitive, weights, |target| &target.normals);
         let given = primitive.tangents.as_deref().unwrap_or_default();
         let directions: Vec<[f32; 3]> = given.iter().map(|t| [t[0], t[1], t[2]]).collect();
         let directions = morphed(&directions, primitive, weights, |target| &target.tangents);
 
-        let mut posed = PosedVertices::default();
+        let mut posed = PosedVertices { mirrored, ..PosedVertices::default() };
         for (vertex, &position) in positions.iter().enumerate() {
-            let matrix = carry(vertex);
+            let matrix = carried(pose, node, joints, vertex);
             posed.positions.push(matrix.transform_point3(position).to_array());
             if !primitive.flat {
                 posed.normals.push(carried_normal(Mat3::from_mat4(matrix), normals[vertex]).to_array());
@@ -63,13 +73,19 @@ impl Model {
         if primitive.flat {
             posed.normals = flat_normals(&posed.positions, &primitive.triangles);
         }
-        let first = if positions.is_empty() { Mat4::IDENTITY } else { carry(0) };
-        posed.mirrored = Mat3::from_mat4(first).determinant() < 0.0;
         if posed.mirrored && primitive.flat {
             posed.normals.iter_mut().for_each(|n| *n = n.map(|v| -v));
         }
         posed
     }
+}
+
+/// Returns the matrix from a vertex of the mesh to model space.
+fn carried(pose: &Pose, node: usize, joints: Joints<'_>, vertex: usize) -> Mat4 {
+    let Some((influences, joints)) = joints else { return pose.world_from_node[node] };
+    let Influences { joints: indices, weights } = influences[vertex];
+    let all = indices.iter().zip(weights).filter(|(_, weight)| *weight > 0.0);
+    all.fold(Mat4::ZERO, |sum, (&joint, weight)| sum + joints[usize::from(joint)] * weight)
 }
 
 /// Returns the vertices plus the weighted differences of the primitive's targets.

@@ -152,7 +152,7 @@ impl TextureWrap {
 }
 
 /// An image applied to a surface.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Texture {
     /// The texels, shared between textures.
     pub raster: Arc<Raster>,
@@ -166,6 +166,16 @@ pub struct Texture {
     pub transform: glam::Affine2,
     /// Addressing modes along `s` and `t`.
     pub wrap: [TextureWrap; 2],
+}
+
+impl PartialEq for Texture {
+    fn eq(&self, other: &Self) -> bool {
+        let Self { raster, name, encoding, coordinates, transform, wrap } = other;
+        (&self.name, self.encoding, self.coordinates, self.transform, self.wrap)
+            == (name, *encoding, *coordinates, *transform, *wrap)
+            // Texels are compared only if the textures do not share them.
+            && (Arc::ptr_eq(&self.raster, raster) || self.raster == *raster)
+    }
 }
 
 impl Texture {

@@ -1,8 +1,10 @@
 //! A glTF model that stands on open ground, seen from slightly above, with a looping animation.
 
+mod budget;
 mod charts;
 pub mod displacement;
 mod dress;
+mod instances;
 mod join;
 mod lights;
 pub mod measured;
@@ -97,11 +99,11 @@ const MEASURED: u32 = 24;
 /// metres.
 ///
 /// # Errors
-/// If nothing of the model is visible, or it has more materials than the renderer allows objects.
+/// If nothing of the model is visible, its nodes need too much memory, or it has more materials than the renderer allows objects.
 pub fn stage(choice: ModelChoice) -> Result<Stage, SceneError> {
     let ModelChoice { mut model, animation, camera } = choice;
     join::join_plain(&mut model);
-    let parts = Parts::of(&model);
+    let mut parts = Parts::of(&model);
     if parts.objects.is_empty() {
         let fault = "it has no triangles, and points and lines are not drawn; export it with meshes";
         return Err(SceneError::Model(fault.into()));
@@ -110,12 +112,14 @@ pub fn stage(choice: ModelChoice) -> Result<Stage, SceneError> {
         let fault = format!("it has {} materials, and a scene has at most {}", parts.objects.len(), MAX_OBJECTS - 1);
         return Err(SceneError::Model(format!("{fault}; join some of them")));
     }
+    instances::share_meshes(&model, &mut parts, 1);
+    let duration = animation.map_or(0.0, |number| model.animations[number].duration);
+    let times = if duration > 0.0 { MEASURED } else { 1 };
+    budget::check(&model, &parts, times)?;
     let charts: Vec<(Charts, Material)> = (0..parts.objects.len())
         .map(|i| Charts::of(&model.materials[parts.objects[i].material], &|set| parts.reached(&model, i, set)))
         .collect();
     remarks::of(&model, &parts, &charts, camera).iter().for_each(|remark| tracing::warn!("{}: {remark}", model.name));
-    let duration = animation.map_or(0.0, |number| model.animations[number].duration);
-    let times = if duration > 0.0 { MEASURED } else { 1 };
     let time = |i: u32| duration * i as f32 / times as f32;
     let (low, high) = (0..times)
         .map(|i| parts.bounds(&model, &model.pose(animation, time(i))))
@@ -131,7 +135,7 @@ pub fn stage(choice: ModelChoice) -> Result<Stage, SceneError> {
         if lies { placement.lifted(0.5 * RELIEF + 0.005 * low.distance(high) * placement.scale()) } else { placement };
     let rest = model.pose(animation, 0.0);
     let poses = || (0..times).map(|i| parts.all_posed(&model, &model.pose(animation, time(i)), &placement));
-    let displaced = parts.objects.iter().any(|object| model.materials[object.material].relief.is_some());
+    let displaced = parts.are_displaced(&model);
     let corners = |(i, (charts, _)): (usize, &(Charts, Material))| parts.triangles(&model, i, charts).0;
     let triangles: Vec<Vec<[u32; 3]>> =
         if displaced { charts.iter().enumerate().map(corners).collect() } else { Vec::new() };
@@ -142,9 +146,13 @@ pub fn stage(choice: ModelChoice) -> Result<Stage, SceneError> {
         placement,
         size: low.distance(high) * placement.scale(),
     };
-    let at_rest = surface.posed(&model, &parts, &rest).into_iter().zip(&charts).enumerate();
-    let mut objects: Vec<Object> =
-        at_rest.map(|(i, (rest, charts))| dress::object(&model, &parts, &surface, charts, i, rest)).collect();
+    let mut at_rest = surface.posed(&model, &parts, &rest).into_iter();
+    let mut object = |(i, charts): (usize, &(Charts, Material))| {
+        let count = parts.objects[i].instances().len();
+        let rest = at_rest.by_ref().take(count).reduce(|first, _| first).unwrap_or_default();
+        dress::object(&model, &parts, &surface, charts, i, rest).with_instances(count as u32)
+    };
+    let mut objects: Vec<Object> = charts.iter().enumerate().map(&mut object).collect();
     objects.push(ground());
     let (a, b) = (placement.to_world(low), placement.to_world(high));
     let corners = (a.min(b), a.max(b));

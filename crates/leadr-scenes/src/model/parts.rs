@@ -12,10 +12,12 @@ use leadr_render::surfaces::patch_mesh::PosedVertices;
 pub struct Part {
     pub node: usize,
     pub primitive: usize,
+    /// Whether the node mirrors its mesh at rest.
+    pub mirrored: bool,
 }
 
 impl Part {
-    fn shown_in<'a>(&self, model: &'a Model) -> &'a Primitive {
+    pub fn shown_in<'a>(&self, model: &'a Model) -> &'a Primitive {
         let mesh = model.nodes[self.node].mesh.unwrap_or_default();
         &model.meshes[mesh].primitives[self.primitive]
     }
@@ -30,13 +32,27 @@ pub struct ChartTexcoords {
     pub images: Option<Vec<TriangleCharts>>,
 }
 
-/// All visible parts that use one material.
+/// Visible parts that use one material, drawn as one object.
 #[derive(Clone, Debug)]
 pub struct Parted {
     /// Index of the material.
     pub material: usize,
     /// The visible parts with this material.
     pub parts: Vec<Part>,
+    /// Whether the parts are instances of one mesh. Otherwise the object has the triangles of all parts.
+    pub instanced: bool,
+}
+
+impl Parted {
+    /// Returns the parts whose triangles the object has.
+    pub fn staged(&self) -> &[Part] {
+        if self.instanced { &self.parts[..1] } else { &self.parts }
+    }
+
+    /// Returns the parts of each instance.
+    pub fn instances(&self) -> std::slice::Chunks<'_, Part> {
+        self.parts.chunks(if self.instanced { 1 } else { self.parts.len().max(1) })
+    }
 }
 
 /// The visible triangles of a model by material.
@@ -49,20 +65,28 @@ impl Parts {
     /// Collects the visible parts of the model's scene.
     pub fn of(model: &Model) -> Self {
         let mut objects: Vec<Parted> = Vec::new();
+        let mut of_material = vec![None; model.materials.len()];
+        let rest = model.pose(None, 0.0);
         for node in model.shown_nodes() {
             let Some(mesh) = model.nodes[node].mesh else { continue };
             for (primitive, shown) in model.meshes[mesh].primitives.iter().enumerate() {
                 if shown.triangles.is_empty() {
                     continue;
                 }
-                let part = Part { node, primitive };
-                match objects.iter_mut().find(|object| object.material == shown.material) {
-                    Some(object) => object.parts.push(part),
-                    None => objects.push(Parted { material: shown.material, parts: vec![part] }),
-                }
+                let object = *of_material[shown.material].get_or_insert_with(|| {
+                    objects.push(Parted { material: shown.material, parts: Vec::new(), instanced: false });
+                    objects.len() - 1
+                });
+                let mirrored = model.is_mirrored(&rest, node, primitive);
+                objects[object].parts.push(Part { node, primitive, mirrored });
             }
         }
         Self { objects }
+    }
+
+    /// Whether any object is displaced.
+    pub fn are_displaced(&self, model: &Model) -> bool {
+        self.objects.iter().any(|object| model.materials[object.material].relief.is_some())
     }
 
     /// Returns the bounding corners of a pose, in the model's coordinates.
@@ -77,32 +101,20 @@ impl Parts {
         corners
     }
 
-    /// Returns the vertices of all objects in a pose.
+    /// Returns the vertices of all instances of all objects in a pose.
     pub fn all_posed(&self, model: &Model, pose: &Pose, placement: &Placement) -> Vec<PosedVertices> {
-        (0..self.objects.len()).map(|object| self.posed(model, pose, object, placement)).collect()
-    }
-
-    /// Returns the vertices of an object in a pose.
-    pub fn posed(&self, model: &Model, pose: &Pose, object: usize, placement: &Placement) -> PosedVertices {
-        let mut posed = PosedVertices::default();
-        for part in &self.objects[object].parts {
-            let part = model.posed_vertices(pose, part.node, part.primitive);
-            posed.positions.extend(part.positions.iter().map(|&p| placement.to_world(Vec3::from(p))));
-            posed.normals.extend(part.normals.iter().map(|&n| to_z_up(Vec3::from(n))));
-        }
-        posed
+        let instances = self.objects.iter().flat_map(Parted::instances);
+        instances.map(|parts| posed(model, pose, parts, placement)).collect()
     }
 
     /// Returns an object's triangles as vertex indices, counter-clockwise, and their corners in the charts of its material.
     pub fn triangles(&self, model: &Model, object: usize, charts: &Charts) -> (Vec<[u32; 3]>, ChartTexcoords) {
         let (mut corners, mut first) = (Vec::new(), 0);
         let mut texcoords = ChartTexcoords { slopes: Vec::new(), images: (!charts.are_one()).then(Vec::new) };
-        let pose = model.pose(None, 0.0);
-        for part in &self.objects[object].parts {
+        for part in self.objects[object].staged() {
             let primitive = part.shown_in(model);
-            let mirrored = model.posed_vertices(&pose, part.node, part.primitive).mirrored;
             for &[a, b, c] in &primitive.triangles {
-                let triangle = if mirrored { [a, c, b] } else { [a, b, c] };
+                let triangle = if part.mirrored { [a, c, b] } else { [a, b, c] };
                 corners.push(triangle.map(|v| first + v));
                 let texcoord = |chart: &Chart, vertex: u32| chart.texcoord(&|set| coordinates(primitive, set, vertex));
                 texcoords.slopes.push(triangle.map(|v| texcoord(&charts.slopes, v)));
@@ -117,7 +129,7 @@ impl Parts {
 
     /// Returns the bounding corners of a texture coordinate set on an object.
     pub fn reached(&self, model: &Model, object: usize, set: usize) -> (Vec2, Vec2) {
-        let parts = self.objects[object].parts.iter().map(|part| part.shown_in(model));
+        let parts = self.objects[object].staged().iter().map(|part| part.shown_in(model));
         let used = parts.flat_map(|primitive| {
             primitive.triangles.iter().flatten().map(move |&vertex| coordinates(primitive, set, vertex))
         });
@@ -130,8 +142,19 @@ impl Parts {
             let primitive = part.shown_in(model);
             primitive.colors.clone().unwrap_or_else(|| vec![[1.0; 4]; primitive.positions.len()])
         };
-        self.objects[object].parts.iter().flat_map(of_part).collect()
+        self.objects[object].staged().iter().flat_map(of_part).collect()
     }
+}
+
+/// Returns the vertices of parts in a pose.
+fn posed(model: &Model, pose: &Pose, parts: &[Part], placement: &Placement) -> PosedVertices {
+    let mut posed = PosedVertices::default();
+    for part in parts {
+        let part = model.posed_vertices(pose, part.node, part.primitive);
+        posed.positions.extend(part.positions.iter().map(|&p| placement.to_world(Vec3::from(p))));
+        posed.normals.extend(part.normals.iter().map(|&n| to_z_up(Vec3::from(n))));
+    }
+    posed
 }
 
 /// Returns the texture coordinates of a vertex; the origin if the file has none.
@@ -178,8 +201,26 @@ impl Placement {
 }
 
 #[cfg(test)]
-mod tests {
+pub mod tests {
     use super::*;
+    use leadr_models::{Node, Transform};
+
+    /// Returns a node with nothing.
+    pub fn node() -> Node {
+        let transform = Transform::IDENTITY;
+        let (parent, mesh, skin, camera, light) = (None, None, None, None, None);
+        Node {
+            name: String::new(),
+            parent,
+            children: Vec::new(),
+            transform,
+            mesh,
+            skin,
+            camera,
+            light,
+            weights: Vec::new(),
+        }
+    }
 
     #[test]
     fn models_stand_in_the_middle_of_the_ground() {

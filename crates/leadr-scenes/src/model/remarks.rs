@@ -1,5 +1,7 @@
 //! Lists the features of a model that are not drawn.
 
+use std::collections::HashSet;
+
 use super::charts::Charts;
 use super::parts::Parts;
 use leadr_maps::material::{Material, Opacity};
@@ -9,7 +11,9 @@ use leadr_render::scene::MAX_POINT_LIGHTS;
 /// Returns one sentence for each omission or change in the picture. `camera`: the node of the file's camera, if it is used.
 pub fn of(model: &Model, parts: &Parts, charts: &[(Charts, Material)], camera: Option<usize>) -> Vec<String> {
     let mut remarks = model.remarks.clone();
-    for (object, (charts, _)) in parts.objects.iter().zip(charts) {
+    let mut seen = HashSet::new();
+    let objects = parts.objects.iter().zip(charts).filter(|(object, _)| seen.insert(object.material));
+    for (object, (charts, _)) in objects {
         let material = &model.materials[object.material];
         let name = &material.name;
         let mut say = |what: &str| remarks.push(format!("material {name}: {what}"));

@@ -140,7 +140,7 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// Returns the vertices of all objects in a pose.
+    /// Returns the vertices of all instances of all objects in a pose.
     pub fn posed(&self, model: &Model, parts: &Parts, pose: &Pose) -> Vec<PosedVertices> {
         let mut posed = parts.all_posed(model, pose, &self.placement);
         if let Some(welds) = &self.welds {
