@@ -5,6 +5,6 @@ use leadr_models::{LoadOptions, Model};
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     for lenient in [false, true] {
-        let _ = Model::decode(bytes, "fuzzed", None, LoadOptions { lenient });
+        let _ = Model::decode(bytes, "fuzzed", None, LoadOptions { lenient, ..LoadOptions::default() });
     }
 });

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
+use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
@@ -78,4 +79,42 @@ fn flags_of_models_are_for_models() {
         let error = refusal(&capture(plane, flags), 2, flags[0]);
         assert!(error.contains("is for models: --scene FILE.glb"), "{error}");
     }
+}
+
+/// A file of 365 kB draws a mesh 20,000 times. It is refused with its counts, before its nodes are expanded.
+#[test]
+fn crowds_of_copies_are_refused_before_they_are_expanded() {
+    let Some(folder) = leadr_testing::shared::shared_data("bad-input/models-large") else { return };
+    let start = Instant::now();
+    let error = refusal(&capture(&folder.join("inst_t.glb"), &[]), 1, "inst_t.glb");
+    let counts = "draw 20000 meshes of 60000000 triangles and 180000000 vertices in total";
+    assert!(error.contains(counts) && error.contains("the limit is 8 GiB; remove copies"), "{error}");
+    assert!(start.elapsed() < Duration::from_secs(60), "{:?}", start.elapsed());
+}
+
+/// A link out of the model's folder is refused, and the error names the link and the flag that follows it.
+#[cfg(unix)]
+#[test]
+fn links_out_of_a_folder_need_a_flag() {
+    let folder = tempfile::tempdir().unwrap();
+    let inside = folder.path().join("inside");
+    fs::create_dir(&inside).unwrap();
+    let positions: Vec<u8> =
+        [0.0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].iter().flat_map(|v| v.to_le_bytes()).collect();
+    fs::write(folder.path().join("it.bin"), positions).unwrap();
+    std::os::unix::fs::symlink("../it.bin", inside.join("it.bin")).unwrap();
+    let file = inside.join("triangle.gltf");
+    fs::write(&file, triangle(&[("buffers", json!([{"uri": "it.bin", "byteLength": 36}]))]).to_string()).unwrap();
+    let error = refusal(&capture(&file, &[]), 1, "a link");
+    assert!(
+        error.contains("the link \"it.bin\" leads out of its folder; add --follow-links if you trust it"),
+        "{error}"
+    );
+    let picture = folder.path().join("a.png");
+    let output = capture(&file, &["--follow-links", "-o", &picture.to_string_lossy()]);
+    assert!(output.status.success() && picture.is_file(), "{}", String::from_utf8_lossy(&output.stderr));
+    let error = refusal(&capture(Path::new("plane"), &["--follow-links"]), 2, "no folder");
+    assert!(error.contains("--follow-links is for a folder: add --material or --detail"), "{error}");
+    let error = refusal(&capture(Path::new("ocean"), &["--follow-links"]), 2, "no folder");
+    assert!(error.contains("--follow-links is for the scenes plane, sphere and for models"), "{error}");
 }

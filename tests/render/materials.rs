@@ -243,7 +243,7 @@ fn folders_of_materials_open() {
         ("Rock003", false, None, 0.518),
         ("Ground054", false, None, 0.728),
     ] {
-        let folder = MaterialFolder::open(shared.join(name)).unwrap();
+        let folder = MaterialFolder::open(shared.join(name), Default::default()).unwrap();
         let material = folder.load().unwrap();
         assert!(material.base_color.texture.is_some() && material.roughness.texture.is_some(), "{name}");
         assert_eq!(material.metalness.texture.is_some(), metal, "{name}");

@@ -54,6 +54,20 @@ pub(crate) fn header(bytes: &[u8]) -> Result<Header, MapFault> {
     })
 }
 
+/// Returns the width, the height and the bytes per texel of the part with the most bytes.
+pub(crate) fn declared_size(bytes: &[u8]) -> Result<(u64, u64, u64), MapFault> {
+    guarded("EXR", || {
+        let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(fault)?;
+        let sizes = meta.headers.iter().map(|header| {
+            let (size, channels) = (header.layer_size, &header.channels);
+            let texel_bytes = channels.bytes_per_pixel.max(4 * channels.list.len());
+            (size.width() as u64, size.height() as u64, texel_bytes as u64)
+        });
+        let largest = sizes.max_by_key(|&(width, height, bytes)| width.saturating_mul(height).saturating_mul(bytes));
+        largest.ok_or_else(|| MapFault::damaged("it has no part"))
+    })
+}
+
 /// Decodes the selected channels of the first part at all mip levels. Level sizes are halved and rounded down to 1 x 1.
 pub(crate) fn decode_levels(bytes: &[u8], picked: &[usize]) -> Result<Vec<Planes>, MapFault> {
     guarded("EXR", || {

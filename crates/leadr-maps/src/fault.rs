@@ -28,6 +28,12 @@ pub enum MapFault {
     /// A directory, pipe or device where a file was expected.
     #[error("is not a regular file; give the path of an image file")]
     NotAFile,
+    /// A link in the folder of a model or a material leads to a file outside the folder.
+    #[error("the link {link:?} leads out of its folder; add --follow-links if you trust it")]
+    OutsideLink {
+        /// The link, relative to the folder.
+        link: PathBuf,
+    },
     /// The first bytes match no accepted format.
     #[error("is not an image in a supported format; give {expected}")]
     Unrecognised {

@@ -10,6 +10,8 @@ use super::{MapFault, RgbImage, limits};
 /// Maximum length of a header line in bytes. Real header lines are under 200 bytes.
 const MAX_LINE: usize = 4096;
 const MAX_LINES: usize = 1024;
+/// Bytes of a decoded texel.
+const TEXEL_BYTES: u64 = 12;
 
 /// Matrix from CIE XYZ to linear Rec.709 (D65), with rows R, G, B.
 const RGB_FROM_XYZ: [[f32; 3]; 3] = [
@@ -22,10 +24,16 @@ pub(crate) fn is_hdr(bytes: &[u8]) -> bool {
     bytes.starts_with(b"#?RADIANCE") || bytes.starts_with(b"#?RGBE")
 }
 
+/// Returns the width, the height and the bytes per texel in the header.
+pub(crate) fn declared_size(bytes: &[u8]) -> Result<(u64, u64, u64), MapFault> {
+    let (header, _) = read_header(bytes)?;
+    Ok((header.width(), header.height(), TEXEL_BYTES))
+}
+
 pub(crate) fn decode(bytes: &[u8]) -> Result<RgbImage, MapFault> {
     let (header, mut body) = read_header(bytes)?;
     let (major, minor) = (header.axes[0].len, header.axes[1].len);
-    limits::check_size(header.width(), header.height(), 12, bytes.len())?;
+    limits::check_size(header.width(), header.height(), TEXEL_BYTES, bytes.len())?;
     let (major, minor) = (major as usize, minor as usize);
 
     let scales: Vec<f32> =

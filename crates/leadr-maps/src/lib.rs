@@ -12,10 +12,12 @@ pub mod checksum;
 pub mod derive;
 mod exr_read;
 mod fault;
+pub mod folders;
 mod foreign;
 mod guard;
 pub mod halves;
 mod hdr;
+mod header;
 pub mod horizon;
 mod image_class;
 pub mod limits;
@@ -35,6 +37,7 @@ pub mod tonemap;
 mod types;
 
 pub use fault::{MapError, MapFault};
+pub use header::ImageHeader;
 pub use load::{
     Picture, decode_color, decode_color_srgb8, decode_environment, decode_height_map, decode_picture, load_color,
     load_color_srgb8, load_environment, load_height_map, load_picture, load_raster,

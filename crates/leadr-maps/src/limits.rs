@@ -3,6 +3,7 @@
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::{MapFault, reads};
 
@@ -12,6 +13,8 @@ pub const MAX_TEXELS: u64 = 1 << 28;
 pub const MAX_SIDE: u64 = 1 << 16;
 /// Maximum size of one decoded image in bytes, all stored channels together.
 pub const MAX_DECODED_BYTES: u64 = 2 << 30;
+/// Maximum size of all images of a model or a material together in bytes, encoded and decoded.
+pub const MAX_IMAGE_BYTES: u64 = 4 << 30;
 /// Maximum size of a file that is read, in bytes.
 pub const MAX_FILE_BYTES: u64 = 1 << 30;
 /// Number of decoded bytes that any file may declare, regardless of its length.
@@ -51,6 +54,31 @@ pub(crate) fn check_size(width: u64, height: u64, bytes_per_texel: u64, file_byt
         return Err(MapFault::too_large(what));
     }
     Ok(())
+}
+
+/// Remaining memory for images that are kept together, shared by all threads. It is reserved before images are decoded.
+#[derive(Debug)]
+pub struct ImageBudget(AtomicU64);
+
+impl Default for ImageBudget {
+    /// Creates a budget of [`MAX_IMAGE_BYTES`].
+    fn default() -> Self {
+        Self(AtomicU64::new(MAX_IMAGE_BYTES))
+    }
+}
+
+impl ImageBudget {
+    /// Reserves memory.
+    ///
+    /// # Errors
+    /// Returns [`MapFault::TooLarge`] if less is left.
+    pub fn take(&self, bytes: u64) -> Result<(), MapFault> {
+        let taken = self.0.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(bytes));
+        let most = format_bytes(MAX_IMAGE_BYTES);
+        taken
+            .map(drop)
+            .map_err(|_| MapFault::too_large(format!("with the images before it, it needs more than {most}")))
+    }
 }
 
 /// Formats a byte count with a unit, such as "1.5 GiB".

@@ -45,13 +45,32 @@ pub fn decode_raster(bytes: &[u8]) -> Result<Raster, MapFault> {
     Err(unrecognised(bytes, "a PNG, JPEG or EXR image", "FILE.png"))
 }
 
-pub(super) fn decode_png(bytes: &[u8]) -> Result<Raster, MapFault> {
+/// Returns the width, the height and the bytes per texel in the header of a PNG or JPEG.
+pub(super) fn declared_size(bytes: &[u8]) -> Result<(u64, u64, u64), MapFault> {
+    fn size(decoder: impl ImageDecoder) -> (u64, u64, u64) {
+        let (width, height) = decoder.dimensions();
+        (width.into(), height.into(), decoder.color_type().bytes_per_pixel().into())
+    }
+    if is_png(bytes) {
+        return png_decoder(bytes).map(size);
+    }
+    guarded("JPEG", || jpeg_decoder(bytes).map(size))
+}
+
+fn png_decoder(bytes: &[u8]) -> Result<PngDecoder<Cursor<&[u8]>>, MapFault> {
     let mut cap = Limits::no_limits();
     cap.max_image_width = Some(limits::MAX_SIDE as u32);
     cap.max_image_height = Some(limits::MAX_SIDE as u32);
     cap.max_alloc = Some(limits::MAX_DECODED_BYTES);
-    let decoder = PngDecoder::with_limits(Cursor::new(bytes), cap).map_err(|error| fault(error, PNG_REMEDY))?;
-    unpack(decoder, bytes.len(), PNG_REMEDY)
+    PngDecoder::with_limits(Cursor::new(bytes), cap).map_err(|error| fault(error, PNG_REMEDY))
+}
+
+fn jpeg_decoder(bytes: &[u8]) -> Result<JpegDecoder<Cursor<&[u8]>>, MapFault> {
+    JpegDecoder::new(Cursor::new(bytes)).map_err(|error| fault(error, JPEG_REMEDY))
+}
+
+pub(super) fn decode_png(bytes: &[u8]) -> Result<Raster, MapFault> {
+    unpack(png_decoder(bytes)?, bytes.len(), PNG_REMEDY)
 }
 
 fn decode_jpeg(bytes: &[u8]) -> Result<Raster, MapFault> {
@@ -59,8 +78,7 @@ fn decode_jpeg(bytes: &[u8]) -> Result<Raster, MapFault> {
     if !has_end(bytes) {
         return Err(MapFault::damaged("its JPEG data end early"));
     }
-    let decoder = JpegDecoder::new(Cursor::new(bytes)).map_err(|error| fault(error, JPEG_REMEDY))?;
-    unpack(decoder, bytes.len(), JPEG_REMEDY)
+    unpack(jpeg_decoder(bytes)?, bytes.len(), JPEG_REMEDY)
 }
 
 fn unpack(decoder: impl ImageDecoder, file_bytes: usize, remedy: &str) -> Result<Raster, MapFault> {

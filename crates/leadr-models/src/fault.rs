@@ -71,6 +71,15 @@ pub enum ModelFault {
         /// The reason why the file cannot be read.
         what: String,
     },
+    /// A file of the model is behind a link out of its folder.
+    #[error("{location}: {fault}")]
+    Outside {
+        /// The part that refers to the file, and the file.
+        location: String,
+        /// The link and the remedy.
+        #[source]
+        fault: MapFault,
+    },
     /// An image of the model cannot be decoded.
     #[error("{location}: {fault}")]
     Image {

@@ -1,4 +1,4 @@
-//! Limits on the resources that an untrusted model can claim. Images also obey the limits of [`leadr_maps::limits`].
+//! Limits on the resources that an untrusted model can claim. Images obey the limits of [`leadr_maps::limits`].
 
 use std::ops::RangeInclusive;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -21,8 +21,6 @@ pub const MAX_UNPACKED_BYTES: u64 = 4 << 30;
 const FREE_UNPACKED_BYTES: u64 = 128 << 20;
 /// Additional unpacked bytes allowed per byte of the buffers.
 const MAX_EXPANSION: u64 = 64;
-/// Maximum bytes of all images together, encoded and decoded.
-pub const MAX_IMAGE_BYTES: u64 = 4 << 30;
 /// Largest accepted coordinate, offset or scale. Squares and products of three stay finite in 32 bits.
 pub const MAX_COORDINATE: f32 = 1e12;
 pub(super) const COORDINATES: RangeInclusive<f32> = -MAX_COORDINATE..=MAX_COORDINATE;
@@ -38,11 +36,6 @@ impl Budget {
         let whole = bytes.saturating_mul(MAX_EXPANSION).saturating_add(FREE_UNPACKED_BYTES).min(MAX_UNPACKED_BYTES);
         let fault = format!("its parts unpack to more than {whole} bytes, the limit for its length");
         Self { left: AtomicU64::new(whole), fault }
-    }
-
-    pub(super) fn for_images() -> Self {
-        let fault = format!("its images have more than {MAX_IMAGE_BYTES} bytes");
-        Self { left: AtomicU64::new(MAX_IMAGE_BYTES), fault }
     }
 
     /// Reserves the bytes of `count` elements before their allocation.

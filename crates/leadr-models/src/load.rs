@@ -6,6 +6,7 @@ use super::fault::{ModelError, ModelFault};
 use super::gltf;
 use super::model::Model;
 use leadr_maps::MapFault;
+use leadr_maps::folders::OutsideLinks;
 use leadr_maps::limits::{MAX_FILE_BYTES, format_bytes, read_file};
 
 /// Options for loading a model.
@@ -14,11 +15,13 @@ pub struct LoadOptions {
     /// Whether missing or damaged images are replaced, with a message in [`Model::remarks`], instead of refusing the model.
     /// Colours become a magenta check and numbers become their factor. Directions and heights are omitted.
     pub lenient: bool,
+    /// Treatment of links in the model's folder that lead out of it.
+    pub links: OutsideLinks,
 }
 
 impl Model {
     /// Loads a glTF 2.0 model, `.glb` or `.gltf`, recognised by the first bytes. Buffers and images may be embedded, or be
-    /// files in the model's folder or its subfolders.
+    /// files in the model's folder or its subfolders. [`LoadOptions::links`] allows links out of the folder.
     ///
     /// # Errors
     /// Fails if the model or one of its files cannot be read, violates glTF beyond repair, requires an extension outside
@@ -29,7 +32,7 @@ impl Model {
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
         let bytes = read_file(path).map_err(of_file);
         bytes
-            .and_then(|bytes| gltf::decode(&bytes, &name, Some(folder), options.lenient))
+            .and_then(|bytes| gltf::decode(&bytes, &name, Some(folder), options))
             .map_err(|fault| ModelError { file: path.to_path_buf(), fault })
     }
 
@@ -38,7 +41,7 @@ impl Model {
     /// # Errors
     /// Returns the errors of [`Model::load`].
     pub fn decode(bytes: &[u8], name: &str, folder: Option<&Path>, options: LoadOptions) -> Result<Self, ModelFault> {
-        gltf::decode(bytes, name, folder, options.lenient)
+        gltf::decode(bytes, name, folder, options)
     }
 }
 

@@ -12,6 +12,7 @@ use super::ocean::waves::Waves;
 use super::options::SceneOption;
 use super::registry::{NamedScene, SCENES};
 use super::view::{Size, ViewChoice};
+use leadr_maps::folders::OutsideLinks;
 use leadr_maps::material::{
     Anisotropy, Encoding, GreenAxis, Input, Material, MaterialDetail, MaterialFolder, Role, Texture, agreement, role_of,
 };
@@ -97,10 +98,10 @@ impl Default for DetailFiles {
 }
 
 impl DetailFiles {
-    fn load(&self) -> Result<Option<MaterialDetail>, MapError> {
+    fn load(&self, links: OutsideLinks) -> Result<Option<MaterialDetail>, MapError> {
         let Some(path) = &self.detail else { return Ok(None) };
         let (material, colored) = if path.is_dir() {
-            let folder = MaterialFolder::open(path)?;
+            let folder = MaterialFolder::open(path, links)?;
             folder.remarks.iter().for_each(|remark| tracing::warn!("{remark}"));
             let colored = [Role::Color, Role::Roughness, Role::Gloss, Role::Packed];
             let colored = colored.iter().any(|&role| folder.picture(role).is_some());
@@ -136,15 +137,16 @@ impl DetailFiles {
 }
 
 impl MaterialFiles {
-    /// Loads the material, with `heights` in place of the folder's own; `None` if no material file is set, even with `heights`.
+    /// Loads the material, with `heights` in place of the folder's own; `None` if no material file is set, even with `heights`. `links`
+    /// applies to files in folders.
     ///
     /// # Errors
     /// If a file is missing, damaged, too large or of the wrong type.
-    pub fn load(&self, heights: Option<&Path>) -> Result<Option<Material>, MapError> {
+    pub fn load(&self, heights: Option<&Path>, links: OutsideLinks) -> Result<Option<Material>, MapError> {
         if *self == Self::default() {
             return Ok(None);
         }
-        let mut material = self.load_over(Material::new("material"))?;
+        let mut material = self.load_over(Material::new("material"), links)?;
         if let Some(file) = heights {
             material.set_heights(file)?;
         }
@@ -156,14 +158,14 @@ impl MaterialFiles {
     ///
     /// # Errors
     /// If a file is missing, damaged, too large or of the wrong type.
-    pub fn load_over(&self, mut material: Material) -> Result<Material, MapError> {
+    pub fn load_over(&self, mut material: Material, links: OutsideLinks) -> Result<Material, MapError> {
         if let Some(file) = self.folder.as_ref().filter(|path| path.is_file()) {
             let relief = material.relief.take();
             let name = file.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
             material = material_of(&FitFile::load(file)?, &name);
             material.relief = relief;
         } else if let Some(folder) = &self.folder {
-            let folder = MaterialFolder::open(folder)?;
+            let folder = MaterialFolder::open(folder, links)?;
             folder.remarks.iter().for_each(|remark| tracing::warn!("{remark}"));
             let relief = material.relief.take();
             material = folder.load()?;
@@ -204,14 +206,15 @@ impl MaterialFiles {
             let rotation = self.anisotropy_rotation.to_radians();
             material.anisotropy = Some(Anisotropy { strength: Input::constant(strength), rotation, direction: None });
         }
-        material.detail = self.detail.load()?.map(Box::new);
+        material.detail = self.detail.load(links)?.map(Box::new);
         Ok(material)
     }
 
     /// Opens the folder; `None` if it cannot be read.
     fn opened(&self) -> Option<MaterialFolder> {
         let folder = self.folder.as_ref().filter(|path| !path.is_file())?;
-        MaterialFolder::open(folder).ok()
+        // Only names matter here. Loading checks the links.
+        MaterialFolder::open(folder, OutsideLinks::Followed).ok()
     }
 
     /// Whether the material has a relief, from `heights` or from its folder.
@@ -348,6 +351,8 @@ pub struct SceneConfig {
     pub model_camera: Option<String>,
     /// Whether placeholders replace missing and damaged images of the model.
     pub lenient: bool,
+    /// Whether files of a model or a material may lie behind links out of its folder.
+    pub follow_links: bool,
     /// Height maps for the model's materials.
     pub displacements: Vec<Displacement>,
     /// Measured materials that replace materials of the model.
@@ -425,6 +430,7 @@ impl Default for SceneConfig {
             animation: None,
             model_camera: None,
             lenient: false,
+            follow_links: false,
             displacements: Vec::new(),
             measured: Vec::new(),
             height_map: None,

@@ -161,6 +161,8 @@ impl CommandLine {
             "--distance is for views of a scene; --camera model has a position"
         } else if self.has("normal-y") && !self.has("normal-map") && !self.has("material") {
             "--normal-y is for a normal map: add --normal-map or --material"
+        } else if config.follow_links && config.model.is_none() && !self.has("material") && !self.has("detail") {
+            "--follow-links is for a folder: add --material or --detail, or draw a model"
         } else if config.msaa > 1 && options.edge_samples > 1 {
             "--msaa and --edge-samples both antialias edges: use one of them"
         } else if config.msaa > 1 && config.picture.technique.is_reference() {

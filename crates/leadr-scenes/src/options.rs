@@ -114,6 +114,10 @@ const OPTIONS: [SceneOption; 56] = [
         "Accept a model with missing or damaged images. A magenta checkerboard replaces a colour image; the constant factor \
          of the material replaces any other image",
         Flag(|c| c.lenient = true)).of(Choice::Model),
+    option(SCENE, "follow-links", "",
+        "Read files of a model, or of a folder of --material or --detail, through links that lead out of the folder. Use this \
+         option only for folders that you trust",
+        Flag(|c| c.follow_links = true)).of(Choice::Folder),
     option(SCENE, "displacement", "MATERIAL=FILE[,SCALE[,MIDDLE]]",
         "Displace a material of a model (`*`: all materials) by a PNG, JPEG or EXR height map. SCALE is the height in metres \
          between the values 0 and 1 of the map [default: the scale that fits the normal map, else a typical scale]. MIDDLE is \
@@ -370,7 +374,7 @@ impl SceneOption {
     /// Returns the help text with the supporting scenes and techniques and the default.
     pub fn help(&self) -> String {
         let mut help = self.spec.help.to_owned();
-        if let Some(choice) = self.choice.filter(|choice| *choice != Choice::Model) {
+        if let Some(choice) = self.choice.filter(|choice| !matches!(choice, Choice::Model | Choice::Folder)) {
             let (with, without): (Vec<_>, Vec<_>) = SCENES.iter().partition(|scene| scene.offers(choice));
             let few = with.len() <= without.len();
             let names: Vec<_> = if few { with } else { without }.iter().map(|scene| scene.name).collect();

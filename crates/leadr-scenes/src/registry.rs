@@ -47,6 +47,8 @@ pub enum Choice {
     Waves,
     /// The materials, animations and cameras of a model file.
     Model,
+    /// The folder of a model or a material.
+    Folder,
 }
 
 impl Choice {
@@ -63,6 +65,7 @@ impl Choice {
             Self::Bare => "cannot be drawn without its surroundings",
             Self::Waves => "has no sea",
             Self::Model => "is not a model",
+            Self::Folder => "reads no folder",
         }
     }
 }
@@ -177,7 +180,7 @@ pub static SCENES: [NamedScene; 11] = [
     scene(
         "plane",
         "A square plane with a height map, in a kerb",
-        &[Choice::HeightMap, Relief, Objects, Stretch, Roughness, Choice::Tiling, Bare],
+        &[Choice::HeightMap, Choice::Folder, Relief, Objects, Stretch, Roughness, Choice::Tiling, Bare],
         |options, _| {
             let (bare, tiling) = (options.bare, options.tiling);
             let mut stage = match &options.material {
@@ -195,7 +198,7 @@ pub static SCENES: [NamedScene; 11] = [
     scene(
         "sphere",
         "A sphere with a height map, on a plinth",
-        &[Choice::HeightMap, AtlasTile, Relief, Objects, Stretch, Roughness, Bare],
+        &[Choice::HeightMap, Choice::Folder, AtlasTile, Relief, Objects, Stretch, Roughness, Bare],
         |options, _| {
             let bare = options.bare;
             let stage = match &options.material {
@@ -247,7 +250,7 @@ const IN_TILES: [Choice; 5] = [AtlasTile, Relief, Objects, Stretch, Roughness];
 pub static MODEL: NamedScene = scene(
     "model",
     "A glTF model on open ground",
-    &[Choice::Model, Relief, Objects, Stretch],
+    &[Choice::Model, Choice::Folder, Relief, Objects, Stretch],
     |options, _| match options.model {
         Some(choice) => model::stage(choice),
         None => Err(SceneError::Model("no model file is given; use --scene FILE.glb".into())),

@@ -15,6 +15,7 @@ use super::stage::{BakedRelief, Lights, Views};
 use super::view::{Size, ViewChoice};
 use leadr_gpu::{Gpu, GpuError};
 use leadr_maps::baked::{BakedMap, HeightUnit};
+use leadr_maps::folders::OutsideLinks;
 use leadr_maps::material::{Input, Material, RoughnessMeaning};
 use leadr_maps::{HeightMap, MapFault, RgbImage};
 use leadr_models::{LoadOptions, Model};
@@ -50,13 +51,14 @@ impl Inputs {
     /// If a file is missing, damaged, too large or of the wrong type.
     pub fn load(config: &SceneConfig) -> Result<Self, SceneError> {
         let (mut height_map, mut baked, mut material) = (None, None, None);
+        let links = OutsideLinks::followed(config.follow_links);
         match &config.height_map {
             Some(file) if leadr_maps::baked::is_baked(file)? => {
                 let map = BakedMap::load(file)?;
                 map.check_drawable().map_err(|fault| fault.in_file(file))?;
                 let fault = |fault: MapFault| fault.in_file(file);
                 if map.is_material() || config.material != MaterialFiles::default() {
-                    material = Some(config.material.load_over(Material::of_baked(&map).map_err(fault)?)?);
+                    material = Some(config.material.load_over(Material::of_baked(&map).map_err(fault)?, links)?);
                 } else {
                     height_map = Some(map.height_map().map_err(fault)?);
                     let in_widths = map.heights == HeightUnit::Width;
@@ -64,7 +66,7 @@ impl Inputs {
                 }
             }
             heights => {
-                material = config.material.load(heights.as_deref())?;
+                material = config.material.load(heights.as_deref(), links)?;
                 if material.is_none() {
                     height_map = heights.as_ref().map(leadr_maps::load_height_map).transpose()?;
                 }
@@ -80,9 +82,9 @@ impl Inputs {
         }
         let model = match &config.model {
             Some(file) => {
-                let mut model = Model::load(file, LoadOptions { lenient: config.lenient })?;
+                let mut model = Model::load(file, LoadOptions { lenient: config.lenient, links })?;
                 let named = |fault: SceneError| fault.of_file(file);
-                displace(&mut model, file, &config.displacements).map_err(named)?;
+                displace(&mut model, file, &config.displacements, links).map_err(named)?;
                 measure(&mut model, &config.measured).map_err(named)?;
                 let choice = ModelChoice::new(model, config.animation.as_deref()).map_err(named)?;
                 let seen = config.view == ViewChoice::Model;

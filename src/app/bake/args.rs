@@ -38,6 +38,9 @@ pub struct BakeArgs {
     /// A height map (PNG, JPEG or EXR), a normal map recognised by its name, or a material folder
     #[arg(value_name = "FILE|FOLDER", required_unless_present = "normal")]
     pub input: Option<PathBuf>,
+    /// Read pictures of the folder through links that lead out of it. Use this option only for folders that you trust
+    #[arg(long)]
+    pub follow_links: bool,
     /// Bake the slopes of this normal map instead of the slopes of the heights
     #[arg(long, value_name = "FILE")]
     pub normal: Option<PathBuf>,

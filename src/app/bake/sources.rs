@@ -7,9 +7,9 @@ use serde::Serialize;
 use super::args::BakeArgs;
 use leadr_maps::bake::{DetailNormals, Inputs, Roughness};
 use leadr_maps::derive::{SlopeFaults, Slopes};
+use leadr_maps::folders::OutsideLinks;
 use leadr_maps::material::{GreenAxis, Material, MaterialFolder, NormalMap, Role, RoughnessMeaning, role_of};
 use leadr_maps::{load_height_map, load_raster};
-use leadr_reflectance::facets::gloss::Gloss;
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::output::Output;
 
@@ -60,9 +60,12 @@ impl Sources {
     /// Selects the files. With `slopes_only`, the result has no channels for roughness and colour.
     pub fn find(arguments: &BakeArgs, slopes_only: bool) -> Result<Self, AppError> {
         let mut found = Self::default();
+        if arguments.follow_links && !arguments.input.as_ref().is_some_and(|input| input.is_dir()) {
+            return Err(AppError::Usage("--follow-links is for a folder: give a material folder".into()));
+        }
         if let Some(input) = &arguments.input {
             if input.is_dir() {
-                found.look_into(input, arguments.gloss_scale, slopes_only)?;
+                found.look_into(input, arguments, slopes_only)?;
             } else {
                 found.take_file(input, arguments.normal.is_some());
             }
@@ -105,9 +108,10 @@ impl Sources {
         }
     }
 
-    fn look_into(&mut self, folder: &Path, scale: Gloss, slopes_only: bool) -> Result<(), AppError> {
-        let material = MaterialFolder::open(folder)?;
-        self.remarks = material.remarks.iter().filter(|remark| remark.contains("matches no role")).cloned().collect();
+    fn look_into(&mut self, folder: &Path, arguments: &BakeArgs, slopes_only: bool) -> Result<(), AppError> {
+        let material = MaterialFolder::open(folder, OutsideLinks::followed(arguments.follow_links))?;
+        self.remarks =
+            material.remarks.iter().filter(|remark| remark.contains("no role of a material")).cloned().collect();
         for (role, file) in material.pictures {
             let beside = matches!(role, Role::Color | Role::Roughness | Role::Gloss | Role::Packed);
             if beside && slopes_only {
@@ -122,7 +126,7 @@ impl Sources {
                 Role::Color => self.color = Some(file),
                 Role::Roughness => self.roughness = Some(file),
                 Role::Gloss => {
-                    (self.roughness, self.meaning) = (Some(file), RoughnessMeaning::Gloss(scale));
+                    (self.roughness, self.meaning) = (Some(file), RoughnessMeaning::Gloss(arguments.gloss_scale));
                 }
                 Role::Packed => (self.roughness, self.channel) = (Some(file), 1),
                 Role::Metalness | Role::Occlusion | Role::Cones | Role::Opacity | Role::Emission => {

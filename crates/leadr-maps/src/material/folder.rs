@@ -4,8 +4,10 @@ use std::path::{Path, PathBuf};
 
 use super::normals::green_axis;
 use super::{Encoding, GreenAxis, Input, Material, NormalMap, Opacity, Relief, RoughnessMeaning, Samples, Texture};
+use crate::folders::{OutsideLinks, matching};
+use crate::limits::ImageBudget;
 use crate::load::{load_height_map, load_raster};
-use crate::{MapError, MapFault};
+use crate::{ImageHeader, MapError, MapFault};
 use leadr_reflectance::facets::gloss::Gloss;
 
 /// Role of a picture in a material.
@@ -58,8 +60,8 @@ const WORDS: &[(Role, &[&str])] = &[
 
 const EXTENSIONS: [&str; 4] = ["png", "jpg", "jpeg", "exr"];
 
-/// Maximum number of folder entries to examine.
-const MOST_ENTRIES: usize = 10_000;
+/// Maximum number of remarks about pictures without a role.
+const MOST_REMARKS: usize = 20;
 
 /// Returns the role of a file: the role of the last recognised word in its name.
 pub fn role_of(file: &Path) -> Option<Role> {
@@ -85,31 +87,39 @@ pub struct MaterialFolder {
 }
 
 impl MaterialFolder {
-    /// Reads the file names of a folder.
+    /// Reads the file names of a folder. Pictures behind links are treated by `links`.
     ///
     /// # Errors
-    /// Fails if the folder is missing or unreadable, two pictures have the same role, or no picture has a role.
-    pub fn open(folder: impl AsRef<Path>) -> Result<Self, MapError> {
+    /// Fails if the folder is missing or unreadable, two pictures have the same role, no picture has a role, or a picture is
+    /// behind a link out of the folder.
+    pub fn open(folder: impl AsRef<Path>, links: OutsideLinks) -> Result<Self, MapError> {
         let folder = folder.as_ref();
-        Self::find(folder).map_err(|fault| fault.in_file(folder))
+        Self::find(folder, links).map_err(|fault| fault.in_file(folder))
     }
 
-    fn find(folder: &Path) -> Result<Self, MapFault> {
-        let entries = std::fs::read_dir(folder).map_err(MapFault::io("cannot be read as a folder of a material"))?;
-        let files: std::io::Result<Vec<_>> = entries.take(MOST_ENTRIES).map(|entry| Ok(entry?.path())).collect();
-        let mut files = files.map_err(MapFault::io("cannot be listed"))?;
-        files.sort();
-        let mut pictures: Vec<(Role, PathBuf)> = Vec::new();
-        let mut remarks = Vec::new();
-        for file in files {
+    fn find(folder: &Path, links: OutsideLinks) -> Result<Self, MapFault> {
+        let is_picture = |file: &Path| {
             let extension = file.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
-            if !extension.is_some_and(|extension| EXTENSIONS.contains(&extension.as_str())) {
-                continue;
+            extension.is_some_and(|extension| EXTENSIONS.contains(&extension.as_str()))
+        };
+        let mut unnamed = Vec::new();
+        let files = matching(folder, |file| {
+            let named = role_of(file).is_some();
+            if is_picture(file) && !named {
+                unnamed.push(file.to_path_buf());
             }
-            let Some(role) = role_of(&file) else {
-                remarks.push(format!("{} is not used: its name matches no role of a material", file.display()));
-                continue;
-            };
+            is_picture(file) && named
+        })?;
+        unnamed.sort();
+        let unused = |file: &PathBuf| format!("{} is not used: its name matches no role of a material", file.display());
+        let mut remarks: Vec<String> = unnamed.iter().take(MOST_REMARKS).map(unused).collect();
+        if let Some(more) = unnamed.len().checked_sub(MOST_REMARKS + 1) {
+            remarks
+                .push(format!("{} further pictures are not used: each name matches no role of a material", more + 1));
+        }
+        let mut pictures: Vec<(Role, PathBuf)> = Vec::new();
+        for file in files {
+            let Some(role) = role_of(&file) else { continue };
             if let Some((_, other)) = pictures.iter().find(|(taken, _)| *taken == role) {
                 let what = format!("{} and {} are both {role:?}", name_of(other), name_of(&file));
                 return Err(MapFault::unsupported(what, "keep one of them in the folder"));
@@ -122,6 +132,9 @@ impl MaterialFolder {
         if this.pictures.is_empty() {
             let remedy = "name them NAME_Color.png, NAME_NormalGL.png, NAME_Roughness.png, NAME_Displacement.png";
             return Err(MapFault::unsupported("no picture in it has the name of a material role", remedy));
+        }
+        for (_, file) in &this.pictures {
+            links.check(folder, Path::new(file.file_name().unwrap_or_default()))?;
         }
         Ok(this)
     }
@@ -159,8 +172,15 @@ impl MaterialFolder {
     /// Reads the pictures.
     ///
     /// # Errors
-    /// Fails if a picture is damaged, too large or of the wrong kind.
+    /// Fails if a picture is damaged, too large or of the wrong kind, or if all pictures together are too large.
     pub fn load(&self) -> Result<Material, MapError> {
+        let budget = ImageBudget::default();
+        for (_, file) in &self.pictures {
+            // Loading reports damaged files.
+            if let Ok((header, _)) = ImageHeader::of_file(file) {
+                budget.take(header.decoded_bytes()).map_err(|fault| fault.in_file(file))?;
+            }
+        }
         let mut material = Material::new(&self.name);
         for (role, file) in &self.pictures {
             match role {
@@ -313,21 +333,26 @@ mod tests {
     #[test]
     fn each_role_takes_one_image() {
         let both = folder(&["a_NormalGL.png", "a_NormalDX.png", "a_Roughness.png", "a_preview.png", "notes.txt"]);
-        let found = MaterialFolder::open(both.path()).unwrap();
+        let found = MaterialFolder::open(both.path(), OutsideLinks::Refused).unwrap();
         assert_eq!(found.pictures.iter().map(|p| p.0).collect::<Vec<_>>(), [Role::Roughness, Role::NormalUp]);
         assert_eq!(found.remarks.len(), 2, "{:?}", found.remarks);
         let twice = folder(&["a_Color.png", "b_Albedo.png"]);
-        let error = MaterialFolder::open(twice.path()).unwrap_err().to_string();
+        let error = MaterialFolder::open(twice.path(), OutsideLinks::Refused).unwrap_err().to_string();
         assert!(error.contains("a_Color.png and b_Albedo.png are both Color"), "{error}");
         let none = folder(&["readme.txt", "1.png"]);
-        assert!(MaterialFolder::open(none.path()).unwrap_err().to_string().contains("NAME_Color.png"));
-        assert!(MaterialFolder::open(none.path().join("nowhere")).is_err());
+        assert!(
+            MaterialFolder::open(none.path(), OutsideLinks::Refused)
+                .unwrap_err()
+                .to_string()
+                .contains("NAME_Color.png")
+        );
+        assert!(MaterialFolder::open(none.path().join("nowhere"), OutsideLinks::Refused).is_err());
     }
 
     #[test]
     fn non_images_are_reported() {
         let empty = folder(&["a_Color.png"]);
-        let error = MaterialFolder::open(empty.path()).unwrap().load().unwrap_err().to_string();
+        let error = MaterialFolder::open(empty.path(), OutsideLinks::Refused).unwrap().load().unwrap_err().to_string();
         assert!(error.contains("a_Color.png: is not an image"), "{error}");
     }
 
@@ -339,12 +364,36 @@ mod tests {
         save("x_Roughness.jpg", image::GrayImage::from_pixel(8, 8, image::Luma([128])).into());
         save("x_Displacement.png", image::ImageBuffer::from_fn(2, 1, |x, _| image::Luma([x as u16 * 65535])).into());
         save("x_nrm.png", image::RgbImage::from_pixel(2, 2, image::Rgb([128, 128, 255])).into());
-        let material = MaterialFolder::open(folder.path()).unwrap().load().unwrap();
+        let material = MaterialFolder::open(folder.path(), OutsideLinks::Refused).unwrap().load().unwrap();
         let color = material.base_color.texture.unwrap();
         assert_eq!((color.raster.width(), color.encoding), (4, Encoding::Srgb));
         let relief = material.relief.unwrap();
         assert_eq!((relief.map.texels, relief.middle, relief.scale), (vec![0.0, 1.0], 0.5, None));
         assert!((material.roughness.texture.unwrap().raster.value(3, 3, 0) - 0.5).abs() < 0.01);
         assert!(material.normal_map.is_some());
+    }
+
+    #[test]
+    fn unnamed_files_hide_no_picture() {
+        let crowded = tempfile::tempdir().unwrap();
+        let add = |name: String| std::fs::write(crowded.path().join(name), b"").unwrap();
+        (0..crate::folders::MAX_MATCHES + 5).for_each(|i| add(format!("{i:05}.png")));
+        add("z_Color.png".to_owned());
+        let found = MaterialFolder::open(crowded.path(), OutsideLinks::Refused).unwrap();
+        assert_eq!((found.pictures.len(), found.remarks.len()), (1, MOST_REMARKS + 1));
+        assert_eq!(
+            found.remarks[MOST_REMARKS],
+            "9985 further pictures are not used: each name matches no role of a material"
+        );
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn pictures_behind_links_out_of_the_folder_are_refused() {
+        let (folder, other) = (folder(&["a_Roughness.png"]), folder(&["secret.png"]));
+        std::os::unix::fs::symlink(other.path().join("secret.png"), folder.path().join("a_Color.png")).unwrap();
+        let error = MaterialFolder::open(folder.path(), OutsideLinks::Refused).unwrap_err().to_string();
+        assert!(error.contains("the link \"a_Color.png\" leads out") && error.contains("--follow-links"), "{error}");
+        assert_eq!(MaterialFolder::open(folder.path(), OutsideLinks::Followed).unwrap().pictures.len(), 2);
     }
 }

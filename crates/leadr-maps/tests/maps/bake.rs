@@ -5,6 +5,7 @@ use std::fs::File;
 
 use leadr_maps::bake::{ExrFile, Inputs, Kind, Ktx2File, Layout, Plan, Precision, Report, Roughness, bake};
 use leadr_maps::baked::{BakedMap, HeightUnit};
+use leadr_maps::folders::OutsideLinks;
 use leadr_maps::material::{
     Encoding, GreenAxis, MaterialFolder, NormalMap, Raster, Role, RoughnessMeaning, Samples, Texture,
 };
@@ -531,7 +532,7 @@ fn incompatible_inputs_are_refused() {
 fn heights_fit_scanned_normals_at_the_known_scale() {
     let Some(folder) = shared_data("displacement") else { return };
     for (name, scale, correlation) in [("MetalWalkway006", 4.4, 0.945), ("SheetMetal001", 16.7, 0.99)] {
-        let found = MaterialFolder::open(folder.join(name)).unwrap();
+        let found = MaterialFolder::open(folder.join(name), OutsideLinks::Refused).unwrap();
         let material = found.load().unwrap();
         let inputs = Inputs {
             heights: Some(load_height_map(found.picture(Role::Height).unwrap()).unwrap()),

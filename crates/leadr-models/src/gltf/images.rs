@@ -1,17 +1,16 @@
 //! Images of a model from files, data URIs or buffers. Each is decoded once, on all cores.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use rayon::prelude::*;
 
 use super::json::{Item, Read};
 use super::source::Source;
-use super::uri;
+use super::uri::{self, Contents};
 use crate::fault::{ModelFault, shown};
-use crate::limits::Budget;
-use leadr_maps::decode_raster;
-use leadr_maps::material::{Raster, Samples};
+use leadr_maps::material::Raster;
+use leadr_maps::{ImageHeader, MapFault, decode_raster};
 
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 enum Origin<'a> {
@@ -35,31 +34,34 @@ pub(super) struct Image {
 pub(super) fn read<'a>(source: &Source<'a>) -> Read<Vec<Image>> {
     let items = source.root.items("images", "image")?;
     let entries = items.into_iter().map(|item| Entry::read(item, source)).collect::<Read<Vec<_>>>()?;
-    let mut wanted: HashMap<Origin<'a>, usize> = HashMap::new();
+    let mut wanted = HashSet::new();
     for texture in source.root.items("textures", "texture")? {
-        if let Some(image) = texture.index("source", "image", entries.len())?
-            && let Some(origin) = entries[image].origin
-        {
-            wanted.entry(origin).or_insert(image);
+        wanted.extend(texture.index("source", "image", entries.len())?.and_then(|image| entries[image].origin));
+    }
+    // All memory is reserved before any image is decoded, so it does not depend on the number of threads.
+    let mut reserved = Vec::new();
+    for entry in &entries {
+        if let Some(origin) = entry.origin.filter(|origin| wanted.remove(origin)) {
+            let room = entry.reserve(source);
+            reserved.push((origin, entry, if source.lenient { room } else { Ok(room?) }));
         }
     }
     // Other threads need these fields, since `Source` as a whole is not `Sync`.
-    let (views, folder, budget) = (&source.views, source.folder, &source.image_budget);
-    let decode = |(origin, image): (Origin<'a>, usize)| {
-        let entry = &entries[image];
-        let raster = match origin {
+    let (views, folder) = (&source.views, source.folder);
+    let decode = |(origin, entry, room): (Origin<'a>, &Entry<'a>, Read<()>)| {
+        let raster = room.and_then(|()| match origin {
             Origin::Uri(uri) => {
-                uri::fetch(uri, folder, entry.item.location, u64::MAX).and_then(|bytes| entry.decode(&bytes, budget))
+                uri::fetch(uri, folder, entry.item.location, u64::MAX).and_then(|bytes| entry.decode(&bytes))
             }
-            Origin::View(view) => views[view].bytes().and_then(|bytes| entry.decode(bytes, budget)),
-        };
+            Origin::View(view) => views[view].bytes().and_then(|bytes| entry.decode(bytes)),
+        });
         (origin, raster.map(Arc::new))
     };
     // For a single image, waking other threads costs more than decoding it.
-    let mut results: HashMap<Origin<'a>, Read<Arc<Raster>>> = if wanted.len() > 1 {
-        wanted.into_par_iter().map(decode).collect()
+    let mut results: HashMap<Origin<'a>, Read<Arc<Raster>>> = if reserved.len() > 1 {
+        reserved.into_par_iter().map(decode).collect()
     } else {
-        wanted.into_iter().map(decode).collect()
+        reserved.into_iter().map(decode).collect()
     };
     let failed = |origin: &Origin<'_>| results.get(origin).is_some_and(Result::is_err);
     let first_failed = entries.iter().filter_map(|entry| entry.origin).find(failed);
@@ -96,19 +98,31 @@ impl<'a> Entry<'a> {
         Ok(Self { item, origin, name })
     }
 
-    fn decode(&self, bytes: &[u8], budget: &Budget) -> Read<Raster> {
-        // Different names may refer to the same large file.
-        budget.take::<u8>(bytes.len())?;
-        let raster = decode_raster(bytes).map_err(|fault| {
-            let (location, name) = (self.item.location.to_string(), &self.name);
-            let location = if *name == location { location } else { format!("{location} ({name})") };
-            ModelFault::Image { location, fault }
-        })?;
-        match raster.samples() {
-            Samples::U8(samples) => budget.take::<u8>(samples.len()),
-            Samples::U16(samples) => budget.take::<u16>(samples.len()),
-            Samples::F32(samples) => budget.take::<f32>(samples.len()),
-        }?;
-        Ok(raster)
+    /// Reserves the memory of the encoded and the decoded image. Decoding reports damaged headers.
+    fn reserve(&self, source: &Source<'_>) -> Read<()> {
+        let Some((header, length)) = self.header(source) else { return Ok(()) };
+        source.image_budget.take(length + header.decoded_bytes()).map_err(|fault| self.fault(fault))
+    }
+
+    /// Returns the header and the encoded length, if they are readable.
+    fn header(&self, source: &Source<'_>) -> Option<(ImageHeader, u64)> {
+        let in_memory = |bytes: &[u8]| Some((ImageHeader::read(bytes, bytes.len() as u64).ok()?, bytes.len() as u64));
+        match self.origin? {
+            Origin::View(view) => in_memory(source.views[view].bytes().ok()?),
+            Origin::Uri(uri) => match uri::find(uri, source.folder, self.item.location).ok()? {
+                Contents::Data(bytes) => in_memory(&bytes),
+                Contents::File(file) => ImageHeader::of_file(&file).ok(),
+            },
+        }
+    }
+
+    fn decode(&self, bytes: &[u8]) -> Read<Raster> {
+        decode_raster(bytes).map_err(|fault| self.fault(fault))
+    }
+
+    fn fault(&self, fault: MapFault) -> ModelFault {
+        let (location, name) = (self.item.location.to_string(), &self.name);
+        let location = if *name == location { location } else { format!("{location} ({name})") };
+        ModelFault::Image { location, fault }
     }
 }

@@ -7,8 +7,8 @@ use super::textures::{Purpose, Textures};
 use super::uri;
 use crate::fault::{ModelFault, shown};
 use crate::limits::{COORDINATES, MAX_COORDINATE};
-use leadr_maps::decode_height_map;
 use leadr_maps::material::{Anisotropy, GreenAxis, Input, Material, NormalMap, Opacity, Relief, RoughnessMeaning};
+use leadr_maps::{ImageHeader, decode_height_map};
 
 /// Key of the displacement map in a material's `extras`.
 const DISPLACEMENT: &str = "leadr_displacement";
@@ -156,10 +156,14 @@ impl<'a> Reader<'a> {
         let scale = item.number("scale", 0.0..=MAX_COORDINATE)?;
         let middle = item.number("middle", COORDINATES)?.unwrap_or(0.5);
         let map = uri::fetch(uri, self.source.folder, item.location, u64::MAX).and_then(|bytes| {
-            self.source.image_budget.take::<u8>(bytes.len())?;
-            let location = format!("{} ({})", item.location, shown(uri));
-            let map = decode_height_map(&bytes).map_err(|fault| ModelFault::Image { location, fault })?;
-            self.source.image_budget.take::<f32>(map.texels.len()).map(|()| map)
+            let fault = |fault| ModelFault::Image { location: format!("{} ({})", item.location, shown(uri)), fault };
+            let length = bytes.len() as u64;
+            // Decoding reports damaged headers.
+            if let Ok(header) = ImageHeader::read(&bytes, length) {
+                let heights = header.texels() * size_of::<f32>() as u64;
+                self.source.image_budget.take(length + header.decoded_bytes() + heights).map_err(fault)?;
+            }
+            decode_height_map(&bytes).map_err(fault)
         });
         match map {
             Ok(map) => Ok(Some(Relief { map, scale, in_widths: false, middle })),

@@ -23,20 +23,23 @@ use std::path::Path;
 
 use self::json::{Item, Read};
 use self::source::Source;
+use self::uri::Folder;
 use super::fault::shown;
+use super::load::LoadOptions;
 use super::model::Model;
 
 pub use extensions::READ as EXTENSIONS_READ;
 
 /// Decodes a model from the bytes of its file. Other files are read from `folder`.
-pub(super) fn decode(bytes: &[u8], name: &str, folder: Option<&Path>, lenient: bool) -> Read<Model> {
+pub(super) fn decode(bytes: &[u8], name: &str, folder: Option<&Path>, options: LoadOptions) -> Read<Model> {
+    let folder = folder.map(|path| Folder { path, links: options.links });
     let container = glb::open(bytes)?;
     let json = value::parse(container.json)?;
     let root = Item::root(&json);
     // The scene is checked before files are read, so that a fault of the model itself takes precedence over a missing file.
     nodes::default_scene(&root)?;
     let buffers = source::buffers(&root, container.binary, folder)?;
-    let source = Source::open(root, &buffers, folder, lenient)?;
+    let source = Source::open(root, &buffers, folder, options.lenient)?;
     let mut model = Model { name: name.to_owned(), ..Model::default() };
     read_parts(&source, &mut model)?;
     model.remarks = source.into_remarks();

@@ -2,20 +2,24 @@
 
 use std::borrow::Cow;
 use std::cell::{Cell, RefCell};
-use std::path::Path;
 
 use super::accessor::{Accessor, Buffer, BufferView};
 use super::json::{Item, Read};
+use super::uri::Folder;
 use super::{extensions, uri};
 use crate::fault::ModelFault;
 use crate::limits::{Budget, MAX_BUFFER_BYTES};
-use leadr_maps::limits::format_bytes;
+use leadr_maps::limits::{ImageBudget, format_bytes};
 
 /// Maximum number of stored remarks. Further remarks are only counted.
 const MAX_REMARKS: usize = 64;
 
 /// Reads all buffers, embedded or from other files.
-pub(super) fn buffers<'a>(root: &Item<'_>, binary: Option<&'a [u8]>, folder: Option<&Path>) -> Read<Vec<Buffer<'a>>> {
+pub(super) fn buffers<'a>(
+    root: &Item<'_>,
+    binary: Option<&'a [u8]>,
+    folder: Option<Folder<'_>>,
+) -> Read<Vec<Buffer<'a>>> {
     let mut all = Vec::new();
     let mut sum = 0u64;
     for (i, item) in root.items("buffers", "buffer")?.into_iter().enumerate() {
@@ -47,7 +51,7 @@ pub(super) fn buffers<'a>(root: &Item<'_>, binary: Option<&'a [u8]>, folder: Opt
 pub(super) struct Source<'a> {
     pub(super) root: Item<'a>,
     /// Folder of external files; `None` for a model in memory.
-    pub(super) folder: Option<&'a Path>,
+    pub(super) folder: Option<Folder<'a>>,
     /// Whether unreadable images are replaced.
     pub(super) lenient: bool,
     pub(super) views: Vec<BufferView<'a>>,
@@ -58,7 +62,7 @@ pub(super) struct Source<'a> {
     /// Remaining bytes that may be unpacked.
     pub(super) budget: Budget,
     /// Remaining bytes of images.
-    pub(super) image_budget: Budget,
+    pub(super) image_budget: ImageBudget,
     remarks: RefCell<Vec<String>>,
     more_remarks: Cell<usize>,
 }
@@ -68,7 +72,7 @@ impl<'a> Source<'a> {
     pub(super) fn open(
         root: Item<'a>,
         buffers: &'a [Buffer<'_>],
-        folder: Option<&'a Path>,
+        folder: Option<Folder<'a>>,
         lenient: bool,
     ) -> Read<Self> {
         let there = buffers.iter().filter(|buffer| buffer.bytes.is_some()).map(|buffer| buffer.length).sum();
@@ -85,7 +89,7 @@ impl<'a> Source<'a> {
             accessors,
             quantized: false,
             budget,
-            image_budget: Budget::for_images(),
+            image_budget: ImageBudget::default(),
             remarks: RefCell::default(),
             more_remarks: Cell::new(0),
         };

@@ -4,29 +4,58 @@ use std::path::{Component, Path, PathBuf};
 
 use super::json::{Location, Read};
 use crate::fault::{ModelFault, shown};
+use leadr_maps::folders::OutsideLinks;
 use leadr_maps::{MapFault, limits};
 
-/// Fetches the first `most` bytes of a `data:` URI or of a file inside the model's folder.
+/// The model's folder.
+#[derive(Clone, Copy)]
+pub(super) struct Folder<'a> {
+    pub(super) path: &'a Path,
+    pub(super) links: OutsideLinks,
+}
+
+/// The contents of a URI, before files are read.
+pub(super) enum Contents {
+    Data(Vec<u8>),
+    File(PathBuf),
+}
+
+/// Decodes a `data:` URI, or finds a file inside the model's folder.
 ///
-/// Other schemes, absolute paths and `..` are refused, because an untrusted model must not read other files. Links inside the
-/// folder are followed.
-pub(super) fn fetch(uri: &str, folder: Option<&Path>, location: Location, most: u64) -> Read<Vec<u8>> {
+/// Other schemes, absolute paths, `..` and links out of the folder are refused, because an untrusted model must not read other
+/// files.
+pub(super) fn find(uri: &str, folder: Option<Folder<'_>>, location: Location) -> Read<Contents> {
     if let Some(data) = uri.strip_prefix("data:") {
-        let mut bytes = decode_data(data).map_err(|what| location.fault(what))?;
-        bytes.truncate(usize::try_from(most).unwrap_or(usize::MAX));
-        return Ok(bytes);
+        return decode_data(data).map(Contents::Data).map_err(|what| location.fault(what));
     }
-    let missing = |what: String| ModelFault::Missing { location: location.to_string(), uri: shown(uri), what };
-    let path = relative_path(uri).map_err(|what| missing(what.into()))?;
-    let folder =
-        folder.ok_or_else(|| missing("cannot be found, because the model was not loaded from a folder".into()))?;
-    limits::read_start(&folder.join(path), most).map_err(|fault| {
-        missing(match fault {
-            MapFault::Io { doing, source } => format!("{doing} ({source})"),
-            MapFault::NotAFile => "is not a regular file".into(),
-            _ => "is too large".into(),
-        })
-    })
+    let missing = |what: &str| missing(uri, location, what.to_owned());
+    let path = relative_path(uri).map_err(missing)?;
+    let folder = folder.ok_or_else(|| missing("cannot be found, because the model was not loaded from a folder"))?;
+    let location = format!("{location}: the file {:?}", shown(uri));
+    folder.links.check(folder.path, &path).map_err(|fault| ModelFault::Outside { location, fault })?;
+    Ok(Contents::File(folder.path.join(path)))
+}
+
+/// Fetches the first `most` bytes of what [`find`] returns.
+pub(super) fn fetch(uri: &str, folder: Option<Folder<'_>>, location: Location, most: u64) -> Read<Vec<u8>> {
+    match find(uri, folder, location)? {
+        Contents::Data(mut bytes) => {
+            bytes.truncate(usize::try_from(most).unwrap_or(usize::MAX));
+            Ok(bytes)
+        }
+        Contents::File(file) => limits::read_start(&file, most).map_err(|fault| {
+            let what = match fault {
+                MapFault::Io { doing, source } => format!("{doing} ({source})"),
+                MapFault::NotAFile => "is not a regular file".into(),
+                _ => "is too large".into(),
+            };
+            missing(uri, location, what)
+        }),
+    }
+}
+
+fn missing(uri: &str, location: Location, what: String) -> ModelFault {
+    ModelFault::Missing { location: location.to_string(), uri: shown(uri), what }
 }
 
 /// Returns the path of a URI, or the reason for refusal.

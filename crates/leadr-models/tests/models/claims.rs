@@ -82,6 +82,21 @@ fn oversized_claims_are_cheap() {
     }
 }
 
+/// Forty images of 8192 x 8192 are refused from their headers, with any number of threads.
+#[test]
+fn images_are_counted_before_they_are_decoded() {
+    let _alone = alone();
+    let Some(folder) = leadr_testing::shared::shared_data("bad-input/models-large") else { return };
+    let file = std::fs::read(folder.join("img8k_x40.glb")).unwrap();
+    for threads in [1, 16] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let (result, peak, _) = pool.install(|| measured(|| decode(&file)));
+        let message = result.map(drop).unwrap_err().to_string();
+        assert!(message.contains("with the images before it, it needs more than 4 GiB"), "{message}");
+        assert!(peak < 8 << 20, "{threads} threads: {peak} bytes");
+    }
+}
+
 /// The same PNG with another size in its header and a matching checksum.
 fn claiming(mut png: Vec<u8>, side: u32) -> Vec<u8> {
     png[16..20].copy_from_slice(&side.to_be_bytes());

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use leadr_maps::HeightMap;
+use leadr_maps::folders::OutsideLinks;
 use leadr_maps::reads::{FileRead, recorded};
 use leadr_maps::save::encode_png_grey16;
 use leadr_models::{LoadOptions, Model, ModelFault};
@@ -12,7 +13,7 @@ use serde_json::{Value, json};
 use crate::build::{everything, png, triangle};
 use leadr_testing::memory::{alone, measured, unmeasured};
 
-const LENIENT: LoadOptions = LoadOptions { lenient: true };
+const LENIENT: LoadOptions = LoadOptions { lenient: true, links: OutsideLinks::Refused };
 
 /// Writes a triangle with the image at `uri` as base colour.
 fn painted(folder: &Path, uri: &str) -> std::path::PathBuf {
@@ -112,6 +113,37 @@ fn remote_files_are_not_read() {
     // The same file is accepted inside the folder.
     fs::copy(&secret, inside.join("secret.png")).unwrap();
     Model::load(painted(&inside, "secret.png"), LoadOptions::default()).unwrap();
+}
+
+/// A link to a file outside the folder is refused, alone or as a folder on the way, unless links are followed.
+#[cfg(unix)]
+#[test]
+fn links_out_of_the_folder_are_refused() {
+    use std::os::unix::fs::symlink;
+    let _unmeasured = unmeasured();
+    let folder = tempfile::tempdir().unwrap();
+    let inside = folder.path().join("inside");
+    fs::create_dir(&inside).unwrap();
+    fs::write(folder.path().join("secret.png"), png(1, 1, &[1, 2, 3, 255])).unwrap();
+    fs::write(inside.join("real.png"), png(1, 1, &[1, 2, 3, 255])).unwrap();
+    symlink("../secret.png", inside.join("out.png")).unwrap();
+    symlink("..", inside.join("up")).unwrap();
+    symlink("real.png", inside.join("alias.png")).unwrap();
+    Model::load(painted(&inside, "alias.png"), LoadOptions::default()).unwrap();
+    for (uri, link) in [("out.png", "out.png"), ("up/secret.png", "up")] {
+        let path = painted(&inside, uri);
+        let message = Model::load(&path, LoadOptions::default()).unwrap_err().to_string();
+        let wanted =
+            format!("image 0: the file {uri:?}: the link {link:?} leads out of its folder; add --follow-links");
+        assert!(message.contains(&wanted), "{message}");
+        Model::load(&path, LoadOptions { links: OutsideLinks::Followed, ..LoadOptions::default() }).unwrap();
+    }
+    // The same check applies to buffers, which are never replaced.
+    let data = inside.join("data of");
+    fs::rename(&data, folder.path().join("data")).unwrap();
+    symlink("../data", &data).unwrap();
+    let message = Model::load(inside.join("painted.gltf"), LENIENT).unwrap_err().to_string();
+    assert!(message.contains("buffer 0: the file") && message.contains("the link \"data of\" leads out"), "{message}");
 }
 
 #[test]

@@ -29,8 +29,7 @@ impl Numbering {
             let fault = format!("{count} objects exceed the limit of {MAX_OBJECTS}");
             return Err(GpuError::Usage { name: "scene".to_owned(), fault });
         }
-        let object_bits = (count as u32 + 2).next_power_of_two().ilog2().max(*OBJECT_BITS.start());
-        let numbering = Self { object_bits };
+        let numbering = Self::of_count(count);
         let most = numbering.patches();
         match objects.iter().find(|object| object.mesh.patches.len() > most) {
             Some(object) => {
@@ -40,6 +39,11 @@ impl Numbering {
             }
             None => Ok(numbering),
         }
+    }
+
+    /// Returns the numbering of a scene with this number of objects, at most [`MAX_OBJECTS`].
+    pub fn of_count(objects: usize) -> Self {
+        Self { object_bits: (objects as u32 + 2).next_power_of_two().ilog2().max(*OBJECT_BITS.start()) }
     }
 
     /// Returns the maximum number of patches of an object.

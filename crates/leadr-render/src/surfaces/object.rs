@@ -1,5 +1,6 @@
 //! An [`Object`] on the device.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
@@ -470,24 +471,40 @@ impl GpuObject {
 
 /// Returns for each object the index of the first earlier object with the same maps.
 pub fn with_same_maps(objects: &[Object]) -> Vec<Option<usize>> {
-    let first = |i: usize| objects[..i].iter().position(|earlier| have_same_maps(earlier, &objects[i]));
-    (0..objects.len()).map(first).collect()
+    // Comparing each object with all earlier ones would take quadratic time.
+    let mut known: HashMap<_, Vec<usize>> = HashMap::new();
+    let first = |(index, object): (usize, &Object)| {
+        let map = object.heights.as_ref().filter(|_| is_relief_alone(object)).map(|field| &field.map)?;
+        let sampled = map.texels.iter().step_by((map.texels.len() / SAMPLED).max(1)).map(|height| height.to_bits());
+        let alike = known.entry((map.width, map.height, sampled.collect::<Vec<_>>())).or_default();
+        let found = alike.iter().copied().find(|&earlier| have_same_maps(&objects[earlier], object));
+        if found.is_none() {
+            alike.push(index);
+        }
+        found
+    };
+    objects.iter().enumerate().map(first).collect()
+}
+
+/// Number of heights that are compared before all of them.
+const SAMPLED: usize = 64;
+
+/// Whether the relief of an object has no other maps.
+fn is_relief_alone(object: &Object) -> bool {
+    let others = [object.slopes.is_some(), object.slope_spread.is_some(), object.moments.is_some()];
+    let materials = [object.material.is_some(), object.detail.is_some(), object.charts.is_some()];
+    !others.into_iter().chain(materials).any(|there| there) && !object.follows_relief
 }
 
 /// Whether two objects have the same maps. They must have reliefs without materials that differ at most in height scale.
 fn have_same_maps(a: &Object, b: &Object) -> bool {
     let (Some(of_a), Some(of_b)) = (&a.heights, &b.heights) else { return false };
-    let relief_alone = |object: &Object| {
-        let others = [object.slopes.is_some(), object.slope_spread.is_some(), object.moments.is_some()];
-        let materials = [object.material.is_some(), object.detail.is_some(), object.charts.is_some()];
-        !others.into_iter().chain(materials).any(|there| there) && !object.follows_relief
-    };
     // Filtering crosses tiles, so the maps of an atlas depend on the mesh.
     let same_surface = |a: &PatchMesh, b: &PatchMesh| {
         a.patches == b.patches && a.positions == b.positions && a.normals == b.normals && a.texcoords == b.texcoords
     };
-    relief_alone(a)
-        && relief_alone(b)
+    is_relief_alone(a)
+        && is_relief_alone(b)
         && of_a.border == of_b.border
         && a.slope_wrap == b.slope_wrap
         && a.height_scale.partial_cmp(&0.0) == b.height_scale.partial_cmp(&0.0)

@@ -2,6 +2,7 @@
 //!
 //! Priority: the user's maps, then `extras.leadr_displacement` in the file (read with the model), then maps beside the file.
 
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -9,13 +10,10 @@ use serde::{Serialize, Serializer};
 
 use super::named::{NamedFile, materials_named};
 use crate::error::SceneError;
-use leadr_maps::MapError;
-use leadr_maps::load_height_map;
+use leadr_maps::folders::{OutsideLinks, matching};
 use leadr_maps::material::{Material, Relief, Role, role_of};
+use leadr_maps::{MapError, MapFault, load_height_map};
 use leadr_models::Model;
-
-/// Maximum number of folder entries that are searched.
-const MOST_ENTRIES: usize = 10_000;
 
 /// A height map for a material, written as `MATERIAL=FILE`, `MATERIAL=FILE,SCALE` or `MATERIAL=FILE,SCALE,MIDDLE`.
 #[derive(Clone, Debug, PartialEq)]
@@ -79,9 +77,15 @@ fn relief_of(file: &Path) -> Result<Relief, MapError> {
 /// Applies the user's height maps to the materials of the model in `file`, then the maps found beside it.
 ///
 /// # Errors
-/// If no material has the name (the message lists all names), or a map is damaged.
-pub fn displace(model: &mut Model, file: &Path, requested: &[Displacement]) -> Result<(), SceneError> {
-    for (material, map) in beside(model, file) {
+/// If no material has the name (the message lists all names), a map is damaged, or a map beside the model is behind a link out of its folder
+/// and `links` refuses it.
+pub fn displace(
+    model: &mut Model,
+    file: &Path,
+    requested: &[Displacement],
+    links: OutsideLinks,
+) -> Result<(), SceneError> {
+    for (material, map) in beside(model, file, links)? {
         let name = map.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let material = &mut model.materials[material];
         tracing::warn!("{}: found {name} beside the model; it displaces material {}", model.name, material.name);
@@ -99,32 +103,38 @@ pub fn displace(model: &mut Model, file: &Path, requested: &[Displacement]) -> R
 }
 
 /// Finds height maps beside a model, named like a material without heights or its base colour image, plus a word for heights.
-fn beside(model: &Model, file: &Path) -> Vec<(usize, PathBuf)> {
-    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
-    let mut files: Vec<PathBuf> =
-        entries.take(MOST_ENTRIES).filter_map(|entry| entry.ok().map(|entry| entry.path())).collect();
-    files.sort();
-    let maps: Vec<(String, PathBuf)> = files
-        .into_iter()
-        .filter(|map| {
-            let extension = map.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase);
-            matches!(extension.as_deref(), Some("png" | "exr")) && role_of(map) == Some(Role::Height)
-        })
-        .filter_map(|map| Some((without_role(map.file_stem()?.to_str()?)?, map)))
-        .collect();
-    let found = |material: &Material| {
+fn beside(model: &Model, file: &Path, links: OutsideLinks) -> Result<Vec<(usize, PathBuf)>, SceneError> {
+    let names = |material: &Material| {
         let image = material.base_color.texture.as_ref().and_then(|texture| {
             let stem = Path::new(&texture.name).file_stem()?.to_str()?;
             let is_color = role_of(Path::new(&texture.name)) == Some(Role::Color);
             if is_color { without_role(stem) } else { Some(stem.to_lowercase()) }
         });
-        let names = [Some(material.name.to_lowercase()), image];
-        let named = |name: &Option<String>| maps.iter().find(|(map, _)| Some(map) == name.as_ref());
-        names.iter().find_map(named).map(|(_, map)| map.clone())
+        [Some(material.name.to_lowercase()), image].into_iter().flatten()
     };
-    let bare = model.materials.iter().enumerate().filter(|(_, material)| material.relief.is_none());
-    bare.filter_map(|(number, material)| Some((number, found(material)?))).collect()
+    let bare = || model.materials.iter().enumerate().filter(|(_, material)| material.relief.is_none());
+    let wanted: HashSet<String> = bare().flat_map(|(_, material)| names(material)).collect();
+    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let of_name = |map: &Path| {
+        let extension = map.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase);
+        let is_map = matches!(extension.as_deref(), Some("png" | "exr")) && role_of(map) == Some(Role::Height);
+        if is_map { without_role(map.file_stem()?.to_str()?).filter(|name| wanted.contains(name)) } else { None }
+    };
+    // A model of readable bytes needs no readable folder.
+    let found = match matching(folder, |map| of_name(map).is_some()) {
+        Err(MapFault::Io { .. }) => Vec::new(),
+        found => found.map_err(|fault| fault.in_file(folder))?,
+    };
+    // The first map of a name counts.
+    let maps: HashMap<String, PathBuf> =
+        found.into_iter().rev().filter_map(|map| Some((of_name(&map)?, map))).collect();
+    let map =
+        |(number, material): (usize, &Material)| Some((number, names(material).find_map(|name| maps.get(&name))?));
+    let found: Vec<(usize, PathBuf)> = bare().filter_map(map).map(|(number, map)| (number, map.clone())).collect();
+    for (_, map) in &found {
+        links.check(folder, Path::new(map.file_name().unwrap_or_default())).map_err(|fault| fault.in_file(map))?;
+    }
+    Ok(found)
 }
 
 /// Returns a name in lower case without its last word.
@@ -175,7 +185,7 @@ mod tests {
         let file = folder.path().join("tree.glb");
         let heights = |requested: &[Displacement]| {
             let mut model = model.clone();
-            displace(&mut model, &file, requested).unwrap();
+            displace(&mut model, &file, requested, OutsideLinks::Refused).unwrap();
             let height = |m: &Material| m.relief.as_ref().map(|relief| (relief.map.texels[0] * 10.0).round());
             model.materials.iter().map(height).collect::<Vec<_>>()
         };
@@ -183,7 +193,32 @@ mod tests {
         let requested = |name: &str| format!("{name}={}", requested.display()).parse::<Displacement>().unwrap();
         assert_eq!(heights(&[requested("bark")]), [Some(8.0), Some(4.0), None]);
         assert_eq!(heights(&[requested("*")]), [Some(8.0); 3]);
-        let error = displace(&mut model.clone(), &file, &[requested("moss")]).unwrap_err().to_string();
+        let error =
+            displace(&mut model.clone(), &file, &[requested("moss")], OutsideLinks::Refused).unwrap_err().to_string();
         assert!(error.ends_with("no material is named moss; available: bark, Material.001, stone"), "{error}");
+    }
+
+    #[test]
+    fn other_maps_hide_no_map_beside_a_model() {
+        let folder = tempfile::tempdir().unwrap();
+        let add = |name: &str| std::fs::write(folder.path().join(name), b"").unwrap();
+        (0..=leadr_maps::folders::MAX_MATCHES).for_each(|i| add(&format!("{i}_Height.png")));
+        add("zinc_Height.png");
+        let model = Model { materials: vec![Material::new("tin"), Material::new("zinc")], ..Model::default() };
+        let found = beside(&model, &folder.path().join("a.glb"), OutsideLinks::Refused).unwrap();
+        assert_eq!(found, [(1, folder.path().join("zinc_Height.png"))]);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn maps_behind_links_out_of_the_folder_are_refused() {
+        let (folder, other) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        std::fs::write(other.path().join("secret"), b"").unwrap();
+        std::os::unix::fs::symlink(other.path().join("secret"), folder.path().join("tin_Height.png")).unwrap();
+        let model = Model { materials: vec![Material::new("tin")], ..Model::default() };
+        let found = |links| beside(&model, &folder.path().join("a.glb"), links);
+        let error = found(OutsideLinks::Refused).unwrap_err().to_string();
+        assert!(error.contains("\"tin_Height.png\" leads out") && error.contains("--follow-links"), "{error}");
+        assert_eq!(found(OutsideLinks::Followed).unwrap().len(), 1);
     }
 }

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::parts::{Part, Parted, Parts};
 use crate::cover::finest;
 use leadr_models::Model;
-use leadr_render::surfaces::numbering::MAX_OBJECTS;
+use leadr_render::surfaces::numbering::{MAX_OBJECTS, Numbering};
 
 /// Minimum triangles of a mesh that is drawn as instances. One draw of many smaller meshes costs less than a draw for each node.
 const LEAST_TRIANGLES: usize = 256;
@@ -21,9 +21,25 @@ pub fn share_meshes(model: &Model, parts: &mut Parts, others: usize) {
     if parts.are_displaced(model) {
         return;
     }
-    let mut room = MAX_OBJECTS.saturating_sub(others + parts.objects.len());
+    let taken = others + parts.objects.len();
+    let mut most = MAX_OBJECTS;
+    while most > taken {
+        let objects = shared(model, &parts.objects, most - taken);
+        let count = others + objects.iter().map(|object| object.instances().len()).sum::<usize>();
+        let triangles = |object: &Parted| object.staged().iter().map(|part| part.shown_in(model).triangles.len()).sum();
+        if objects.iter().map(triangles).max() <= Some(Numbering::of_count(count).patches()) {
+            parts.objects = objects;
+            return;
+        }
+        // The more objects a scene has, the fewer triangles each may have.
+        most /= 2;
+    }
+}
+
+/// Splits objects into instances and the rest. The result has at most `room` more objects.
+fn shared(model: &Model, all: &[Parted], mut room: usize) -> Vec<Parted> {
     let mut objects = Vec::new();
-    for Parted { material, parts, .. } in std::mem::take(&mut parts.objects) {
+    for Parted { material, parts, .. } in all.iter().cloned() {
         let (width, height) = finest(&model.materials[material]);
         let maps = TEXEL_BYTES * width as usize * height as usize;
         let all = parts.len();
@@ -55,7 +71,7 @@ pub fn share_meshes(model: &Model, parts: &mut Parts, others: usize) {
             objects.push(Parted { material, parts: merged, instanced: false });
         }
     }
-    parts.objects = objects;
+    objects
 }
 
 /// Returns a key that is equal for parts with the same triangles in the same winding.
@@ -105,6 +121,10 @@ mod tests {
         let Transform::Parts { translation, rotation, .. } = Transform::IDENTITY else { panic!() };
         both.nodes[0].transform = Transform::Parts { translation, rotation, scale };
         assert_eq!(objects(&both, 1), [(vec![2, 5], true), (vec![0, 1, 3, 4], false)]);
+        // A large object leaves no numbers for many instances.
+        let crowd = model(&[300, 70_000], &[vec![1], vec![0; 9000]].concat());
+        assert!(objects(&crowd, 1).iter().all(|(_, instanced)| !instanced));
+        assert!(objects(&model(&[300, 60_000], &[vec![1], vec![0; 9000]].concat()), 1)[0].1);
         // Nodes beyond the renderer's objects are merged.
         assert_eq!(objects(&both, MAX_OBJECTS - 2), [(vec![0, 1, 2, 3, 4, 5], false)]);
     }

@@ -40,16 +40,24 @@ impl fmt::Display for NamedFile {
     }
 }
 
+/// Maximum number of materials in an error.
+const MOST_NAMES: usize = 40;
+
 /// Returns the indices of the materials with this name; all for `None`.
 ///
 /// # Errors
-/// If no material has the name; existing names are listed.
+/// If no material has the name; the first existing names are listed.
 pub fn materials_named(model: &Model, name: Option<&str>) -> Result<Vec<usize>, SceneError> {
     let all = model.materials.iter().enumerate();
     let indices: Vec<usize> =
         all.filter(|(_, material)| name.is_none_or(|name| name == material.name)).map(|(index, _)| index).collect();
     if indices.is_empty() {
-        let names: Vec<&str> = model.materials.iter().map(|material| material.name.as_str()).collect();
+        let mut names: Vec<&str> =
+            model.materials.iter().map(|material| material.name.as_str()).take(MOST_NAMES).collect();
+        let more = format!("and {} more", model.materials.len() - names.len());
+        if model.materials.len() > names.len() {
+            names.push(&more);
+        }
         let fault = format!("no material is named {}; available: {}", name.unwrap_or("*"), names.join(", "));
         return Err(SceneError::Model(fault));
     }

@@ -9,6 +9,7 @@ use crate::report::studio::{Studio, fault};
 use crate::report::subject::Subject;
 use crate::report::truth::Truth;
 use crate::report::verdict::Shot;
+use leadr_maps::folders::OutsideLinks;
 use leadr_maps::material::{Material, MaterialFolder};
 use leadr_maps::{HeightMap, RgbImage, procedural};
 use leadr_reflectance::masking::shadowing::Shadowing;
@@ -79,7 +80,7 @@ fn surfaces(studio: &Studio) -> Result<Vec<(String, Material)>, LabError> {
     folders.sort();
     folders.truncate(studio.pick(1, usize::MAX));
     let read = |path: std::path::PathBuf| {
-        let material = MaterialFolder::open(&path)?.load()?;
+        let material = MaterialFolder::open(&path, OutsideLinks::Refused)?.load()?;
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         Ok((name, material))
     };

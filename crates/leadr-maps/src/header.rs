@@ -1,0 +1,109 @@
+//! The size of an image from the start of its file, to reserve memory before the image is decoded.
+
+use std::path::Path;
+
+use super::foreign::unrecognised;
+use super::limits::{MAX_FILE_BYTES, check_size, first_bytes, open};
+use super::raster_read::{self, is_raster};
+use super::{MapFault, exr_read, hdr};
+
+/// Bytes at the start of a file that usually contain the header of an image.
+const START: u64 = 1 << 16;
+
+/// The declared size of an image, within [`limits`](crate::limits).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ImageHeader {
+    /// Width in texels.
+    pub width: u32,
+    /// Height in texels.
+    pub height: u32,
+    /// Maximum bytes of a decoded texel, all channels together.
+    pub texel_bytes: u64,
+}
+
+impl ImageHeader {
+    /// Reads the header of a PNG, JPEG, EXR or Radiance HDR from the first bytes of a file of `file_bytes` bytes.
+    ///
+    /// # Errors
+    /// Fails if the format is unsupported, the header is damaged or continues after `start`, or the size exceeds
+    /// [`limits`](crate::limits).
+    pub fn read(start: &[u8], file_bytes: u64) -> Result<Self, MapFault> {
+        let (width, height, texel_bytes) = if is_raster(start) {
+            raster_read::declared_size(start)?
+        } else if hdr::is_hdr(start) {
+            hdr::declared_size(start)?
+        } else if exr_read::is_exr(start) {
+            exr_read::declared_size(start)?
+        } else {
+            return Err(unrecognised(start, "a PNG, JPEG, EXR or HDR image", "FILE.png"));
+        };
+        check_size(width, height, texel_bytes, usize::try_from(file_bytes).unwrap_or(usize::MAX))?;
+        Ok(Self { width: width as u32, height: height as u32, texel_bytes })
+    }
+
+    /// Reads the header of an image file. Returns the header with the length of the file in bytes.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Self::read`], and those of the operating system.
+    pub fn of_file(path: &Path) -> Result<(Self, u64), MapFault> {
+        let (file, length) = open(path)?;
+        let start = first_bytes(&file, START)?;
+        let header = Self::read(&start, length).or_else(|fault| {
+            if length <= START {
+                return Err(fault);
+            }
+            // Some files have a colour profile or a thumbnail before their size.
+            Self::read(&first_bytes(&open(path)?.0, MAX_FILE_BYTES)?, length)
+        })?;
+        Ok((header, length))
+    }
+
+    /// Returns the number of texels.
+    pub fn texels(self) -> u64 {
+        u64::from(self.width) * u64::from(self.height)
+    }
+
+    /// Returns the maximum bytes of the decoded image.
+    pub fn decoded_bytes(self) -> u64 {
+        self.texels() * self.texel_bytes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::HeightMap;
+    use crate::save::{encode_exr, encode_png_grey16};
+
+    #[test]
+    fn headers_give_the_size_of_the_decoded_image() {
+        let map = HeightMap::new(6, 4, vec![0.5; 24]).unwrap();
+        let png = encode_png_grey16(&map, 0.0, 1.0).unwrap();
+        let plane = vec![0.5; 24];
+        let exr = encode_exr(6, 4, &[("R", &plane), ("G", &plane), ("B", &plane)]).unwrap();
+        let mut jpeg = Vec::new();
+        image::codecs::jpeg::JpegEncoder::new(&mut jpeg)
+            .encode(&[9; 72], 6, 4, image::ExtendedColorType::Rgb8)
+            .unwrap();
+        let hdr = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 6\n".to_vec();
+        for (bytes, texel_bytes) in [(png, 2), (jpeg, 3), (exr, 12), (hdr, 12)] {
+            let header = ImageHeader::read(&bytes, bytes.len() as u64).unwrap();
+            assert_eq!(header, ImageHeader { width: 6, height: 4, texel_bytes });
+            assert_eq!(header.decoded_bytes(), 24 * texel_bytes);
+            assert!(ImageHeader::read(&bytes[..6], 6).is_err());
+        }
+    }
+
+    #[test]
+    fn headers_after_a_long_profile_are_found() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("a.jpg");
+        let mut jpeg = Vec::new();
+        image::codecs::jpeg::JpegEncoder::new(&mut jpeg).encode(&[9; 4], 2, 2, image::ExtendedColorType::L8).unwrap();
+        let comment = [&[0xff, 0xfe, 0xff, 0xff][..], &[b'a'; 0xfffd]].concat();
+        let long = [&jpeg[..2], &comment[..], &comment[..], &jpeg[2..]].concat();
+        std::fs::write(&file, &long).unwrap();
+        let (header, length) = ImageHeader::of_file(&file).unwrap();
+        assert_eq!((header.texels(), length), (4, long.len() as u64));
+    }
+}
