@@ -88,7 +88,7 @@ fn crowds_of_copies_are_refused_before_they_are_expanded() {
     let start = Instant::now();
     let error = refusal(&capture(&folder.join("inst_t.glb"), &[]), 1, "inst_t.glb");
     let counts = "draw 20000 meshes of 60000000 triangles and 180000000 vertices in total";
-    assert!(error.contains(counts) && error.contains("the limit is 8 GiB; remove copies"), "{error}");
+    assert!(error.contains(counts) && error.contains("; remove copies"), "{error}");
     assert!(start.elapsed() < Duration::from_secs(60), "{:?}", start.elapsed());
 }
 

@@ -54,17 +54,16 @@ pub(crate) fn header(bytes: &[u8]) -> Result<Header, MapFault> {
     })
 }
 
-/// Returns the width, the height and the bytes per texel of the part with the most bytes.
-pub(crate) fn declared_size(bytes: &[u8]) -> Result<(u64, u64, u64), MapFault> {
+/// Returns the width, the height and the bytes per texel of each part.
+pub(crate) fn declared_sizes(bytes: &[u8]) -> Result<Vec<(u64, u64, u64)>, MapFault> {
     guarded("EXR", || {
         let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(fault)?;
-        let sizes = meta.headers.iter().map(|header| {
+        let size = |header: &Header| {
             let (size, channels) = (header.layer_size, &header.channels);
             let texel_bytes = channels.bytes_per_pixel.max(4 * channels.list.len());
             (size.width() as u64, size.height() as u64, texel_bytes as u64)
-        });
-        let largest = sizes.max_by_key(|&(width, height, bytes)| width.saturating_mul(height).saturating_mul(bytes));
-        largest.ok_or_else(|| MapFault::damaged("it has no part"))
+        };
+        Ok(meta.headers.iter().map(size).collect())
     })
 }
 

@@ -28,16 +28,26 @@ impl ImageHeader {
     /// Fails if the format is unsupported, the header is damaged or continues after `start`, or the size exceeds
     /// [`limits`](crate::limits).
     pub fn read(start: &[u8], file_bytes: u64) -> Result<Self, MapFault> {
-        let (width, height, texel_bytes) = if is_raster(start) {
-            raster_read::declared_size(start)?
+        let sizes = if is_raster(start) {
+            vec![raster_read::declared_size(start)?]
         } else if hdr::is_hdr(start) {
-            hdr::declared_size(start)?
+            vec![hdr::declared_size(start)?]
         } else if exr_read::is_exr(start) {
-            exr_read::declared_size(start)?
+            exr_read::declared_sizes(start)?
         } else {
             return Err(unrecognised(start, "a PNG, JPEG, EXR or HDR image", "FILE.png"));
         };
-        check_size(width, height, texel_bytes, usize::try_from(file_bytes).unwrap_or(usize::MAX))?;
+        let file_bytes = usize::try_from(file_bytes).unwrap_or(usize::MAX);
+        let check = |(width, height, texel_bytes)| check_size(width, height, texel_bytes, file_bytes);
+        // A part that is too large cannot be the one that is decoded.
+        let fitting = sizes.iter().copied().filter(|&size| check(size).is_ok());
+        let largest = fitting.max_by_key(|(width, height, texel_bytes)| width * height * texel_bytes);
+        let Some((width, height, texel_bytes)) = largest else {
+            return Err(sizes
+                .first()
+                .and_then(|&size| check(size).err())
+                .unwrap_or_else(|| MapFault::damaged("it has no part")));
+        };
         Ok(Self { width: width as u32, height: height as u32, texel_bytes })
     }
 

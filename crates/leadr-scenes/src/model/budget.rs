@@ -2,6 +2,7 @@
 
 use super::parts::{Part, Parted, Parts};
 use crate::error::SceneError;
+use leadr_gpu::machine_memory;
 use leadr_maps::limits::format_bytes;
 use leadr_models::Model;
 
@@ -37,7 +38,7 @@ impl Counts {
     }
 }
 
-/// Refuses a model that needs too much memory. `times`: the number of sampled animation times.
+/// Refuses a model that needs more than [`MOST_BYTES`], or more than the free memory. `times`: the number of sampled animation times.
 pub fn check(model: &Model, parts: &Parts, times: u32) -> Result<(), SceneError> {
     let staged = Counts::of(model, parts.objects.iter().flat_map(Parted::staged));
     let drawn = Counts::of(model, parts.objects.iter().flat_map(|object| &object.parts));
@@ -46,12 +47,13 @@ pub fn check(model: &Model, parts: &Parts, times: u32) -> Result<(), SceneError>
         + staged.vertices * VERTEX_BYTES
         + drawn.triangles * DRAWN_TRIANGLE_BYTES
         + drawn.vertices * (DRAWN_VERTEX_BYTES + welded);
-    if bytes <= MOST_BYTES {
+    let most = MOST_BYTES.min(machine_memory().unwrap_or(u64::MAX));
+    if bytes <= most {
         return Ok(());
     }
     let nodes = parts.objects.iter().map(|object| object.parts.len()).sum::<usize>();
     let Counts { triangles, vertices } = drawn;
-    let [needed, most] = [bytes, MOST_BYTES].map(format_bytes);
+    let [needed, most] = [bytes, most].map(format_bytes);
     Err(SceneError::Model(format!(
         "its nodes draw {nodes} meshes of {triangles} triangles and {vertices} vertices in total, which need about {needed}; the \
          limit is {most}; remove copies or simplify the meshes"

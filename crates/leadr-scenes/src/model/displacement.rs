@@ -11,6 +11,7 @@ use serde::{Serialize, Serializer};
 use super::named::{NamedFile, materials_named};
 use crate::error::SceneError;
 use leadr_maps::folders::{OutsideLinks, matching};
+use leadr_maps::limits::ImageBudget;
 use leadr_maps::material::{Material, Relief, Role, role_of};
 use leadr_maps::{MapError, MapFault, load_height_map};
 use leadr_models::Model;
@@ -85,17 +86,29 @@ pub fn displace(
     requested: &[Displacement],
     links: OutsideLinks,
 ) -> Result<(), SceneError> {
+    // Each displaced material has heights of its own.
+    let budget = ImageBudget::default();
+    let room = |relief: &Relief, map: &Path| {
+        let bytes = size_of_val(&relief.map.texels[..]) as u64;
+        budget.take(bytes).map_err(|fault| SceneError::from(fault.in_file(map)))
+    };
+    let mut reliefs: HashMap<PathBuf, Relief> = HashMap::new();
     for (material, map) in beside(model, file, links)? {
         let name = map.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let material = &mut model.materials[material];
         tracing::warn!("{}: found {name} beside the model; it displaces material {}", model.name, material.name);
-        material.relief = Some(relief_of(&map)?);
+        if !reliefs.contains_key(&map) {
+            reliefs.insert(map.clone(), relief_of(&map)?);
+        }
+        room(&reliefs[&map], &map)?;
+        material.relief = reliefs.get(&map).cloned();
     }
     for Displacement { named, scale, middle } in requested {
         let indices = materials_named(model, named.material.as_deref())?;
         let relief = relief_of(&named.file)?;
         let relief = Relief { scale: *scale, middle: middle.unwrap_or(relief.middle), ..relief };
         for index in indices {
+            room(&relief, &named.file)?;
             model.materials[index].relief = Some(relief.clone());
         }
     }
