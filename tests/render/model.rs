@@ -109,13 +109,17 @@ fn textures_follow_their_coordinates() {
     }
 }
 
-/// Nodes of one mesh are drawn as instances. The picture is that of nodes with copies of the mesh, which are drawn as one object.
+/// Nodes of one mesh are drawn as instances. The picture is that of nodes with copies of the mesh, which are drawn as separate objects.
 #[test]
 fn instances_look_like_copies() {
     let Some(gpu) = test_gpu() else { return };
-    let copied = bumpy_rows();
+    let mut copied = bumpy_rows();
     let mut shared = copied.clone();
     shared.nodes.iter_mut().for_each(|node| node.mesh = Some(0));
+    // Equal materials would be joined. Without occlusion, its strength does not matter.
+    let material = |i: u8| Material { occlusion_strength: 0.1 * f32::from(i), ..copied.materials[0].clone() };
+    copied.materials = (0..5).map(material).collect();
+    copied.meshes.iter_mut().enumerate().for_each(|(i, mesh)| mesh.primitives[0].material = i);
     let draw = |model: Model, instances: &[u32]| {
         let mut stage = stage(ModelChoice::new(model, None).unwrap()).unwrap();
         assert_eq!(stage.objects.iter().map(|object| object.instances).collect::<Vec<_>>(), instances);
@@ -125,7 +129,7 @@ fn instances_look_like_copies() {
         renderer.render(&state, &settings).unwrap().color
     };
     // The last object is the ground. One node is mirrored.
-    let (one, many) = (draw(copied, &[1, 1]), draw(shared, &[4, 1, 1]));
+    let (one, many) = (draw(copied, &[1; 6]), draw(shared, &[4, 1, 1]));
     let worst = one.as_flattened().iter().zip(many.as_flattened()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
     assert!(worst == 0.0, "{worst}");
 }

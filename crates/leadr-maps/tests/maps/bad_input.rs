@@ -6,6 +6,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use leadr_maps::folders::OutsideLinks;
+use leadr_maps::material::MaterialFolder;
 use leadr_maps::save::{encode_exr, encode_png_grey16, encode_png_srgb8};
 use leadr_maps::{
     HeightMap, MapFault, Rgb8Image, decode_color, decode_environment, decode_height_map, decode_raster, load_color,
@@ -279,6 +281,23 @@ fn exr_with_size(width: i32, height: i32) -> Vec<u8> {
 
 fn hdr_with_size(width: u64, height: u64) -> Vec<u8> {
     format!("#?RADIANCE\n\n-Y {height} +X {width}\n\u{8}\u{8}\u{8}\u{8}").into_bytes()
+}
+
+/// Each of these pictures is within the limits of one image, but all of them need 4.5 GiB.
+#[test]
+fn a_material_is_counted_before_it_is_decoded() {
+    let _alone = alone();
+    let folder = tempfile::tempdir().unwrap();
+    // The length of the file makes its size plausible.
+    let png = [png_with_size(16384, 16384), vec![0; 430 << 10]].concat();
+    for role in ["Color", "Roughness", "Metalness", "NormalGL", "Displacement", "AO", "Cones", "Opacity", "Emission"] {
+        fs::write(folder.path().join(format!("x_{role}.png")), &png).unwrap();
+    }
+    let material = MaterialFolder::open(folder.path(), OutsideLinks::Refused).unwrap();
+    let (result, peak, _) = measured(|| material.load().map(drop));
+    let message = result.unwrap_err().to_string();
+    assert!(message.contains("with the images before it, it needs more than 4 GiB"), "{message}");
+    assert!(peak < 1 << 20, "{peak} bytes");
 }
 
 #[test]
