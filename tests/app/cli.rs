@@ -48,7 +48,7 @@ fn help_and_version_are_results() {
 
 #[test]
 fn wrong_usage_ends_with_2_and_names_the_flag() {
-    let cases: [(&[&str], &str); 56] = [
+    let cases: [(&[&str], &str); 61] = [
         (&["capture", "--scene", "ocean", "--height-scale", "1"], "--height-scale"),
         (&["capture", "--scene", "ocean", "--no-displacement"], "--smooth-geometry"),
         (&["capture", "--scene", "ocean", "--triangle-pixels", "8"], "--triangle-pixels"),
@@ -117,6 +117,11 @@ fn wrong_usage_ends_with_2_and_names_the_flag() {
         (&["compare", "a.png", "b.exr"], "same format"),
         (&["compare", "a.jpg", "b.jpg"], "a.jpg"),
         (&["compare", "a.png", "b.png", "--max-flip=-1"], "--max-flip"),
+        (&["compare", "a.png", "b.png", "--max-flip", "2"], "from 0 to 1"),
+        (&["compare", "a.png", "b.png", "--max-flip", "nan"], "from 0 to 1"),
+        (&["compare", "a.png", "b.png", "--max-rrmse", "nan"], "--max-rrmse"),
+        (&["compare", "a.png", "b.png", "--crop", "0,0,0,8"], "X,Y,WIDTH,HEIGHT"),
+        (&["bench", "--measured", "a.json", "--against", "b.json", "--max-ratio", "nan"], "--max-ratio"),
         (&["compare", "a.png", "b.png", "--error-image", "e.exr"], "e.exr"),
     ];
     for (arguments, named) in cases {
@@ -180,6 +185,45 @@ fn compare_measures_and_its_thresholds_set_the_exit_code() {
             assert_eq!(over.status.code(), Some(1), "{flags:?}");
             assert!(stderr.starts_with("leadr: error: ") && stderr.contains("over 0.001"), "{stderr}");
         }
+    }
+}
+
+#[test]
+fn compare_measures_inside_the_crop_and_the_mask() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name);
+    let save = |name: &str, image: &RgbImage| save_png(file(name), image, 1.0, Tonemap::Clamp).unwrap();
+    save("plain.png", &picture(false));
+    save("marked.png", &picture(true));
+    let columns = |end: u32| {
+        let texel = |i: u32| [if i % 32 < end { 1.0 } else { 0.0 }; 3];
+        RgbImage::new(32, 32, (0..32 * 32).map(texel).collect()).unwrap()
+    };
+    save("left.png", &columns(4));
+    save("black.png", &columns(0));
+    let (plain, marked) = (file("plain.png"), file("marked.png"));
+    let measure = |flags: &[&str]| {
+        let output = run(&[&["compare", path(&plain), path(&marked), "--json"], flags].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        serde_json::from_slice::<serde_json::Value>(&output.stdout).expect("one JSON object")
+    };
+    let (left, black) = (file("left.png"), file("black.png"));
+    // The square covers the columns and rows 8 to 15.
+    let away = measure(&["--crop", "20,20,8,8"]);
+    assert_eq!((&away["size"], &away["pixels"], &away["flip"]), (&[8, 8].into(), &64.into(), &0.0.into()));
+    let there = measure(&["--crop", "8,8,8,8"]);
+    assert!(there["flip"].as_f64() > measure(&[])["flip"].as_f64() && there["max_abs"].as_f64() > Some(0.5), "{there}");
+    let masked = measure(&["--mask", path(&left)]);
+    assert_eq!((&masked["pixels"], &masked["rrmse"]), (&128.into(), &0.0.into()));
+    assert_eq!(measure(&["--mask", path(&left), "--crop", "0,8,8,8"])["pixels"], 32);
+    for (flags, named) in [
+        (&["--crop", "8,8,32,8"][..], "32 x 32"),
+        (&["--mask", path(&black)], "black.png"),
+        (&["--mask", path(&left), "--crop", "8,8,8,8"], "--crop"),
+        (&["--mask", "missing.png"], "missing.png"),
+    ] {
+        let line = one_line_error(&run(&[&["compare", path(&plain), path(&marked)], flags].concat()), 1, named);
+        assert!(line.contains(named), "{flags:?}: {line}");
     }
 }
 

@@ -5,13 +5,15 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::app::flags::values::threshold;
-use leadr_render::settings::numbers::finite;
+use leadr_render::settings::numbers::{finite, within};
+use leadr_tools::metrics::Crop;
 
 /// Examples after the help text.
 pub const EXAMPLES: &str = "Examples:
   leadr compare reference.png test.png
   leadr compare reference.exr test.exr --max-flip 0.02 --error-image out/error.png && echo close enough
-  leadr compare reference.png test.png --json";
+  leadr compare reference.png test.png --crop 64,32,256,128
+  leadr compare reference.exr test.exr --mask object.png --json";
 
 /// Arguments of `leadr compare`.
 #[derive(Clone, Debug, Args)]
@@ -20,10 +22,17 @@ pub struct CompareArgs {
     pub reference: PathBuf,
     /// The test picture, with the file format and size of the reference
     pub test: PathBuf,
-    /// Exit with code 1 if the mean FLIP error (0 to 1) exceeds X
-    #[arg(long, value_name = "X", value_parser = threshold)]
+    /// Measure only this rectangle of both pictures, in pixels from the top left corner
+    #[arg(long, value_name = "X,Y,WIDTH,HEIGHT")]
+    pub crop: Option<Crop>,
+    /// Measure only the pixels over 0.5 in this PNG, JPEG or EXR of the pictures' size: in its alpha channel if a pixel is transparent,
+    /// or else in its grey. --crop also crops the mask
+    #[arg(long, value_name = "FILE")]
+    pub mask: Option<PathBuf>,
+    /// Exit with code 1 if the mean FLIP error exceeds X, from 0 to 1
+    #[arg(long, value_name = "X", value_parser = |text: &str| within(text, 0.0, 1.0))]
     pub max_flip: Option<f64>,
-    /// Exit with code 1 if the relative RMSE of the linear values exceeds X
+    /// Exit with code 1 if the relative RMSE of the linear values exceeds X, at least 0
     #[arg(long, value_name = "X", value_parser = threshold)]
     pub max_rrmse: Option<f64>,
     /// Write the FLIP error of every pixel to this image; colours range from black (0) to pale yellow (1)

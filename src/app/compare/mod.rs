@@ -14,7 +14,8 @@ use leadr_maps::{load_color, load_environment};
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::{begin, extension};
 use leadr_tools::command::output::Output;
-use leadr_tools::metrics::compare::compare;
+use leadr_tools::metrics::compare::compare_over;
+use leadr_tools::metrics::{Crop, Mask};
 
 /// The measured difference between two pictures.
 #[derive(Debug, Serialize)]
@@ -22,7 +23,15 @@ pub struct CompareReport {
     command: &'static str,
     reference: PathBuf,
     test: PathBuf,
+    /// Size of the measured rectangle.
     size: [u32; 2],
+    /// The rectangle that `--crop` selects: left, top, width, height.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    crop: Option<Crop>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mask: Option<PathBuf>,
+    /// Number of measured pixels.
+    pixels: usize,
     /// Mean FLIP error, 0 to 1.
     flip: f64,
     /// Relative root mean square error of the linear values; null (infinite) if only the reference is black.
@@ -75,12 +84,21 @@ pub fn run(arguments: &CompareArgs, output: &Output) -> Result<(), AppError> {
         return Err(AppError::Usage(format!("the error image '{}' must end in .png", path.display())));
     }
     let error_image = arguments.error_image.as_deref().map(begin).transpose()?;
-    let load = |path: &Path| if is_radiance { load_environment(path) } else { load_color(path) };
+    let load = |path: &Path| {
+        let picture = if is_radiance { load_environment(path) } else { load_color(path) }?;
+        let Some(crop) = arguments.crop else { return Ok(picture) };
+        crop.picture(&picture).map_err(|fault| fault.in_file(path))
+    };
     let (reference, test) = (load(&arguments.reference)?, load(&arguments.test)?);
+    let mask = load_mask(arguments)?.unwrap_or_else(|| Mask::all(reference.width, reference.height));
     // FLIP compares a PNG unchanged, and an EXR as `capture` would display it.
     let (exposure, tonemap) =
         if is_radiance { (arguments.exposure.exp2(), Tonemap::default()) } else { (1.0, Tonemap::Clamp) };
-    let measured = compare(&reference, &test, exposure, tonemap).map_err(|f| f.in_file(&arguments.test))?;
+    let wrong_file = match &arguments.mask {
+        Some(file) if (mask.width, mask.height) != (test.width, test.height) => file,
+        _ => &arguments.test,
+    };
+    let measured = compare_over(&reference, &test, exposure, tonemap, &mask).map_err(|f| f.in_file(wrong_file))?;
     if let Some(file) = error_image {
         let png = encode_png_srgb8(&measured.error_image()).map_err(|fault| fault.in_file(file.target()))?;
         file.write(&png)?;
@@ -90,6 +108,9 @@ pub fn run(arguments: &CompareArgs, output: &Output) -> Result<(), AppError> {
         reference: arguments.reference.clone(),
         test: arguments.test.clone(),
         size: [measured.width, measured.height],
+        crop: arguments.crop,
+        mask: arguments.mask.clone(),
+        pixels: mask.count(),
         flip: measured.flip,
         rrmse: measured.rrmse,
         max_abs: measured.max_abs,
@@ -97,6 +118,21 @@ pub fn run(arguments: &CompareArgs, output: &Output) -> Result<(), AppError> {
     })?;
     check_threshold("FLIP", measured.flip, arguments.max_flip)?;
     check_threshold("rRMSE", measured.rrmse, arguments.max_rrmse)
+}
+
+/// Reads the mask and crops it.
+fn load_mask(arguments: &CompareArgs) -> Result<Option<Mask>, AppError> {
+    let Some(file) = &arguments.mask else { return Ok(None) };
+    let mask = Mask::load(file)?;
+    let Some(crop) = arguments.crop else { return Ok(Some(mask)) };
+    let mask = crop.mask(&mask).map_err(|fault| fault.in_file(file))?;
+    if mask.count() == 0 {
+        return Err(AppError::Failed(format!(
+            "'{}' has no pixel over 0.5 inside --crop: move the crop, or leave --mask out",
+            file.display()
+        )));
+    }
+    Ok(Some(mask))
 }
 
 fn check_threshold(name: &str, value: f64, threshold: Option<f64>) -> Result<(), AppError> {

@@ -30,6 +30,18 @@ pub struct Comparison {
 /// the codes of the file. The norms compare the linear values. Fails if the sizes differ, or if either picture has a NaN or
 /// infinity (a NaN would pass every threshold).
 pub fn compare(reference: &RgbImage, test: &RgbImage, exposure: f32, tonemap: Tonemap) -> Result<Comparison, MapFault> {
+    compare_over(reference, test, exposure, tonemap, &Mask::all(reference.width, reference.height))
+}
+
+/// Like [`compare`], but measures only the pixels of `mask`. FLIP blurs the whole pictures, so pixels within a few pixels of the mask
+/// still affect the error at its border. The error map is 0 outside the mask. Also fails if the size of the mask differs.
+pub fn compare_over(
+    reference: &RgbImage,
+    test: &RgbImage,
+    exposure: f32,
+    tonemap: Tonemap,
+    mask: &Mask,
+) -> Result<Comparison, MapFault> {
     same_size("the reference is", size_of(reference), "the test", size_of(test))?;
     reference.check_finite()?;
     test.check_finite()?;
@@ -37,18 +49,14 @@ pub fn compare(reference: &RgbImage, test: &RgbImage, exposure: f32, tonemap: To
         let codes = display_image(image, exposure, tonemap);
         FlipImageRgb8::with_data(image.width, image.height, codes.texels.as_flattened())
     };
-    let flip_map = flip(flip_image(reference), flip_image(test), DEFAULT_PIXELS_PER_DEGREE).to_vec();
-    let mean = flip_map.iter().map(|&e| f64::from(e)).sum::<f64>() / flip_map.len() as f64;
-    let pairs = reference.texels.as_flattened().iter().zip(test.texels.as_flattened());
-    let max_abs = pairs.map(|(&r, &t)| (f64::from(r) - f64::from(t)).abs()).fold(0.0, f64::max);
-    Ok(Comparison {
-        flip: mean,
-        rrmse: rrmse(reference, test)?,
-        max_abs,
-        width: reference.width,
-        height: reference.height,
-        flip_map,
-    })
+    let (width, height) = size_of(reference);
+    let mut max_abs = 0.0f64;
+    for_each_channel(reference, test, mask, |r, t| max_abs = max_abs.max((r - t).abs()))?;
+    let mut flip_map = flip(flip_image(reference), flip_image(test), DEFAULT_PIXELS_PER_DEGREE).to_vec();
+    flip_map.iter_mut().zip(&mask.inside).filter(|(_, inside)| !**inside).for_each(|(error, _)| *error = 0.0);
+    let measured =
+        Comparison { flip: 0.0, rrmse: rrmse_over(reference, test, mask)?, max_abs, width, height, flip_map };
+    Ok(Comparison { flip: measured.flip_over(mask), ..measured })
 }
 
 /// Returns the relative root mean square error over all channels, the norm of the difference over the norm of the reference. It is
@@ -156,6 +164,21 @@ mod tests {
         let black = RgbImage::new(4, 4, vec![[0.0; 3]; 16]).unwrap();
         assert_eq!(rrmse(&black, &black).unwrap(), 0.0);
         assert!(c.error_image().texels.iter().all(|&t| t == c.error_image().texels[0]));
+    }
+
+    #[test]
+    fn a_mask_limits_every_measure() {
+        let test = scene(Some([40.0, 24.0]), 1.0);
+        let mut reference = test.clone();
+        reference.texels[0] = [1.0; 3];
+        let at = |index: usize| Mask { width: SIZE, height: SIZE, inside: (0..64 * 64).map(|i| i == index).collect() };
+        let over = |mask: &Mask| compare_over(&reference, &test, 1.0, Tonemap::Clamp, mask).unwrap();
+        let (there, away) = (over(&at(0)), over(&at(40 * 64 + 40)));
+        assert_eq!((away.flip, away.rrmse, away.max_abs), (0.0, 0.0, 0.0));
+        assert!(there.flip > 0.3 && there.rrmse > 0.3 && there.max_abs > 0.5, "{} {}", there.flip, there.rrmse);
+        assert!(there.flip_map[1..].iter().all(|&error| error == 0.0));
+        let narrow = compare_over(&reference, &test, 1.0, Tonemap::Clamp, &Mask::all(3, 2));
+        assert!(narrow.unwrap_err().to_string().contains("3 x 2"));
     }
 
     /// Checks faults that a threshold of 0.01 mean FLIP must detect, and the further metrics that must detect them.

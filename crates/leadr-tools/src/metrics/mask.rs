@@ -1,6 +1,8 @@
 //! A mask of the pixels that a measurement includes.
 
-use leadr_maps::MapFault;
+use std::path::Path;
+
+use leadr_maps::{MapError, MapFault, load_raster};
 
 /// A set of pixels of a picture, row-major from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -25,6 +27,25 @@ impl Mask {
             return Err(MapFault::SizeMismatch { what });
         }
         Ok(Self { width, height, inside: coverage.iter().map(|&c| c >= least).collect() })
+    }
+
+    /// Reads a mask from a PNG, JPEG or EXR. Pixels over 0.5 count: of alpha if some pixel is transparent, or else of the mean of the
+    /// stored colour channels. Fails if the file is no picture, or if no pixel counts.
+    pub fn load(file: &Path) -> Result<Self, MapError> {
+        let raster = load_raster(file)?;
+        let (width, height) = (raster.width(), raster.height());
+        let pixels = || (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+        let alpha = |(x, y)| raster.value(x, y, 3);
+        let grey = |(x, y)| [0, 1, 2].map(|channel| raster.value(x, y, channel)).iter().sum::<f32>() / 3.0;
+        // Many programs save a grey mask with an opaque alpha channel.
+        let by_alpha = pixels().any(|pixel| alpha(pixel) < 1.0);
+        let counts = |pixel| if by_alpha { alpha(pixel) > 0.5 } else { grey(pixel) > 0.5 };
+        let mask = Self { width, height, inside: pixels().map(counts).collect() };
+        if mask.count() == 0 {
+            let remedy = "make the pixels to measure white, or opaque in a mask with alpha";
+            return Err(MapFault::unsupported("no pixel of the mask is over 0.5", remedy).in_file(file));
+        }
+        Ok(mask)
     }
 
     /// Returns a mask of every pixel.
@@ -99,6 +120,25 @@ mod tests {
         assert_eq!(Mask::all(4, 4).eroded(2).count(), 16);
         coverage[3 * 9 + 3] = f32::NAN;
         assert_eq!(Mask::covered(9, 8, &coverage, 0.5).unwrap().count(), 19);
+    }
+
+    #[test]
+    fn a_file_counts_by_alpha_or_grey() {
+        let folder = tempfile::tempdir().unwrap();
+        let inside = |name: &str, color: image::ColorType, codes: &[u8]| {
+            let file = folder.path().join(name);
+            image::save_buffer(&file, codes, 3, 1, color).unwrap();
+            Mask::load(&file).map(|mask| mask.inside).map_err(|fault| fault.to_string())
+        };
+        use image::ColorType::{L8, La8, Rgb8, Rgba8};
+        assert_eq!(inside("grey.png", L8, &[0, 127, 128]), Ok(vec![false, false, true]));
+        assert_eq!(inside("color.png", Rgb8, &[255, 255, 0, 255, 0, 0, 0, 0, 0]), Ok(vec![true, false, false]));
+        assert_eq!(inside("alpha.png", La8, &[0, 255, 255, 0, 9, 128]), Ok(vec![true, false, true]));
+        assert_eq!(
+            inside("opaque.png", Rgba8, &[[255; 4], [0, 0, 0, 255], [255; 4]].concat()),
+            Ok(vec![true, false, true])
+        );
+        assert!(inside("black.png", L8, &[0; 3]).unwrap_err().contains("no pixel of the mask"));
     }
 
     #[test]
