@@ -133,16 +133,16 @@ const OPTIONS: [SceneOption; 56] = [
     option(SCENE, "bare", "", "Draw only the surface, without the pavement, plinth or kerb around it",
         Flag(|c| c.bare = true)).of(Choice::Bare),
     material("height-map", "FILE",
-        "Displace the surface by this height map: a PNG, JPEG or EXR, or a KTX2 or EXR from `leadr bake`. The first row of \
-         the image lies at y = 0, and later rows follow in the direction +y",
+        "Displace the surface by this height map: a PNG, JPEG or EXR, or a KTX2 or EXR from `leadr bake`. The image \
+         lies upright when seen from above: its top points to +y. The mean of its heights lies on the mesh",
         Path(|c, file| c.height_map = Some(file))).common(),
     material("material", "FOLDER|FIT.json",
         "Apply a downloaded material folder (NAME_Color.png, NAME_NormalGL.png, NAME_Roughness.png, NAME_Displacement.png, \
          ...), or a measured material from `leadr fit`. The images lie upright when seen from above: their tops point to +y",
         Path(|c, file| c.material.folder = Some(file))).common().panel(Panel::Own),
     material("color-map", "FILE",
-        "Use the base colours of this image: an sRGB PNG or JPEG, or a linear EXR. With this option, both the image and the \
-         --height-map lie upright when seen from above: their tops point to +y",
+        "Use the base colours of this image: an sRGB PNG or JPEG, or a linear EXR. The image lies upright when seen from \
+         above: its top points to +y",
         Path(|c, file| c.material.color_map = Some(file))),
     material("normal-map", "FILE",
         "Use this tangent-space normal map with two or three channels. The direction of its green channel is detected",

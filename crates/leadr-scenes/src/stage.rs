@@ -252,7 +252,7 @@ pub struct BakedRelief {
 /// Material and relief of the `plane` and `sphere` scenes.
 #[derive(Clone, Debug)]
 pub struct ReliefOptions {
-    /// One repeat of the heights; `None` uses a generated rock.
+    /// One repeat of the heights, as an image with its first row on top; `None` uses a generated rock.
     pub map: Option<HeightMap>,
     /// Slope moments and height unit of a baked file.
     pub baked: Option<BakedRelief>,
@@ -291,8 +291,17 @@ impl ReliefOptions {
         self.height.unwrap_or(usual)
     }
 
+    /// Takes the heights, which repeat, relative to their mean: the mean lies on the mesh, as with materials.
     fn field(&mut self) -> HeightField {
-        HeightField::repeating(self.map.take().unwrap_or_else(rock))
+        let mut map = self.map.take().unwrap_or_else(rock);
+        let middle = map.mean();
+        map.texels.iter_mut().for_each(|height| *height -= middle);
+        for texel in
+            self.baked.iter_mut().flat_map(|baked| &mut baked.moments.levels).flat_map(|level| &mut level.texels)
+        {
+            texel.height -= middle;
+        }
+        HeightField::repeating(map)
     }
 
     fn color(&self) -> [f32; 4] {
@@ -323,12 +332,26 @@ pub fn sphere_views() -> Views {
 /// Largest map size for which the reference plane has a vertex per texel.
 pub const LARGEST_PLANE_MAP: u32 = 4096;
 
-/// Builds an 8 m plane with the relief, which repeats every 2 m by default, with row 0 at `y = 0` and rows along `+y`. Its patches allow a
+/// Reverses the order of image rows. The top of an image lies toward `+y` of the plane, and so does the end of its texture coordinate `t`.
+fn upright<T: Copy>(texels: &mut Vec<T>, width: u32) {
+    *texels = texels.chunks_exact(width as usize).rev().flatten().copied().collect();
+}
+
+/// Builds an 8 m plane with the relief, which repeats every 2 m by default, upright seen from above with `+y` on top. Its patches allow a
 /// vertex per texel, up to four times [`LARGEST_PLANE_MAP`] texels along the plane.
 pub fn plane_stage(mut relief: ReliefOptions) -> Stage {
     let repeat = relief.repeat.unwrap_or(PLANE_REPEAT);
     let metres = relief.metres_per_unit(repeat);
-    let heights = relief.field();
+    let mut heights = relief.field();
+    upright(&mut heights.map.texels, heights.map.width);
+    for level in relief.baked.iter_mut().flat_map(|baked| &mut baked.moments.levels) {
+        upright(&mut level.texels, level.width);
+        // Slopes along t change their sign with the direction of t.
+        level
+            .texels
+            .iter_mut()
+            .for_each(|texel| (texel.mean_slope[1], texel.cross) = (-texel.mean_slope[1], -texel.cross));
+    }
     let (mesh, coarse) = plane_meshes(heights.map.width.max(heights.map.height), repeat, relief.color());
     let mut object = Object::new("plane", mesh).with_heights(heights, metres);
     object.coarse_mesh = coarse;
@@ -360,6 +383,8 @@ pub fn plane_views() -> Views {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use leadr_maps::material::{Material, Relief};
+    use leadr_maps::moments::{Moments, Wrap};
 
     #[test]
     fn plane_reference_has_one_vertex_per_texel() {
@@ -371,6 +396,43 @@ mod tests {
             let [first, second, ..] = object.mesh.texcoords[0];
             let texels = (second - first).length() * size as f32;
             assert!(texels <= MAX_FACTOR + 1e-3, "{size}: {texels} texels along a patch");
+        }
+    }
+
+    #[test]
+    fn a_height_map_lies_as_in_a_material() {
+        let map = HeightMap::new(4, 3, (0..12).map(|i| (i * i) as f32 / 144.0).collect()).unwrap();
+        let baked = BakedRelief { moments: LeadrMap::new(&map, Wrap::Repeat), in_widths: false };
+        let relief = Relief { map: map.clone(), scale: Some(1.0), in_widths: false, middle: map.mean() };
+        let material = Material { relief: Some(relief), ..Material::new("squares") };
+        let dressed = crate::dressed::plane_stage(&material, None).objects.remove(0);
+        let relief =
+            ReliefOptions { map: Some(map), baked: Some(baked), height: Some(1.0), ..ReliefOptions::default() };
+        let alone = plane_stage(relief).objects.remove(0);
+        let metres = |object: &Object| -> Vec<f32> {
+            let texels = &object.heights.as_ref().unwrap().map.texels;
+            texels.iter().map(|height| height * object.height_scale).collect()
+        };
+        let heights = metres(&alone);
+        for (found, wanted) in heights.iter().zip(metres(&dressed)) {
+            assert!((found - wanted).abs() < 1e-3, "{heights:?}");
+        }
+        assert!(
+            heights.iter().sum::<f32>().abs() < 1e-3 && heights[8] < heights[0],
+            "the top row is the last: {heights:?}"
+        );
+        // The moments of the file are those of the heights as they lie.
+        let wanted = LeadrMap::new(&alone.heights.as_ref().unwrap().map, Wrap::Repeat);
+        for (level, found) in wanted.levels.iter().zip(&alone.moments.as_ref().unwrap().levels) {
+            for (a, b) in level.texels.iter().zip(&found.texels) {
+                let numbers = |m: &Moments| [m.mean_slope[0], m.mean_slope[1], m.second[1], m.cross, m.height];
+                let off = numbers(a)
+                    .iter()
+                    .zip(numbers(b))
+                    .map(|(a, b)| (a - b).abs() / a.abs().max(1.0))
+                    .fold(0.0, f32::max);
+                assert!(off < 1e-4, "{a:?} {b:?}");
+            }
         }
     }
 

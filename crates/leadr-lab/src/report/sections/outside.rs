@@ -10,7 +10,7 @@ use crate::report::section::Section;
 use crate::report::studio::{Studio, fault};
 use crate::report::subject::Subject;
 use leadr_render::settings::{ShadingOptions, Technique};
-use leadr_scenes::stage::{Lights, ReliefOptions, plane_stage, sphere_stage};
+use leadr_scenes::stage::{Lights, ReliefOptions, USUAL_RELIEF, plane_stage, sphere_stage};
 use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Html, Table, number, percent};
 use leadr_tools::metrics::compare::{bias_over, rrmse_over};
@@ -72,7 +72,14 @@ fn is_quick(case: &OutsideCase) -> bool {
 /// Renders a case and compares it with the truth. Returns `None` if its panorama or relief is missing.
 fn measure(studio: &Studio, truth: &OutsideTruth) -> Result<Option<Measured>, LabError> {
     let OutsideTruth { case, image, mask } = truth;
-    let (Some(light), Some(heights)) = (panorama(&case.panorama)?, relief(&case.relief)?) else { return Ok(None) };
+    let (Some(light), Some(mut heights)) = (panorama(&case.panorama)?, relief(&case.relief)?) else { return Ok(None) };
+    let mut camera = case.camera();
+    if case.scene != "sphere" {
+        // The truth has the first row of the map at y = 0, and height 0 at z = 0. Our plane has the mean of the map at z = 0.
+        heights.texels = heights.texels.chunks_exact(heights.width as usize).rev().flatten().copied().collect();
+        let lower = glam::Vec3::Z * heights.mean() * USUAL_RELIEF * case.scale;
+        (camera.position, camera.target) = (camera.position - lower, camera.target - lower);
+    }
     let relief = ReliefOptions { map: Some(heights), roughness: case.alpha, tile: TILE, ..ReliefOptions::default() };
     let stage = if case.scene == "sphere" { sphere_stage(relief) } else { plane_stage(relief) };
     let stage = stage.with_relief({
@@ -80,7 +87,7 @@ fn measure(studio: &Studio, truth: &OutsideTruth) -> Result<Option<Measured>, La
         move |_| scale
     });
     let mut subject = Subject::in_panorama(studio, stage, &light, Lights::default())?;
-    let state = subject.seen_by(&case.camera());
+    let state = subject.seen_by(&camera);
     let mut errors = |config: Configuration| -> Result<(f64, f64), LabError> {
         let shading = config.shading.adjusted(|options| ShadingOptions { terms: case.terms(), ..options });
         let settings = Configuration { shading, ..config }.settings(case.size.into(), 1);
