@@ -407,6 +407,11 @@ fn create_instance(
     let mut settings = vk::LayerSettingsCreateInfoEXT::default().settings(&settings);
     let mut messenger = validation::messenger_info(messages);
     let mut info = vk::InstanceCreateInfo::default().application_info(&application);
+    // Without this extension, the loader hides drivers such as MoltenVK.
+    if has(ash::khr::portability_enumeration::NAME) {
+        extensions.push(ash::khr::portability_enumeration::NAME.as_ptr());
+        info = info.flags(vk::InstanceCreateFlags::ENUMERATE_PORTABILITY_KHR);
+    }
     if options.validation {
         // SAFETY: the loader is alive.
         let known = unsafe { entry.enumerate_instance_layer_properties() }.unwrap_or_default();
@@ -436,7 +441,7 @@ fn create_instance(
 }
 
 fn create_device(instance: &ash::Instance, chosen: &select::Candidate, extensions: &[&CStr]) -> Result<ash::Device> {
-    let names: Vec<_> = extensions.iter().map(|name| name.as_ptr()).collect();
+    let mut names: Vec<_> = extensions.iter().map(|name| name.as_ptr()).collect();
     let queues =
         [vk::DeviceQueueCreateInfo::default().queue_family_index(chosen.queue_family).queue_priorities(&[1.0])];
     let features = select::features(chosen.wires);
@@ -446,11 +451,21 @@ fn create_device(instance: &ash::Instance, chosen: &select::Candidate, extension
         .maintenance4(true)
         .shader_demote_to_helper_invocation(true)
         .shader_terminate_invocation(true);
+    let mut subset = vk::PhysicalDevicePortabilitySubsetFeaturesKHR::default();
+    if chosen.is_portable {
+        // Vulkan requires this extension to be enabled where it exists, with each optional part that is used.
+        names.push(ash::khr::portability_subset::NAME.as_ptr());
+        let mut all = vk::PhysicalDeviceFeatures2::default().push_next(&mut subset);
+        // SAFETY: the device has the extension of the chained structure.
+        unsafe { instance.get_physical_device_features2(chosen.physical, &mut all) };
+        subset.p_next = std::ptr::null_mut();
+    }
     let info = vk::DeviceCreateInfo::default()
         .queue_create_infos(&queues)
         .enabled_extension_names(&names)
         .enabled_features(&features)
         .push_next(&mut v13);
+    let info = if chosen.is_portable { info.push_next(&mut subset) } else { info };
     // SAFETY: the features and extensions were found on this device; all pointers outlive the call.
     unsafe { instance.create_device(chosen.physical, &info, None) }.doing(format!("opening {}", chosen.name))
 }

@@ -18,6 +18,8 @@ pub(crate) struct Candidate {
     pub(crate) queue_family: u32,
     /// Whether the device can draw triangles as wireframes.
     pub(crate) wires: bool,
+    /// Whether the device lacks parts of Vulkan, as MoltenVK does, and has an extension that lists them.
+    pub(crate) is_portable: bool,
 }
 
 /// Returns the device for `wanted` (an index, or part of a name, where case is ignored), or the best usable device.
@@ -89,15 +91,17 @@ fn inspect(instance: &ash::Instance, physical: vk::PhysicalDevice, extensions: &
     }
     // SAFETY: `physical` comes from this live instance.
     let available = unsafe { instance.enumerate_device_extension_properties(physical) }.unwrap_or_default();
+    let has = |name: &CStr| available.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
     for extension in extensions {
-        if !available.iter().any(|e| e.extension_name_as_c_str() == Ok(extension)) {
+        if !has(extension) {
             missing.push(extension.to_string_lossy().into_owned());
         }
     }
+    let is_portable = has(ash::khr::portability_subset::NAME);
     let kind = properties.device_type;
     // SAFETY: `physical` comes from this live instance.
     let wires = unsafe { instance.get_physical_device_features(physical) }.fill_mode_non_solid == vk::TRUE;
-    Candidate { physical, name, kind, missing, queue_family: queue_family.unwrap_or(0) as u32, wires }
+    Candidate { physical, name, kind, missing, queue_family: queue_family.unwrap_or(0) as u32, wires, is_portable }
 }
 
 fn missing_features(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Vec<String> {

@@ -38,11 +38,34 @@ fn variable(name: &str) -> Option<PathBuf> {
     std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from)
 }
 
-/// Returns the folder `leadr` inside the folder named by the variable `xdg`, else inside `usual` in the home folder. `None` if
-/// neither variable is set.
-pub fn user_folder(xdg: &str, usual: &str) -> Option<PathBuf> {
-    let folder = variable(xdg).or_else(|| variable("HOME").map(|home| home.join(usual)))?;
-    Some(folder.join("leadr"))
+/// A folder of the user in which programs store files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UserFolder {
+    /// Files that can be made again.
+    Cache,
+    /// Settings.
+    Settings,
+}
+
+/// Returns the folder `leadr` in a folder of the user. It is in `$XDG_CACHE_HOME` or `$XDG_CONFIG_HOME` if set, and else where the
+/// platform has such files: `%LOCALAPPDATA%` and `%APPDATA%` on Windows, `~/Library/Caches` and `~/Library/Application Support` on macOS,
+/// `~/.cache` and `~/.config` elsewhere. `None` if the variables are not set.
+pub fn user_folder(folder: UserFolder) -> Option<PathBuf> {
+    folder_on(std::env::consts::OS, folder, variable)
+}
+
+fn folder_on(system: &str, folder: UserFolder, variable: impl Fn(&str) -> Option<PathBuf>) -> Option<PathBuf> {
+    let (xdg, windows, mac, usual) = match folder {
+        UserFolder::Cache => ("XDG_CACHE_HOME", "LOCALAPPDATA", "Library/Caches", ".cache"),
+        UserFolder::Settings => ("XDG_CONFIG_HOME", "APPDATA", "Library/Application Support", ".config"),
+    };
+    let in_home = |path: &str| variable("HOME").map(|home| home.join(path));
+    let parent = variable(xdg).or_else(|| match system {
+        "windows" => variable(windows),
+        "macos" => in_home(mac),
+        _ => in_home(usual),
+    })?;
+    Some(parent.join("leadr"))
 }
 
 impl MapCache {
@@ -51,10 +74,14 @@ impl MapCache {
         Self { folder: folder.into() }
     }
 
-    /// Returns the user's cache: `$LEADR_CACHE`, else `$XDG_CACHE_HOME/leadr`, else `~/.cache/leadr`. `None` if no variable is
-    /// set.
+    /// Returns the user's cache: `$LEADR_CACHE`, else the cache of [`user_folder`]. `None` if no variable is set.
     pub fn of_user() -> Option<Self> {
-        variable("LEADR_CACHE").or_else(|| user_folder("XDG_CACHE_HOME", ".cache")).map(Self::in_folder)
+        variable("LEADR_CACHE").or_else(|| user_folder(UserFolder::Cache)).map(Self::in_folder)
+    }
+
+    /// Returns the folder of the cache.
+    pub fn folder(&self) -> &Path {
+        &self.folder
     }
 
     fn path(&self, name: &str) -> PathBuf {
@@ -250,6 +277,27 @@ fn named_by_key(name: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn folders_follow_the_platform() {
+        let folder = |system: &str, folder, set: &[&str]| {
+            let variable = |name: &str| set.contains(&name).then(|| PathBuf::from(format!("/{name}")));
+            folder_on(system, folder, variable).map(|path| path.to_str().unwrap().replace('\\', "/"))
+        };
+        use UserFolder::{Cache, Settings};
+        for (system, which, set, wanted) in [
+            ("linux", Cache, &["HOME"][..], Some("/HOME/.cache/leadr")),
+            ("linux", Settings, &["HOME", "XDG_CONFIG_HOME"], Some("/XDG_CONFIG_HOME/leadr")),
+            ("macos", Cache, &["HOME"], Some("/HOME/Library/Caches/leadr")),
+            ("macos", Settings, &["HOME"], Some("/HOME/Library/Application Support/leadr")),
+            ("windows", Cache, &["LOCALAPPDATA", "APPDATA"], Some("/LOCALAPPDATA/leadr")),
+            ("windows", Settings, &["LOCALAPPDATA", "APPDATA"], Some("/APPDATA/leadr")),
+            ("windows", Cache, &["HOME"], None),
+            ("linux", Cache, &[], None),
+        ] {
+            assert_eq!(folder(system, which, set).as_deref(), wanted, "{system} {which:?} {set:?}");
+        }
+    }
 
     fn in_temporary_folder() -> (tempfile::TempDir, MapCache) {
         let folder = tempfile::tempdir().unwrap();

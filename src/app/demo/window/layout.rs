@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use leadr_maps::cache::user_folder;
+use leadr_maps::cache::{UserFolder, user_folder};
 use leadr_maps::new_file::write_atomic;
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::make_folder_of;
@@ -31,10 +31,9 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// Returns the path of the stored layout: `$XDG_CONFIG_HOME/leadr/window.json`, or under `~/.config`; `None` if neither folder is
-    /// known.
+    /// Returns the path of the stored layout, `window.json` in the user's settings; `None` if that folder is unknown.
     pub fn file() -> Option<PathBuf> {
-        user_folder("XDG_CONFIG_HOME", ".config").map(|folder| folder.join("window.json"))
+        user_folder(UserFolder::Settings).map(|folder| folder.join("window.json"))
     }
 
     /// Reads a layout; returns the default layout if there is no file.
