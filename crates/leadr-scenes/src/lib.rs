@@ -9,6 +9,7 @@ pub mod deform;
 pub mod detail;
 pub mod dressed;
 pub mod error;
+pub mod file_kind;
 pub mod fitted;
 pub mod given;
 pub mod ground;

@@ -7,6 +7,8 @@ use super::config::{MaterialFiles, Picture, SceneConfig};
 use super::daylight;
 use super::deform;
 use super::error::SceneError;
+use super::file_kind::{FileKind, IMAGE};
+use super::light::EnvironmentChoice;
 use super::model::ModelChoice;
 use super::model::displacement::displace;
 use super::model::measured::measure;
@@ -17,7 +19,7 @@ use leadr_gpu::{Gpu, GpuError};
 use leadr_maps::baked::{BakedMap, HeightUnit};
 use leadr_maps::folders::OutsideLinks;
 use leadr_maps::material::{Input, Material, RoughnessMeaning};
-use leadr_maps::{HeightMap, MapFault, RgbImage};
+use leadr_maps::{HeightMap, MapError, MapFault, RgbImage};
 use leadr_models::{LoadOptions, Model};
 use leadr_render::camera::Camera;
 use leadr_render::frame::Renderer;
@@ -50,6 +52,7 @@ impl Inputs {
     /// # Errors
     /// If a file is missing, damaged, too large or of the wrong type.
     pub fn load(config: &SceneConfig) -> Result<Self, SceneError> {
+        check_kinds(config)?;
         let (mut height_map, mut baked, mut material) = (None, None, None);
         let links = OutsideLinks::followed(config.follow_links);
         match &config.height_map {
@@ -100,6 +103,34 @@ impl Inputs {
             environment: config.environment.load(config.environment_rotation)?,
         })
     }
+}
+
+/// Checks that the file of each option is of a kind that the option takes, before a reader calls it damaged.
+fn check_kinds(config: &SceneConfig) -> Result<(), MapError> {
+    use FileKind::{Exr, Fit, Folder, Hdr, Ktx2, Model, Picture};
+    let material = &config.material;
+    let environment = match &config.environment {
+        EnvironmentChoice::File(file) => Some(file),
+        _ => None,
+    };
+    let options: [(&str, Option<&PathBuf>, &[FileKind]); 11] = [
+        ("--height-map", config.height_map.as_ref(), &[Picture, Exr, Ktx2]),
+        ("--material", material.folder.as_ref(), &[Folder, Fit]),
+        ("--color-map", material.color_map.as_ref(), IMAGE),
+        ("--normal-map", material.normal_map.as_ref(), IMAGE),
+        ("--roughness-map", material.roughness_map.as_ref(), IMAGE),
+        ("--occlusion-map", material.occlusion_map.as_ref(), IMAGE),
+        ("--cone-map", material.cone_map.as_ref(), IMAGE),
+        ("--detail", material.detail.detail.as_ref(), &[Folder, Picture, Exr]),
+        ("--detail-mask", material.detail.detail_mask.as_ref(), IMAGE),
+        ("--environment", environment, &[Hdr, Exr]),
+        ("--scene", config.model.as_ref(), &[Model]),
+    ];
+    let displacements =
+        config.displacements.iter().map(|displacement| ("--displacement", &displacement.named.file, IMAGE));
+    let measured = config.measured.iter().map(|measured| ("--measured", &measured.0.file, [Fit].as_slice()));
+    let single = options.into_iter().filter_map(|(flag, file, kinds)| Some((flag, file?, kinds)));
+    single.chain(displacements).chain(measured).try_for_each(|(flag, file, kinds)| FileKind::check(flag, file, kinds))
 }
 
 /// Progress of setting up a scene.
@@ -267,7 +298,7 @@ pub fn set(
         daylight::pass(&mut state, time * hours_per_second);
         state
     });
-    watch(SetUp::Begins("uploading maps and making pipelines"));
+    watch(SetUp::Begins("uploading maps and compiling shaders"));
     let renderer = match first {
         Some(first) => Renderer::for_frames_like(gpu, scene, environment, &animation(0.0), first)?,
         None => Renderer::new(gpu, scene, environment)?,
@@ -311,6 +342,41 @@ fn camera_of(view: ViewChoice, views: Views, size: Size) -> Camera {
 mod tests {
     use super::*;
     use leadr_maps::save::save_png_grey16;
+
+    #[test]
+    fn a_file_given_with_the_wrong_flag_is_named_with_the_right_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, bytes: &[u8]| {
+            let file = folder.path().join(name);
+            std::fs::write(&file, bytes).unwrap();
+            file
+        };
+        let (picture, model) = (write("a.json", b"\x89PNG\r\n"), write("b.exr", b"glTF\x02"));
+        let (fit, light) = (write("c.png", b"{\"format\": \"leadr fit\"}"), write("d.png", b"#?RADIANCE\n"));
+        let flagged = |flag: &str, file: &Path| {
+            let mut line = crate::given::CommandLine::default();
+            line.set("--scene", Some("plane"));
+            line.set(flag, Some(file));
+            Inputs::load(&line.resolve().unwrap()).unwrap_err().to_string()
+        };
+        for (flag, file, kind, remedy) in [
+            ("--material", &picture, "a PNG or JPEG picture", "--color-map"),
+            ("--material", &model, "a glTF model", "--scene"),
+            ("--height-map", &fit, "a fit", "--material"),
+            ("--height-map", &folder.path().to_path_buf(), "a folder", "--material"),
+            ("--color-map", &light, "a Radiance HDR", "--environment"),
+            ("--normal-map", &model, "a glTF model", "--scene"),
+            ("--roughness-map", &fit, "a fit", "--measured"),
+            ("--occlusion-map", &folder.path().to_path_buf(), "a folder", "--material"),
+            ("--cone-map", &model, "a glTF model", "--scene"),
+            ("--detail", &fit, "a fit", "--material"),
+            ("--environment", &model, "a glTF model", "--scene"),
+        ] {
+            let fault = flagged(flag, file);
+            let names = [flag, kind, remedy].iter().all(|word| fault.contains(word));
+            assert!(names && fault.starts_with(&file.display().to_string()), "{flag}: {fault}");
+        }
+    }
 
     #[test]
     fn metres_apply_only_to_heights_without_a_unit() {

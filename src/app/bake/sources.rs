@@ -10,6 +10,7 @@ use leadr_maps::derive::{SlopeFaults, Slopes};
 use leadr_maps::folders::OutsideLinks;
 use leadr_maps::material::{GreenAxis, Material, MaterialFolder, NormalMap, Role, RoughnessMeaning, role_of};
 use leadr_maps::{load_height_map, load_raster};
+use leadr_scenes::file_kind::{FileKind, IMAGE};
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::output::Output;
 
@@ -59,6 +60,19 @@ fn sentence(faults: &SlopeFaults) -> Option<String> {
 impl Sources {
     /// Selects the files. With `slopes_only`, the result has no channels for roughness and colour.
     pub fn find(arguments: &BakeArgs, slopes_only: bool) -> Result<Self, AppError> {
+        use FileKind::{Exr, Folder, Picture};
+        let inputs: [(&str, &Option<PathBuf>, &[FileKind]); 7] = [
+            ("leadr bake", &arguments.input, &[Folder, Picture, Exr]),
+            ("--normal", &arguments.normal, IMAGE),
+            ("--roughness", &arguments.roughness, IMAGE),
+            ("--gloss", &arguments.gloss, IMAGE),
+            ("--color", &arguments.color, IMAGE),
+            ("--detail", &arguments.detail, IMAGE),
+            ("--detail-gloss", &arguments.detail_gloss, IMAGE),
+        ];
+        for (flag, file, kinds) in inputs {
+            file.iter().try_for_each(|file| FileKind::check(flag, file, kinds))?;
+        }
         let mut found = Self::default();
         if arguments.follow_links && !arguments.input.as_ref().is_some_and(|input| input.is_dir()) {
             return Err(AppError::Usage("--follow-links is for a folder: give a material folder".into()));

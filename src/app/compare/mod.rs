@@ -11,6 +11,7 @@ use self::args::CompareArgs;
 use leadr_maps::save::encode_png_srgb8;
 use leadr_maps::tonemap::Tonemap;
 use leadr_maps::{load_color, load_environment};
+use leadr_scenes::file_kind::{FileKind, IMAGE};
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::{begin, extension};
 use leadr_tools::command::output::Output;
@@ -85,9 +86,10 @@ pub fn run(arguments: &CompareArgs, output: &Output) -> Result<(), AppError> {
     }
     let error_image = arguments.error_image.as_deref().map(begin).transpose()?;
     let load = |path: &Path| {
+        FileKind::check("leadr compare", path, IMAGE)?;
         let picture = if is_radiance { load_environment(path) } else { load_color(path) }?;
         let Some(crop) = arguments.crop else { return Ok(picture) };
-        crop.picture(&picture).map_err(|fault| fault.in_file(path))
+        crop.picture(&picture).map_err(|fault| AppError::from(fault.in_file(path)))
     };
     let (reference, test) = (load(&arguments.reference)?, load(&arguments.test)?);
     let mask = load_mask(arguments)?.unwrap_or_else(|| Mask::all(reference.width, reference.height));
@@ -123,6 +125,7 @@ pub fn run(arguments: &CompareArgs, output: &Output) -> Result<(), AppError> {
 /// Reads the mask and crops it.
 fn load_mask(arguments: &CompareArgs) -> Result<Option<Mask>, AppError> {
     let Some(file) = &arguments.mask else { return Ok(None) };
+    FileKind::check("--mask", file, IMAGE)?;
     let mask = Mask::load(file)?;
     let Some(crop) = arguments.crop else { return Ok(Some(mask)) };
     let mask = crop.mask(&mask).map_err(|fault| fault.in_file(file))?;

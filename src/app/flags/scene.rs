@@ -9,6 +9,7 @@ use super::given;
 use leadr_render::settings::Named;
 use leadr_scenes::camera_file;
 use leadr_scenes::config::SceneConfig;
+use leadr_scenes::file_kind::FileKind;
 use leadr_scenes::given::{CommandLine, EXCLUSIVE};
 use leadr_scenes::options::SceneOption;
 use leadr_scenes::registry::SCENES;
@@ -48,6 +49,7 @@ impl SceneArgs {
     pub fn resolve(&self) -> Result<SceneConfig, AppError> {
         let mut config = self.given.resolve().map_err(AppError::Usage)?;
         if let Some(file) = config.camera_file.take() {
+            FileKind::check("--camera", &file, &[FileKind::Camera])?;
             config.view = ViewChoice::Pose(camera_file::read(&file).map_err(AppError::Failed)?);
         }
         Ok(config)
