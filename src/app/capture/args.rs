@@ -7,6 +7,7 @@ use serde::{Serialize, Serializer};
 
 use super::frames::{Moment, Timeline, Travel, spread};
 use super::pattern::{FRAME, FileKind, MovingKind, OutputPattern, StillKind, whole_size};
+use super::sink::comparison::sheet_size;
 use crate::app::flags::scene::{SceneArgs, choice};
 use crate::app::flags::values::{FrameRange, Rate, Shard, Sheet, Split, sweep};
 use leadr_render::frame::Layer;
@@ -15,7 +16,7 @@ use leadr_render::settings::numbers::not_negative;
 use leadr_scenes::config::SceneConfig;
 use leadr_scenes::given::CommandLine;
 use leadr_scenes::stage::Sweep;
-use leadr_scenes::view::ViewChoice;
+use leadr_scenes::view::{Size, ViewChoice};
 use leadr_tools::command::device::DeviceArgs;
 use leadr_tools::command::error::AppError;
 
@@ -32,6 +33,7 @@ pub const EXAMPLES: &str = "Examples:
   leadr capture --frames 0..90 --turntable --time 0.4 -o round.webp
   leadr capture --frames 0..48 --beside normal-mip --split 0.1..0.9 -o split.webp
   leadr capture --frames 0..48 --sheet 4x3 --size 320x180 -o sheet.png
+  leadr capture --scene plane --material bricks/ --techniques leadr,normal-mip,reference --size 320x180 -o techniques.png
   leadr capture --scene shore --time-of-day 6.2
   leadr capture --scene ocean --frames 0..240 --day-length 10 -o 'out/day-{frame}.png'
   leadr capture --scene plane --height-map bricks.png --height 0.02 --repeat 1
@@ -77,6 +79,12 @@ pub struct CaptureArgs {
     /// Draw the right side of the picture with this technique
     #[arg(long, help_heading = OUTPUT, value_name = "TECHNIQUE", value_parser = choice(Technique::Leadr), conflicts_with = "layers")]
     pub beside: Option<Technique>,
+    /// Draw the picture with each of these techniques, side by side in one .png. Labels state the device time, the FLIP error and the
+    /// relative RMSE against the reference technique if it is in the list, or else against the first; error images are below. The
+    /// reference takes at least 64 samples. With --frames, each frame is a row
+    #[arg(long, help_heading = OUTPUT, value_name = "TECHNIQUE,...", value_parser = choice(Technique::Leadr), value_delimiter = ',',
+        conflicts_with_all = ["technique", "beside", "layers", "sheet", "shard", "resume"])]
+    pub techniques: Vec<Technique>,
     /// Set the left edge of the right side, as a share of the width; in a sequence, A..B moves the edge from A to B and back [default: 0.5]
     #[arg(long, help_heading = OUTPUT, hide_short_help = true, value_name = "SHARE|A..B", requires = "beside")]
     pub split: Option<Split>,
@@ -115,6 +123,9 @@ pub struct CaptureConfig {
     /// The technique of the right side, and the split position.
     #[serde(skip_serializing_if = "Option::is_none", serialize_with = "name_of_beside")]
     pub beside: Option<(Technique, Split)>,
+    /// The techniques of a comparison; empty for one technique.
+    #[serde(skip_serializing_if = "Vec::is_empty", serialize_with = "names_of")]
+    pub techniques: Vec<Technique>,
     /// The files to write.
     pub output: OutputPattern,
     /// Whether to keep matching frames of an earlier run.
@@ -128,19 +139,34 @@ fn name_of_beside<S: Serializer>(beside: &Option<(Technique, Split)>, serializer
     beside.map(|(technique, _)| technique.name()).serialize(serializer)
 }
 
+fn names_of<S: Serializer>(techniques: &[Technique], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(techniques.iter().map(|technique| technique.name()))
+}
+
+/// Minimum number of samples per pixel of the reference in a comparison. With fewer, its noise would hide the errors of others.
+const REFERENCE_SAMPLES: u32 = 64;
+
 impl CaptureConfig {
     /// Returns the moments to draw, in order.
     pub fn moments(&self) -> Vec<Moment> {
         let moments = self.timeline.moments();
         match self.output.kind {
             FileKind::Sheet { sheet } => spread(&moments, sheet.cells() as usize),
+            FileKind::Comparison => {
+                let drawn = |moment| self.techniques.iter().map(move |&t| Moment { technique: Some(t), ..moment });
+                moments.into_iter().flat_map(drawn).collect()
+            }
             _ => moments,
         }
     }
 
-    /// Returns the number of samples per frame, including the right side.
-    pub fn samples_of_frame(&self) -> u32 {
-        self.scene.picture.samples.max(1) * if self.beside.is_some() { 2 } else { 1 }
+    /// Returns the number of samples per pixel of a moment, including the right side.
+    pub fn samples_of(&self, moment: Moment) -> u32 {
+        let samples = self.scene.picture.samples.max(1);
+        match moment.technique {
+            Some(technique) if technique.is_reference() => samples.max(REFERENCE_SAMPLES),
+            _ => samples * if self.beside.is_some() { 2 } else { 1 },
+        }
     }
 }
 
@@ -151,11 +177,14 @@ impl CaptureArgs {
         let timeline = self.timeline(rate)?;
         let scene = self.scene.resolve()?;
         let path = self.output.clone().unwrap_or_else(|| default_output(self, &scene, &timeline));
-        let output = OutputPattern::new(&path, &timeline, self.sheet)?;
+        let compared = (!self.techniques.is_empty()).then_some(FileKind::Comparison);
+        let together = self.sheet.map(|sheet| FileKind::Sheet { sheet }).or(compared);
+        let output = OutputPattern::new(&path, &timeline, together)?;
         self.check_output(output.kind, &path.display().to_string()).map_err(AppError::Usage)?;
         if let Some(sheet) = self.sheet {
             whole_size(sheet, scene.size).map_err(AppError::Usage)?;
         }
+        self.check_techniques(scene.size, &timeline).map_err(AppError::Usage)?;
         let mut layers = self.layers.clone();
         layers.sort_unstable();
         layers.dedup();
@@ -173,6 +202,7 @@ impl CaptureArgs {
             plays: self.plays.unwrap_or(0),
             layers,
             beside: self.beside.map(|technique| (technique, split)),
+            techniques: self.techniques.clone(),
             output,
             resume: self.resume,
             command: command_of(line),
@@ -196,6 +226,19 @@ impl CaptureArgs {
             Some(frames) => Ok(Timeline::Sequence { frames, fps, shard: self.shard, travel }),
             None => Ok(Timeline::Still { time: f64::from(self.time.unwrap_or(0.0)) }),
         }
+    }
+
+    /// Checks that several different techniques are compared, in a sheet of at most the largest size.
+    fn check_techniques(&self, size: Size, timeline: &Timeline) -> Result<(), String> {
+        let techniques = &self.techniques;
+        if techniques.is_empty() {
+            return Ok(());
+        }
+        let repeats = |(index, technique): (usize, &Technique)| techniques[..index].contains(technique);
+        if techniques.len() < 2 || techniques.iter().enumerate().any(repeats) {
+            return Err("--techniques compares two or more different techniques: name each of them once".to_owned());
+        }
+        sheet_size(techniques.len(), timeline.moments().len(), size).map(drop)
     }
 
     /// Checks that the format of the output `shown` supports the flags.
@@ -253,15 +296,17 @@ fn default_output(a: &CaptureArgs, config: &SceneConfig, timeline: &Timeline) ->
         ViewChoice::Model => "model",
     };
     let frame = match timeline {
+        _ if !a.techniques.is_empty() => "-techniques".to_owned(),
         Timeline::Sequence { .. } if a.sheet.is_some() => "-sheet".to_owned(),
         Timeline::Sequence { .. } => format!("-{FRAME}"),
         Timeline::Still { .. } => String::new(),
     };
     let kind = if a.layers.is_empty() { "png" } else { "exr" };
-    let technique = config.picture.technique.name();
+    let technique =
+        if a.techniques.is_empty() { format!("-{}", config.picture.technique.name()) } else { String::new() };
     let of_file = config.model.as_ref().and_then(|file| file.file_stem());
     let scene = of_file.map_or(config.scene.name.into(), |stem| stem.to_string_lossy());
-    PathBuf::from("out").join(format!("{scene}-{technique}-{camera}{frame}.{kind}"))
+    PathBuf::from("out").join(format!("{scene}{technique}-{camera}{frame}.{kind}"))
 }
 
 #[cfg(test)]
@@ -271,7 +316,6 @@ pub mod tests {
     use clap::{CommandFactory, FromArgMatches, Parser};
     use leadr_reflectance::masking::shadowing::Shadowing;
     use leadr_render::settings::{Quadrature, Technique, Terms};
-    use leadr_scenes::view::{Size, ViewChoice};
 
     #[derive(Parser)]
     struct Capture {

@@ -1,8 +1,9 @@
 //! The moments that a capture draws.
 
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use crate::app::flags::values::{FrameRange, Rate, Shard};
+use leadr_render::settings::Technique;
 use leadr_scenes::stage::{Sweep, turntable_degrees};
 
 /// One moment of the animation.
@@ -18,6 +19,13 @@ pub struct Moment {
     /// Degrees of the camera around its target, only in a turntable.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub turn_degrees: Option<f32>,
+    /// The technique of this picture, only in a comparison of techniques.
+    #[serde(skip_serializing_if = "Option::is_none", serialize_with = "name_of")]
+    pub technique: Option<Technique>,
+}
+
+fn name_of<S: Serializer>(technique: &Option<Technique>, serializer: S) -> Result<S::Ok, S::Error> {
+    technique.map(Technique::name).serialize(serializer)
 }
 
 /// The moments of a whole capture.
@@ -82,7 +90,9 @@ impl Timeline {
     /// Returns the moments of this process, in order. The shards of a range are disjoint and cover the range.
     pub fn moments(&self) -> Vec<Moment> {
         match *self {
-            Self::Still { time } => vec![Moment { frame: 0, time, distance: None, turn_degrees: None }],
+            Self::Still { time } => {
+                vec![Moment { frame: 0, time, distance: None, turn_degrees: None, technique: None }]
+            }
             Self::Sequence { frames, fps, shard, travel } => {
                 let Shard { index, count } = shard.unwrap_or(Shard { index: 1, count: 1 });
                 let numbers = (frames.start..frames.end).skip(index as usize - 1).step_by(count as usize);
@@ -95,6 +105,7 @@ impl Timeline {
                         time: travel.map_or(running, |travel| travel.time),
                         distance: travel.and_then(|travel| travel.sweep).map(|sweep| sweep.distance(step, steps)),
                         turn_degrees: travel.filter(|t| t.turntable).map(|_| turntable_degrees(step, steps)),
+                        technique: None,
                     }
                 };
                 numbers.map(moment).collect()

@@ -19,13 +19,15 @@ use serde::Serialize;
 use self::args::{CaptureArgs, CaptureConfig};
 use self::frame_source::{Frame, FrameSource, PassTime};
 use self::frames::Moment;
-use self::pattern::{FileKind, StillKind};
+use self::pattern::{FileKind, MovingKind, StillKind};
 use self::recipe::Recipe;
 use self::sink::Earlier;
+use self::sink::comparison::TechniqueErrors;
 use leadr_maps::new_file::remove_abandoned;
 use leadr_maps::tonemap::Tonemap;
 use leadr_render::light::panorama::EnvironmentLight;
 use leadr_scenes::given::CommandLine;
+use leadr_scenes::view::Size;
 use leadr_tools::command::device::DeviceInfo;
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::begin;
@@ -41,6 +43,9 @@ pub struct CaptureReport<'a> {
     /// Lights extracted from the environment image.
     lights: Vec<EnvironmentLight>,
     frames: Vec<FrameReport>,
+    /// Measured differences of `--techniques`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    errors: Vec<TechniqueErrors>,
     /// Wall-clock time of the set-up, seconds: reading files, baking and uploading maps, creating pipelines.
     set_up_seconds: f64,
     /// Wall-clock time of drawing and writing all frames, seconds, without the set-up.
@@ -83,9 +88,7 @@ pub fn run(arguments: &CaptureArgs, line: CommandLine, output: &Output) -> Resul
     let config = arguments.resolve(line)?;
     check_stdout(&config, output)?;
     check_files(&config)?;
-    if let Some(remark) = unheeded(&config) {
-        output.say(remark);
-    }
+    unheeded(&config).into_iter().chain(odd_video(&config)).for_each(|remark| output.say(remark));
     let source = renderer_source::open(&config, output)?;
     output.summary(&capture(&config, source, output)?)
 }
@@ -112,6 +115,17 @@ fn unheeded(config: &CaptureConfig) -> Option<&'static str> {
     (is_exr && chosen).then_some("an EXR holds linear radiance: --exposure and --tonemap affect only a PNG")
 }
 
+/// Returns a remark about the size of a video that most players could not show. The video itself has full colour resolution (4:4:4), so any
+/// size is valid.
+fn odd_video(config: &CaptureConfig) -> Option<&'static str> {
+    let Size { width, height } = config.scene.size;
+    let is_odd = width % 2 == 1 || height % 2 == 1;
+    (config.output.kind == FileKind::Moving(MovingKind::Y4m) && is_odd).then_some(
+        "the width or the height is odd: the .y4m is valid (4:4:4), but encoders refuse it for 4:2:0 (yuv420p); choose an even --size \
+         for that",
+    )
+}
+
 /// Checks before any work that the files can be written, and removes the partial files of killed runs.
 fn check_files(config: &CaptureConfig) -> Result<(), AppError> {
     if config.output.is_stdout() {
@@ -135,17 +149,24 @@ pub fn capture<'a>(
     let start = Instant::now();
     let moments = config.moments();
     let recipe = Recipe::new(config, &source.files);
-    let (count, samples) = (moments.len(), config.samples_of_frame());
-    let bar = output.bar(count * samples as usize);
+    let count = moments.len();
+    let bar = output.bar(moments.iter().map(|&moment| config.samples_of(moment) as usize).sum());
+    let mut before = 0;
     let mut sink = sink::open(config)?;
     let own_files = matches!(config.output.kind, FileKind::Still(_));
     let mut frames = Vec::with_capacity(moments.len());
     for (index, moment) in moments.into_iter().enumerate() {
         let (file, origin) = (config.output.path(moment.frame), recipe.origin(moment));
+        let samples = config.samples_of(moment);
         let tell = |done: u32| {
-            let frame = if count == 1 { String::new() } else { format!("frame {} of {count}, ", index + 1) };
-            bar.message(&format!("{}: {frame}sample {} of {samples}", file.display(), (done + 1).min(samples)));
-            bar.at(index * samples as usize + done as usize);
+            let sample = (done + 1).min(samples);
+            let drawn = moment.technique.map_or_else(String::new, |technique| format!("{}, ", technique.name()));
+            bar.message(&format!(
+                "{}: rendering {drawn}frame {} of {count}, sample {sample} of {samples}",
+                file.display(),
+                index + 1
+            ));
+            bar.at(before + done as usize);
         };
         tell(0);
         let earlier = sink.earlier(&file, &origin);
@@ -157,19 +178,20 @@ pub fn capture<'a>(
             sink.put(&file, &frame, &origin)?;
             frame.passes
         };
+        before += samples as usize;
         if own_files {
             output.file(&file, &bar)?;
         }
         frames.push(FrameReport { moment, file, kept, outdated, passes });
     }
-    sink.finish()?;
+    let errors = sink.finish()?;
     if !own_files && !config.output.is_stdout() {
         output.file(&config.output.path(0), &bar)?;
     }
     drop(bar);
     let seconds = start.elapsed().as_secs_f64();
     let FrameSource { device, lights, set_up_seconds, .. } = source;
-    Ok(CaptureReport { command: "capture", device, settings: config, lights, frames, set_up_seconds, seconds })
+    Ok(CaptureReport { command: "capture", device, settings: config, lights, frames, errors, set_up_seconds, seconds })
 }
 
 /// Renders one moment and checks the size, the layers and the values of the frame.
@@ -209,7 +231,6 @@ pub mod tests {
     use leadr_maps::save::{save_exr_rgb, save_png};
     use leadr_render::frame::Layer;
     use leadr_scenes::config::SceneConfig;
-    use leadr_scenes::view::Size;
     use std::path::Path;
 
     /// A test renderer that draws a gradient depending on the time, counts calls, and fails at a chosen frame.
@@ -249,7 +270,8 @@ pub mod tests {
             }
             let (width, height) = self.size;
             let pixels = (width * height) as usize;
-            let value = |i: usize| (i as f32 + moment.time as f32) / (pixels as f32 + 1.0);
+            let brighter = moment.technique.map_or(0.0, |technique| technique.name().len() as f32);
+            let value = |i: usize| (i as f32 + moment.time as f32 + brighter) / (pixels as f32 + 1.0);
             let mut color: Vec<_> = (0..pixels).map(|i| [value(i), 0.5, 0.0, 1.0]).collect();
             if self.poison {
                 color[pixels - 1][0] = f32::NAN;
@@ -426,6 +448,15 @@ pub mod tests {
         let message = |name: &str, flags: &[&str]| unheeded(&configure(Path::new("out"), name, flags)).is_some();
         assert!(message("a.exr", &["--exposure", "1"]) && message("a.exr", &["--tonemap", "clamp"]));
         assert!(!message("a.exr", &[]) && !message("a.png", &["--exposure", "1", "--tonemap", "clamp"]));
+    }
+
+    #[test]
+    fn odd_videos_are_reported_before_drawing() {
+        let remark = |name: &str, size: &str| {
+            odd_video(&resolve(&["--frames", "0..2", "--size", size, "-o", name]).unwrap()).is_some()
+        };
+        assert!(remark("a.y4m", "5x4") && remark("a.y4m", "4x5") && remark("a.y4m", "5x3"));
+        assert!(!remark("a.y4m", "4x4") && !remark("a.webp", "5x3"));
     }
 
     #[test]

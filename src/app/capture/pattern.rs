@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use super::frames::Timeline;
 use crate::app::flags::values::Sheet;
@@ -19,12 +19,16 @@ pub fn whole_size(sheet: Sheet, cell: Size) -> Result<Size, String> {
     // At most 1000 pictures of 2¹⁴ pixels plus gutters per side cannot overflow.
     let side = |count: u32, length: u32| count * length + (count - 1) * GUTTER;
     let whole = Size { width: side(sheet.columns, cell.width), height: side(sheet.rows, cell.height) };
+    within_limits(whole, &format!("a --sheet of {}x{} pictures of {cell}", sheet.columns, sheet.rows))
+}
+
+/// Returns the size of a file with several pictures, or an error about `what` if it is over the limits.
+pub fn within_limits(whole: Size, what: &str) -> Result<Size, String> {
     let (most_side, most_pixels) = (Size::MAX_SIDE, Size::MAX_PIXELS);
     if whole.width.max(whole.height) > most_side || u64::from(whole.width) * u64::from(whole.height) > most_pixels {
         return Err(format!(
-            "a --sheet of {}x{} pictures of {cell} has {whole} pixels, over the limit of {most_side} per side or \
-             {most_pixels} in total: choose a smaller --size or fewer pictures",
-            sheet.columns, sheet.rows
+            "{what} has {whole} pixels, over the limit of {most_side} per side or {most_pixels} in total: choose a smaller \
+             --size or fewer pictures"
         ));
     }
     Ok(whole)
@@ -38,11 +42,19 @@ pub enum FileKind {
     Still(StillKind),
     /// One file for all frames.
     Moving(MovingKind),
+    /// One PNG in which several techniques are compared.
+    #[serde(serialize_with = "comparison")]
+    Comparison,
     /// One PNG with several frames side by side.
     Sheet {
         /// Number of columns and rows.
         sheet: Sheet,
     },
+}
+
+/// Serializes the format of a comparison; an untagged unit variant would be null.
+fn comparison<S: Serializer>(serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str("comparison")
 }
 
 /// The format of a still frame.
@@ -91,13 +103,13 @@ pub const FRAME: &str = "{frame}";
 const STDOUT: &str = "-";
 
 impl OutputPattern {
-    /// Checks that a pattern suits the timeline and the sheet.
-    pub fn new(path: &Path, timeline: &Timeline, sheet: Option<Sheet>) -> Result<Self, AppError> {
+    /// Checks that a pattern suits the timeline. `together` is the kind of a PNG that shows all pictures, if they are in one.
+    pub fn new(path: &Path, timeline: &Timeline, together: Option<FileKind>) -> Result<Self, AppError> {
         let shown = path.display();
         let refuse = |what: String| Err(AppError::Usage(format!("output '{shown}' {what}")));
         let kind = match extension(path).as_deref() {
-            Some("png") => sheet.map_or(FileKind::Still(StillKind::Png), |sheet| FileKind::Sheet { sheet }),
-            _ if sheet.is_some() => return refuse("must end in .png for a --sheet".into()),
+            Some("png") => together.unwrap_or(FileKind::Still(StillKind::Png)),
+            _ if together.is_some() => return refuse("must end in .png for --sheet or --techniques".into()),
             Some("exr") => FileKind::Still(StillKind::Exr),
             Some("webp") => FileKind::Moving(MovingKind::Webp),
             Some("y4m") => FileKind::Moving(MovingKind::Y4m),
@@ -116,7 +128,7 @@ impl OutputPattern {
         let numbered = path.to_str().is_some_and(|text| text.contains(FRAME));
         match (kind, timeline) {
             (FileKind::Moving(_), Timeline::Still { .. }) => refuse("is an animation: add --frames".into()),
-            (FileKind::Moving(_) | FileKind::Sheet { .. }, _) if numbered => {
+            (FileKind::Moving(_) | FileKind::Sheet { .. } | FileKind::Comparison, _) if numbered => {
                 refuse(format!("holds all frames in one file: leave {FRAME} out"))
             }
             (FileKind::Still(_), Timeline::Sequence { .. }) if !numbered => {
@@ -191,7 +203,7 @@ mod tests {
         for name in ["{}-{frame}.png", "{1}/{frame}.png", "{{frame}}.png", "}{frame}{.png"] {
             assert!(OutputPattern::new(Path::new(name), &sequence(0, 9, None), None).is_ok(), "{name}");
         }
-        let sheet = Some(Sheet { columns: 2, rows: 2 });
+        let sheet = Some(FileKind::Sheet { sheet: Sheet { columns: 2, rows: 2 } });
         assert!(OutputPattern::new(Path::new("a.png"), &sequence(0, 9, None), sheet).is_ok());
         for name in ["a.exr", "a.webp", "-", "a-{frame}.png"] {
             assert!(OutputPattern::new(Path::new(name), &sequence(0, 9, None), sheet).is_err(), "{name}");

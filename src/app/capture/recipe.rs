@@ -35,9 +35,9 @@ impl<'a> Recipe<'a> {
     /// Returns the origin to store in the frame of a moment.
     pub fn origin(&self, moment: Moment) -> Origin {
         // The frame number matters only for the moving split between two techniques.
-        let Moment { frame, time, distance, turn_degrees } = moment;
+        let Moment { frame, time, distance, turn_degrees, technique } = moment;
         let split = self.config.beside.map(|(_, split)| split.of_frame(frame, self.config.timeline.frames()));
-        let text = format!("{}\n{time:?} {distance:?} {turn_degrees:?} {split:?}", self.common);
+        let text = format!("{}\n{time:?} {distance:?} {turn_degrees:?} {split:?} {technique:?}", self.common);
         Origin {
             software: format!("leadr {VERSION} ({})", commit()),
             command: self.config.command.clone(),

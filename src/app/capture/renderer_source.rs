@@ -66,7 +66,11 @@ fn render(
     if let Some(degrees) = moment.turn_degrees {
         state.camera = state.camera.rotated(degrees);
     }
-    let settings = config.scene.render_settings();
+    let mut settings = config.scene.render_settings();
+    if let Some(technique) = moment.technique {
+        settings.samples = config.samples_of(moment);
+        settings = settings.shaded_by(technique.with(config.scene.picture.options));
+    }
     let mut output = renderer.render_watched(&state, &settings, done)?;
     if let Some((technique, split)) = config.beside {
         let left = settings.samples.max(1);

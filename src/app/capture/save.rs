@@ -41,11 +41,15 @@ pub fn save(path: &Path, kind: StillKind, frame: &Frame, picture: &Picture, orig
     Ok(write_atomic(path, &encoded.map_err(|fault| fault.in_file(path))?)?)
 }
 
+/// Returns the factor from radiance to the input of the tone curve.
+pub fn display_factor(frame: &Frame, picture: &Picture) -> f32 {
+    frame.exposure * picture.exposure.exp2()
+}
+
 /// Converts a frame to tonemapped sRGB.
 pub fn display(frame: &Frame, picture: &Picture) -> Rgb8Image {
-    let factor = frame.exposure * picture.exposure.exp2();
     let colors: Vec<[f32; 3]> = frame.color.iter().map(|c| [c[0], c[1], c[2]]).collect();
-    picture.codes(frame.width, &colors, factor)
+    picture.codes(frame.width, &colors, display_factor(frame, picture))
 }
 
 /// Returns the stored origin if `path` is a complete picture of this format and size. The file is decoded to its end.

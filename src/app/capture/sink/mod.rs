@@ -1,5 +1,7 @@
 //! Writes the frames of a capture to one file per frame, or to one file for all frames.
 
+pub mod comparison;
+mod labels;
 mod sheet;
 mod stills;
 mod webp;
@@ -10,6 +12,7 @@ mod tests;
 
 use std::path::Path;
 
+use self::comparison::TechniqueErrors;
 use super::args::CaptureConfig;
 use super::frame_source::Frame;
 use super::pattern::{FileKind, MovingKind};
@@ -37,8 +40,8 @@ pub trait Sink {
     /// Writes the next frame with its origin. `file` is the path of its file, or of the file for all frames.
     fn put(&mut self, file: &Path, frame: &Frame, origin: &Origin) -> Result<(), AppError>;
 
-    /// Completes the file for all frames.
-    fn finish(self: Box<Self>) -> Result<(), AppError>;
+    /// Completes the file for all frames. Returns the measured differences of techniques, if the file compares them.
+    fn finish(self: Box<Self>) -> Result<Vec<TechniqueErrors>, AppError>;
 }
 
 /// Opens the sink for `config`. Files for several frames are created here, so an unwritable folder is reported before any drawing.
@@ -47,6 +50,7 @@ pub fn open(config: &CaptureConfig) -> Result<Box<dyn Sink + '_>, AppError> {
         FileKind::Still(kind) => Box::new(stills::Stills { config, kind }),
         FileKind::Moving(MovingKind::Webp) => Box::new(webp::Webp::begin(config)?),
         FileKind::Moving(MovingKind::Y4m) => Box::new(y4m::Y4m::begin(config)?),
+        FileKind::Comparison => Box::new(comparison::ComparisonSheet::begin(config)?),
         FileKind::Sheet { sheet } => Box::new(sheet::ContactSheet::begin(config, sheet)?),
     })
 }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::Sink;
+use super::comparison::TechniqueErrors;
 use crate::app::capture::args::CaptureConfig;
 use crate::app::capture::frame_source::Frame;
 use crate::app::capture::pattern::{GUTTER, whole_size};
@@ -17,7 +18,7 @@ use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::begin;
 
 /// Gutter colour in sRGB, dark but lighter than night scenes.
-const GUTTER_COLOR: [u8; 3] = [32; 3];
+pub const GUTTER_COLOR: [u8; 3] = [32; 3];
 
 /// Collects the pictures of a sheet and writes it at the end.
 pub struct ContactSheet<'a> {
@@ -42,19 +43,25 @@ impl Sink for ContactSheet<'_> {
         let (column, row) = (self.count % self.sheet.columns, self.count / self.sheet.columns);
         self.count += 1;
         let cell = self.config.scene.size;
-        let (x, y) = ((column * (cell.width + GUTTER)) as usize, row * (cell.height + GUTTER));
-        let (width, pitch) = (cell.width as usize, self.whole.width as usize);
-        let picture = display(frame, &self.config.scene.picture);
-        let rows = self.whole.texels.chunks_mut(pitch).skip(y as usize);
-        for (to, from) in rows.zip(picture.texels.chunks(width)) {
-            to[x..x + width].copy_from_slice(from);
-        }
+        let corner = [column * (cell.width + GUTTER), row * (cell.height + GUTTER)];
+        place(&mut self.whole, corner, &display(frame, &self.config.scene.picture));
         Ok(())
     }
 
-    fn finish(self: Box<Self>) -> Result<(), AppError> {
+    fn finish(self: Box<Self>) -> Result<Vec<TechniqueErrors>, AppError> {
         let bytes = encode_png_srgb8(&self.whole).map_err(|fault| fault.in_file(self.file.target()))?;
-        Ok(self.file.write(&bytes)?)
+        self.file.write(&bytes)?;
+        Ok(Vec::new())
+    }
+}
+
+/// Copies a picture into a larger one, with its top left corner at `corner`.
+pub fn place(whole: &mut Rgb8Image, corner: [u32; 2], picture: &Rgb8Image) {
+    let [x, y] = corner.map(|side| side as usize);
+    let width = picture.width as usize;
+    let rows = whole.texels.chunks_mut(whole.width as usize).skip(y);
+    for (to, from) in rows.zip(picture.texels.chunks(width)) {
+        to[x..x + width].copy_from_slice(from);
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::comparison::TechniqueErrors;
 use super::{Earlier, Sink};
 use crate::app::capture::args::CaptureConfig;
 use crate::app::capture::frame_source::Frame;
@@ -32,7 +33,7 @@ impl Sink for Stills<'_> {
         save::save(file, self.kind, frame, &self.config.scene.picture, origin)
     }
 
-    fn finish(self: Box<Self>) -> Result<(), AppError> {
-        Ok(())
+    fn finish(self: Box<Self>) -> Result<Vec<TechniqueErrors>, AppError> {
+        Ok(Vec::new())
     }
 }

@@ -7,6 +7,7 @@ use std::path::Path;
 use image_webp::{ColorType, WebPEncoder};
 
 use super::Sink;
+use super::comparison::TechniqueErrors;
 use crate::app::capture::args::CaptureConfig;
 use crate::app::capture::frame_source::Frame;
 use crate::app::capture::save::display;
@@ -85,12 +86,13 @@ impl Sink for Webp<'_> {
         Ok(())
     }
 
-    fn finish(mut self: Box<Self>) -> Result<(), AppError> {
+    fn finish(mut self: Box<Self>) -> Result<Vec<TechniqueErrors>, AppError> {
         let length = (self.length - 8) as u32;
         let file = &mut self.file.file;
         let filled_in = file.seek(SeekFrom::Start(4)).and_then(|_| file.write_all(&length.to_le_bytes()));
         filled_in.map_err(|error| self.fault(error))?;
-        Ok(self.file.finish()?)
+        self.file.finish()?;
+        Ok(Vec::new())
     }
 }
 

@@ -7,6 +7,7 @@ use std::io::{self, ErrorKind, Write};
 use std::path::Path;
 
 use super::Sink;
+use super::comparison::TechniqueErrors;
 use crate::app::capture::args::CaptureConfig;
 use crate::app::capture::frame_source::Frame;
 use crate::app::capture::save::display;
@@ -77,8 +78,9 @@ impl Sink for Y4m<'_> {
         self.write(&self.planes)
     }
 
-    fn finish(self: Box<Self>) -> Result<(), AppError> {
-        Ok(self.file.map_or(Ok(()), NewFile::finish)?)
+    fn finish(self: Box<Self>) -> Result<Vec<TechniqueErrors>, AppError> {
+        self.file.map_or(Ok(()), NewFile::finish)?;
+        Ok(Vec::new())
     }
 }
 
