@@ -150,7 +150,7 @@ pub fn capture<'a>(
     let moments = config.moments();
     let recipe = Recipe::new(config, &source.files);
     let count = moments.len();
-    let bar = output.bar(moments.iter().map(|&moment| config.samples_of(moment) as usize).sum());
+    let bar = output.bar(moments.iter().map(|&moment| config.samples_of(moment) as usize).sum(), "rendering");
     let mut before = 0;
     let mut sink = sink::open(config)?;
     let own_files = matches!(config.output.kind, FileKind::Still(_));

@@ -23,6 +23,7 @@ use leadr_reflectance::extraction::roughness::ggx_roughness;
 use leadr_reflectance::extraction::samples::samples;
 use leadr_reflectance::facets::ellipse::ellipse_from_roughness;
 use leadr_reflectance::materials::brdf::Brdf;
+use leadr_scenes::file_kind::FileKind;
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::{begin, extension};
 use leadr_tools::command::output::Output;
@@ -40,6 +41,7 @@ const LIT_FROM: [f64; 3] = [15.0, 45.0, 75.0];
 pub fn run(arguments: &FitArgs, output: &Output) -> Result<(), AppError> {
     let targets = targets(arguments)?;
     let start = Instant::now();
+    FileKind::check("leadr fit", &arguments.input, &[])?;
     let measured = Measured::load(&arguments.input)?;
     let isotropic = measured.is_isotropic();
     let mut seconds = Seconds { reading: start.elapsed().as_secs_f64(), ..Seconds::default() };
@@ -121,15 +123,15 @@ fn timed_fit(
     output: &Output,
     seconds: &mut Seconds,
 ) -> Option<Fit> {
-    let bar = output.bar(4);
+    let bar = output.bar(4, "fitting");
     let mut begun = Vec::new();
     let found = fit(measured, isotropic, options, &mut |step| {
         begun.push((step, Instant::now()));
         bar.message(match step {
-            Step::Slopes => "slopes",
-            Step::Fresnel => "Fresnel term",
-            Step::Refinement => "refinement over all directions",
-            Step::Lobes => "lobes",
+            Step::Slopes => "fitting slopes",
+            Step::Fresnel => "fitting the Fresnel term",
+            Step::Refinement => "refining the fit over all directions",
+            Step::Lobes => "fitting lobes",
         });
         bar.step();
     });

@@ -55,7 +55,7 @@ impl<'a> Studio<'a> {
     }
 
     fn bar(&self) -> &Bar {
-        self.bar.get_or_init(|| self.progress.bar(0))
+        self.bar.get_or_init(|| self.progress.bar(0, "rendering the report"))
     }
 
     /// Sets the number of steps of a section. Progress counts pictures if this is never called.

@@ -227,7 +227,7 @@ fn measure(
         bench.rows.extend(rows.into_iter().map(|row| (index, row)));
     }
     let names: Vec<String> = bench.rows.iter().map(|(_, row)| format!("{}: {}", row.table, row.name)).collect();
-    let bar = output.bar(names.len());
+    let bar = output.bar(names.len(), "compiling shaders");
     let mut tick = |tick: Tick| match tick {
         Tick::Warm(row) => {
             bar.message(&format!("warming up, {}", names[row]));

@@ -94,7 +94,7 @@ pub fn soak(
     // Samples follow whole rounds of techniques, because techniques hold different resources.
     let round = if only.is_some() { 1 } else { Technique::ALL.len() as u32 };
     let interval = (frames / SAMPLES / round).max(1) * round;
-    let bar = output.bar(frames as usize);
+    let bar = output.bar(frames as usize, &format!("rendering {frames} frames"));
     let mut samples = Vec::new();
     for frame in 0..frames {
         let mut state = animation(f64::from(frame) * STEP);

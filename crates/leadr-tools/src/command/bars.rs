@@ -23,19 +23,20 @@ impl Bar {
         Self { bar: ProgressBar::hidden(), teller: None }
     }
 
-    /// Creates a bar with this many steps on stderr. With 0 steps (unknown), it shows only the message and the time.
-    pub fn on_terminal(steps: usize) -> Self {
+    /// Creates a bar with this many steps on stderr. With 0 steps (unknown), it shows only the message `what` and the time.
+    pub fn on_terminal(steps: usize, what: &str) -> Self {
         let bar = ProgressBar::with_draw_target(Some(steps as u64), ProgressDrawTarget::stderr());
         bar.set_style(style(steps));
+        bar.set_message(what.to_owned());
         // The tick updates the elapsed time during long steps.
         bar.enable_steady_tick(Duration::from_secs(1));
         Self { bar, teller: None }
     }
 
-    /// Creates a bar with this many steps that writes a line to `target` after each interval `every`.
-    pub fn in_lines(steps: usize, every: Duration, mut target: impl Write + Send + 'static) -> Self {
+    /// Creates a bar with this many steps that writes a line with the message `what` to `target` after each interval `every`.
+    pub fn in_lines(steps: usize, what: &str, every: Duration, mut target: impl Write + Send + 'static) -> Self {
         let bar = ProgressBar::with_draw_target(Some(steps as u64), ProgressDrawTarget::hidden());
-        bar.set_message("working");
+        bar.set_message(what.to_owned());
         let (alive, ended) = channel();
         let shared = bar.clone();
         let tell = move || {
@@ -138,8 +139,7 @@ mod tests {
     #[test]
     fn long_work_prints_progress_lines() {
         let log = Log::default();
-        let bar = Bar::in_lines(8, Duration::from_millis(10), log.clone());
-        bar.message("baking");
+        let bar = Bar::in_lines(8, "baking", Duration::from_millis(10), log.clone());
         log.wait_for("leadr: baking (0 s)\n");
         bar.at(2);
         bar.step();
@@ -156,7 +156,7 @@ mod tests {
     #[test]
     fn short_work_prints_nothing() {
         let log = Log::default();
-        drop(Bar::in_lines(8, EVERY, log.clone()));
+        drop(Bar::in_lines(8, "baking", EVERY, log.clone()));
         assert_eq!(log.text(), "");
     }
 }

@@ -82,28 +82,27 @@ impl Output {
         }
     }
 
-    /// Creates a bar with this many steps (0 if unknown). It is drawn on a terminal, printed as lines elsewhere, and hidden if
-    /// quiet.
-    pub fn bar(&self, steps: usize) -> Bar {
+    /// Creates a bar with this many steps (0 if unknown) for the work `what`, such as "baking heights". It is drawn on a terminal,
+    /// printed as lines elsewhere, and hidden if quiet.
+    pub fn bar(&self, steps: usize, what: &str) -> Bar {
         if self.quiet {
             Bar::hidden()
         } else if io::stderr().is_terminal() {
-            Bar::on_terminal(steps)
+            Bar::on_terminal(steps, what)
         } else {
-            Bar::in_lines(steps, EVERY, io::stderr())
+            Bar::in_lines(steps, what, EVERY, io::stderr())
         }
     }
 
     /// Creates a bar with the message `what`, for work that reports its finished fraction, 0 to 1. With `None` there is no bar.
     pub fn share(&self, what: Option<&str>) -> impl Fn(f32) + Sync + use<> {
-        let bar = what.map_or_else(Bar::hidden, |_| self.bar(SHARES));
-        bar.message(what.unwrap_or_default());
+        let bar = what.map_or_else(Bar::hidden, |what| self.bar(SHARES, what));
         move |share| bar.at(shares(share))
     }
 
     /// Creates a bar for the set-up of a scene.
     pub fn set_up(&self) -> impl Fn(SetUp) + Sync + use<> {
-        let bar = self.bar(SHARES);
+        let bar = self.bar(SHARES, "reading files");
         let begun = Instant::now();
         move |step| match step {
             SetUp::Begins(what) => {
