@@ -57,7 +57,20 @@ fn check(report: &Value) {
 fn a_scene_is_measured_near_and_far() {
     let Some(_) = test_gpu() else { return };
     let flags = ["bench", "--scene", "plane", "--tables", "techniques,distance", "--technique", "leadr"];
-    let report = json(&[&flags[..], &["--size", "24x16", "--frames", "2", "--validation", "--json"]].concat());
+    let folder = tempfile::tempdir().unwrap();
+    let table = folder.path().join("plane.csv");
+    let flags = [&flags[..], &["--size", "24x16", "--frames", "2", "--validation", "--csv", table.to_str().unwrap()]];
+    let report = json(&[&flags.concat()[..], &["--json"]].concat());
+    let csv = std::fs::read_to_string(&table).unwrap();
+    let rows = report["rows"].as_array().unwrap();
+    assert!(
+        csv.starts_with("table,row,pass,technique,") && csv.contains(",distance_m,") && csv.contains(",median_ms,")
+    );
+    assert_eq!(csv.lines().count(), rows.len() + 1, "{csv}");
+    for (line, row) in csv.lines().skip(1).zip(rows) {
+        let texts = [&row["pass"], &row["technique"]].map(|text| format!(",{},", text.as_str().unwrap()));
+        assert!(texts.iter().all(|text| line.contains(text)) && line.contains(&row["median_ms"].to_string()), "{line}");
+    }
     check(&report);
     let rows = report["rows"].as_array().unwrap();
     assert!(rows.iter().all(|row| row["technique"] == "leadr" && row["measurements"] == 2), "{report}");

@@ -24,6 +24,7 @@ pub const EXAMPLES: &str = "Examples:
   leadr bench --scene trex                     time the near, mid and far views at three sizes
   leadr bench --scene trex --tables resolution,triangles,maps
   leadr bench --scene sphere --tables techniques,distance --size 256x256
+  leadr bench --scene trex --csv trex.csv      also write a table for a spreadsheet or a notebook
   leadr bench --scene trex --json > old.json   later: leadr bench --scene trex --against old.json
   leadr bench --measured new.json --against old.json
   leadr bench --scene ocean --frames 9         time every pass of the sea at several FFT and picture sizes
@@ -81,6 +82,9 @@ pub struct BenchArgs {
         conflicts_with_all = ["scene", "technique", "tables", "size", "frames", "paper", "forward", "atlas_tile", "map_precision", "edge_samples", "msaa", "device",
             "validation"])]
     pub measured: Option<PathBuf>,
+    /// Also write the rows to this CSV file: a header with units, and one line per table, row and pass
+    #[arg(long, help_heading = MEASURED, hide_short_help = true, value_name = "FILE.csv", conflicts_with_all = ["soak", "measured"])]
+    pub csv: Option<PathBuf>,
     /// Allow --against to compare runs on different devices
     #[arg(long, help_heading = AGAINST, hide_short_help = true, requires = "against")]
     pub any_device: bool,

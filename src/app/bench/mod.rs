@@ -8,8 +8,11 @@ use std::fmt;
 use serde::Serialize;
 
 use self::args::BenchArgs;
-use leadr_tools::bench::{BenchConfig, Comparison, Times, bench, soak};
+use leadr_maps::new_file::NewFile;
+use leadr_scenes::file_kind::FileKind;
+use leadr_tools::bench::{BenchConfig, BenchReport, Comparison, Times, bench, soak};
 use leadr_tools::command::error::AppError;
+use leadr_tools::command::files::begin;
 use leadr_tools::command::output::Output;
 
 /// Runs the selected measurements and prints the report.
@@ -18,9 +21,17 @@ pub fn run(arguments: &BenchArgs, output: &Output) -> Result<(), AppError> {
     if let Some(frames) = arguments.soak {
         return run_soak(arguments, &config, frames, output);
     }
+    // A run takes minutes, so an unwritable file is reported first.
+    let table = arguments.csv.as_deref().map(begin).transpose()?;
     let Some(against) = &arguments.against else {
-        return output.result(&bench(&config, || Ok(arguments.device.open()?), output)?);
+        let report = bench(&config, || Ok(arguments.device.open()?), output)?;
+        write(table, &report)?;
+        return output.result(&report);
     };
+    let runs = [("--against", Some(against)), ("--measured", arguments.measured.as_ref())];
+    for (flag, file) in runs.into_iter().filter_map(|(flag, file)| Some((flag, file?))) {
+        FileKind::check(flag, file, &[FileKind::Result])?;
+    }
     let earlier = Times::read(against)?;
     let check_device = |device: &str| if arguments.any_device { Ok(()) } else { earlier.check_device(device) };
     if let Some(measured) = &arguments.measured {
@@ -37,9 +48,15 @@ pub fn run(arguments: &BenchArgs, output: &Output) -> Result<(), AppError> {
         Ok(gpu)
     };
     let mut report = bench(&config, open, output)?;
+    write(table, &report)?;
     let comparison = report.compare_with(&earlier).cloned();
     output.result(&report)?;
     check_ratio(&comparison?, arguments.max_ratio)
+}
+
+/// Writes the rows of a report as CSV, if a file is requested.
+fn write(table: Option<NewFile>, report: &BenchReport) -> Result<(), AppError> {
+    Ok(table.map_or(Ok(()), |file| file.write(report.csv().as_bytes()))?)
 }
 
 /// The result of a comparison of two files without measurement.

@@ -107,6 +107,11 @@ pub struct LineReport {
 }
 
 impl BenchReport {
+    /// Returns the rows as tidy CSV: a header with units, and a line per pass of each row.
+    pub fn csv(&self) -> String {
+        csv(&self.rows)
+    }
+
     /// Summarises measurements on `gpu`. `frames` is the number of rounds, and `seconds` is the wall-clock time.
     pub fn new(gpu: &Gpu, measured: Vec<Measured>, frames: u32, seconds: f64) -> Self {
         let find = |table: &str, row: &str| measured.iter().find(|m| m.row.table == table && m.row.name == row);
@@ -150,6 +155,49 @@ impl BenchReport {
         let this = Times::new(&self.device, commit(), self.rows.iter().map(time).collect());
         Ok(self.against.insert(earlier.compare(&this)?))
     }
+}
+
+/// Columns of the CSV form, with units.
+const COLUMNS: [&str; 17] = [
+    "table",
+    "row",
+    "pass",
+    "technique",
+    "rule",
+    "samples",
+    "visibility",
+    "width_px",
+    "height_px",
+    "distance_m",
+    "triangles",
+    "patches",
+    "median_ms",
+    "p95_ms",
+    "min_ms",
+    "repeats",
+    "measurements",
+];
+
+/// Quotes a text for CSV if it has a comma or a quote.
+fn quoted(text: &str) -> String {
+    if text.contains([',', '"', '\n']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_owned() }
+}
+
+/// Formats rows as tidy CSV: a header with units, and a line per pass of each row. Numbers that a row lacks are empty.
+fn csv(rows: &[RowReport]) -> String {
+    fn number(value: Option<impl ToString>) -> String {
+        value.map(|value| value.to_string()).unwrap_or_default()
+    }
+    let line = |row: &RowReport| {
+        let texts = [&row.table, &row.row, &row.pass, row.technique, row.rule].map(quoted);
+        let settings =
+            [row.samples.to_string(), quoted(row.visibility), row.size[0].to_string(), row.size[1].to_string()];
+        let counts = [number(row.distance), number(row.triangles), number(row.patches)];
+        let times = [row.median_ms, row.p95_ms, row.min_ms].map(|ms| ms.to_string());
+        let rounds = [row.repeats.to_string(), row.measurements.to_string()];
+        [&texts[..], &settings, &counts, &times, &rounds].concat().join(",") + "\n"
+    };
+    COLUMNS.join(",") + "\n" + &rows.iter().map(line).collect::<String>()
 }
 
 fn rows(measured: &Measured) -> Vec<RowReport> {
@@ -271,7 +319,7 @@ impl BenchReport {
     fn table(&self, f: &mut fmt::Formatter<'_>, table: &str) -> fmt::Result {
         let rows: Vec<&RowReport> = self.rows.iter().filter(|r| r.table == table).collect();
         // Tables of the quad print only the cost of pixels, but JSON has all passes.
-        let own = |pass: &str| ["geometry", "filter", "shade", "filter and shade", PIXELS, FORWARD].contains(&pass);
+        let own = |pass: &str| ["geometry", "filter", "shade", PIXELS, FORWARD].contains(&pass);
         let compared = rows[0].compared;
         let timed = rows.iter().map(|row| row.pass.as_str());
         let passes = in_order(timed.filter(|pass| !is_cpu(pass) && (compared != PIXELS || own(pass))));

@@ -76,7 +76,9 @@ impl Series {
     /// [`FRAME`].
     pub fn passes(&self) -> Vec<&str> {
         let Some(first) = self.rounds.iter().flatten().next() else { return Vec::new() };
-        let mut passes: Vec<&str> = first.passes.iter().map(|time| time.pass.as_str()).collect();
+        // [`PIXELS`] has the time of this pass, and is also the name in rows with separate passes.
+        let names = first.passes.iter().map(|time| time.pass.as_str());
+        let mut passes: Vec<&str> = names.filter(|pass| *pass != "filter and shade").collect();
         passes.extend([PIXELS, TOTAL]);
         if first.cpu.is_some() {
             passes.extend(CPU);
@@ -243,6 +245,8 @@ mod tests {
         assert_eq!(frame.of(WITH_GEOMETRY), Some(3.0));
         assert_eq!(frame.of("filter"), None, "it is a part of the pass");
         assert_eq!(frame.of(TOTAL), Some(7.0));
+        let series = Series { repeats: 1, rounds: vec![Some(frame)] };
+        assert_eq!(series.passes(), ["geometry", "sea filter and shade", PIXELS, TOTAL], "one name per time");
     }
 
     #[test]
