@@ -12,6 +12,7 @@ pub mod compare;
 pub mod demo;
 pub mod fit;
 pub mod flags;
+mod install;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -43,6 +44,8 @@ fn dispatch(cli: Cli, matches: &ArgMatches, output: &Output) -> Result<(), AppEr
         Command::Fit(arguments) => fit::run(&arguments, output),
         Command::Bench(arguments) => bench::run(&arguments, output),
         Command::Compare(arguments) => compare::run(&arguments, output),
+        Command::Completions(arguments) => install::completions(cli::command(), &arguments),
+        Command::Man(arguments) => install::man(cli::command(), &arguments),
     }
 }
 

@@ -48,7 +48,7 @@ fn help_and_version_are_results() {
 
 #[test]
 fn wrong_usage_ends_with_2_and_names_the_flag() {
-    let cases: [(&[&str], &str); 61] = [
+    let cases: [(&[&str], &str); 67] = [
         (&["capture", "--scene", "ocean", "--height-scale", "1"], "--height-scale"),
         (&["capture", "--scene", "ocean", "--no-displacement"], "--smooth-geometry"),
         (&["capture", "--scene", "ocean", "--triangle-pixels", "8"], "--triangle-pixels"),
@@ -117,6 +117,12 @@ fn wrong_usage_ends_with_2_and_names_the_flag() {
         (&["compare", "a.png", "b.exr"], "same format"),
         (&["compare", "a.jpg", "b.jpg"], "a.jpg"),
         (&["compare", "a.png", "b.png", "--max-flip=-1"], "--max-flip"),
+        (&["bench", "--goals"], "--goals needs --paper"),
+        (&["bench", "--measured", "a.json"], "--measured needs --against"),
+        (&["capture", "--fps=24"], "--fps needs --frames"),
+        (&["capture", "--sweep", "1..2", "--samples", "2"], "one of --samples, --sweep needs --frames"),
+        (&["bake", "a.png", "--detail-gloss", "b.png", "-o", "c.ktx2"], "--detail-gloss needs --detail"),
+        (&["bake", "a.png"], "--output <OUT.ktx2|OUT.exr|OUT.png|FOLDER> is missing"),
         (&["compare", "a.png", "b.png", "--max-flip", "2"], "from 0 to 1"),
         (&["compare", "a.png", "b.png", "--max-flip", "nan"], "from 0 to 1"),
         (&["compare", "a.png", "b.png", "--max-rrmse", "nan"], "--max-rrmse"),
@@ -128,6 +134,21 @@ fn wrong_usage_ends_with_2_and_names_the_flag() {
         let line = one_line_error(&run(arguments), 2, &format!("{arguments:?}"));
         assert!(line.contains(named), "{arguments:?}: {line}");
     }
+}
+
+#[test]
+fn completions_and_manual_pages_name_the_flags() {
+    for shell in ["bash", "zsh", "fish"] {
+        let output = run(&["completions", shell]);
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        let script = String::from_utf8(output.stdout).unwrap();
+        assert!(script.contains("capture") && script.contains("height-map"), "{shell}");
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let pages = folder.path().join("man1");
+    assert_eq!(run(&["man", path(&pages)]).status.code(), Some(0));
+    let page = |name: &str| std::fs::read_to_string(pages.join(name)).unwrap();
+    assert!(page("leadr.1").contains("capture") && page("leadr-capture.1").contains("height\\-map"));
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 use std::process::ExitCode;
 
-use clap::error::ErrorKind;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Arg, ArgMatches, Args, FromArgMatches};
 
 use super::error::AppError;
@@ -37,7 +37,9 @@ pub fn run<C: FromArgMatches>(
     work: impl FnOnce(C, &ArgMatches, &Output) -> Result<(), AppError>,
 ) -> ExitCode {
     let name = command.get_name().to_owned();
-    let parsed = command.try_get_matches_from(arguments);
+    let arguments: Vec<OsString> = arguments.into_iter().collect();
+    let mut command = command;
+    let parsed = command.try_get_matches_from_mut(&arguments);
     let (matches, cli) = match parsed.and_then(|matches| Ok((C::from_arg_matches(&matches)?, matches))) {
         Ok((cli, matches)) => (matches, cli),
         Err(fault) if matches!(fault.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) => {
@@ -45,7 +47,11 @@ pub fn run<C: FromArgMatches>(
             let _ = fault.print();
             return ExitCode::SUCCESS;
         }
-        Err(fault) => return fail(&name, &AppError::Usage(usage_sentence(&name, &fault))),
+        Err(fault) => {
+            let sentence = missing_sentence(&command, &arguments, &fault);
+            let sentence = sentence.unwrap_or_else(|| usage_sentence(&name, &fault));
+            return fail(&name, &AppError::Usage(sentence));
+        }
     };
     let OutputArgs { json, quiet } = output(&cli);
     output::start_log(quiet);
@@ -60,6 +66,30 @@ fn fail(name: &str, error: &AppError) -> ExitCode {
     let sentence = error.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
     eprintln!("{name}: error: {sentence}");
     ExitCode::from(error.exit_code())
+}
+
+/// Returns a sentence for a missing argument, which names the given flags if one of them needs it.
+fn missing_sentence(command: &clap::Command, arguments: &[OsString], fault: &clap::Error) -> Option<String> {
+    let Some(ContextValue::Strings(missing)) = fault.get(ContextKind::InvalidArg) else { return None };
+    if fault.kind() != ErrorKind::MissingRequiredArgument {
+        return None;
+    }
+    let words: Vec<&str> = arguments.iter().filter_map(|word| word.to_str()).collect();
+    let command = words.iter().find_map(|word| command.find_subcommand(word)).unwrap_or(command);
+    let always = |argument: &&String| {
+        let required = command.get_arguments().filter(|known| known.is_required_set());
+        required.map(Arg::to_string).any(|known| known == **argument)
+    };
+    let list = |names: &[&String]| names.iter().map(|name| name.as_str()).collect::<Vec<_>>().join(" and ");
+    let (always, needed): (Vec<&String>, Vec<&String>) = missing.iter().partition(always);
+    if needed.is_empty() {
+        return Some(format!("{} is missing: add it (see --help)", list(&always)));
+    }
+    let flags = command.get_arguments().filter_map(|known| known.get_long().map(|long| format!("--{long}")));
+    let given = |flag: &String| words.iter().any(|word| word.split('=').next() == Some(flag));
+    let given: Vec<String> = flags.filter(given).collect();
+    let which = if given.len() > 1 { "one of " } else { "" };
+    Some(format!("{which}{} needs {}: add it (see --help)", given.join(", "), list(&needed)))
 }
 
 /// Returns clap's error message without colours, usage lines and line breaks.
