@@ -11,6 +11,7 @@ use std::error::Error;
 
 use glam::Vec3;
 use leadr::gpu::GpuOptions;
+use leadr::maps::folders::OutsideLinks;
 use leadr::maps::material::{Input, Material, MaterialFolder, Relief};
 use leadr::maps::save::save_png_srgb8;
 use leadr::maps::tonemap::{Tonemap, display_srgb8};
@@ -58,7 +59,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let material = match arguments.next().as_deref() {
         None | Some("-") => hammered(),
-        Some(folder) => MaterialFolder::open(folder)?.load()?,
+        Some(folder) => MaterialFolder::open(folder, OutsideLinks::Refused)?.load()?,
     };
     let metres = arguments.next().map_or(Ok(30.0), |text| text.parse::<f32>())?;
     let file = arguments.next().unwrap_or_else(|| "out/flicker-strips.png".to_owned());

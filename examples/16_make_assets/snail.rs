@@ -166,7 +166,12 @@ fn meshes() -> [Mesh; 3] {
         stalk(&mut skin, joint + 2, lower(side), 0.00055, 0.00060);
         eye(&mut eyes, joint, upper(side));
     }
-    shell.tube([120, 20], |u, v| shell::position(u * shell::INNER, v), |u, v| shell::uv(u * shell::INNER, v), |_, _| [(10, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)]);
+    shell.tube(
+        [120, 20],
+        |u, v| shell::position(u * shell::INNER, v),
+        |u, v| shell::uv(u * shell::INNER, v),
+        |_, _| [(10, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)],
+    );
     // A lid of the body's colour closes the mouth inside the lip.
     let lid = |u: f32, v: f32| {
         let centre = (0..8).map(|k| shell::position(shell::INNER, k as f32 / 8.0)).sum::<Vec3>() / 8.0;
@@ -258,10 +263,7 @@ fn pose(joint: usize, phase: f32) -> (Vec3, Quat) {
     match JOINTS[joint].name {
         // A stretching wave runs from tail to head.
         "tail" => (position + Vec3::Z * (0.0024 * wave(0.0)), rotation(0.0, 0.10 * wave(0.25), 0.0)),
-        "hind" => (
-            position + Vec3::Z * (0.0016 * wave(0.15)),
-            rotation(0.0, 0.05 * wave(0.4), 0.0),
-        ),
+        "hind" => (position + Vec3::Z * (0.0016 * wave(0.15)), rotation(0.0, 0.05 * wave(0.4), 0.0)),
         "fore" => (position + Vec3::Z * (0.0016 * wave(0.35)), rotation(0.0, 0.06 * wave(0.6), 0.0)),
         "neck" => {
             (position + Vec3::Z * (0.0018 * wave(0.45)), rotation(-0.07 + 0.09 * wave(0.5), 0.14 * wave(0.7), 0.0))

@@ -12,11 +12,11 @@ use super::ocean::waves::Waves;
 use super::options::SceneOption;
 use super::registry::{NamedScene, SCENES};
 use super::view::{Size, ViewChoice};
+use leadr_maps::Rgb8Image;
 use leadr_maps::folders::OutsideLinks;
 use leadr_maps::material::{
     Anisotropy, Encoding, GreenAxis, Input, Material, MaterialDetail, MaterialFolder, Role, Texture, agreement, role_of,
 };
-use leadr_maps::Rgb8Image;
 use leadr_maps::tonemap::{Tonemap, display_srgb8, dithered_srgb8};
 use leadr_maps::{MapError, MapFault, Wrap, load_raster};
 use leadr_measured::fit_file::FitFile;

@@ -102,7 +102,7 @@ impl SceneOption {
 
 /// All options except shading options.
 #[rustfmt::skip]
-const OPTIONS: [SceneOption; 56] = [
+const OPTIONS: [SceneOption; 57] = [
     option(SCENE, "scene", "NAME|FILE.glb|FILE.gltf", "Draw this scene, or a glTF model on open ground",
         Text(enter)).common().default(SCENES[0].name).panel(Panel::Own),
     option(SCENE, "animation", "NAME", "Play this animation of a model",

@@ -64,7 +64,12 @@ impl PresentPass {
     }
 
     /// Draws images over the whole `target`, which ends in [`Use::ColorTarget`]. Images of a different size are stretched.
-    pub fn record(&self, cmd: &mut Commands, Presented { image, beside, exposure, dithered }: Presented<'_>, target: &Image) {
+    pub fn record(
+        &self,
+        cmd: &mut Commands,
+        Presented { image, beside, exposure, dithered }: Presented<'_>,
+        target: &Image,
+    ) {
         let (other, split) = beside.unwrap_or((image, 2.0));
         let extent = target.mip_extent(0);
         let sampled = |image: &Image| &self.samplers[usize::from(image.mip_extent(0) != extent)];
@@ -178,7 +183,7 @@ mod tests {
         let target = Image::new(gpu, "codes", ImageDesc::new(format, 4, 4).color_target()).unwrap();
         let pass = PresentPass::new(gpu, format, Tonemap::Clamp).unwrap();
         let shown = || {
-            let shown = Presented { image: &image, beside: None, exposure: 1.0 };
+            let shown = Presented { image: &image, beside: None, exposure: 1.0, dithered: false };
             gpu.submit("present", |cmd| pass.record(cmd, shown, &target)).unwrap();
             target.read::<[u8; 4]>(0, 0).unwrap()[0]
         };
