@@ -15,7 +15,7 @@ use bytemuck::Pod;
 use rayon::prelude::*;
 
 use super::checksum::checksum;
-use super::new_file::NewFile;
+use super::new_file::{NewFile, remove_abandoned};
 use super::{MapError, MapFault, limits};
 
 const MAGIC: u64 = u64::from_le_bytes(*b"LEADRBAK");
@@ -128,7 +128,7 @@ impl MapCache {
     fn write(&self, name: &str, key: u64, content: &[u8]) -> Result<(), MapError> {
         let path = self.path(name);
         let fault = |source| MapFault::io("cannot be written")(source).in_file(&path);
-        std::fs::create_dir_all(&self.folder).map_err(fault)?;
+        remove_abandoned(&path);
         let mut new = NewFile::create(&path)?;
         new.file.write_all(bytemuck::bytes_of(&[MAGIC, key, checksum(content)])).map_err(fault)?;
         new.file.write_all(content).map_err(fault)?;

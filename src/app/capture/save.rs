@@ -14,7 +14,6 @@ use leadr_maps::{Rgb8Image, decode_color_srgb8};
 use leadr_scenes::config::Picture;
 use leadr_scenes::view::Size;
 use leadr_tools::command::error::AppError;
-use leadr_tools::command::files::make_folder_of;
 
 /// Maximum number of channels of a frame; an EXR with more is from another program.
 const MAX_CHANNELS: usize = 32;
@@ -37,7 +36,6 @@ pub fn save(path: &Path, kind: StillKind, frame: &Frame, picture: &Picture, orig
             encode_exr_of(origin, frame.width, frame.height, &channels)
         }
     };
-    make_folder_of(path)?;
     Ok(write_atomic(path, &encoded.map_err(|fault| fault.in_file(path))?)?)
 }
 

@@ -68,8 +68,6 @@ fn section_path(folder: &Path, entry: &SectionEntry) -> PathBuf {
 /// # Errors
 /// If a file cannot be written.
 pub fn keep(folder: &Path, origin: &Origin, made: &Made) -> Result<(), LabError> {
-    let pictures = folder.join(FOLDER).join(PICTURES);
-    std::fs::create_dir_all(&pictures).map_err(|e| LabError::io("make the folder", &pictures, e))?;
     for (file, bytes) in &made.pictures {
         write_atomic(folder.join(FOLDER).join(file), bytes)?;
     }

@@ -79,9 +79,8 @@ pub fn report(
 ) -> Result<ReportSummary, LabError> {
     let folder = &config.folder;
     // An unwritable folder is reported now instead of after half an hour.
-    std::fs::create_dir_all(folder).map_err(|e| LabError::io("make the folder", folder, e))?;
     let page_file = folder.join("index.html");
-    remove_abandoned([page_file.as_path(), &folder.join("report.json")]);
+    remove_abandoned(&page_file);
     drop(NewFile::create(&page_file)?);
     let gpu = open()?;
     let facts = Facts::gather(&gpu, config.quick);
@@ -141,8 +140,6 @@ fn write(folder: &Path, facts: &Facts, made: &[Made]) -> Result<(), LabError> {
             return Err(LabError(format!("two pictures of the report are called {file}")));
         }
     }
-    let counter = folder.join(PICTURES);
-    std::fs::create_dir_all(&counter).map_err(|e| LabError::io("make the folder", &counter, e))?;
     for (file, bytes) in pictures {
         write_atomic(folder.join(file), bytes)?;
     }

@@ -10,22 +10,12 @@ pub fn extension(path: &Path) -> Option<String> {
     path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase)
 }
 
-/// Creates the missing folders above `path`.
+/// Creates the temporary file for `path`, and removes partial files of killed runs. Call this before any work, so that an
+/// unwritable folder is reported at once. A file that is dropped unfinished is removed.
 ///
 /// # Errors
-/// If a folder cannot be created.
-pub fn make_folder_of(path: &Path) -> Result<(), AppError> {
-    let Some(folder) = path.parent() else { return Ok(()) };
-    std::fs::create_dir_all(folder).map_err(|e| AppError::io("make the folder", folder, e))
-}
-
-/// Creates the temporary file for `path` and its folder, and removes partial files of killed runs. Call this before any work, so
-/// that an unwritable folder is reported at once. A file that is dropped unfinished is removed.
-///
-/// # Errors
-/// If the folder or the file cannot be created.
+/// If the file cannot be created.
 pub fn begin(path: &Path) -> Result<NewFile, AppError> {
-    make_folder_of(path)?;
-    remove_abandoned([path]);
+    remove_abandoned(path);
     Ok(NewFile::create(path)?)
 }

@@ -10,7 +10,6 @@ use serde::{Deserialize, Serialize};
 use leadr_maps::cache::{UserFolder, user_folder};
 use leadr_maps::new_file::write_atomic;
 use leadr_tools::command::error::AppError;
-use leadr_tools::command::files::make_folder_of;
 
 /// Valid side lengths of a stored window size, points.
 const SIDES: RangeInclusive<u32> = 64..=16_384;
@@ -62,7 +61,6 @@ impl Layout {
 
     /// Writes the layout to a file atomically.
     pub fn write(&self, path: &Path) -> Result<(), AppError> {
-        make_folder_of(path)?;
         let text = serde_json::to_string_pretty(self).map_err(|error| AppError::io("write", path, error))?;
         Ok(write_atomic(path, format!("{text}\n").as_bytes())?)
     }

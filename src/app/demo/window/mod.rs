@@ -28,7 +28,7 @@ use leadr_scenes::daylight;
 use leadr_scenes::light::{EnvironmentChoice, SunDirection};
 use leadr_tools::bench::MemorySample;
 use leadr_tools::command::error::AppError;
-use leadr_tools::command::files::{extension, make_folder_of};
+use leadr_tools::command::files::extension;
 use over::{Difference, false_colors};
 use pace::{KeptQuality, Pace};
 use painter::{Painter, WindowFrame};
@@ -595,7 +595,6 @@ impl Session<'_> {
             PathBuf::from(name)
         };
         let path = (1..).map(path).find(|path| !path.exists()).unwrap_or_default();
-        make_folder_of(&path)?;
         save_png_srgb8(&path, &picture)?;
         tracing::info!("saved {}", path.display());
         self.panel.say(format!("saved {}", path.display()));
