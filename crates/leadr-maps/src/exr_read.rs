@@ -19,6 +19,7 @@ use exr::prelude::SampleType;
 
 use super::fault::one_line;
 use super::guard::guarded;
+use super::shown::shown;
 use super::{MapFault, limits};
 
 /// Selected channels of one part. Each has `width * height` values, with row 0 on top.
@@ -219,11 +220,7 @@ fn pick_part(meta: &MetaData, choose: Choose, wanted: &str) -> Result<(usize, Ve
         }
         return Ok((part, picked));
     }
-    let mut found = found.join(", ").escape_debug().to_string();
-    if let Some((cut, _)) = found.char_indices().nth(200) {
-        found.truncate(cut);
-    }
-    let what = format!("it has no channel {wanted}, only: {found}");
+    let what = format!("it has no channel {wanted}, only: {}", shown(&found.join(", ")));
     Err(MapFault::unsupported(what, "rename or re-export its channels"))
 }
 

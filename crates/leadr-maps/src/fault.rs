@@ -1,10 +1,11 @@
 //! Faults of files: one-line messages that end with the remedy.
 
+use crate::shown::shown_path;
 use std::path::{Path, PathBuf};
 
 /// A fault and its file, displayed as one line: `FILE: what is wrong; remedy`.
 #[derive(Debug, thiserror::Error)]
-#[error("{}: {fault}", file.display())]
+#[error("{}: {fault}", shown_path(file))]
 pub struct MapError {
     /// The file, or the name given to bytes in memory.
     pub file: PathBuf,

@@ -5,6 +5,7 @@
 //! format specifies. `PRIMARIES=`, `GAMMA=` and `COLORCORR=` are ignored (Photoshop writes meaningless values). XYZE is
 //! converted to Rec.709 with a D65 white and clamped to 0 outside the gamut.
 
+use super::shown::shown;
 use super::{MapFault, RgbImage, limits};
 
 /// Maximum length of a header line in bytes. Real header lines are under 200 bytes.
@@ -134,7 +135,7 @@ fn read_header(bytes: &[u8]) -> Result<(Header, &[u8]), MapFault> {
                 "32-bit_rle_rgbe" => false,
                 "32-bit_rle_xyze" => true,
                 other => {
-                    let what = format!("its FORMAT is `{}`", other.escape_debug());
+                    let what = format!("its FORMAT is `{}`", shown(other));
                     return Err(MapFault::unsupported(what, "save it as 32-bit_rle_rgbe"));
                 }
             };
@@ -142,18 +143,15 @@ fn read_header(bytes: &[u8]) -> Result<(Header, &[u8]), MapFault> {
             // The values of several EXPOSURE lines are multiplied.
             exposure *= value.trim().parse::<f64>().unwrap_or(f64::NAN);
             if !(1e-20..=1e20).contains(&exposure) {
-                let what = format!("EXPOSURE is `{}`, not a positive number", value.trim().escape_debug());
+                let what = format!("EXPOSURE is `{}`, not a positive number", shown(value.trim()));
                 return Err(MapFault::damaged(what));
             }
         }
     }
     let line = String::from_utf8_lossy(take_line(&mut rest)?).into_owned();
     let axes = parse_resolution(&line).ok_or_else(|| {
-        let shown: String = line.chars().take(40).collect();
-        MapFault::damaged(format!(
-            "its resolution line is `{}`; it must look like `-Y 512 +X 1024`",
-            shown.escape_debug()
-        ))
+        let line = shown(&line);
+        MapFault::damaged(format!("its resolution line is `{line}`; it must look like `-Y 512 +X 1024`"))
     })?;
     Ok((Header { xyz, exposure, axes }, rest))
 }

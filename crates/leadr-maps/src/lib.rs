@@ -32,6 +32,7 @@ mod pyramid;
 mod raster_read;
 pub mod reads;
 pub mod save;
+pub mod shown;
 pub mod srgb;
 pub mod tonemap;
 mod types;

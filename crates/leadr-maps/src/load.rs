@@ -8,6 +8,7 @@ use super::material::{Raster, Samples};
 use super::raster_read::{decode_png, decode_raster, is_png, is_raster};
 use super::srgb::linear_from_srgb;
 use super::{HeightMap, MapError, MapFault, Rgb8Image, RgbImage, exr_read, hdr, limits};
+use crate::shown::shown_path;
 
 /// Loads a height map from PNG or JPEG (8 or 16-bit, normalised to 0..1) or EXR (as stored, may be negative).
 ///
@@ -84,7 +85,7 @@ pub fn load_raster(path: impl AsRef<Path>) -> Result<Raster, MapError> {
 }
 
 fn remark(file: &Path, text: &str) {
-    tracing::warn!("{}: {text}", file.display());
+    tracing::warn!("{}: {text}", shown_path(file));
 }
 
 fn load<T>(path: &Path, decode: fn(&[u8]) -> Result<T, MapFault>) -> Result<T, MapError> {

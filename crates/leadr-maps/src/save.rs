@@ -13,6 +13,7 @@ use image::{ExtendedColorType, ImageEncoder};
 use super::fault::one_line;
 use super::new_file::write_atomic;
 use super::origin::Origin;
+use super::shown::shown;
 use super::tonemap::{Tonemap, display_image};
 use super::{HeightMap, MapError, MapFault, Rgb8Image, RgbImage};
 
@@ -109,7 +110,7 @@ fn encode_exr_with(
             return Err(refuse(format!("channel {name} was given twice")));
         }
         let text = Text::new_or_none(name).filter(|_| !name.is_empty());
-        let text = text.ok_or_else(|| refuse(format!("`{}` is not a valid channel name", name.escape_debug())))?;
+        let text = text.ok_or_else(|| refuse(format!("`{}` is not a valid channel name", shown(name))))?;
         list.push(AnyChannel::new(text, FlatSamples::F32(values.to_vec())));
     }
     // Increasing line order and one thread make the bytes deterministic.

@@ -16,6 +16,7 @@ use glam::{DVec2, DVec3};
 use super::bytes::Bytes;
 use super::values::{bracket, polar};
 use leadr_maps::MapFault;
+use leadr_maps::shown::shown;
 
 const MAGIC: &[u8] = b"tensor_file\0";
 /// The maximum number of arrays in a file, larger than in any file of the database.
@@ -295,7 +296,7 @@ impl<'a> Field<'a> {
     fn read(from: &mut Bytes<'a>, file: &'a [u8]) -> Result<Self, MapFault> {
         let length = from.u16()?;
         let name = from.take(usize::from(length))?;
-        let named = || String::from_utf8_lossy(name).into_owned();
+        let named = || shown(&String::from_utf8_lossy(name));
         let axes = from.u16()?;
         if axes > MOST_AXES {
             return Err(MapFault::damaged(format!("its array '{}' has {axes} axes", named())));

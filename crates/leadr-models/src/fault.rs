@@ -3,10 +3,12 @@
 use std::path::PathBuf;
 
 use leadr_maps::MapFault;
+pub(super) use leadr_maps::shown::shown;
+use leadr_maps::shown::shown_path;
 
 /// A fault and its file, displayed as one line: `FILE: what is wrong; remedy`.
 #[derive(Debug, thiserror::Error)]
-#[error("{}: {fault}", file.display())]
+#[error("{}: {fault}", shown_path(file))]
 pub struct ModelError {
     /// The model file.
     pub file: PathBuf,
@@ -62,7 +64,7 @@ pub enum ModelFault {
         what: String,
     },
     /// A file of the model is missing or may not be read.
-    #[error("{location}: the file {uri:?} {what}; put it into the model's folder, or pack the model into one .glb")]
+    #[error("{location}: the file \"{uri}\" {what}; put it into the model's folder, or pack the model into one .glb")]
     Missing {
         /// The part that refers to the file.
         location: String,
@@ -107,14 +109,4 @@ impl ModelFault {
     pub(super) fn invalid(location: impl std::fmt::Display, what: impl Into<String>) -> Self {
         Self::Invalid { location: location.to_string(), what: what.into() }
     }
-}
-
-/// Shortens a string from the file for a one-line message and removes control characters.
-pub(super) fn shown(text: &str) -> String {
-    const LONGEST: usize = 60;
-    let mut shown: String = text.chars().take(LONGEST).map(|c| if c.is_control() { ' ' } else { c }).collect();
-    if text.chars().nth(LONGEST).is_some() {
-        shown.push('…');
-    }
-    shown
 }

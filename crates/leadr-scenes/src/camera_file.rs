@@ -9,6 +9,7 @@ use serde_json::Value;
 use crate::view::CameraPose;
 use leadr_maps::MapFault;
 use leadr_maps::limits::read_start;
+use leadr_maps::shown::shown_path;
 
 /// Size limit for a camera file, bytes.
 const MAX_BYTES: u64 = 64 * 1024;
@@ -27,7 +28,7 @@ pub fn read(path: &Path) -> Result<CameraPose, String> {
     });
     bytes
         .and_then(|bytes| parse(&bytes))
-        .map_err(|fault| format!("cannot read the camera '{}': {fault}", path.display()))
+        .map_err(|fault| format!("cannot read the camera '{}': {fault}", shown_path(path)))
 }
 
 fn too_long() -> String {

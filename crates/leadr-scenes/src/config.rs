@@ -17,6 +17,7 @@ use leadr_maps::folders::OutsideLinks;
 use leadr_maps::material::{
     Anisotropy, Encoding, GreenAxis, Input, Material, MaterialDetail, MaterialFolder, Role, Texture, agreement, role_of,
 };
+use leadr_maps::shown::shown_path;
 use leadr_maps::tonemap::{Tonemap, display_srgb8, dithered_srgb8};
 use leadr_maps::{MapError, MapFault, Wrap, load_raster};
 use leadr_measured::fit_file::FitFile;
@@ -106,7 +107,7 @@ impl DetailFiles {
             let colored = [Role::Color, Role::Roughness, Role::Gloss, Role::Packed];
             let colored = colored.iter().any(|&role| folder.picture(role).is_some());
             if folder.picture(Role::Metalness).is_some() {
-                tracing::warn!("{}: the metalness of a detail is not used", path.display());
+                tracing::warn!("{}: the metalness of a detail is not used", shown_path(path));
             }
             let mut material = folder.load()?;
             material.metalness = Input::constant(0.0);
@@ -122,7 +123,7 @@ impl DetailFiles {
             (material, false)
         };
         let mask = match &self.detail_mask {
-            Some(file) => Some(Texture::new(load_raster(file)?, file.display().to_string(), Encoding::Linear)),
+            Some(file) => Some(Texture::new(load_raster(file)?, shown_path(file), Encoding::Linear)),
             None => None,
         };
         Ok(Some(MaterialDetail {

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use leadr_gpu::{GpuError, binary};
 use leadr_maps::MapError;
+use leadr_maps::shown::shown_path;
 use leadr_models::ModelError;
 
 /// A failure to build or upload a scene. Each message is one sentence.
@@ -46,7 +47,7 @@ impl SceneError {
     #[must_use]
     pub fn of_file(self, file: &Path) -> Self {
         match self {
-            Self::Model(fault) => Self::Model(format!("{}: {fault}", file.display())),
+            Self::Model(fault) => Self::Model(format!("{}: {fault}", shown_path(file))),
             other => other,
         }
     }

@@ -7,6 +7,7 @@ use thiserror::Error;
 
 use leadr_gpu::GpuError;
 use leadr_maps::MapError;
+use leadr_maps::shown::shown_path;
 use leadr_scenes::error::SceneError;
 
 /// A failed measurement, as one sentence with the failure and its reason.
@@ -17,7 +18,7 @@ pub struct LabError(pub String);
 impl LabError {
     /// Creates the error of a failure to read or write `path`: `cannot {verb} 'path': reason`.
     pub fn io(verb: &str, path: &Path, reason: impl Display) -> Self {
-        Self(format!("cannot {verb} '{}': {reason}", path.display()))
+        Self(format!("cannot {verb} '{}': {reason}", shown_path(path)))
     }
 
     /// Creates the error of a result that cannot be serialised as JSON.

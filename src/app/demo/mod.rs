@@ -15,6 +15,7 @@ use self::program::DemoProgram;
 use self::window::layout::Layout;
 use self::window::pace::{KeptQuality, Pace};
 use self::window::{Display, WindowOptions, WindowReport};
+use leadr_maps::shown::{shown, shown_path};
 use leadr_render::light::panorama::EnvironmentLight;
 use leadr_scenes::config::SceneConfig;
 use leadr_scenes::given::CommandLine;
@@ -48,9 +49,9 @@ pub struct DemoReport {
 impl fmt::Display for DemoReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for file in &self.window.screenshots {
-            writeln!(f, "{}", file.display())?;
+            writeln!(f, "{}", shown_path(file))?;
         }
-        write!(f, "{} frame(s) on {}", self.window.frames, self.device.device)?;
+        write!(f, "{} frame(s) on {}", self.window.frames, shown(&self.device.device))?;
         let [median, slow] = self.window.frame_times();
         if median > 0.0 {
             write!(f, ", {median:.1} ms per frame (median; 95th percentile {slow:.1} ms)")?;

@@ -10,6 +10,7 @@ use super::window::show::{OfSurfaces, Program, Show};
 use super::window::surroundings::Surroundings;
 use crate::app::flags::scene::SceneArgs;
 use leadr_gpu::Gpu;
+use leadr_maps::shown::shown_path;
 use leadr_scenes::config::{Picture, SceneConfig};
 use leadr_scenes::given::CommandLine;
 use leadr_scenes::model::measured::MeasuredMaterial;
@@ -151,7 +152,7 @@ impl Program for DemoProgram {
             if let Some(folder) = material.filter(|material| material.is_dir()) {
                 let fault =
                     "a material folder is for the plane and the sphere: drop a measured material, FIT.json, on a model";
-                return Err(AppError::Usage(format!("{}: {fault}", folder.display())));
+                return Err(AppError::Usage(format!("{}: {fault}", shown_path(folder))));
             }
             let value = material.map(|file| [OsStr::new("*="), file.as_os_str()].into_iter().collect::<OsString>());
             self.show_with_flag(gpu, "--measured", value)

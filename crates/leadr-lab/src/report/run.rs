@@ -15,9 +15,10 @@ use serde::Serialize;
 use super::facts::Facts;
 use super::kept::{self, Made, Origin};
 use super::sections::{SECTIONS, SectionEntry};
-use super::studio::{PICTURES, Studio};
+use super::studio::Studio;
 use leadr_gpu::Gpu;
 use leadr_maps::new_file::{NewFile, remove_abandoned, write_atomic};
+use leadr_maps::shown::shown_path;
 use leadr_tools::command::output::Output;
 use leadr_tools::error::LabError;
 use leadr_tools::html::{PageSection, page};
@@ -63,7 +64,7 @@ impl fmt::Display for ReportSummary {
                 writeln!(f, "  - {finding}")?;
             }
         }
-        write!(f, "{}", self.page.display())
+        write!(f, "{}", shown_path(&self.page))
     }
 }
 

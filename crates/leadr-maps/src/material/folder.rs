@@ -7,6 +7,7 @@ use super::{Encoding, GreenAxis, Input, Material, NormalMap, Opacity, Relief, Ro
 use crate::folders::{OutsideLinks, matching};
 use crate::limits::ImageBudget;
 use crate::load::{load_height_map, load_raster};
+use crate::shown::shown_path;
 use crate::{ImageHeader, MapError, MapFault};
 use leadr_reflectance::facets::gloss::Gloss;
 
@@ -65,7 +66,7 @@ const MOST_REMARKS: usize = 20;
 
 /// Returns the role of a file: the role of the last recognised word in its name.
 pub fn role_of(file: &Path) -> Option<Role> {
-    let stem = file.file_stem()?.to_str()?.to_ascii_lowercase();
+    let stem = file.file_stem()?.to_string_lossy().to_ascii_lowercase();
     let words: Vec<&str> = stem.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty()).collect();
     let found = |word: &str| WORDS.iter().find(|(_, words)| words.contains(&word)).map(|(role, _)| *role);
     (0..words.len()).rev().find_map(|last| {
@@ -111,7 +112,7 @@ impl MaterialFolder {
             is_picture(file) && named
         })?;
         unnamed.sort();
-        let unused = |file: &PathBuf| format!("{} is not used: its name matches no role of a material", file.display());
+        let unused = |file: &PathBuf| format!("{} is not used: its name matches no role of a material", shown_path(file));
         let mut remarks: Vec<String> = unnamed.iter().take(MOST_REMARKS).map(unused).collect();
         if let Some(more) = unnamed.len().checked_sub(MOST_REMARKS + 1) {
             remarks
@@ -155,12 +156,12 @@ impl MaterialFolder {
                 && let Some(at) = self.pictures.iter().position(|(role, _)| *role == other)
             {
                 let (_, file) = self.pictures.remove(at);
-                self.remarks.push(format!("{} is not used: {kept:?} replaces it", file.display()));
+                self.remarks.push(format!("{} is not used: {kept:?} replaces it", shown_path(file)));
             }
         }
         // Occlusion is computed from the heights and must not count twice.
         if let (Some(file), Some(_)) = (self.picture(Role::Occlusion), self.picture(Role::Height)) {
-            self.remarks.push(format!("{} is not used: occlusion is computed from the heights", file.display()));
+            self.remarks.push(format!("{} is not used: occlusion is computed from the heights", shown_path(file)));
         }
     }
 
@@ -290,11 +291,11 @@ fn texture(file: &Path, encoding: Encoding) -> Result<Texture, MapError> {
     let raster = load_raster(file)?;
     // Floats are always linear.
     let encoding = if matches!(raster.samples(), Samples::F32(_)) { Encoding::Linear } else { encoding };
-    Ok(Texture::new(raster, file.display().to_string(), encoding))
+    Ok(Texture::new(raster, shown_path(file), encoding))
 }
 
 fn name_of(path: &Path) -> String {
-    path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned())
+    path.file_name().map_or_else(|| shown_path(path), shown_path)
 }
 
 #[cfg(test)]

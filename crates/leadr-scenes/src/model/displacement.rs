@@ -203,7 +203,7 @@ mod tests {
             model.materials.iter().map(height).collect::<Vec<_>>()
         };
         assert_eq!(heights(&[]), [Some(2.0), Some(4.0), None]);
-        let requested = |name: &str| format!("{name}={}", requested.display()).parse::<Displacement>().unwrap();
+        let requested = |name: &str| format!("{name}={}", requested.to_string_lossy()).parse::<Displacement>().unwrap();
         assert_eq!(heights(&[requested("bark")]), [Some(8.0), Some(4.0), None]);
         assert_eq!(heights(&[requested("*")]), [Some(8.0); 3]);
         let error =

@@ -36,7 +36,7 @@ impl NamedFile {
 
 impl fmt::Display for NamedFile {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}={}", self.material.as_deref().unwrap_or("*"), self.file.display())
+        write!(f, "{}={}", self.material.as_deref().unwrap_or("*"), self.file.to_string_lossy())
     }
 }
 

@@ -13,6 +13,7 @@ use crate::command::device::DeviceInfo;
 use crate::error::LabError;
 use leadr_maps::MapFault;
 use leadr_maps::limits::read_file;
+use leadr_maps::shown::{shown, shown_line, shown_path};
 
 /// The times of a run from the output of `leadr bench --json`. Other fields are ignored.
 #[derive(Clone, Debug, Deserialize)]
@@ -144,19 +145,19 @@ impl Times {
         let Some(object) = value.as_object() else { return Err("it is not a JSON object".to_owned()) };
         match object.get("command").and_then(Value::as_str) {
             Some("bench") => {}
-            Some(other) => return Err(format!("it is the result of leadr {}", other.escape_debug())),
+            Some(other) => return Err(format!("it is the result of leadr {}", shown(other))),
             None => return Err("it has no field command".to_owned()),
         }
         if !object.contains_key("rows") {
             return Err("it has no field rows".to_owned());
         }
-        let times: Self = serde_json::from_value(value).map_err(|e| e.to_string().escape_debug().to_string())?;
+        let times: Self = serde_json::from_value(value).map_err(|e| shown_line(&e.to_string()))?;
         if times.rows.is_empty() {
             return Err("its list of rows is empty".to_owned());
         }
         let mut seen = HashSet::new();
         for time in &times.rows {
-            let name = || format!("{}: {}, {}", time.table, time.row, time.pass).escape_debug().to_string();
+            let name = || shown(&format!("{}: {}, {}", time.table, time.row, time.pass));
             if !(time.median_ms >= 0.0 && time.min_ms >= 0.0) {
                 return Err(format!("a time of {} is below 0", name()));
             }
@@ -177,7 +178,7 @@ impl Times {
         }
         let fault = format!(
             "it was measured on {}, and this run is on {device}; add --any-device to compare them anyway",
-            self.device.escape_debug()
+            shown(&self.device)
         );
         Err(LabError::io("compare with", &self.file, fault))
     }
@@ -231,7 +232,7 @@ impl Times {
 
     fn first_row(&self) -> String {
         let Some(Time { table, row, size: [width, height], .. }) = self.rows.first() else { return "none".to_owned() };
-        format!("'{}: {}' at {width}x{height}", table.escape_debug(), row.escape_debug())
+        format!("'{}: {}' at {width}x{height}", shown(table), shown(row))
     }
 }
 
@@ -294,8 +295,8 @@ impl Comparison {
 
 impl fmt::Display for Comparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { file, device, driver, commit, .. } = self;
-        writeln!(f, "against {}: {device} ({driver}), commit {commit}", file.display())?;
+        let [device, driver, commit] = [&self.device, &self.driver, &self.commit].map(|text| shown(text));
+        writeln!(f, "against {}: {device} ({driver}), commit {commit}", shown_path(&self.file))?;
         if self.other_device {
             writeln!(f, "the devices differ: the ratios compare devices as well as programs")?;
         }
@@ -309,7 +310,8 @@ impl fmt::Display for Comparison {
         }
         for (run, lonely) in [("this run", &self.only_in_this), ("the earlier run", &self.only_in_that)] {
             for Lonely { table, row, size: [width, height], pass } in lonely {
-                let pass = pass.as_ref().map_or(String::new(), |pass| format!(", {pass}"));
+                let [table, row] = [table, row].map(|text| shown(text));
+                let pass = pass.as_ref().map_or(String::new(), |pass| format!(", {}", shown(pass)));
                 write!(f, "\nonly in {run}: {table}: {row}, {width}x{height}{pass}")?;
             }
         }

@@ -275,8 +275,7 @@ fn ms(value: f64) -> String {
 
 impl fmt::Display for BenchReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let DeviceInfo { device, driver } = &self.device;
-        writeln!(f, "{device} ({driver}), commit {}", commit())?;
+        writeln!(f, "{}, commit {}", self.device, commit())?;
         writeln!(
             f,
             "medians in ms on the device, {} rounds; ratios: median [quartiles] over rounds, then the ratio of the fastest frames",

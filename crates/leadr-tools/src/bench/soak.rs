@@ -158,8 +158,7 @@ fn circling(camera: &Camera, frame: u32, frames: u32) -> Camera {
 impl fmt::Display for SoakReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mib = |bytes: f64| format!("{:.2}", bytes / f64::from(1 << 20));
-        let DeviceInfo { device, driver } = &self.device;
-        writeln!(f, "{device} ({driver}), commit {}", commit())?;
+        writeln!(f, "{}, commit {}", self.device, commit())?;
         let [width, height] = self.size;
         writeln!(f, "{} frames of {}, {width}x{height}; MiB", self.frames, self.scene)?;
         writeln!(

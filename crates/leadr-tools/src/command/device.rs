@@ -1,11 +1,13 @@
 //! Flags of commands that need a Vulkan device.
 
+use std::fmt;
 use std::sync::Arc;
 
 use clap::Args;
 use serde::Serialize;
 
 use leadr_gpu::{Gpu, GpuError, GpuOptions};
+use leadr_maps::shown::shown;
 
 /// Device selection and validation.
 #[derive(Clone, Debug, Default, Args, Serialize)]
@@ -46,5 +48,12 @@ impl DeviceInfo {
     /// Returns the name and driver of a device.
     pub fn of(gpu: &Gpu) -> Self {
         Self { device: gpu.device_name().to_owned(), driver: gpu.driver_info().to_owned() }
+    }
+}
+
+/// Name and driver, `DEVICE (DRIVER)`.
+impl fmt::Display for DeviceInfo {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} ({})", shown(&self.device), shown(&self.driver))
     }
 }

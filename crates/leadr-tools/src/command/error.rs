@@ -5,6 +5,7 @@ use thiserror::Error;
 use crate::error::LabError;
 use leadr_gpu::GpuError;
 use leadr_maps::MapError;
+use leadr_maps::shown::shown_path;
 use leadr_scenes::error::SceneError;
 
 /// A failed command. Each message is one sentence: the failure, its reason, and the remedy.
@@ -41,6 +42,6 @@ impl AppError {
 
     /// Creates the error of a failure to read or write `path`: `cannot {verb} 'path': reason`.
     pub fn io(verb: &str, path: &std::path::Path, reason: impl std::fmt::Display) -> Self {
-        Self::Failed(format!("cannot {verb} '{}': {reason}", path.display()))
+        Self::Failed(format!("cannot {verb} '{}': {reason}", shown_path(path)))
     }
 }

@@ -1,18 +1,21 @@
 //! Output of a command, with the result on stdout (text or one JSON object), and log and progress on stderr.
 
-use std::fmt::Display;
+use std::fmt::{self, Debug, Display};
 use std::io::{self, ErrorKind, IsTerminal, Write};
 use std::path::Path;
 use std::time::Instant;
 
 use serde::Serialize;
+use tracing_subscriber::field::MakeExt as _;
 use tracing_subscriber::filter::{LevelFilter, Targets};
+use tracing_subscriber::fmt::format::{Writer, debug_fn};
 use tracing_subscriber::layer::{Layer as _, SubscriberExt as _};
 use tracing_subscriber::util::SubscriberInitExt as _;
 
 use super::bars::{Bar, EVERY};
 use super::error::AppError;
 use crate::program::Stamped;
+use leadr_maps::shown::{shown, shown_json, shown_line, shown_lines, shown_path};
 use leadr_scenes::set::SetUp;
 
 /// Output settings of a command.
@@ -39,12 +42,12 @@ impl Output {
     /// If stdout cannot be written. A pipe that its reader closed early is not an error.
     pub fn result<R: Serialize + Display>(&self, result: &R) -> Result<(), AppError> {
         let text = if self.json {
-            serde_json::to_string_pretty(&Stamped::new(result))
-                .map_err(|e| AppError::Failed(format!("cannot write JSON: {e}")))?
+            let json = serde_json::to_string_pretty(&Stamped::new(result));
+            shown_json(&json.map_err(|e| AppError::Failed(format!("cannot write JSON: {e}")))?)
         } else if self.quiet {
             return Ok(());
         } else {
-            result.to_string()
+            shown_lines(&result.to_string())
         };
         print_line(&text)
     }
@@ -71,14 +74,13 @@ impl Output {
         if self.json || self.quiet {
             return Ok(());
         }
-        bar.suspended(|| print_line(&path.display().to_string()))
+        bar.suspended(|| print_line(&shown_path(path)))
     }
 
     /// Prints a line to stderr, unless quiet.
     pub fn say(&self, line: &str) {
         if !self.quiet {
-            // A closed stderr is not an error.
-            let _ = writeln!(io::stderr(), "{line}");
+            print_error_line(&shown_lines(line));
         }
     }
 
@@ -122,13 +124,23 @@ fn shares(share: f32) -> usize {
     (share * SHARES as f32) as usize
 }
 
-fn print_line(text: &str) -> Result<(), AppError> {
-    match writeln!(io::stdout(), "{text}") {
+/// Prints a line to stderr. A closed or full stderr is not an error, because there is nowhere to report it.
+pub(super) fn print_error_line(line: &str) {
+    let _ = writeln!(io::stderr(), "{line}");
+}
+
+/// Checks the result of writing to stdout. A pipe that its reader closed early is not an error.
+pub(super) fn check_stdout(written: io::Result<()>) -> Result<(), AppError> {
+    match written.and_then(|()| io::stdout().flush()) {
         Err(e) if e.kind() != ErrorKind::BrokenPipe => {
             Err(AppError::Failed(format!("cannot write to standard output: {e}")))
         }
         _ => Ok(()),
     }
+}
+
+fn print_line(text: &str) -> Result<(), AppError> {
+    check_stdout(writeln!(io::stdout(), "{text}"))
 }
 
 /// Sends the log to stderr. The log has warnings, but only errors from the window library, and only errors if `quiet`. `LEADR_LOG`
@@ -139,11 +151,17 @@ pub fn start_log(quiet: bool) {
     let levels = requested.as_deref().unwrap_or(default);
     let filter = log_levels(levels);
     let filter = filter.unwrap_or_else(|fault| {
-        eprintln!("leadr: LEADR_LOG={levels}: {fault}; use error, warn, info, debug, trace or leadr_gpu=debug");
+        let levels = shown(levels);
+        print_error_line(&shown_line(&format!(
+            "leadr: LEADR_LOG={levels}: {fault}; use error, warn, info, debug, trace or leadr_gpu=debug"
+        )));
         default.parse().expect("the defaults are levels")
     });
     let log = tracing_subscriber::fmt::layer()
         .with_writer(io::stderr)
+        // A log that cannot be written is not reported on the same stderr.
+        .log_internal_errors(false)
+        .fmt_fields(debug_fn(write_field).delimited(" "))
         .with_ansi(io::stderr().is_terminal())
         .without_time()
         .with_filter(filter);
@@ -151,12 +169,18 @@ pub fn start_log(quiet: bool) {
     let _ = tracing_subscriber::registry().with(log).try_init();
 }
 
+/// Writes a field of a log event. Its text may come from files and drivers.
+fn write_field(to: &mut Writer<'_>, field: &tracing::field::Field, value: &dyn Debug) -> fmt::Result {
+    let value = shown_line(&format!("{value:?}"));
+    if field.name() == "message" { write!(to, "{value}") } else { write!(to, "{}={value}", field.name()) }
+}
+
 /// Parses levels for everything and for modules, such as `warn,leadr_gpu=debug`.
 fn log_levels(text: &str) -> Result<Targets, String> {
     // A single word must be a level, because `Targets` would accept a misspelt level as a module name.
     let odd = text.split(',').find(|word| !word.contains('=') && word.trim().parse::<LevelFilter>().is_err());
     match odd {
-        Some(word) => Err(format!("\"{word}\" is not a level")),
+        Some(word) => Err(format!("\"{}\" is not a level", shown(word))),
         None => text.parse::<Targets>().map_err(|fault| fault.to_string()),
     }
 }

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::plot::Plot;
 use super::table::{Cell, Figure, Table};
-use super::text::{escape, number};
+use super::text::{address, escape, number};
 
 /// A fragment of a page.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -107,7 +107,7 @@ impl Html {
 
 fn figure_markup(figure: &Figure) -> String {
     let (width, height) = (figure.width * figure.scale, figure.height * figure.scale);
-    let (file, alt) = (escape(&figure.file), escape(&figure.alt));
+    let (file, alt) = (address(figure.file.as_bytes()), escape(&figure.alt));
     let caption: Vec<String> = figure.caption.iter().map(|line| escape(line)).collect();
     format!(
         "<figure><a href=\"{file}\"><img src=\"{file}\" alt=\"{alt}\" width=\"{width}\" height=\"{height}\" \

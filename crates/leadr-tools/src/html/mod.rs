@@ -14,7 +14,7 @@ pub use fragment::Html;
 pub use page::{PageSection, page};
 pub use plot::{Plot, Scale};
 pub use table::{Cell, Figure, Table};
-pub use text::{number, percent};
+pub use text::{address, number, percent};
 
 #[cfg(test)]
 mod tests {

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// A picture on the page, in a separate file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Figure {
-    /// Path of the file, relative to the page.
+    /// Path of the file from the page, with `/`. The page encodes it as an address.
     pub file: String,
     /// Alternative text.
     pub alt: String,

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use leadr_maps::cache::{UserFolder, user_folder};
 use leadr_maps::new_file::write_atomic;
+use leadr_maps::shown::shown_path;
 use leadr_tools::command::error::AppError;
 
 /// Valid side lengths of a stored window size, points.
@@ -38,7 +39,7 @@ impl Layout {
     /// Reads a layout; returns the default layout if there is no file.
     pub fn read(path: &Path) -> Result<Self, AppError> {
         let fault = |reason: String| {
-            AppError::Failed(format!("'{}' is not a valid window layout: {reason}; remove it", path.display()))
+            AppError::Failed(format!("'{}' is not a valid window layout: {reason}; remove it", shown_path(path)))
         };
         match std::fs::metadata(path) {
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Self::default()),

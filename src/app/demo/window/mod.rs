@@ -20,6 +20,7 @@ use layout::Layout;
 use leadr_gpu::Gpu;
 use leadr_gpu::shader_watch::{Change, ShaderWatch};
 use leadr_maps::save::save_png_srgb8;
+use leadr_maps::shown::{shown_line, shown_path};
 use leadr_maps::{Rgb8Image, RgbImage};
 use leadr_render::scene::FrameState;
 use leadr_render::settings::RenderSettings;
@@ -144,7 +145,7 @@ pub fn run(
             Some([width, height]) => LogicalSize::new(width, height).into(),
             None => PhysicalSize::new(settings.size.0, settings.size.1).into(),
         };
-        let attributes = Window::default_attributes().with_title(options.title.as_str()).with_inner_size(size);
+        let attributes = Window::default_attributes().with_title(shown_line(&options.title)).with_inner_size(size);
         let window =
             events.create_window(attributes).map_err(|e| AppError::Failed(format!("cannot open the window: {e}")))?;
         let window = Arc::new(window);
@@ -311,7 +312,8 @@ impl Session<'_> {
             if last {
                 self.painter.finish()?;
             }
-            self.window.set_title(&title(&self.options.title, &self.viewer, self.clock.fps, self.painter.times()));
+            let title = title(&self.options.title, &self.viewer, self.clock.fps, self.painter.times());
+            self.window.set_title(&shown_line(&title));
         }
         if let Some(frames) = self.options.frames {
             if frames >= MEMORY_SAMPLES && self.report.frames.is_multiple_of(frames / MEMORY_SAMPLES) {
@@ -596,8 +598,8 @@ impl Session<'_> {
         };
         let path = (1..).map(path).find(|path| !path.exists()).unwrap_or_default();
         save_png_srgb8(&path, &picture)?;
-        tracing::info!("saved {}", path.display());
-        self.panel.say(format!("saved {}", path.display()));
+        tracing::info!("saved {}", shown_path(&path));
+        self.panel.say(format!("saved {}", shown_path(&path)));
         self.report.screenshots.push(path);
         Ok(())
     }

@@ -7,6 +7,7 @@ use super::surroundings::Surroundings;
 use crate::app::demo::command_line::Seen;
 use crate::app::demo::orbit::Orbit;
 use leadr_gpu::Gpu;
+use leadr_maps::shown::shown_path;
 use leadr_render::frame::Renderer;
 use leadr_render::scene::FrameState;
 use leadr_scenes::registry::Choice;
@@ -74,7 +75,7 @@ pub trait Program {
 
     /// Opens a scene by name, or a model file.
     fn open(&mut self, _gpu: &Arc<Gpu>, name: &Path) -> Result<Show, AppError> {
-        Err(AppError::Usage(format!("{}: this program shows one scene only", name.display())))
+        Err(AppError::Usage(format!("{}: this program shows one scene only", shown_path(name))))
     }
 
     /// Returns the roughness of the current scene as Beckmann alpha, above 0 and at most 1.

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use leadr_gpu::Gpu;
+use leadr_maps::shown::shown_path;
 use leadr_render::light::environment::Environment;
 use leadr_render::scene::FrameState;
 use leadr_scenes::light::EnvironmentChoice;
@@ -39,7 +40,7 @@ impl Surroundings {
         let name = |choice: &EnvironmentChoice| match choice {
             EnvironmentChoice::Sky => "sky".to_owned(),
             EnvironmentChoice::Studio => "studio".to_owned(),
-            EnvironmentChoice::File(path) => path.display().to_string(),
+            EnvironmentChoice::File(path) => path.to_string_lossy().into_owned(),
         };
         self.choices.iter().map(name).collect()
     }
@@ -61,7 +62,7 @@ impl Surroundings {
             Some("hdr" | "exr") => Ok(EnvironmentChoice::File(path)),
             _ => Err(AppError::Usage(format!(
                 "{}: drop an equirectangular .hdr or .exr picture, a model or a material",
-                path.display()
+                shown_path(path)
             ))),
         }
     }

@@ -14,6 +14,7 @@ use crate::report::subject::{Subject, framed_from};
 use crate::report::truth::Truth;
 use crate::report::verdict::{SILHOUETTE, Shot, judge, without_relief_noise};
 use leadr_maps::material::{Encoding, Input, Material, Raster, Samples, Texture};
+use leadr_maps::shown::shown_path;
 use leadr_maps::{HeightMap, MapFault, RgbImage, procedural};
 use leadr_measured::Measured;
 use leadr_reflectance::extraction::fit::{Fit, FitOptions, fit};
@@ -129,7 +130,7 @@ fn specimens() -> Result<Vec<Specimen>, LabError> {
 }
 
 fn measured_files(folder: &Path) -> Result<Vec<PathBuf>, LabError> {
-    let entries = std::fs::read_dir(folder).map_err(|e| LabError(format!("{}: {e}", folder.display())))?;
+    let entries = std::fs::read_dir(folder).map_err(|e| LabError(format!("{}: {e}", shown_path(folder))))?;
     let mut files: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
     files.retain(|file| file.extension().is_some_and(|ending| ending == "bsdf"));
     files.sort();

@@ -87,7 +87,7 @@ fn files() -> Vec<(String, PathBuf)> {
             if path.is_dir() {
                 folders.push(path);
             } else if path.extension().is_some_and(|extension| extension == "glb" || extension == "gltf") {
-                let name = path.strip_prefix(&data).unwrap_or(&path).display().to_string();
+                let name = path.strip_prefix(&data).unwrap_or(&path).to_string_lossy().into_owned();
                 files.push((name, path));
             }
         }

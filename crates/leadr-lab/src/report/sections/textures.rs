@@ -11,6 +11,7 @@ use crate::report::truth::Truth;
 use crate::report::verdict::Shot;
 use leadr_maps::folders::OutsideLinks;
 use leadr_maps::material::{Material, MaterialFolder};
+use leadr_maps::shown::shown_path;
 use leadr_maps::{HeightMap, RgbImage, procedural};
 use leadr_reflectance::masking::shadowing::Shadowing;
 use leadr_render::camera::Camera;
@@ -75,7 +76,7 @@ fn surfaces(studio: &Studio) -> Result<Vec<(String, Material)>, LabError> {
             relief(procedural::scratches(side, side, 3, 300), "scratches", 0.1),
         ]);
     };
-    let entries = std::fs::read_dir(&folder).map_err(|e| LabError(format!("{}: {e}", folder.display())))?;
+    let entries = std::fs::read_dir(&folder).map_err(|e| LabError(format!("{}: {e}", shown_path(folder))))?;
     let mut folders: Vec<_> = entries.flatten().map(|entry| entry.path()).filter(|path| path.is_dir()).collect();
     folders.sort();
     folders.truncate(studio.pick(1, usize::MAX));

@@ -25,6 +25,7 @@ use super::over::LayerPicture;
 use super::probes::Ball;
 use super::viewer::Viewer;
 use leadr_maps::Rgb8Image;
+use leadr_maps::shown::shown_line;
 
 /// Width of the panel, points.
 const WIDTH: f32 = 252.0;
@@ -135,7 +136,7 @@ impl Panel {
 
     /// Shows a message for a few seconds, even if the panel is closed.
     pub fn warn(&mut self, message: impl Into<String>) {
-        self.message = Some((message.into(), Instant::now()));
+        self.message = Some((shown_line(&message.into()), Instant::now()));
     }
 
     /// Records the time of a frame for the graph.
