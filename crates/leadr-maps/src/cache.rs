@@ -17,6 +17,7 @@ use rayon::prelude::*;
 use super::checksum::checksum;
 use super::new_file::{NewFile, remove_abandoned};
 use super::{MapError, MapFault, limits};
+use crate::shown::shown_path;
 
 const MAGIC: u64 = u64::from_le_bytes(*b"LEADRBAK");
 /// Size of the header in bytes: magic number, key and checksum.
@@ -25,7 +26,7 @@ const HEADER: usize = 3 * 8;
 const MOST_BYTES: u64 = 1 << 30;
 
 fn damaged(path: &Path, fault: impl Display) -> String {
-    format!("cache file {} is damaged ({fault}); it will be replaced", path.display())
+    format!("cache file {} is damaged ({fault}); it will be replaced", shown_path(path))
 }
 
 /// A cache folder.
@@ -99,7 +100,7 @@ impl MapCache {
             Ok(opened) => opened,
             Err(MapFault::Io { source, .. }) if source.kind() == std::io::ErrorKind::NotFound => return Ok(None),
             Err(MapFault::NotAFile) => return Err(damaged(path, "it is not a regular file")),
-            Err(fault) => return Err(format!("cache file {}: {fault}", path.display())),
+            Err(fault) => return Err(format!("cache file {}: {fault}", shown_path(path))),
         };
         if length > most.saturating_add(HEADER as u64) {
             return Err(damaged(path, "it is too long"));
@@ -129,6 +130,8 @@ impl MapCache {
         let path = self.path(name);
         let fault = |source| MapFault::io("cannot be written")(source).in_file(&path);
         remove_abandoned(&path);
+        // A link in the place of the file would lead to the file of someone else.
+        let _ = std::fs::remove_file(&path);
         let mut new = NewFile::create(&path)?;
         new.file.write_all(bytemuck::bytes_of(&[MAGIC, key, checksum(content)])).map_err(fault)?;
         new.file.write_all(content).map_err(fault)?;
@@ -248,24 +251,60 @@ pub fn expect_end(content: &[u8]) -> Result<(), &'static str> {
     if content.is_empty() { Ok(()) } else { Err("it is too long") }
 }
 
+/// Checks all values of the content of a cache file.
+///
+/// # Errors
+/// Fails if a value is not `valid`.
+pub fn expect_all<T: Sync>(values: &[T], valid: impl Fn(&T) -> bool + Sync) -> Result<(), &'static str> {
+    if values.par_iter().with_min_len(PIECE / size_of::<T>()).all(&valid) {
+        Ok(())
+    } else {
+        Err("a value is out of range")
+    }
+}
+
 /// Returns `count` values from `make` or from the user's cache. The cache key covers the text of the programs that compute
-/// them.
-pub fn cached<T: Pod>(kind: &str, programs: &[&str], count: usize, make: impl FnOnce() -> Vec<T>) -> Vec<T> {
-    let Some(cache) = MapCache::of_user() else { return make() };
-    let sums: Vec<u64> = programs.iter().map(|text| checksum(text.as_bytes())).chain([count as u64]).collect();
-    let read = |mut content: &[u8]| {
-        let values = take(&mut content, count)?;
-        expect_end(content)?;
-        Ok(values)
-    };
-    let make = || {
-        let values = make();
-        let content = bytemuck::cast_slice(&values).to_vec();
-        Ok::<_, Infallible>((values, content))
-    };
-    let most = (count * size_of::<T>()) as u64;
-    let Ok(values) = cache.load_or_make(kind, checksum(bytemuck::cast_slice(&sums)), most, read, make);
-    values
+/// them. Values that are not `valid` are not taken from the cache.
+pub fn cached<T: Pod + Sync>(
+    kind: &str,
+    programs: &[&str],
+    count: usize,
+    valid: impl Fn(&T) -> bool + Sync,
+    make: impl FnOnce() -> Vec<T>,
+) -> Vec<T> {
+    match MapCache::of_user() {
+        Some(cache) => cache.cached(kind, programs, count, valid, make),
+        None => make(),
+    }
+}
+
+impl MapCache {
+    /// Like [`cached`], but with this cache.
+    fn cached<T: Pod + Sync>(
+        &self,
+        kind: &str,
+        programs: &[&str],
+        count: usize,
+        valid: impl Fn(&T) -> bool + Sync,
+        make: impl FnOnce() -> Vec<T>,
+    ) -> Vec<T> {
+        let sums: Vec<u64> = programs.iter().map(|text| checksum(text.as_bytes())).chain([count as u64]).collect();
+        let read = |mut content: &[u8]| {
+            let values = take(&mut content, count)?;
+            expect_end(content)?;
+            expect_all(&values, &valid)?;
+            Ok(values)
+        };
+        let make = || {
+            let values = make();
+            debug_assert_eq!(expect_all(&values, &valid), Ok(()), "{kind}");
+            let content = bytemuck::cast_slice(&values).to_vec();
+            Ok::<_, Infallible>((values, content))
+        };
+        let most = (count * size_of::<T>()) as u64;
+        let Ok(values) = self.load_or_make(kind, checksum(bytemuck::cast_slice(&sums)), most, read, make);
+        values
+    }
 }
 
 /// Whether a file name has the form that [`MapCache::load_or_make`] uses: `KIND-`, 16 digits, `.bin`.
@@ -368,6 +407,39 @@ mod tests {
         let none = MapCache::in_folder(&file);
         assert_eq!(none.load_or_make("number", 3, 100, |_| Ok(1), || Ok::<_, &str>((4, vec![4]))), Ok(4));
         assert_eq!(none.load_or_make("number", 3, 100, |_| Ok(1), || Err("no")), Err("no"));
+    }
+
+    #[test]
+    fn planted_values_are_replaced() {
+        let (_folder, cache) = in_temporary_folder();
+        let kept = |make: f32| cache.cached("heights", &["program"], 3, |h: &f32| h.abs() < 10.0, || vec![make; 3]);
+        assert_eq!([kept(1.0), kept(2.0)], [[1.0; 3]; 2]);
+        let file = std::fs::read_dir(&cache.folder).unwrap().next().unwrap().unwrap().path();
+        let name = file.file_stem().unwrap().to_str().unwrap();
+        let key = u64::from_str_radix(name.rsplit_once('-').unwrap().1, 16).unwrap();
+        for (planted, made) in [(f32::NAN, 3.0), (f32::INFINITY, 4.0), (-11.0, 5.0)] {
+            cache.write(name, key, bytemuck::bytes_of(&[1.0, planted, 1.0])).unwrap();
+            assert_eq!(kept(made), [made; 3], "{planted} has a good checksum");
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn planted_links_lead_nowhere() {
+        let (folder, cache) = in_temporary_folder();
+        let victim = folder.path().join("victim");
+        std::fs::write(&victim, "mine").unwrap();
+        std::fs::create_dir(&cache.folder).unwrap();
+        std::os::unix::fs::symlink(&victim, cache.path("soft")).unwrap();
+        std::fs::hard_link(&victim, cache.path("hard")).unwrap();
+        let left = cache.folder.join(".leadr-0123456789abcdef.part");
+        std::fs::write(&left, "left by a killed run").unwrap();
+        for name in ["soft", "hard"] {
+            cache.write(name, 1, b"content").unwrap();
+            assert!(cache.read(name, 1, 100).unwrap().is_some());
+        }
+        assert_eq!(std::fs::read_to_string(victim).unwrap(), "mine");
+        assert!(!left.exists());
     }
 
     #[test]

@@ -25,11 +25,17 @@ pub const STEP: f32 = 40.0;
 /// Returns the soil heights without broad swells.
 fn soil() -> Vec<f32> {
     let programs = [include_str!("ground.rs"), procedural::SOURCE, leadr_maps::noise::SOURCE];
-    cached("soil", &programs, (TEXELS * TEXELS) as usize, || {
-        let mut soil = procedural::soil(TEXELS, TEXELS, 1).texels;
-        flatten(&mut soil, TEXELS as usize, 80);
-        soil
-    })
+    cached(
+        "soil",
+        &programs,
+        (TEXELS * TEXELS) as usize,
+        |height: &f32| height.abs() <= 1.0,
+        || {
+            let mut soil = procedural::soil(TEXELS, TEXELS, 1).texels;
+            flatten(&mut soil, TEXELS as usize, 80);
+            soil
+        },
+    )
 }
 
 /// Builds the ground at z = 0, with heights centred on zero.

@@ -272,12 +272,17 @@ impl Default for ReliefOptions {
     }
 }
 
+/// Whether a height is from 0 to 1.
+fn is_share(height: &f32) -> bool {
+    (0.0..=1.0).contains(height)
+}
+
 /// Generates the default relief.
 fn rock() -> HeightMap {
     let programs = [procedural::SOURCE, leadr_maps::noise::SOURCE];
     let [width, height] = [1024; 2];
     let make = || procedural::rock(width, height, 1).texels;
-    HeightMap { width, height, texels: cached("rock", &programs, (width * height) as usize, make) }
+    HeightMap { width, height, texels: cached("rock", &programs, (width * height) as usize, is_share, make) }
 }
 
 impl ReliefOptions {

@@ -87,6 +87,8 @@ pub fn keep(folder: &Path, origin: &Origin, made: &Made) -> Result<(), LabError>
 pub fn find(folder: &Path, origin: &Origin, entry: &'static SectionEntry) -> Option<Made> {
     let file: File = serde_json::from_slice(&read_file(&section_path(folder, entry)).ok()?).ok()?;
     let pictures = file.pictures.into_iter().map(|picture| {
+        // Only names of pictures are read, and later written beside the page.
+        picture.strip_prefix(PICTURES)?.strip_prefix('/').filter(|name| !name.contains(['/', '\\', '\0']))?;
         let bytes = read_file(&folder.join(FOLDER).join(&picture)).ok()?;
         Some((picture, bytes))
     });

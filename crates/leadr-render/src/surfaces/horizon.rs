@@ -22,7 +22,7 @@ use crate::constants::SOURCE_LEVEL;
 use leadr_gpu::vk::Format;
 use leadr_gpu::{Gpu, GpuError, Image, ImageDesc, Result};
 use leadr_maps::Wrap;
-use leadr_maps::cache::{MapCache, put};
+use leadr_maps::cache::{MapCache, expect_all, put};
 use leadr_maps::checksum::checksum;
 use leadr_maps::horizon::{Heights, HorizonTexel, Rays, Window, horizons};
 
@@ -164,6 +164,25 @@ impl HeightLevel {
     }
 }
 
+/// Checks the stored texels of all levels: finite leans, deviations of at least 0, correlations from -1 to 1.
+fn check_texels(mut bytes: &[u8], sizes: &[usize]) -> std::result::Result<(), &'static str> {
+    const INFINITE: u16 = 0x7c00;
+    const ONE: u16 = 0x3c00;
+    let size_of = |half: &[u8; 2]| u16::from_le_bytes(*half) & 0x7fff;
+    for count in sizes {
+        let (leans, rest) = bytes.split_at(TEXEL_BYTES[0] * count);
+        let (correlations, rest) = rest.split_at(TEXEL_BYTES[1] * count);
+        let is_horizon = |texel: &[[u8; 2]; 4]| {
+            texel.iter().all(|half| size_of(half) < INFINITE)
+                && texel[2..].iter().all(|half| half[1] >> 7 == 0 || size_of(half) == 0)
+        };
+        expect_all(leans.as_chunks().0.as_chunks().0, is_horizon)?;
+        expect_all(correlations.as_chunks().0, |half| size_of(half) <= ONE)?;
+        bytes = rest;
+    }
+    Ok(())
+}
+
 impl HorizonMaps {
     /// Creates placeholders for an object without relief; they are never read.
     pub fn none(gpu: &Arc<Gpu>) -> Result<Self> {
@@ -221,7 +240,7 @@ impl HorizonMaps {
                 let read = |bytes: &[u8]| match bytes.len().cmp(&length) {
                     Ordering::Less => Err("it is too short"),
                     Ordering::Greater => Err("it is too long"),
-                    Ordering::Equal => Ok(upload(bytes)),
+                    Ordering::Equal => check_texels(bytes, &sizes).map(|()| upload(bytes)),
                 };
                 let make = || find().map(|bytes| (upload(&bytes), bytes));
                 cache.load_or_make("horizon", key, length as u64, read, make)??;
@@ -244,5 +263,26 @@ impl HorizonMaps {
         put(bytes, &leans);
         put(bytes, &correlations);
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn planted_texels_are_refused() {
+        let texels: [[u16; 4]; 2] = [[0xbc00, 0x3c00, 0x3c00, 0x8000], [0; 4]];
+        let check = |at: usize, half: u16| {
+            let mut bytes = Vec::new();
+            put(&mut bytes, &texels);
+            put(&mut bytes, &[0xbc00_u16, 0x3c00]);
+            bytes[2 * at..][..2].copy_from_slice(&half.to_le_bytes());
+            check_texels(&bytes, &[2])
+        };
+        assert_eq!(check(0, 0xbc00), Ok(()));
+        for (at, half) in [(0, 0x7e00), (1, 0x7c00), (2, 0xfc00), (7, 0xbc00), (8, 0x7e00), (9, 0x3c01), (8, 0xbc01)] {
+            assert!(check(at, half).is_err(), "{at} {half:x}");
+        }
     }
 }

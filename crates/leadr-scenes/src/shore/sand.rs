@@ -108,7 +108,8 @@ fn map(kind: &str, [width, height]: [u32; 2], texel: impl Fn(f32, f32) -> (f32, 
         [height.to_bits(), u32::from_ne_bytes(color)]
     };
     let count = width * height;
-    let texels = cached(kind, &programs, count as usize, || (0..count).into_par_iter().map(at).collect());
+    let is_low = |texel: &[u32; 2]| f32::from_bits(texel[0]).abs() <= 1.0;
+    let texels = cached(kind, &programs, count as usize, is_low, || (0..count).into_par_iter().map(at).collect());
     let (heights, colors) = texels.iter().map(|&[h, color]| (f32::from_bits(h), color.to_ne_bytes())).unzip();
     Sand { width, height, heights, colors }
 }

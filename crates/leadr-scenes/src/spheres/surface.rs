@@ -86,7 +86,7 @@ impl Surface {
         let length = length_of(sigma, frequency, detail);
         Self::with(sigma, length, detail, |count, make| {
             let of = format!("{sigma:?} {length:?} {detail:?}");
-            cached("rough-sphere", &[&programs[..], &[&of]].concat(), count, make)
+            cached("rough-sphere", &[&programs[..], &[&of]].concat(), count, |height: &f32| height.abs() < 100.0, make)
         })
     }
 

@@ -2,11 +2,17 @@
 //!
 //! Layout (little endian): tile size, counts, and then the arrays back to back.
 
-use leadr_maps::cache::{expect_end, put, take};
+use glam::Vec3;
+
+use super::skeleton::JOINT_COUNT;
+use leadr_maps::cache::{expect_all, expect_end, put, take};
 use leadr_render::surfaces::patch_mesh::{PatchMesh, SkinWeights, TileLayout};
 
 /// Maximum accepted count.
 const MOST: u32 = 1 << 16;
+
+/// Maximum distance of a vertex from the origin along an axis, metres.
+const FARTHEST: f32 = 30.0;
 
 /// Returns the maximum file size for tiles of `tile` texels, bytes.
 pub fn most_bytes(tile: u32) -> u64 {
@@ -76,6 +82,19 @@ impl Baked {
         if body.patches.iter().flatten().any(|&v| v >= vertices) {
             return Err("a patch names a vertex that does not exist");
         }
+        let is_share = |v: &f32| (0.0..=1.0).contains(v);
+        let is_near = |p: &Vec3| p.abs().max_element() <= FARTHEST && p.is_finite();
+        expect_all(&body.positions, is_near)?;
+        expect_all(&body.normals, |n| (n.length() - 1.0).abs() < 1e-3)?;
+        expect_all(&body.colors, |color| color.iter().all(is_share) && color[3] > 0.0)?;
+        expect_all(&body.accessibility, is_share)?;
+        expect_all(&body.skin, |skin| {
+            let sum: f32 = skin.weights.iter().sum();
+            skin.weights.iter().all(is_share)
+                && (sum - 1.0).abs() < 1e-3
+                && skin.joints.iter().all(|&joint| usize::from(joint) < JOINT_COUNT)
+        })?;
+        expect_all(&heights, |height: &f32| height.abs() <= 1.0)?;
         body.texcoords = (0..patches).map(|i| layout.texcoords(i)).collect();
         Ok(Self { body, layout, heights, colors })
     }
@@ -84,7 +103,6 @@ impl Baked {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec3;
 
     fn small() -> Baked {
         let layout = TileLayout::new(1, 8);
@@ -104,7 +122,12 @@ mod tests {
             welds: Vec::new(),
             rims: Vec::new(),
         };
-        Baked { body, layout, heights: (0..texels).map(|i| i as f32).collect(), colors: vec![[1, 2, 3, 4]; texels] }
+        Baked {
+            body,
+            layout,
+            heights: (0..texels).map(|i| i as f32 * 1e-3).collect(),
+            colors: vec![[1, 2, 3, 4]; texels],
+        }
     }
 
     #[test]
@@ -116,6 +139,28 @@ mod tests {
         assert_eq!(back.body.texcoords, baked.body.texcoords);
         assert_eq!(back.heights, baked.heights);
         assert_eq!(back.colors, baked.colors);
+    }
+
+    #[test]
+    fn planted_values_are_refused() {
+        for (what, plant) in [
+            ("position", (|baked| baked.body.positions[1].x = f32::NAN) as fn(&mut Baked)),
+            ("far position", |baked| baked.body.positions[1].y = 1e9),
+            ("normal", |baked| baked.body.normals[2] = Vec3::ZERO),
+            ("normal", |baked| baked.body.normals[2].z = f32::NAN),
+            ("colour", |baked| baked.body.colors[3][0] = f32::INFINITY),
+            ("roughness", |baked| baked.body.colors[3][3] = 0.0),
+            ("accessibility", |baked| baked.body.accessibility[0] = -1.0),
+            ("joint", |baked| baked.body.skin[0].joints[3] = 65535),
+            ("weight", |baked| baked.body.skin[0].weights = [2.0, -1.0, 0.0, 0.0]),
+            ("sum of weights", |baked| baked.body.skin[0].weights = [0.0; 4]),
+            ("height", |baked| baked.heights[5] = f32::NAN),
+            ("high height", |baked| baked.heights[5] = 3e8),
+        ] {
+            let mut baked = small();
+            plant(&mut baked);
+            assert!(Baked::from_bytes(&baked.to_bytes(), 8).is_err(), "{what}");
+        }
     }
 
     #[test]

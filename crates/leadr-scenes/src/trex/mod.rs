@@ -118,6 +118,7 @@ impl Trex {
         let make = || {
             let baked = generate(tile, progress);
             let content = baked.to_bytes();
+            debug_assert!(Baked::from_bytes(&content, tile).is_ok());
             Ok((baked, content))
         };
         cache.load_or_make(&kind(tile), key(tile), baked::most_bytes(tile), read, make).map(Self::assemble)
