@@ -231,7 +231,7 @@ fn unbakeable_input_gives_one_line() {
         (&[&nan, "-o", &out], 1, "NaN in channel height at x = 1, y = 0"),
         (&[&cut, "-o", &out], 1, "damaged"),
         (&[text(folder.path()), "-o", &out], 1, "NAME_Color.png"),
-        (&[&bumps, "-o", &nowhere], 1, "cannot make the folder"),
+        (&[&bumps, "-o", &nowhere], 1, "cannot be written (Not a directory"),
     ];
     for (arguments, code, wanted) in cases {
         let output = bake(arguments);

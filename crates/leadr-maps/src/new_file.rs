@@ -114,7 +114,7 @@ impl NewFile {
 
     /// Whether the target is a file that a new file cannot replace.
     fn must_keep(&self, there: &Metadata) -> io::Result<bool> {
-        Ok(!there.is_file() || is_of_system(&self.target) || unix::is_shared(there, &self.file.metadata()?))
+        Ok(!there.is_file() || is_open(&self.target) || unix::is_shared(there, &self.file.metadata()?))
     }
 
     fn fault(&self, doing: &'static str, source: io::Error) -> MapError {
@@ -199,9 +199,10 @@ fn followed(path: &Path) -> PathBuf {
     links(path).last().unwrap_or_default()
 }
 
-/// Whether a path leads through `/dev` or `/proc`, as `/dev/stdout` does, where the file is open in another process.
-fn is_of_system(path: &Path) -> bool {
-    cfg!(unix) && links(path).any(|path| path.starts_with("/dev/") || path.starts_with("/proc/"))
+/// Whether a path names a file that a process has opened, as `/dev/stdout` does. The process keeps that file when its name is
+/// replaced.
+fn is_open(path: &Path) -> bool {
+    cfg!(unix) && links(path).any(|path| path.starts_with("/proc") || path.starts_with("/dev/fd"))
 }
 
 /// Returns the existing folder that is nearest above the file of `path`.
@@ -375,6 +376,7 @@ mod tests {
     #[cfg(target_os = "linux")]
     #[test]
     fn pipes_and_devices_are_written_through() {
+        use std::os::fd::AsRawFd;
         use std::os::unix::fs::{FileTypeExt, symlink};
         let folder = tempfile::tempdir().unwrap();
         let (pipe, null) = (folder.path().join("pipe.png"), folder.path().join("null.png"));
@@ -382,6 +384,11 @@ mod tests {
         symlink("/dev/null", &null).unwrap();
         write_atomic(&null, b"nothing").unwrap();
         write_atomic("/dev/null", b"nothing").unwrap();
+        let (open, descriptor) = (folder.path().join("open.png"), folder.path().join("descriptor.png"));
+        let mut file = File::options().read(true).write(true).create_new(true).open(&open).unwrap();
+        symlink(format!("/proc/self/fd/{}", file.as_raw_fd()), &descriptor).unwrap();
+        write_atomic(&descriptor, b"through").unwrap();
+        assert_eq!(io::read_to_string(&mut file).unwrap(), "through");
         let reader = std::thread::spawn({
             let pipe = pipe.clone();
             move || fs::read(pipe).unwrap()
@@ -390,6 +397,6 @@ mod tests {
         assert_eq!(reader.join().unwrap(), b"through");
         assert!(fs::metadata(&pipe).unwrap().file_type().is_fifo());
         assert!(fs::metadata("/dev/null").unwrap().file_type().is_char_device());
-        assert_eq!(names(folder.path()), ["null.png", "pipe.png"]);
+        assert_eq!(names(folder.path()), ["descriptor.png", "null.png", "open.png", "pipe.png"]);
     }
 }

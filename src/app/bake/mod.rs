@@ -13,10 +13,11 @@ use self::sources::Sources;
 use leadr_maps::MapFault;
 use leadr_maps::bake::{ExrFile, Inputs, Kind, Ktx2File, Layout, Plan, PngFile, Precision, Report, Texels, bake};
 use leadr_maps::new_file::NewFile;
+use leadr_maps::shown::shown_path;
 use leadr_reflectance::facets::gloss::Gloss;
 use leadr_reflectance::facets::shortened_normals::NormalArea;
 use leadr_tools::command::error::AppError;
-use leadr_tools::command::files::{begin, extension};
+use leadr_tools::command::files::{begin, extension, keep_inputs};
 use leadr_tools::command::output::Output;
 
 /// Minimum number of texels for a progress bar; smaller maps take less than a second.
@@ -69,11 +70,11 @@ fn jobs(arguments: &BakeArgs) -> Result<Vec<Job>, AppError> {
         (Some(container), &[kind]) => Ok(vec![of_one(container, kind, output)?]),
         (Some(_), _) => {
             let what = "several kinds make several files";
-            Err(AppError::Usage(format!("{what}: name a folder, not '{}'", output.display())))
+            Err(AppError::Usage(format!("{what}: name a folder, not '{}'", shown_path(output))))
         }
         (None, &[_]) if !names_a_folder(output) => Err(AppError::Usage(format!(
             "'{}' must end in .ktx2, .exr or .png, or in / for a folder",
-            output.display()
+            shown_path(output)
         ))),
         (None, _) => {
             let name = arguments.input.as_ref().or(arguments.normal.as_ref()).and_then(|path| path.file_stem());
@@ -105,6 +106,7 @@ pub fn run(arguments: &BakeArgs, output: &Output) -> Result<(), AppError> {
         }
     }
     let sources = Sources::find(arguments, layout == Layout::Oiio)?;
+    keep_inputs(jobs.iter().map(|job| job.file.target()), sources.files())?;
     for remark in &sources.remarks {
         output.say(remark);
     }

@@ -9,6 +9,7 @@ use serde::Serialize;
 use super::sources::Sources;
 use leadr_maps::bake::{Layout, Plan, Report};
 use leadr_maps::material::Agreement;
+use leadr_maps::shown::shown_path;
 use leadr_tools::program::memory_of_process;
 
 /// The result for a map.
@@ -112,7 +113,7 @@ impl fmt::Display for BakeReport {
                 writeln!(f, "{level:5}   {error:.2e}  {variance:.2e}")?;
             }
         }
-        write!(f, "{} ({} bytes, {:.1} s", self.output.display(), self.bytes, self.seconds)?;
+        write!(f, "{} ({} bytes, {:.1} s", shown_path(&self.output), self.bytes, self.seconds)?;
         match self.peak_bytes {
             Some(peak) => write!(f, ", {} MiB of memory)", peak >> 20),
             None => write!(f, ")"),

@@ -9,6 +9,7 @@ use leadr_maps::bake::{DetailNormals, Inputs, Roughness};
 use leadr_maps::derive::{SlopeFaults, Slopes};
 use leadr_maps::folders::OutsideLinks;
 use leadr_maps::material::{GreenAxis, Material, MaterialFolder, NormalMap, Role, RoughnessMeaning, role_of};
+use leadr_maps::shown::shown_path;
 use leadr_maps::{load_height_map, load_raster};
 use leadr_scenes::file_kind::{FileKind, IMAGE};
 use leadr_tools::command::error::AppError;
@@ -129,7 +130,7 @@ impl Sources {
         for (role, file) in material.pictures {
             let beside = matches!(role, Role::Color | Role::Roughness | Role::Gloss | Role::Packed);
             if beside && slopes_only {
-                self.remarks.push(format!("{} is not baked: the layout has no channel for it", file.display()));
+                self.remarks.push(format!("{} is not baked: the layout has no channel for it", shown_path(file)));
                 continue;
             }
             match role {
@@ -144,17 +145,23 @@ impl Sources {
                 }
                 Role::Packed => (self.roughness, self.channel) = (Some(file), 1),
                 Role::Metalness | Role::Occlusion | Role::Cones | Role::Opacity | Role::Emission => {
-                    self.remarks.push(format!("{} is not baked: it does not affect slopes", file.display()));
+                    self.remarks.push(format!("{} is not baked: it does not affect slopes", shown_path(file)));
                 }
             }
         }
         if self.height.is_none() && self.normal.is_none() {
-            let what = format!("'{}' holds neither a height map nor a normal map", folder.display());
+            let what = format!("'{}' holds neither a height map nor a normal map", shown_path(folder));
             return Err(AppError::Failed(format!(
                 "{what}: add one named like NAME_Displacement.png or NAME_NormalGL.png"
             )));
         }
         Ok(())
+    }
+
+    /// Returns all files to read.
+    pub fn files(&self) -> impl Iterator<Item = &Path> {
+        let Self { height, normal, roughness, color, detail, detail_gloss, .. } = self;
+        [height, normal, roughness, color, detail, detail_gloss].into_iter().flatten().map(PathBuf::as_path)
     }
 
     /// Returns the file that sets the size of all others: heights, else normals.
@@ -170,7 +177,7 @@ impl Sources {
             let normals = material.normal_map.expect("just read");
             let faults = Slopes::of_normal_map(&normals).map_err(|fault| fault.in_file(file))?.faults;
             if let Some(faults) = sentence(&faults) {
-                output.say(&format!("{}: {faults}", file.display()));
+                output.say(&format!("{}: {faults}", shown_path(file)));
             }
             Ok(normals)
         };

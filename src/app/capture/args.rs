@@ -10,6 +10,7 @@ use super::pattern::{FRAME, FileKind, MovingKind, OutputPattern, StillKind, whol
 use super::sink::comparison::sheet_size;
 use crate::app::flags::scene::{SceneArgs, choice};
 use crate::app::flags::values::{FrameRange, Rate, Shard, Sheet, Split, sweep};
+use leadr_maps::shown::shown_path;
 use leadr_render::frame::Layer;
 use leadr_render::settings::Technique;
 use leadr_render::settings::numbers::not_negative;
@@ -180,7 +181,7 @@ impl CaptureArgs {
         let compared = (!self.techniques.is_empty()).then_some(FileKind::Comparison);
         let together = self.sheet.map(|sheet| FileKind::Sheet { sheet }).or(compared);
         let output = OutputPattern::new(&path, &timeline, together)?;
-        self.check_output(output.kind, &path.display().to_string()).map_err(AppError::Usage)?;
+        self.check_output(output.kind, &shown_path(&path)).map_err(AppError::Usage)?;
         if let Some(sheet) = self.sheet {
             whole_size(sheet, scene.size).map_err(AppError::Usage)?;
         }

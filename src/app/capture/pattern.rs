@@ -7,6 +7,7 @@ use serde::{Serialize, Serializer};
 
 use super::frames::Timeline;
 use crate::app::flags::values::Sheet;
+use leadr_maps::shown::shown_path;
 use leadr_scenes::view::Size;
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::extension;
@@ -105,7 +106,7 @@ const STDOUT: &str = "-";
 impl OutputPattern {
     /// Checks that a pattern suits the timeline. `together` is the kind of a PNG that shows all pictures, if they are in one.
     pub fn new(path: &Path, timeline: &Timeline, together: Option<FileKind>) -> Result<Self, AppError> {
-        let shown = path.display();
+        let shown = shown_path(path);
         let refuse = |what: String| Err(AppError::Usage(format!("output '{shown}' {what}")));
         let kind = match extension(path).as_deref() {
             Some("png") => together.unwrap_or(FileKind::Still(StillKind::Png)),
@@ -124,6 +125,12 @@ impl OutputPattern {
         };
         if let Some(odd) = path.to_str().and_then(odd_placeholder) {
             return refuse(format!("has {odd}, but only {FRAME} is a placeholder: correct it"));
+        }
+        if path.to_str().is_none()
+            && matches!(timeline, Timeline::Sequence { .. })
+            && matches!(kind, FileKind::Still(_))
+        {
+            return refuse("is not UTF-8, so it can have no {frame}: choose another name for many frames".into());
         }
         let numbered = path.to_str().is_some_and(|text| text.contains(FRAME));
         match (kind, timeline) {

@@ -9,11 +9,12 @@ use serde::Serialize;
 
 use self::args::CompareArgs;
 use leadr_maps::save::encode_png_srgb8;
+use leadr_maps::shown::shown_path;
 use leadr_maps::tonemap::Tonemap;
 use leadr_maps::{load_color, load_environment};
 use leadr_scenes::file_kind::{FileKind, IMAGE};
 use leadr_tools::command::error::AppError;
-use leadr_tools::command::files::{begin, extension};
+use leadr_tools::command::files::{begin, extension, keep_inputs};
 use leadr_tools::command::output::Output;
 use leadr_tools::metrics::compare::compare_over;
 use leadr_tools::metrics::{Crop, Mask};
@@ -48,7 +49,7 @@ impl fmt::Display for CompareReport {
         writeln!(f, "rRMSE    {}", digits(self.rrmse))?;
         write!(f, "max abs  {}", digits(self.max_abs))?;
         match &self.error_image {
-            Some(file) => write!(f, "\n{}", file.display()),
+            Some(file) => write!(f, "\n{}", shown_path(file)),
             None => Ok(()),
         }
     }
@@ -66,7 +67,7 @@ fn is_exr(path: &Path) -> Result<bool, AppError> {
         Some("exr") => Ok(true),
         _ => Err(AppError::Usage(format!(
             "'{}' is neither a .png nor an .exr: give a picture in one of these formats",
-            path.display()
+            shown_path(path)
         ))),
     }
 }
@@ -82,8 +83,9 @@ pub fn run(arguments: &CompareArgs, output: &Output) -> Result<(), AppError> {
     if let Some(path) = &arguments.error_image
         && extension(path).as_deref() != Some("png")
     {
-        return Err(AppError::Usage(format!("the error image '{}' must end in .png", path.display())));
+        return Err(AppError::Usage(format!("the error image '{}' must end in .png", shown_path(path))));
     }
+    keep_inputs(arguments.error_image.as_deref(), [arguments.reference.as_path(), &arguments.test])?;
     let error_image = arguments.error_image.as_deref().map(begin).transpose()?;
     let load = |path: &Path| {
         FileKind::check("leadr compare", path, IMAGE)?;

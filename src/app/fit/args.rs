@@ -48,8 +48,8 @@ pub struct FitArgs {
     /// Draw spheres in the same light: the measurement, the fit, the fit of the thesis, and GGX and Beckmann with the same roughness
     #[arg(long, value_name = "FILE.png")]
     pub picture: Option<PathBuf>,
-    /// Write a page that shows the spheres, their errors and cross sections of the lobes; the picture is written beside the page
-    #[arg(long, value_name = "FILE.html", conflicts_with = "picture")]
+    /// Write a page that shows the spheres, their errors and cross sections of the lobes; the picture is the one of --picture, else a new FILE.png
+    #[arg(long, value_name = "FILE.html")]
     pub page: Option<PathBuf>,
     /// Export the closest Mitsuba 3 material to this file
     #[arg(long, value_name = "FILE.xml")]

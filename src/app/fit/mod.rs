@@ -13,8 +13,10 @@ use serde_json::json;
 use self::args::FitArgs;
 use self::export::{Renderer, Simple, identifier};
 use self::report::{ExportReport, FitReport, Seconds, SphereReport};
+use leadr_maps::limits::read_file;
 use leadr_maps::new_file::write_atomic;
 use leadr_maps::save::save_png;
+use leadr_maps::shown::shown_path;
 use leadr_maps::tonemap::Tonemap;
 use leadr_measured::Measured;
 use leadr_measured::fit_file::{FitFile, masking_name};
@@ -25,11 +27,11 @@ use leadr_reflectance::facets::ellipse::ellipse_from_roughness;
 use leadr_reflectance::materials::brdf::Brdf;
 use leadr_scenes::file_kind::FileKind;
 use leadr_tools::command::error::AppError;
-use leadr_tools::command::files::{begin, extension};
+use leadr_tools::command::files::{begin, extension, keep_inputs};
 use leadr_tools::command::output::Output;
 use leadr_tools::fit::lobe_plot::lobe_plot;
 use leadr_tools::fit::spheres::{contact_sheet, sphere_error, spheres};
-use leadr_tools::html::{Figure, Html, PageSection, Table, page};
+use leadr_tools::html::{Figure, Html, PageSection, Table, address, page};
 
 /// Width of a sphere in pixels, and number of spheres in the picture.
 const SPHERE: u32 = 128;
@@ -39,7 +41,8 @@ const LIT_FROM: [f64; 3] = [15.0, 45.0, 75.0];
 
 /// Fits a material and writes the requested files.
 pub fn run(arguments: &FitArgs, output: &Output) -> Result<(), AppError> {
-    let targets = targets(arguments)?;
+    let picture = arguments.picture.clone().or_else(|| arguments.page.as_ref().map(|page| page.with_extension("png")));
+    let targets = targets(arguments, picture.as_deref())?;
     let start = Instant::now();
     FileKind::check("leadr fit", &arguments.input, &[])?;
     let measured = Measured::load(&arguments.input)?;
@@ -54,13 +57,12 @@ pub fn run(arguments: &FitArgs, output: &Output) -> Result<(), AppError> {
     };
     let found = timed_fit(&measured, isotropic, &options, output, &mut seconds);
     let found = found.ok_or_else(|| {
-        let file = arguments.input.display();
+        let file = shown_path(&arguments.input);
         AppError::Failed(format!("{file}: the material reflects nothing back towards the light: give another one"))
     })?;
     let masking = masking_name(options.hiding.masking());
     let mut report =
         FitReport::new(arguments.input.clone(), measured.description(), isotropic, masking, &found, seconds);
-    let picture = arguments.picture.clone().or_else(|| arguments.page.as_ref().map(|page| page.with_extension("png")));
     if let Some(picture) = &picture {
         let start = Instant::now();
         report.spheres = draw(&measured, &found, picture, output)?;
@@ -92,26 +94,47 @@ pub fn run(arguments: &FitArgs, output: &Output) -> Result<(), AppError> {
         write_atomic(file, format!("{kept:#}\n").as_bytes())?;
     }
     report.files = targets;
-    report.files.extend(arguments.page.as_ref().and(picture));
     output.result(&report)
 }
 
+/// Whether the page of an earlier run shows this picture.
+fn is_picture_of(arguments: &FitArgs, picture: &Path) -> bool {
+    let page = arguments.page.as_ref().and_then(|page| read_file(page).ok()).unwrap_or_default();
+    let shown = format!("<img src=\"{}\"", address(picture.file_name().unwrap_or_default().as_encoded_bytes()));
+    page.windows(shown.len()).any(|part| part == shown.as_bytes())
+}
+
 /// Returns the files to write, with checked extensions and writable folders.
-fn targets(arguments: &FitArgs) -> Result<Vec<PathBuf>, AppError> {
+fn targets(arguments: &FitArgs, picture: Option<&Path>) -> Result<Vec<PathBuf>, AppError> {
+    let is_foreign =
+        |picture: &&Path| arguments.picture.is_none() && picture.exists() && !is_picture_of(arguments, picture);
+    if let Some(picture) = picture.filter(is_foreign) {
+        let shown = shown_path(picture);
+        return Err(AppError::Usage(format!(
+            "the picture of --page would replace '{shown}': remove it, or name the picture with --picture '{shown}'"
+        )));
+    }
+    let folder = |file: &Path| file.parent().map(Path::to_path_buf);
+    if let (Some(page), Some(picture)) = (&arguments.page, picture)
+        && folder(page) != folder(picture)
+    {
+        return Err(AppError::Usage("--page links to its picture: name a --picture in the folder of the page".into()));
+    }
     let mut all = Vec::new();
     for (file, ending) in [
-        (&arguments.output, "json"),
-        (&arguments.picture, "png"),
-        (&arguments.page, "html"),
-        (&arguments.mitsuba, "xml"),
-        (&arguments.pbrt, "pbrt"),
+        (arguments.output.as_deref(), "json"),
+        (picture, "png"),
+        (arguments.page.as_deref(), "html"),
+        (arguments.mitsuba.as_deref(), "xml"),
+        (arguments.pbrt.as_deref(), "pbrt"),
     ] {
         let Some(file) = file else { continue };
         if extension(file).as_deref() != Some(ending) {
-            return Err(AppError::Usage(format!("'{}' must end in .{ending}", file.display())));
+            return Err(AppError::Usage(format!("'{}' must end in .{ending}", shown_path(file))));
         }
+        keep_inputs([file], [arguments.input.as_path()])?;
         drop(begin(file)?);
-        all.push(file.clone());
+        all.push(file.to_owned());
     }
     Ok(all)
 }

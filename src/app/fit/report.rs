@@ -7,6 +7,7 @@ use glam::DVec3;
 use serde::Serialize;
 
 use super::export::{Renderer, is_round};
+use leadr_maps::shown::{shown, shown_path};
 use leadr_reflectance::extraction::fit::Fit;
 use leadr_reflectance::extraction::parametric::ParametricCurve;
 use leadr_reflectance::extraction::power_iteration::Backscattering;
@@ -205,7 +206,7 @@ impl fmt::Display for FitReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let rgb = |c: [f64; 3]| format!("{:.3} {:.3} {:.3}", c[0], c[1], c[2]);
         let symmetry = if self.isotropic { "isotropic" } else { "anisotropic" };
-        writeln!(f, "{} ({}), {symmetry}", self.input.display(), self.database)?;
+        writeln!(f, "{} ({}), {symmetry}", shown_path(&self.input), shown(&self.database))?;
         writeln!(f, "  slopes from backscattering: Beckmann {}; GGX {}", self.beckmann, self.ggx)?;
         writeln!(f, "  F0 {}, diffuse {}", rgb(self.f0), rgb(self.diffuse))?;
         for lobe in &self.lobes {
@@ -225,7 +226,7 @@ impl fmt::Display for FitReport {
             write!(f, "\n  sphere, {material}: relative RMSE {rrmse:.4}, ΔE₀₀ {delta_e:.2}")?;
         }
         for file in &self.files {
-            write!(f, "\n  {}", file.display())?;
+            write!(f, "\n  {}", shown_path(file))?;
         }
         Ok(())
     }
