@@ -17,8 +17,10 @@ use super::{bake, bench, capture, compare, fit};
 /// Renders displaced surfaces that look the same at any distance (LEADR mapping).
 #[derive(Debug, Parser)]
 #[command(name = "leadr", propagate_version = true, arg_required_else_help = true)]
-#[command(after_help = "Exit codes: 0 success, 1 failed or over a threshold, 2 wrong usage.
-Set the environment variable LEADR_LOG to error, warn, info, debug or trace to choose the detail of the log on stderr.")]
+#[command(
+    after_help = "Exit codes: 0 success, 1 failed or over a threshold, 2 wrong usage, 130 or 143 stopped by Ctrl-C or SIGTERM.
+Set the environment variable LEADR_LOG to error, warn, info, debug or trace to choose the detail of the log on stderr."
+)]
 pub struct Cli {
     /// The subcommand.
     #[command(subcommand)]

@@ -5,5 +5,7 @@ mod bench;
 mod cli;
 mod faults;
 mod fit;
+mod foreign;
+mod hard_times;
 mod models;
 mod readme;

@@ -87,3 +87,65 @@ pub fn words(code: &str) -> impl Iterator<Item = (usize, &str)> {
         starts.then(|| (i, identifier(&code[i..])))
     })
 }
+
+/// The code of the product in a Rust file, without its unit tests. Tests that are files of their own are empty.
+fn product_code(path: &Path, source: &str) -> String {
+    if path.ends_with("tests.rs") || path.to_string_lossy().ends_with("_tests.rs") {
+        return String::new();
+    }
+    code_only(source.split("mod tests {").next().unwrap_or_default())
+}
+
+/// Calls that panic if stderr or stdout is closed or full, or if the system refuses a thread, and calls that print foreign names raw.
+const REFUSED: [(&str, &str); 7] = [
+    ("println!", "writeln! and `command::output`"),
+    ("print!", "write! and `command::output`"),
+    ("eprintln!", "`command::output`"),
+    ("eprint!", "`command::output`"),
+    ("dbg!", "tracing::debug!"),
+    ("thread::spawn(", "thread::Builder, which returns an error"),
+    (".display()", "`leadr_maps::shown::shown_path`"),
+];
+
+fn refused_calls(code: &str) -> Vec<&'static str> {
+    let starts = |at: usize| !code[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_');
+    let found = |call: &str| code.match_indices(call).any(|(at, _)| call.starts_with('.') || starts(at));
+    REFUSED.iter().filter(|(call, _)| found(call)).map(|(call, _)| *call).collect()
+}
+
+#[test]
+fn product_code_neither_panics_in_print_nor_shows_names_raw() {
+    // These crates run in build scripts and tests.
+    let others = ["crates/leadr-glsl", "crates/leadr-testing", "crates/leadr-shaderc-debian"];
+    // This crate is below leadr-maps, and `command::output` shows its messages.
+    let below = "crates/leadr-gpu";
+    let mut folders: Vec<PathBuf> =
+        fs::read_dir(root().join("crates")).unwrap().map(|entry| entry.unwrap().path().join("src")).collect();
+    folders.push(root().join("src"));
+    let mut faults = Vec::new();
+    for file in folders.iter().flat_map(|folder| files_under(folder, &["rs"])) {
+        let name = file.strip_prefix(root()).unwrap().to_string_lossy().into_owned();
+        if others.iter().any(|other| name.starts_with(other)) {
+            continue;
+        }
+        let code = product_code(&file, &fs::read_to_string(&file).unwrap());
+        let refused = refused_calls(&code).into_iter();
+        for call in refused.filter(|call| *call != ".display()" || !name.starts_with(below)) {
+            let better = REFUSED.iter().find(|(refused, _)| *refused == call).unwrap().1;
+            faults.push(format!("{name}: `{call}`; use {better}"));
+        }
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn refused_calls_are_found_in_code_alone() {
+    assert_eq!(refused_calls("eprintln!(x); a.display()"), ["eprintln!", ".display()"]);
+    assert_eq!(refused_calls("std::thread::spawn(|| ())"), ["thread::spawn("]);
+    assert!(refused_calls("my_println!(x)").is_empty());
+    assert!(
+        product_code(Path::new("a.rs"), "// println!\nlet a = \"println!\";\nmod tests { println!() }")
+            .contains("let a")
+    );
+    assert!(refused_calls(&product_code(Path::new("a.rs"), "\"println!\" mod tests { println!() }")).is_empty());
+}

@@ -69,7 +69,11 @@ impl ShaderWatch {
         let (stop, root) = (Arc::new(AtomicBool::new(false)), root.to_owned());
         let stops = stop.clone();
         let built: BTreeSet<&str> = built.into_iter().collect();
-        std::thread::spawn(move || watch(&root, &built, &sender, &stops));
+        let watch = move || watch(&root, &built, &sender, &stops);
+        std::thread::Builder::new().spawn(watch).map_err(|refused| GpuError::Shader {
+            name: "watch".to_owned(),
+            fault: format!("the system refuses another thread ({refused}): end other programs"),
+        })?;
         Ok(Self { changes, stop })
     }
 

@@ -23,14 +23,17 @@ use self::pattern::{FileKind, MovingKind, StillKind};
 use self::recipe::Recipe;
 use self::sink::Earlier;
 use self::sink::comparison::TechniqueErrors;
+use leadr_maps::reads::recorded;
+use leadr_maps::shown::{shown, shown_path};
 use leadr_maps::tonemap::Tonemap;
 use leadr_render::light::panorama::EnvironmentLight;
 use leadr_scenes::given::CommandLine;
 use leadr_scenes::view::Size;
 use leadr_tools::command::device::DeviceInfo;
 use leadr_tools::command::error::AppError;
-use leadr_tools::command::files::begin;
+use leadr_tools::command::files::{begin, keep_inputs};
 use leadr_tools::command::output::Output;
+use leadr_tools::command::stop;
 
 /// The result of a capture.
 #[derive(Debug, Serialize)]
@@ -70,7 +73,7 @@ impl fmt::Display for CaptureReport<'_> {
         let count = self.frames.len();
         let noun = if count == 1 { "frame" } else { "frames" };
         let (seconds, set_up) = (self.seconds, self.set_up_seconds);
-        write!(f, "{count} {noun} in {seconds:.1} s after {set_up:.1} s of set-up on {}", self.device.device)?;
+        write!(f, "{count} {noun} in {seconds:.1} s after {set_up:.1} s of set-up on {}", shown(&self.device.device))?;
         match self.frames.iter().filter(|frame| frame.kept).count() {
             0 => {}
             kept => write!(f, ", {kept} of them kept from an earlier run")?,
@@ -84,11 +87,17 @@ impl fmt::Display for CaptureReport<'_> {
 
 /// Renders the selected moments, prints the name of each completed file, and then the report. `line` holds the arguments as text.
 pub fn run(arguments: &CaptureArgs, line: CommandLine, output: &Output) -> Result<(), AppError> {
-    let config = arguments.resolve(line)?;
+    let (config, read_first) = recorded(|| arguments.resolve(line));
+    let config = config?;
     check_stdout(&config, output)?;
     check_files(&config)?;
     unheeded(&config).into_iter().chain(odd_video(&config)).for_each(|remark| output.say(remark));
     let source = renderer_source::open(&config, output)?;
+    let files: Vec<PathBuf> = config.moments().iter().map(|moment| config.output.path(moment.frame)).collect();
+    keep_inputs(
+        files.iter().map(PathBuf::as_path),
+        source.files.iter().chain(&read_first).map(|read| read.path.as_path()),
+    )?;
     output.summary(&capture(&config, source, output)?)
 }
 
@@ -151,6 +160,12 @@ pub fn capture<'a>(
     let mut before = 0;
     let mut sink = sink::open(config)?;
     let own_files = matches!(config.output.kind, FileKind::Still(_));
+    // One file for all frames is removed when the capture is stopped.
+    let lost = if own_files || config.output.is_stdout() {
+        String::new()
+    } else {
+        format!("; {} is not written", shown_path(config.output.path(0)))
+    };
     let mut frames = Vec::with_capacity(moments.len());
     for (index, moment) in moments.into_iter().enumerate() {
         let (file, origin) = (config.output.path(moment.frame), recipe.origin(moment));
@@ -160,12 +175,15 @@ pub fn capture<'a>(
             let drawn = moment.technique.map_or_else(String::new, |technique| format!("{}, ", technique.name()));
             bar.message(&format!(
                 "{}: rendering {drawn}frame {} of {count}, sample {sample} of {samples}",
-                file.display(),
+                shown_path(&file),
                 index + 1
             ));
             bar.at(before + done as usize);
         };
         tell(0);
+        if index == 0 {
+            stop::reached(format!("before frame {}{lost}", moment.frame));
+        }
         let earlier = sink.earlier(&file, &origin);
         let (kept, outdated) = (earlier == Earlier::Same, earlier == Earlier::Outdated);
         let passes = if kept {
@@ -176,6 +194,7 @@ pub fn capture<'a>(
             frame.passes
         };
         before += samples as usize;
+        stop::reached(format!("after frame {}{lost}", moment.frame));
         if own_files {
             output.file(&file, &bar)?;
         }

@@ -5,16 +5,20 @@ use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
+use leadr_maps::shown::shown_line;
+
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// Interval between progress lines without a terminal.
 pub const EVERY: Duration = Duration::from_secs(5);
 
+/// The thread that prints progress, and a sender that stops the thread when dropped.
+type Teller = (Sender<()>, JoinHandle<()>);
+
 /// A progress bar, which disappears when it is dropped.
 pub struct Bar {
     bar: ProgressBar,
-    /// The thread that prints progress lines, and a sender that stops the thread when dropped.
-    teller: Option<(Sender<()>, JoinHandle<()>)>,
+    teller: Option<Teller>,
 }
 
 impl Bar {
@@ -29,28 +33,28 @@ impl Bar {
         bar.set_style(style(steps));
         bar.set_message(what.to_owned());
         // The tick updates the elapsed time during long steps.
-        bar.enable_steady_tick(Duration::from_secs(1));
-        Self { bar, teller: None }
+        let teller = repeat(Duration::from_secs(1), {
+            let bar = bar.clone();
+            move || bar.tick()
+        });
+        Self { bar, teller }
     }
 
     /// Creates a bar with this many steps that writes a line with the message `what` to `target` after each interval `every`.
     pub fn in_lines(steps: usize, what: &str, every: Duration, mut target: impl Write + Send + 'static) -> Self {
         let bar = ProgressBar::with_draw_target(Some(steps as u64), ProgressDrawTarget::hidden());
         bar.set_message(what.to_owned());
-        let (alive, ended) = channel();
         let shared = bar.clone();
-        let tell = move || {
-            while ended.recv_timeout(every) == Err(RecvTimeoutError::Timeout) {
-                // A closed stderr is not an error.
-                let _ = writeln!(target, "{}", line(&shared));
-            }
-        };
-        Self { bar, teller: Some((alive, std::thread::spawn(tell))) }
+        let teller = repeat(every, move || {
+            // A closed stderr is not an error.
+            let _ = writeln!(target, "{}", line(&shared));
+        });
+        Self { bar, teller }
     }
 
     /// Sets the message beside the bar.
     pub fn message(&self, text: &str) {
-        self.bar.set_message(text.to_owned());
+        self.bar.set_message(shown_line(text));
     }
 
     /// Advances by one step.
@@ -86,6 +90,17 @@ impl Drop for Bar {
         }
         self.bar.finish_and_clear();
     }
+}
+
+/// Calls `work` after each interval `every` in another thread. Without a thread there is no progress, which is not an error.
+fn repeat(every: Duration, mut work: impl FnMut() + Send + 'static) -> Option<Teller> {
+    let (alive, ended) = channel();
+    let tell = move || {
+        while ended.recv_timeout(every) == Err(RecvTimeoutError::Timeout) {
+            work();
+        }
+    };
+    std::thread::Builder::new().spawn(tell).ok().map(|thread| (alive, thread))
 }
 
 fn style(steps: usize) -> ProgressStyle {

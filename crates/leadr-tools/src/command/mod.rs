@@ -6,3 +6,4 @@ pub mod error;
 pub mod files;
 pub mod output;
 pub mod run;
+pub mod stop;

@@ -1,13 +1,17 @@
 //! Runs a program, from the command line to the exit code.
 
 use std::ffi::OsString;
+use std::fmt::Display;
 use std::process::ExitCode;
+use std::sync::OnceLock;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Arg, ArgMatches, Args, FromArgMatches};
 
 use super::error::AppError;
 use super::output::{self, Output};
+use super::stop;
+use leadr_maps::shown::shown_line;
 
 /// Flags of every command.
 #[derive(Clone, Copy, Debug, Args)]
@@ -29,7 +33,7 @@ pub fn with_negative_numbers(command: clap::Command) -> clap::Command {
 }
 
 /// Parses the command line (program name first), does the work, and reports an error in one line on stderr. Returns the exit
-/// code: 0 success, 1 failed or over a threshold, 2 wrong usage.
+/// code: 0 success, 1 failed or over a threshold, 2 wrong usage. A process that is stopped ends with 130 or 143 ([`stop`]).
 pub fn run<C: FromArgMatches>(
     command: clap::Command,
     arguments: impl IntoIterator<Item = OsString>,
@@ -43,9 +47,8 @@ pub fn run<C: FromArgMatches>(
     let (matches, cli) = match parsed.and_then(|matches| Ok((C::from_arg_matches(&matches)?, matches))) {
         Ok((cli, matches)) => (matches, cli),
         Err(fault) if matches!(fault.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion) => {
-            // A closed pipe (`leadr --help | head -1`) is not an error.
-            let _ = fault.print();
-            return ExitCode::SUCCESS;
+            return output::check_stdout(fault.print())
+                .map_or_else(|fault| fail(&name, &fault), |()| ExitCode::SUCCESS);
         }
         Err(fault) => {
             let sentence = missing_sentence(&command, &arguments, &fault);
@@ -55,16 +58,32 @@ pub fn run<C: FromArgMatches>(
     };
     let OutputArgs { json, quiet } = output(&cli);
     output::start_log(quiet);
-    match work(cli, &matches, &Output::new(json, quiet)) {
+    let started = start_threads().and_then(|()| stop::listen(&name));
+    match started.and_then(|()| work(cli, &matches, &Output::new(json, quiet))) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => fail(&name, &error),
     }
 }
 
+/// Starts the threads that share the work. Without this, the first use of the threads would panic if the system refused them.
+fn start_threads() -> Result<(), AppError> {
+    static STARTED: OnceLock<Result<(), String>> = OnceLock::new();
+    let start = || rayon::ThreadPoolBuilder::new().build_global().map_err(|fault| fault.to_string());
+    STARTED.get_or_init(start).as_ref().copied().map_err(no_thread)
+}
+
+/// The error of a system that refuses a thread.
+pub(super) fn no_thread(fault: impl Display) -> AppError {
+    AppError::Failed(format!(
+        "the system refuses another thread ({fault}): raise its limits (ulimit -u and -v), end other programs, or set \
+         RAYON_NUM_THREADS=1"
+    ))
+}
+
 fn fail(name: &str, error: &AppError) -> ExitCode {
     // Messages of libraries may have several lines, but scripts expect one line.
     let sentence = error.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
-    eprintln!("{name}: error: {sentence}");
+    output::print_error_line(&shown_line(&format!("{name}: error: {sentence}")));
     ExitCode::from(error.exit_code())
 }
 

@@ -12,7 +12,7 @@ use crate::app::capture::args::CaptureConfig;
 use crate::app::capture::frame_source::Frame;
 use crate::app::capture::save::display;
 use crate::app::flags::values::Rate;
-use leadr_maps::new_file::NewFile;
+use leadr_maps::new_file::{NewFile, undivided};
 use leadr_maps::origin::Origin;
 use leadr_scenes::view::Size;
 use leadr_tools::command::error::AppError;
@@ -53,7 +53,7 @@ impl<'a> Y4m<'a> {
             return (&new.file).write_all(bytes).map_err(|fault| AppError::io("write", new.target(), fault));
         }
         let mut stdout = io::stdout();
-        stdout.write_all(bytes).and_then(|()| stdout.flush()).map_err(|fault| match fault.kind() {
+        undivided(|| stdout.write_all(bytes).and_then(|()| stdout.flush())).map_err(|fault| match fault.kind() {
             ErrorKind::BrokenPipe => {
                 AppError::Failed("the program that reads standard output closed it before the last frame".to_owned())
             }

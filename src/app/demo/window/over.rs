@@ -101,12 +101,15 @@ impl Difference {
     pub fn begin(&mut self, left: RgbImage, right: RgbImage, exposure: f32, tonemap: Tonemap, samples: (u32, u32)) {
         self.compared = samples;
         let names = format!("sample {} of {}", samples.0, samples.1);
-        self.running = Some(std::thread::spawn(move || {
+        // Without a thread there is no comparison.
+        let thread = std::thread::Builder::new();
+        let running = thread.spawn(move || {
             let found = compare(&right, &left, exposure, tonemap).ok()?;
             let says =
                 format!("FLIP between left and right: mean {:.4}, rRMSE {:.4} ({names})", found.flip, found.rrmse);
             Some((found.error_image(), says))
-        }));
+        });
+        self.running = running.ok();
     }
 
     /// Returns the error image and its legend once the comparison is finished.
