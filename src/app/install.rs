@@ -8,7 +8,6 @@ use clap_complete::{Shell, generate};
 
 use leadr_maps::new_file::write_atomic;
 use leadr_tools::command::error::AppError;
-use leadr_tools::command::files::make_folder_of;
 
 /// Arguments of `leadr completions`.
 #[derive(Clone, Debug, Args)]
@@ -45,7 +44,6 @@ pub fn man(mut command: clap::Command, arguments: &ManArgs) -> Result<(), AppErr
         let mut text = Vec::new();
         let page = clap_mangen::Man::new(page.name(title.clone())).title(title);
         page.render(&mut text).map_err(|fault| AppError::io("write", &file, fault))?;
-        make_folder_of(&file)?;
         write_atomic(&file, &text)?;
     }
     Ok(())
