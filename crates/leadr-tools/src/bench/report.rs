@@ -193,7 +193,7 @@ fn csv(rows: &[RowReport]) -> String {
         let settings =
             [row.samples.to_string(), quoted(row.visibility), row.size[0].to_string(), row.size[1].to_string()];
         let counts = [number(row.distance), number(row.triangles), number(row.patches)];
-        let times = [row.median_ms, row.p95_ms, row.min_ms].map(|ms| ms.to_string());
+        let times = [row.median_ms, row.p95_ms, row.min_ms].map(|ms| format!("{ms:.6}"));
         let rounds = [row.repeats.to_string(), row.measurements.to_string()];
         [&texts[..], &settings, &counts, &times, &rounds].concat().join(",") + "\n"
     };
