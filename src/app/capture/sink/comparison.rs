@@ -115,7 +115,7 @@ impl<'a> ComparisonSheet<'a> {
             place(&mut self.whole, [left, under], &display(frame, picture));
             let below = [left, under + cell.height + GUTTER];
             if column == base {
-                lines.extend(["others are compared".to_owned(), "with this picture".to_owned()]);
+                lines.extend(["others are".to_owned(), "against this".to_owned()]);
                 let legend = ["FLIP error:", "black 0", "yellow 1"].map(str::to_owned);
                 let fitting = (cell.height / (LINE * scale)).min(3) as usize;
                 write_lines(&mut self.whole, below, cell.width, scale, &legend[..fitting]);
