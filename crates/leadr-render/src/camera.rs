@@ -8,7 +8,7 @@ use glam::{Mat4, Quat, Vec2, Vec3};
 pub struct Camera {
     /// Position of the camera.
     pub position: Vec3,
-    /// The point at the centre of the image.
+    /// The point at the centre of the image, moved by `shift`.
     pub target: Vec3,
     /// Up direction, which need not be perpendicular to the line of sight.
     pub up: Vec3,
@@ -16,13 +16,16 @@ pub struct Camera {
     pub fov_y: f32,
     /// Distance of the near plane, above 0.
     pub near: f32,
+    /// Offset of the image from the centre, in halves of its width and height, positive to the right and down. Zero puts the target
+    /// at the centre.
+    pub shift: Vec2,
 }
 
 impl Camera {
     /// Returns a camera at `position` that looks at `target`, with z up and a vertical field of view in degrees.
     pub fn looking_at(position: Vec3, target: Vec3, fov_degrees: f32) -> Self {
         let near = (position.distance(target) * 0.02).clamp(1e-3, 0.1);
-        Self { position, target, up: Vec3::Z, fov_y: fov_degrees.to_radians(), near }
+        Self { position, target, up: Vec3::Z, fov_y: fov_degrees.to_radians(), near, shift: Vec2::ZERO }
     }
 
     /// Moves the camera along its line of sight to another distance from the target.
@@ -45,7 +48,7 @@ impl Camera {
         let (forward, up) = self.axes();
         let projection = glam::camera::rh::proj::vulkan::perspective_infinite_reverse(self.fov_y, aspect, self.near);
         let view = glam::camera::rh::view::look_to_mat4(self.position, forward, up);
-        let shift = Vec2::new(-2.0 * jitter.x / size.0 as f32, -2.0 * jitter.y / size.1 as f32);
+        let shift = self.shift - 2.0 * jitter / Vec2::new(size.0 as f32, size.1 as f32);
         Mat4::from_translation(shift.extend(0.0)) * projection * view
     }
 
@@ -59,8 +62,9 @@ impl Camera {
         let tangent = (self.fov_y * 0.5).tan();
         let x = right * (tangent * size.0 as f32 / size.1 as f32);
         let y = down * tangent;
-        // The jitter moves the image; the ray through a pixel moves in the opposite direction.
-        [x, y, forward + x * (2.0 * jitter.x / size.0 as f32) + y * (2.0 * jitter.y / size.1 as f32)]
+        // The jitter and the shift move the image; the ray through a pixel moves in the opposite direction.
+        let moved = 2.0 * jitter / Vec2::new(size.0 as f32, size.1 as f32) - self.shift;
+        [x, y, forward + x * moved.x + y * moved.y]
     }
 
     /// Returns the line of sight, and an up direction that is not parallel to it.
@@ -108,12 +112,24 @@ mod tests {
     fn rays_lead_back_to_the_points_they_came_from() {
         let camera =
             Camera { up: Vec3::new(0.1, 0.2, 1.0), ..Camera::looking_at(Vec3::new(-5.0, 1.0, 2.0), Vec3::ZERO, 60.0) };
+        let camera = Camera { shift: Vec2::new(0.4, -0.1), ..camera };
         let (size, jitter) = ((200, 100), Vec2::new(0.3, -0.4));
         let [x, y, z] = camera.rays(size, jitter);
         for p in [Vec3::new(0.3, 0.2, 0.1), Vec3::new(2.0, -1.0, 0.5), Vec3::new(-3.0, 1.0, 1.0)] {
             let ndc = camera.clip_from_world(size, jitter).project_point3(p);
             let back = camera.position + (z + x * ndc.x + y * ndc.y) * (camera.near / ndc.z);
             assert!(back.distance(p) < 1e-4, "{p} came back as {back}");
+        }
+    }
+
+    #[test]
+    fn shift_moves_the_image_by_halves_of_its_size() {
+        let camera = Camera::looking_at(Vec3::new(-5.0, 1.0, 2.0), Vec3::ZERO, 60.0);
+        let shifted = Camera { shift: Vec2::new(0.5, -0.25), ..camera };
+        for p in [Vec3::ZERO, Vec3::new(0.3, 0.2, 0.1)] {
+            let at = |camera: &Camera| camera.clip_from_world((200, 100), Vec2::ZERO).project_point3(p);
+            let moved = at(&shifted) - at(&camera);
+            assert!(moved.distance(Vec3::new(0.5, -0.25, 0.0)) < 1e-6, "{moved}");
         }
     }
 

@@ -26,7 +26,7 @@ impl PixelArea {
 
     /// Returns the pixels that can show any part of the spheres, or all pixels if a sphere reaches the camera.
     pub fn of_spheres(spheres: &[Sphere], camera: &Camera, size: (u32, u32)) -> Self {
-        let [x, y, forward] = camera.rays(size, Vec2::ZERO);
+        let [x, y, forward] = Camera { shift: Vec2::ZERO, ..*camera }.rays(size, Vec2::ZERO);
         let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
         for &Sphere { centre, radius } in spheres {
             let to = centre - camera.position;
@@ -49,7 +49,7 @@ impl PixelArea {
         }
         let most = Vec2::new(size.0 as f32, size.1 as f32);
         // A sample lies up to half a pixel from its pixel centre.
-        let pixel = |ndc: Vec2, margin: f32| ((ndc * 0.5 + 0.5) * most + margin).clamp(Vec2::ZERO, most);
+        let pixel = |ndc: Vec2, margin: f32| (((ndc + camera.shift) * 0.5 + 0.5) * most + margin).clamp(Vec2::ZERO, most);
         let (first, last) = (pixel(low, -1.0).floor().as_uvec2(), pixel(high, 1.0).ceil().as_uvec2());
         let last = last.max(first);
         Self { left: first.x, top: first.y, right: last.x, bottom: last.y }
@@ -76,8 +76,14 @@ mod tests {
     fn the_area_holds_every_point_of_the_spheres_and_little_more() {
         let camera = Camera::looking_at(Vec3::new(-20.0, 3.0, 2.0), Vec3::new(1.0, 2.0, 0.0), 40.0);
         let size = (200, 120);
-        for (centre, radius) in [(Vec3::ZERO, 1.0), (Vec3::new(5.0, 9.0, 3.0), 2.0), (Vec3::new(-15.0, 2.0, 1.0), 0.7)]
-        {
+        let shifted = Camera { shift: Vec2::new(0.6, -0.3), ..camera };
+        for (camera, centre, radius) in [
+            (camera, Vec3::ZERO, 1.0),
+            (camera, Vec3::new(5.0, 9.0, 3.0), 2.0),
+            (camera, Vec3::new(-15.0, 2.0, 1.0), 0.7),
+            (shifted, Vec3::ZERO, 1.0),
+            (shifted, Vec3::new(-15.0, 2.0, 1.0), 0.7),
+        ] {
             let area = PixelArea::of_spheres(&[Sphere { centre, radius }], &camera, size);
             let [left, top, right, bottom] = [area.left, area.top, area.right, area.bottom].map(|v| v as f32);
             let clip = camera.clip_from_world(size, Vec2::ZERO);

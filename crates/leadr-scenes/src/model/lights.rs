@@ -2,7 +2,7 @@
 
 use std::f32::consts::PI;
 
-use glam::{Mat4, Vec3};
+use glam::{Mat4, Vec2, Vec3};
 
 use super::parts::{Placement, to_z_up};
 use leadr_models::{LightKind, Model, Pose, Projection};
@@ -84,7 +84,10 @@ pub fn camera(model: &Model, node: usize, pose: &Pose, placement: &Placement, co
     let ahead = (middle - position).dot(forward).max(0.1 * corners.0.distance(corners.1)).max(1e-3);
     let seen = model.nodes[node].camera.map(|number| &model.cameras[number]);
     let near = seen.map_or(0.0, |camera| camera.near * placement.scale());
-    let of = |position: Vec3, target: Vec3, fov_y: f32, near: f32| Camera { position, target, up, fov_y, near };
+    let of = |position: Vec3, target: Vec3, fov_y: f32, near: f32| {
+        let shift = Vec2::ZERO;
+        Camera { position, target, up, fov_y, near, shift }
+    };
     match seen.map(|camera| camera.projection) {
         Some(Projection::Orthographic { half_height, .. }) => {
             let distance = (half_height.abs() * placement.scale()).max(1e-4) / (0.5 * NEARLY_PARALLEL).tan();
