@@ -95,6 +95,7 @@ impl SceneOption {
     const fn panel(self, panel: Panel) -> Self { Self { spec: self.spec.panel(panel), ..self } }
     /// Restricts the option to scenes that offer a choice.
     const fn of(self, choice: Choice) -> Self { Self { choice: Some(choice), ..self } }
+    const fn called(self, label: &'static str) -> Self { Self { spec: self.spec.called(label), ..self } }
     const fn under(self, under: Under) -> Self { Self { under: Some(under), ..self } }
     const fn repeats(self) -> Self { Self { repeats: true, ..self } }
     const fn values(self, names: fn() -> Vec<(&'static str, &'static str)>) -> Self { Self { names, ..self } }
@@ -109,7 +110,7 @@ const OPTIONS: [SceneOption; 57] = [
         Text(|c, name| {
             c.animation = Some(name.into());
             Ok(())
-        })).default("the first animation").of(Choice::Model),
+        })).default("the first animation").of(Choice::Model).panel(Panel::Own),
     option(SCENE, "lenient", "",
         "Accept a model with missing or damaged images. A magenta checkerboard replaces a colour image; the constant factor \
          of the material replaces any other image",
@@ -212,16 +213,16 @@ const OPTIONS: [SceneOption; 57] = [
     sea("fft", "N", "Set the number of samples along an edge of each wave tile: 64, 128, 256 or 512",
         Text(|c, text| power_of_two(text, 64, 512).map(|samples| c.waves.fft = samples))).default("256").key("waves/fft"),
     option(GEOMETRY, "height-scale", "X", "Multiply the displacement by X; 0 makes the surface flat",
-        Sets::Picture(Value::Number(|p| &mut p.height_scale, not_negative, slider([0.0, 3.0], 2, "")))).of(Choice::Relief),
+        Sets::Picture(Value::Number(|p| &mut p.height_scale, not_negative, slider([0.0, 3.0], 2, "")))).called("bump height").of(Choice::Relief),
     option(GEOMETRY, "stretch", "X",
         "Stretch the objects along x by the factor X, 0.2 to 5, and flatten them along z by the same factor. Texture \
          coordinates do not change",
-        Sets::Picture(Value::Number(|p| &mut p.stretch, factor, slider([*FACTORS.start(), *FACTORS.end()], 2, "")))).of(Choice::Stretch),
+        Sets::Picture(Value::Number(|p| &mut p.stretch, factor, slider([*FACTORS.start(), *FACTORS.end()], 2, "")))).called("stretch along x").of(Choice::Stretch),
     option(GEOMETRY, "smooth-geometry", "",
         "Do not displace the geometry. The slopes of the height map still affect the shading",
-        Sets::Picture(Value::Flag(|p| &mut p.displacement, false))).formerly("no-displacement").key("displacement").of(Choice::Relief),
+        Sets::Picture(Value::Flag(|p| &mut p.displacement, false))).called("flat geometry").formerly("no-displacement").key("displacement").of(Choice::Relief),
     option(GEOMETRY, "triangle-pixels", "PIXELS", "Set the triangle size of displaced surfaces on the screen, in pixels",
-        Sets::Picture(Value::Number(|p| &mut p.triangle_pixels, positive, slider([1.0, 32.0], 1, " px")))).of(Choice::Objects),
+        Sets::Picture(Value::Number(|p| &mut p.triangle_pixels, positive, slider([1.0, 32.0], 1, " px")))).called("triangle size").of(Choice::Objects),
     option(GEOMETRY, "atlas-tile", "N",
         "Set the number of texels along an edge of each patch tile in the displacement atlas: 8, 16, 32, 64 or 128",
         Text(|c, text| power_of_two(text, 8, 128).map(|texels| c.atlas_tile = texels))).default("64").of(Choice::AtlasTile),
@@ -257,17 +258,17 @@ const OPTIONS: [SceneOption; 57] = [
     option(LIGHT, "exposure", "EV",
         "Brighten a PNG or the window by this many stops, in addition to the exposure for the height of the sun. EXR files \
          store linear radiance without exposure",
-        Sets::Picture(Value::Number(|p| &mut p.exposure, finite, slider([-4.0, 4.0], 1, " EV")))).common(),
+        Sets::Picture(Value::Number(|p| &mut p.exposure, finite, slider([-4.0, 4.0], 1, " EV")))).called("brightness").common(),
     option(LIGHT, "auto-exposure", "",
         "Set the exposure from the environment image: level ground becomes as bright as under the analytic sky at \
          mid-morning. --exposure is added to this exposure",
         Flag(|c| c.auto_exposure = true)).under(Under::Panorama),
     option(LIGHT, "tonemap", "NAME", "Convert radiance to display values in a PNG or the window with this tone curve",
-        Sets::Picture(Value::Name(|p| &mut p.tonemap))),
+        Sets::Picture(Value::Name(|p| &mut p.tonemap))).called("tone curve"),
     option(LIGHT, "no-dither", "",
         "Round the codes of a PNG, an animation or the window to the nearest instead of dithering them by up to half a code. \
          Dithering removes bands from smooth skies",
-        Sets::Picture(Value::Flag(|p| &mut p.dither, false))).key("dither"),
+        Sets::Picture(Value::Flag(|p| &mut p.dither, false))).key("dither").called("dithering"),
     option(CAMERA, "camera", "near|mid|far|model|model:NAME|FILE.json|X,Y,Z:X,Y,Z[:DEGREES]",
         "Set the camera to a view of the scene (near, mid or far), a camera in the file of a model (the first, or the one \
          with this name or number), a JSON file {position, target, up, fov_degrees}, or a position and a target with a \
@@ -281,7 +282,7 @@ const OPTIONS: [SceneOption; 57] = [
         Text(|c, text| text.parse().map(|size| c.size = size)))
         .common().default("1280x720").panel(Panel::Without("the window sets the size of the picture")),
     option(QUALITY, "samples", "N", "Draw N samples per pixel. The window draws one sample while anything moves",
-        Sets::Picture(Value::Count(|p| &mut p.samples, [1, 65_536], slider([1.0, 64.0], 0, "")))).common(),
+        Sets::Picture(Value::Count(|p| &mut p.samples, [1, 65_536], slider([1.0, 64.0], 0, "")))).called("samples per pixel").common(),
     option(QUALITY, "msaa", "N",
         "Use multisampling with 1, 2, 4 or 8 geometry samples in each of the --samples, for smooth silhouettes at little \
          cost. Each surface in a pixel is shaded once per sample",

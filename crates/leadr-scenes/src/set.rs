@@ -175,7 +175,7 @@ fn set_height(
 }
 
 /// The state of a scene as a function of time in seconds.
-pub type Animation = Box<dyn Fn(f64) -> FrameState>;
+pub type Animation = Box<dyn Fn(f64) -> FrameState + Send>;
 
 /// A scene on the device.
 pub struct Set {

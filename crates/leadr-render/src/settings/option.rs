@@ -50,13 +50,16 @@ pub struct Spec {
     pub json: Option<&'static str>,
     /// The window control.
     pub panel: Panel,
+    /// Label of the window control. `None` uses the name with spaces.
+    pub called: Option<&'static str>,
 }
 
 impl Spec {
     /// Creates an option that only the long help includes.
     pub const fn new(heading: &'static str, name: &'static str, value_name: &'static str, help: &'static str) -> Self {
-        let panel = Panel::Control;
-        Self { name, old_name: None, value_name, help, default: None, heading, is_common: false, json: None, panel }
+        let (old_name, default, is_common, json) = (None, None, false, None);
+        let (panel, called) = (Panel::Control, None);
+        Self { name, old_name, value_name, help, default, heading, is_common, json, panel, called }
     }
 }
 
@@ -69,6 +72,7 @@ impl Spec {
     pub const fn formerly(self, name: &'static str) -> Self { Self { old_name: Some(name), ..self } }
     pub const fn key(self, key: &'static str) -> Self { Self { json: Some(key), ..self } }
     pub const fn panel(self, panel: Panel) -> Self { Self { panel, ..self } }
+    pub const fn called(self, label: &'static str) -> Self { Self { called: Some(label), ..self } }
 }
 
 impl Spec {
@@ -82,9 +86,9 @@ impl Spec {
         self.json.map_or_else(|| self.name.replace('-', "_"), str::to_owned)
     }
 
-    /// Returns the name with spaces instead of dashes.
+    /// Returns the label of the window control.
     pub fn label(&self) -> String {
-        self.name.replace('-', " ")
+        self.called.map_or_else(|| self.name.replace('-', " "), str::to_owned)
     }
 }
 

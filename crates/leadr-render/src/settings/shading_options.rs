@@ -156,7 +156,7 @@ shading_options! {
     ];
     /// The shadowing model of visible facets.
     shadowing: Shadowing = Shadowing::Correlated => [
-        row(shading("shadowing", "MODEL", "Choose how facets below a pixel shadow each other").common()
+        row(shading("shadowing", "MODEL", "Choose how facets below a pixel shadow each other").called("shadows between facets").common()
                 .default("correlated; normal-map for a material of normals without heights").formerly("masking").key("masking"),
             Value::Name(|options| &mut options.shadowing), INTEGRALS),
     ];
@@ -173,52 +173,52 @@ shading_options! {
     ];
     /// How the diffuse term of sun and point lights is integrated.
     diffuse_lights: DiffuseLights = DiffuseLights::Cosine => [
-        row(shading("diffuse-lights", "KIND", "Choose how diffuse facets reflect the sun and point lights"),
+        row(shading("diffuse-lights", "KIND", "Choose how diffuse facets reflect the sun and point lights").called("matte sunlight"),
             Value::Name(|options| &mut options.diffuse_lights), INTEGRALS),
     ];
     /// The frame in which the base roughness applies.
     base_frame: BaseFrame = BaseFrame::Facet => [
         ShadingOption { json_without: Some("macro"), ..row(
-            shading("base-frame", "KIND", "Choose the frame in which the base material is rough"),
+            shading("base-frame", "KIND", "Choose the frame in which the base material is rough").called("roughness follows"),
             Value::Name(|options| &mut options.base_frame), BECKMANN) },
     ];
     /// Adds the variation of the macrosurface's normal across a pixel to the roughness (Tokuyoshi & Kaplanyan 2019; meshes only).
     /// Also widens slopes that face away from the viewer towards the viewer (`tilt_to_edge`). The LEADR paper has neither. All
     /// other integrating techniques always widen slopes.
     pixel_kernel: bool = true => [
-        row(shading("pixel-kernel", "on|off", "Add the curvature of the smooth surface under a pixel to the roughness"),
+        row(shading("pixel-kernel", "on|off", "Add the curvature of the smooth surface under a pixel to the roughness").called("curvature adds roughness"),
             Value::Switch(|options| &mut options.pixel_kernel), KERNEL).about(Subject::Objects),
     ];
     /// Occlusion of the environment and the lights by bumps larger than a pixel ([`leadr_reflectance::visible::horizon`]). Not in
     /// the LEADR paper.
     relief_occlusion: bool = true => [
-        row(shading("relief-occlusion", "on|off", "Let bumps larger than a pixel occlude the environment and the lights"),
+        row(shading("relief-occlusion", "on|off", "Let bumps larger than a pixel occlude the environment and the lights").called("bumps block light"),
             Value::Switch(|options| &mut options.relief_occlusion), INTEGRALS).about(Subject::Relief),
     ];
     /// Filters colours that follow the heights or slopes of the relief by visibility and lighting
     /// ([`leadr_reflectance::visible::relief_color`]), instead of taking the mean. Not in the LEADR paper. Needs
     /// [`Object::with_relief_color`](crate::scene::Object::with_relief_color).
     relief_color: bool = false => [
-        row(shading("relief-color", "on|off", "Weight colours that follow heights or slopes by what is visible and lit"),
+        row(shading("relief-color", "on|off", "Weight colours that follow heights or slopes by what is visible and lit").called("colours follow bumps"),
             Value::Switch(|options| &mut options.relief_color), COVARIANCE).about(Subject::Relief),
     ];
     /// Multiple scattering between facets of the base ([`leadr_reflectance::materials::energy`],
     /// [`leadr_reflectance::materials::multiscattering`]). Not in the LEADR paper.
     multiscattering: bool = false => [
-        row(shading("multiscattering", "on|off", "Add multiple scattering between the microfacets of materials").common(),
+        row(shading("multiscattering", "on|off", "Add multiple scattering between the microfacets of materials").called("light bounces between facets").common(),
             Value::Switch(|options| &mut options.multiscattering), ENERGY).constant("MULTISCATTERING"),
     ];
     /// Ambient occlusion of the environment by large shapes (`render::light::sky_visibility`), if shadows are drawn. Not in the
     /// LEADR paper.
     sky_occlusion: bool = false => [
-        row(shading("sky-occlusion", "on|off", "Let large shapes occlude the environment").default("on; off with --relief-shadows"),
+        row(shading("sky-occlusion", "on|off", "Let large shapes occlude the environment").called("large shapes block the sky").default("on; off with --relief-shadows"),
             Value::Switch(|options| &mut options.sky_occlusion), LIT)
             .about(Subject::Objects).neutral("off").constant("SKY_OCCLUSION"),
     ];
     /// Relief shadows from every light and the environment (`render::passes::reference`), instead of the sun's coarse shadow map
     /// alone. Slow.
     relief_shadows: bool = false => [
-        row(shading("relief-shadows", "", "Let bumps cast shadows on each other; slow, needs many samples"),
+        row(shading("relief-shadows", "", "Let bumps cast shadows on each other; slow, needs many samples").called("bumps cast shadows (slow)"),
             Value::Flag(|options| &mut options.relief_shadows, true), RAYS).about(Subject::Relief),
     ];
     /// Edge samples per sample, 1 (none) to [`MAX_EDGE_SAMPLES`](Self::MAX_EDGE_SAMPLES). The geometry is sampled again at these
@@ -228,7 +228,7 @@ shading_options! {
     edge_samples: u32 = 1 => [
         row(Spec::new(headings::QUALITY, "edge-samples", "N",
                 "Sample the geometry N times per sample for smooth silhouettes; each surface in a pixel is shaded once. \
-                 Fastest: 16, 64, 256").common(),
+                 Fastest: 16, 64, 256").called("samples at edges").common(),
             Value::Count(|options| &mut options.edge_samples, [1, ShadingOptions::MAX_EDGE_SAMPLES],
                 Slider { ends: [1.0, 64.0], decimals: 0, unit: "" }), FILTERING).neutral("1"),
     ];
