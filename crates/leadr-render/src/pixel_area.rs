@@ -49,7 +49,8 @@ impl PixelArea {
         }
         let most = Vec2::new(size.0 as f32, size.1 as f32);
         // A sample lies up to half a pixel from its pixel centre.
-        let pixel = |ndc: Vec2, margin: f32| (((ndc + camera.shift) * 0.5 + 0.5) * most + margin).clamp(Vec2::ZERO, most);
+        let pixel =
+            |ndc: Vec2, margin: f32| (((ndc + camera.shift) * 0.5 + 0.5) * most + margin).clamp(Vec2::ZERO, most);
         let (first, last) = (pixel(low, -1.0).floor().as_uvec2(), pixel(high, 1.0).ceil().as_uvec2());
         let last = last.max(first);
         Self { left: first.x, top: first.y, right: last.x, bottom: last.y }

@@ -156,7 +156,7 @@ shading_options! {
     ];
     /// The shadowing model of visible facets.
     shadowing: Shadowing = Shadowing::Correlated => [
-        row(shading("shadowing", "MODEL", "Choose how facets below a pixel shadow each other").called("shadows between facets").common()
+        row(shading("shadowing", "MODEL", "Choose how facets below a pixel shadow each other").called("facet shadows").common()
                 .default("correlated; normal-map for a material of normals without heights").formerly("masking").key("masking"),
             Value::Name(|options| &mut options.shadowing), INTEGRALS),
     ];
@@ -205,7 +205,7 @@ shading_options! {
     /// Multiple scattering between facets of the base ([`leadr_reflectance::materials::energy`],
     /// [`leadr_reflectance::materials::multiscattering`]). Not in the LEADR paper.
     multiscattering: bool = false => [
-        row(shading("multiscattering", "on|off", "Add multiple scattering between the microfacets of materials").called("light bounces between facets").common(),
+        row(shading("multiscattering", "on|off", "Add multiple scattering between the microfacets of materials").called("light between facets").common(),
             Value::Switch(|options| &mut options.multiscattering), ENERGY).constant("MULTISCATTERING"),
     ];
     /// Ambient occlusion of the environment by large shapes (`render::light::sky_visibility`), if shadows are drawn. Not in the
@@ -228,7 +228,7 @@ shading_options! {
     edge_samples: u32 = 1 => [
         row(Spec::new(headings::QUALITY, "edge-samples", "N",
                 "Sample the geometry N times per sample for smooth silhouettes; each surface in a pixel is shaded once. \
-                 Fastest: 16, 64, 256").called("samples at edges").common(),
+                 Fastest: 16, 64, 256").called("edge samples").common(),
             Value::Count(|options| &mut options.edge_samples, [1, ShadingOptions::MAX_EDGE_SAMPLES],
                 Slider { ends: [1.0, 64.0], decimals: 0, unit: "" }), FILTERING).neutral("1"),
     ];
