@@ -106,7 +106,7 @@ impl SceneOption {
 const OPTIONS: [SceneOption; 57] = [
     option(SCENE, "scene", "NAME|FILE.glb|FILE.gltf", "Draw this scene, or a glTF model on open ground",
         Text(enter)).common().default(SCENES[0].name).panel(Panel::Own),
-    option(SCENE, "animation", "NAME", "Play this animation of a model",
+    option(SCENE, "animation", "NAME|NUMBER", "Play the animation of a model with this name or number, from 1",
         Text(|c, name| {
             c.animation = Some(name.into());
             Ok(())
@@ -217,7 +217,7 @@ const OPTIONS: [SceneOption; 57] = [
     option(GEOMETRY, "stretch", "X",
         "Stretch the objects along x by the factor X, 0.2 to 5, and flatten them along z by the same factor. Texture \
          coordinates do not change",
-        Sets::Picture(Value::Number(|p| &mut p.stretch, factor, slider([*FACTORS.start(), *FACTORS.end()], 2, "")))).called("stretch along x").of(Choice::Stretch),
+        Sets::Picture(Value::Number(|p| &mut p.stretch, factor, slider([*FACTORS.start(), *FACTORS.end()], 2, "")))).called("stretch").of(Choice::Stretch),
     option(GEOMETRY, "smooth-geometry", "",
         "Do not displace the geometry. The slopes of the height map still affect the shading",
         Sets::Picture(Value::Flag(|p| &mut p.displacement, false))).called("flat geometry").formerly("no-displacement").key("displacement").of(Choice::Relief),
@@ -282,7 +282,7 @@ const OPTIONS: [SceneOption; 57] = [
         Text(|c, text| text.parse().map(|size| c.size = size)))
         .common().default("1280x720").panel(Panel::Without("the window sets the size of the picture")),
     option(QUALITY, "samples", "N", "Draw N samples per pixel. The window draws one sample while anything moves",
-        Sets::Picture(Value::Count(|p| &mut p.samples, [1, 65_536], slider([1.0, 64.0], 0, "")))).called("samples per pixel").common(),
+        Sets::Picture(Value::Count(|p| &mut p.samples, [1, 65_536], slider([1.0, 64.0], 0, "")))).called("samples").common(),
     option(QUALITY, "msaa", "N",
         "Use multisampling with 1, 2, 4 or 8 geometry samples in each of the --samples, for smooth silhouettes at little \
          cost. Each surface in a pixel is shaded once per sample",

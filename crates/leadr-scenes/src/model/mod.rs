@@ -43,14 +43,16 @@ pub struct ModelChoice {
 }
 
 impl ModelChoice {
-    /// Selects the animation of this name, or the first for `None`.
+    /// Selects the animation of this name or number (from 1), or the first for `None`.
     ///
     /// # Errors
     /// If the model has no such animation; existing names are listed.
     pub fn new(model: Model, animation: Option<&str>) -> Result<Self, SceneError> {
+        let numbered =
+            |wanted: &str| wanted.parse::<usize>().ok()?.checked_sub(1).filter(|&n| n < model.animations.len());
         let animation = match animation {
             None => (!model.animations.is_empty()).then_some(0),
-            Some(name) => match model.animation_named(name) {
+            Some(name) => match model.animation_named(name).or_else(|| numbered(name)) {
                 Some(number) => Some(number),
                 None => {
                     let names: Vec<&str> = model.animations.iter().map(|a| a.name.as_str()).collect();
