@@ -21,7 +21,7 @@ use leadr::scenes::light::EnvironmentChoice;
 use leadr::scenes::set::SkyOrPicture;
 use leadr::scenes::sphere::displaced_sphere;
 use leadr::scenes::view::CameraPose;
-use leadr::window::{Display, OneScene, Orbit, Show, Surroundings, WindowOptions, run};
+use leadr::window::{Animations, Display, OneScene, Orbit, Show, Surroundings, WindowOptions, run};
 
 /// A displaced sphere in a window.
 #[derive(Parser)]
@@ -82,7 +82,8 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let surroundings = Surroundings::new(EnvironmentChoice::Sky, SkyOrPicture::under(sky));
     let orbit = Orbit::new(&start);
-    let show = Show { renderer, scene: Box::new(scene), orbit, views: None, sweep: None, surroundings };
+    let animations = Animations::default();
+    let show = Show { renderer, scene: Box::new(scene), orbit, views: None, sweep: None, surroundings, animations };
     let report = run(display, show, settings, &mut OneScene, options)?;
     println!("{}", serde_json::to_string(&report)?);
     match gpu.validation_messages().as_slice() {

@@ -102,7 +102,7 @@ pub mod command {
 #[cfg(feature = "window")]
 pub mod window {
     pub use crate::app::demo::orbit::Orbit;
-    pub use crate::app::demo::window::show::{OneScene, Show};
+    pub use crate::app::demo::window::show::{Animations, OneScene, Show};
     pub use crate::app::demo::window::surroundings::Surroundings;
     pub use crate::app::demo::window::{Display, WindowOptions, run};
 }

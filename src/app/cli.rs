@@ -58,7 +58,7 @@ fn version(long: bool) -> String {
 pub enum Command {
     /// Explore a scene in a window
     #[cfg(feature = "window")]
-    #[command(after_help = super::demo::args::keys())]
+    #[command(after_help = super::demo::window::keys::text())]
     Demo(Box<DemoArgs>),
     /// Render a picture or a sequence to files, without a window
     #[command(after_help = capture::args::EXAMPLES)]

@@ -8,6 +8,8 @@
 #[path = "../../examples/02_orbit.rs"]
 mod orbit;
 #[cfg(target_os = "linux")]
+mod overlays;
+#[cfg(target_os = "linux")]
 mod server;
 
 #[cfg(not(target_os = "linux"))]
@@ -62,13 +64,14 @@ mod linux {
 
     use leadr::maps::{Rgb8Image, load_color_srgb8};
 
+    use super::overlays;
     use super::server::{App, Server, until};
 
     /// A part of the test.
     type Part = fn(&Server);
 
     /// The parts and their names.
-    pub const PARTS: [(&str, Part); 9] = [
+    pub const PARTS: [(&str, Part); 14] = [
         ("user", a_user_looks_around),
         ("frames", a_limited_run_ends),
         ("complete", after_a_coarse_first_picture_comes_all_detail),
@@ -78,6 +81,11 @@ mod linux {
         ("layout", the_window_opens_as_it_was_left),
         ("storm", a_storm_of_sizes_leaves_nothing_behind),
         ("destroyed", a_window_that_another_program_closes_ends_the_program),
+        ("overlays", overlays::overlays_fit_and_escape_closes_them),
+        ("moved", overlays::the_panel_moves_the_picture),
+        ("limited", overlays::a_limited_run_of_a_still_scene_ends),
+        ("opened", overlays::files_are_opened_and_animations_chosen),
+        ("lost", overlays::a_lost_display_or_device_is_a_sentence),
     ];
 
     pub fn no_display_is_a_sentence() {
@@ -124,12 +132,12 @@ mod linux {
         let studio = capture("5", "studio");
 
         let mut app = App::demo(server, &[&scene[..], &["--json"]].concat());
-        app.find_window(server, "leadr");
+        app.find_window(server, "trex");
         let window = app.window();
         server.focus(window);
         let title = || server.title(window);
         // While it walks, frames are drawn without pauses, and simplified on a slow device.
-        until(&app, "frames", || title().contains("geometry"));
+        until(&app, "frames", || title().contains("fps"));
         let picture = || Rgb8Image::new(160, 120, server.picture(window)).unwrap();
         // On a busy machine a second may pass between two frames.
         let mut walking = vec![picture()];
@@ -143,18 +151,14 @@ mod linux {
         assert!(off.iter().all(|off| *off < 2.0 * step) && 4.0 * step < differs(&black, &begin), "{off:?} {step}");
         server.tap(b' ');
         until(&app, "time to stop", || title().contains("(paused)"));
-        let shown = |key: u32, moment: &str| {
-            while !title().contains(&format!("· {moment} (paused)")) {
-                let before = title();
-                server.tap(key);
-                until(&app, moment, || title() != before);
-            }
+        // X11's arrow keys, left and right, step by half a second, and time does not become negative.
+        let shown = |key: u32, times: u32| {
+            (0..times).for_each(|_| server.tap(key));
             app.wait_until_idle();
             Rgb8Image::new(160, 120, server.picture(window)).unwrap()
         };
-        // X11's arrow keys, left and right.
-        let first = shown(0xff51, "0.00 s");
-        let second = shown(0xff53, "5.00 s");
+        let first = shown(0xff51, 100);
+        let second = shown(0xff53, 10);
         let (same, moved) = (differs(&first, &begin).max(differs(&second, &later)), differs(&begin, &later));
         println!("window and capture differ by {same:.3} codes, the moments by {moved:.3}");
         assert!(same < 0.3 && moved > 5.0 * same, "{same} {moved}");
@@ -203,6 +207,7 @@ mod linux {
         // The copied command makes the displayed picture.
         server.drag(window, [80, 60], [95, 52]);
         app.wait_until_idle();
+        let dragged = Rgb8Image::new(160, 120, server.picture(window)).unwrap();
         server.tap(b'x');
         let command =
             || app.written(1).lines().find_map(|line| line.split_once("leadr capture ").map(|(_, c)| c.to_owned()));
@@ -210,7 +215,7 @@ mod linux {
         let file = folder.path().join("copied.png");
         let command = command().unwrap();
         let copied = leadr(&command.split(' ').collect::<Vec<_>>(), &file);
-        let off = differs(&copied, &Rgb8Image::new(160, 120, server.picture(window)).unwrap());
+        let off = differs(&copied, &dragged);
         assert!(off < 0.3 && differs(&copied, left) > 0.5, "{command}: {off}");
         server.tap(b'q');
         let (code, out, err) = app.end();
@@ -225,7 +230,7 @@ mod linux {
         let start = |flags: &[&str]| {
             let scene = ["--scene", "sphere", "--atlas-tile", "8", "--samples", "1", "--validation"];
             let mut app = App::demo_in(server, &[&scene, flags].concat(), folder.path());
-            app.find_window(server, "leadr");
+            app.find_window(server, "sphere");
             app
         };
         let size = |app: &App| server.size(app.window());
@@ -347,7 +352,7 @@ mod linux {
             ["--scene", "sphere", "--atlas-tile", "8", "--size", "620x500", "--panel", "on", "--validation"];
         let folder = tempfile::tempdir().unwrap();
         let mut app = App::demo_in(server, &arguments, folder.path());
-        app.find_window(server, "leadr");
+        app.find_window(server, "sphere");
         let window = app.window();
         server.focus(window);
         let before = server.picture(window);
@@ -382,7 +387,7 @@ mod linux {
         let arguments =
             ["--scene", "sphere", "--size", "320x240", "--camera", "near", "--samples", "1", "--panel", "off"];
         let mut app = App::demo(server, &arguments);
-        app.find_window(server, "leadr");
+        app.find_window(server, "sphere");
         let window = app.window();
         server.focus(window);
         app.wait_until_idle();
@@ -438,10 +443,9 @@ mod linux {
 
         let arguments = ["--scene", "sphere", "--size", "320x240", "--samples", "1", "--panel", "off", "--validation"];
         let mut app = App::demo(server, &arguments);
-        app.find_window(server, "leadr");
+        app.find_window(server, "sphere");
         let window = app.window();
         server.focus(window);
-        until(&app, "frames", || server.title(window).contains("present"));
         let is_red = |[r, g, _]: &&[u8; 3]| 2 * u32::from(*r) > 3 * u32::from(*g);
         let redness = |picture: &[[u8; 3]]| picture.iter().filter(is_red).count();
         let own = server.picture(window);
@@ -486,12 +490,14 @@ mod linux {
 
     /// A saved screenshot must equal the content of the window in every sRGB code.
     fn screenshot(server: &Server, app: &App, folder: &Path, number: u32, size: (u32, u32)) -> Rgb8Image {
+        let shown = server.picture(app.window());
         server.tap(b's');
         let path = folder.join(format!("shot-{number}.png"));
         until(app, "a screenshot", || path.exists());
         let saved = load_color_srgb8(&path).unwrap();
         assert_eq!((saved.width, saved.height), size);
-        let shown = server.picture(app.window());
+        until(app, "a message", || server.picture(app.window()) != shown);
+        until(app, "the message to go", || server.picture(app.window()) == shown);
         assert_eq!(shown.len(), saved.texels.len());
         let worst = shown.iter().zip(&saved.texels).flat_map(|(a, b)| [0, 1, 2].map(|c| a[c].abs_diff(b[c]))).max();
         // The CPU and the device may round half a code differently.
@@ -521,7 +527,7 @@ mod linux {
         let window = app.window();
         server.focus(window);
         let title = || server.title(window);
-        until(&app, "a title with times", || title().contains("leadr") && title().contains("geometry"));
+        until(&app, "a title with the frame rate", || title().contains("leadr") && title().contains("fps"));
 
         // Keys that change the technique and stop time.
         server.tap(b'2');

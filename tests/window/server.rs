@@ -18,7 +18,7 @@ use x11rb::rust_connection::RustConnection;
 use x11rb::wrapper::ConnectionExt as _;
 
 /// Time limit of an action, sufficient on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(60);
+const PATIENCE: Duration = Duration::from_secs(180);
 
 /// Sleeps until a condition holds.
 pub fn until(app: &App, what: &str, mut happened: impl FnMut() -> bool) {
@@ -298,6 +298,13 @@ impl App {
         Self::spawn(server, Self::command(arguments))
     }
 
+    /// The same with a variable in its environment.
+    pub fn start_with(server: &Server, arguments: &[&str], (variable, value): (&str, &str)) -> Self {
+        let mut command = Self::command(arguments);
+        command.env(variable, value);
+        Self::spawn(server, command)
+    }
+
     fn spawn(server: &Server, mut command: Command) -> Self {
         command.env_remove("WAYLAND_DISPLAY");
         if let Ok(device) = std::env::var("LEADR_DEVICE") {
@@ -312,7 +319,7 @@ impl App {
     }
 
     pub fn find_window(&mut self, server: &Server, title: &str) {
-        // The title has the times from the first frame on.
+        // The title has the technique from the first frame on.
         let start = format!("{title} ·");
         until(self, "a window", || server.find(&start).is_some());
         self.window = server.find(&start).unwrap();

@@ -41,17 +41,39 @@ pub fn command_of(line: &CommandLine, seen: &Seen<'_>) -> String {
         line.remove(flag);
     }
     if let Some(SunDirection { azimuth, elevation }) = sun {
-        line.set("--sun", Some(format!("{azimuth},{elevation}")));
+        line.set("--sun", Some(format!("{},{}", short(*azimuth, ANGLE), short(*elevation, ANGLE))));
     }
-    let point = |[x, y, z]: [f32; 3]| format!("{x},{y},{z}");
-    let camera = format!("{}:{}:{}", point(pose.position), point(pose.target), pose.fov_degrees);
+    let place = metres_decimals(pose);
+    let point = |of: [f32; 3]| of.map(|metres| short(metres, place)).join(",");
+    let camera = format!("{}:{}:{}", point(pose.position), point(pose.target), short(pose.fov_degrees, ANGLE));
     line.set("--camera", Some(camera));
     if let Some(compare) = choices.compare {
         line.set("--beside", Some(compare.technique.name()));
-        line.set("--split", Some(compare.split.to_string()));
+        line.set("--split", Some(short(compare.split, SPLIT)));
     }
-    line.set("--time", Some(time.to_string()));
+    line.set("--time", Some(short(*time, TIME)));
     format!("leadr capture{}", line.honoured())
+}
+
+/// Decimals of an angle in degrees, which the renderer keeps as a vector or in radians.
+const ANGLE: i32 = 4;
+/// Decimals of a time in seconds.
+const TIME: i32 = 4;
+/// Decimals of the split, a share of the width.
+const SPLIT: i32 = 5;
+
+/// Returns the decimals of a coordinate in metres, so that rounding moves the picture by less than a hundredth of a pixel.
+fn metres_decimals(pose: &CameraPose) -> i32 {
+    let squares = (0..3).map(|axis| f64::from(pose.position[axis] - pose.target[axis]).powi(2));
+    5 - squares.sum::<f64>().sqrt().max(1e-9).log10().floor() as i32
+}
+
+/// Formats a number with at most this many decimals, without zeros at the end. Computed numbers, such as angles of a vector, otherwise have
+/// rounding errors in their last digits.
+fn short(number: impl Into<f64>, decimals: i32) -> String {
+    let scale = 10f64.powi(decimals);
+    // Adding zero turns -0 into 0.
+    ((number.into() * scale).round() / scale + 0.0).to_string()
 }
 
 #[cfg(test)]
@@ -59,10 +81,12 @@ mod tests {
     use super::*;
     use crate::app::capture::args::tests::resolve;
     use crate::app::demo::args::DemoArgs;
+    use crate::app::demo::orbit::Orbit;
     use crate::app::flags;
     use crate::app::flags::scene::SceneArgs;
     use crate::app::flags::scene::tests::other_value;
     use clap::{CommandFactory, FromArgMatches, Parser};
+    use glam::Vec3;
     use leadr_maps::tonemap::Tonemap;
     use leadr_render::settings::{Quadrature, RenderSettings, ShadingOptions, Technique, Terms};
     use leadr_scenes::config::SceneConfig;
@@ -183,6 +207,49 @@ mod tests {
                 assert_ne!(option.json(&drawn.picture), option.json(&config.picture), "--{} {value}", option.spec.name);
             }
         }
+    }
+
+    #[test]
+    fn numbers_of_the_command_are_what_the_user_set() {
+        // The sun passes through a vector, and the camera through angles.
+        let value = |command: &str, flag: &str| {
+            let mut words = command.split([' ', '=']);
+            words.find(|word| *word == flag).unwrap();
+            words.next().unwrap().to_owned()
+        };
+        let (line, config) = given(&[]);
+        let choices = Choices::new(config.picture);
+        for tenths in (-1790..=1800).step_by(37) {
+            let set = SunDirection { azimuth: tenths as f32 / 10.0, elevation: (tenths / 40) as f32 / 2.0 };
+            let sun = SunDirection::of(set.vector());
+            let command = command_of(&line, &Seen { sun: Some(sun), ..seen(&choices) });
+            assert_eq!(value(&command, "--sun"), format!("{},{}", set.azimuth, set.elevation));
+        }
+        for pose in [
+            CameraPose { position: [6.1, -8.0, 5.3], target: [0.0, 0.1, 2.0], ..POSE },
+            CameraPose { position: [0.25, -0.3, 0.05], target: [0.0, 0.01, 0.0], ..POSE },
+            CameraPose { position: [900.5, -300.0, 5.0], target: [0.0, 0.0, 0.0], ..POSE },
+        ] {
+            let pose = CameraPose { fov_degrees: 41.3, ..pose };
+            let command = command_of(&line, &Seen { pose: Orbit::new(&pose).pose(), ..seen(&choices) });
+            let point = |of: [f32; 3]| of.map(|metres| metres.to_string()).join(",");
+            let set = format!("{}:{}:41.3", point(pose.position), point(pose.target));
+            assert_eq!(value(&command, "--camera"), set);
+        }
+        for hundredths in (0..3000).step_by(7) {
+            let time = f64::from(hundredths as f32 / 100.0);
+            let command = command_of(&line, &Seen { time, ..seen(&choices) });
+            assert_eq!(value(&command, "--time"), (f64::from(hundredths) / 100.0).to_string());
+        }
+        // A dragged camera changes by much less than a pixel.
+        let mut orbit = Orbit::new(&POSE);
+        orbit.rotate(17.3, -4.9);
+        orbit.zoom(1.7);
+        let drawn = captured(&command_of(&line, &Seen { pose: orbit.pose(), ..seen(&choices) }));
+        let ViewChoice::Pose(read) = drawn.view else { panic!("{:?}", drawn.view) };
+        let apart = Vec3::from_array(read.position).distance(Vec3::from_array(orbit.pose().position));
+        assert!(apart < 1e-5 * orbit.distance(), "{apart} m");
+        assert_eq!([short(-0.000_01, 4), short(-49.999_996f32, ANGLE), short(0.1f32, SPLIT)], ["0", "-50", "0.1"]);
     }
 
     #[test]

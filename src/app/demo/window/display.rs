@@ -1,4 +1,8 @@
-//! The connection to the display.
+//! The connection to the display, and panics of the window library.
+
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind, set_hook, take_hook};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use winit::event_loop::EventLoop;
 
@@ -24,14 +28,8 @@ impl Display {
             ))
         };
         // winit panics if keyboard libraries are missing, and on any thread but the main one.
-        let hook = std::panic::take_hook();
-        std::panic::set_hook(Box::new(|_| {}));
-        let made = std::panic::catch_unwind(EventLoop::new);
-        std::panic::set_hook(hook);
-        let events = made
-            .map_err(|panic| {
-                let text = panic.downcast_ref::<String>().map(String::as_str);
-                let text = text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("winit panicked");
+        let events = caught(|_| true, EventLoop::new)
+            .map_err(|text| {
                 // The first sentence is the reason; other sentences are advice for programmers.
                 let first = text.split(['.', '\n']).next().unwrap_or_default();
                 no_display(format!("{first}; libx11-6, libxcursor1, libxi6 and libxkbcommon-x11-0 are needed on X11"))
@@ -49,6 +47,39 @@ impl Display {
             ..GpuOptions::default()
         })
     }
+}
+
+/// Crates whose panics are about the display.
+const OF_DISPLAY: [&str; 8] = ["winit-", "x11rb", "x11-dl", "xkbcommon", "wayland", "smithay", "calloop", "arboard"];
+
+/// Whether a source file belongs to a library of the display.
+pub(super) fn is_of_display(file: &str) -> bool {
+    OF_DISPLAY.iter().any(|library| file.contains(library))
+}
+
+/// Runs `work` and returns the text of a panic in a source file of this kind, without printing it. Other panics go on.
+pub(super) fn caught<T>(
+    is_expected: impl Fn(&str) -> bool + Send + Sync + 'static,
+    work: impl FnOnce() -> T,
+) -> Result<T, String> {
+    let (usual, expected) = (Arc::new(take_hook()), Arc::new(AtomicBool::new(false)));
+    let (others, found) = (usual.clone(), expected.clone());
+    set_hook(Box::new(move |panic| match panic.location() {
+        Some(location) if is_expected(location.file()) => found.store(true, Ordering::Relaxed),
+        _ => others(panic),
+    }));
+    let done = catch_unwind(AssertUnwindSafe(work));
+    drop(take_hook());
+    if let Some(usual) = Arc::into_inner(usual) {
+        set_hook(usual);
+    }
+    done.map_err(|panic| {
+        if !expected.load(Ordering::Relaxed) {
+            resume_unwind(panic);
+        }
+        let text = panic.downcast_ref::<String>().map(String::as_str);
+        text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("the window library panicked").to_owned()
+    })
 }
 
 #[cfg(test)]

@@ -1,53 +1,53 @@
 //! The window of `leadr demo`, which handles events and draws frames. `keys` maps keys to actions, and [`panel`] has the controls.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use glam::Vec3;
 use winit::application::ApplicationHandler;
 use winit::dpi::{LogicalSize, PhysicalSize, Size};
-use winit::event::{ElementState, KeyEvent, MouseButton, MouseScrollDelta, StartCause, WindowEvent};
+use winit::event::{StartCause, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow};
-use winit::keyboard::{Key, ModifiersState, NamedKey};
-use winit::window::{Fullscreen, Window, WindowId};
+use winit::keyboard::ModifiersState;
+use winit::window::{Window, WindowId};
 
 use super::command_line::Seen;
-use choices::{Choices, DisplayMode};
+use choices::Choices;
 use clock::FrameClock;
 pub use display::Display;
+use display::{caught, is_of_display};
+use frame::NewKinds;
 use layout::Layout;
-use leadr_gpu::Gpu;
 use leadr_gpu::shader_watch::{Change, ShaderWatch};
-use leadr_maps::save::save_png_srgb8;
-use leadr_maps::shown::{shown_line, shown_path};
-use leadr_maps::{Rgb8Image, RgbImage};
 use leadr_render::scene::FrameState;
 use leadr_render::settings::RenderSettings;
 use leadr_scenes::config::Picture;
-use leadr_scenes::daylight;
-use leadr_scenes::light::{EnvironmentChoice, SunDirection};
+use leadr_scenes::light::SunDirection;
 use leadr_tools::bench::MemorySample;
 use leadr_tools::command::error::AppError;
-use leadr_tools::command::files::extension;
-use over::{Difference, false_colors};
+use loading::Loading;
+use over::Difference;
 use pace::{KeptQuality, Pace};
-use painter::{Painter, WindowFrame};
-use panel::{Facts, Panel, Request};
-use show::{Program, Show};
+use painter::Painter;
+use panel::Panel;
+use show::{Animations, Program, Show};
 use surroundings::Surroundings;
-use viewer::{Action, Drag, SPLIT_GRIP, Viewer};
+use viewer::Viewer;
 
 pub mod choices;
 mod clock;
 mod display;
-mod keys;
+mod events;
+mod frame;
+pub mod keys;
 pub mod layout;
+pub mod loading;
 mod over;
 pub mod pace;
 mod painter;
 pub mod panel;
 mod probes;
+mod screenshot;
 pub mod show;
 pub mod surroundings;
 pub mod viewer;
@@ -174,12 +174,25 @@ pub fn run(
             modifiers: ModifiersState::empty(),
             report: WindowReport::default(),
             lost: None,
+            kinds: NewKinds::default(),
+            screenshot_in: None,
+            animations: show.animations,
+            loading: Loading::default(),
         })
     };
     let mut app = App { open: Some(open), session: None, ended: Ok(WindowReport::default()) };
-    let ended = display.events.run_app(&mut app).map_err(|e| AppError::Failed(format!("the window failed: {e}")));
+    // winit panics if the connection to the display is lost.
+    let ended = caught(is_of_display, || display.events.run_app(&mut app));
+    if ended.is_err()
+        && let Some(mut session) = app.session.take()
+    {
+        // The thread that loads a scene may be writing files. All else refers to the lost display.
+        drop(std::mem::take(&mut session.loading));
+        std::mem::forget(session);
+    }
     let report = app.ended?;
-    ended?;
+    let lost = |_| AppError::Failed("the connection to the display was lost: start the program again".to_owned());
+    ended.map_err(lost)?.map_err(|e| AppError::Failed(format!("the window failed: {e}")))?;
     Ok(report)
 }
 
@@ -224,191 +237,21 @@ struct Session<'p> {
     report: WindowReport,
     /// The first error of a screenshot.
     lost: Option<AppError>,
+    kinds: NewKinds,
+    /// Number of frames until a screenshot, which a message announces.
+    screenshot_in: Option<u32>,
+    animations: Animations,
+    // Dropped last: the window closes before the running work ends.
+    loading: Loading,
 }
 
 impl Session<'_> {
-    fn draw(&mut self, events: &ActiveEventLoop) -> Result<(), AppError> {
-        let PhysicalSize { width, height } = self.size;
-        self.hidden = self.occluded || width == 0 || height == 0 || self.window.is_minimized() == Some(true);
-        if self.hidden {
-            // The next frame waits for an event, and time is paused while the window is hidden.
-            self.clock.pause();
-            self.pace.interrupt();
-            return Ok(());
-        }
-        let interval = self.clock.begin(Instant::now());
-        if let Some(interval) = interval {
-            self.viewer.advance(interval.took.as_secs_f64());
-        }
-        match interval.filter(|interval| interval.followed) {
-            Some(interval) => {
-                let milliseconds = interval.took.as_secs_f32() * 1000.0;
-                self.report.milliseconds.push(milliseconds);
-                self.panel.frame_took(milliseconds);
-                self.pace.frame(milliseconds);
-            }
-            None => self.pace.interrupt(),
-        }
-        let painted = self.lay_out(events)?;
-        let sides = self.viewer.choices.sides(&self.settings);
-        let changed = self.viewer.take_changed();
-        let state = changed.then(|| {
-            let mut state = (self.scene)(self.viewer.time);
-            self.surroundings.light(&mut state);
-            state.camera = self.viewer.camera(&state.camera);
-            self.viewer.choices.apply(&mut state);
-            daylight::pass(&mut state, self.viewer.sun_hours);
-            self.sun = state.sky.as_ref().map(|sky| SunDirection::of(sky.sun_direction));
-            self.exposure = self.viewer.choices.picture.exposure.exp2() * state.exposure();
-            state
-        });
-        if changed {
-            self.layer_is_still = false;
-            self.difference = Difference::default();
-            self.panel.lay_over(None);
-            (self.panel.ellipses, self.panel.balls) = (None, None);
-        }
-        let split = self.viewer.choices.compare.map_or(1.0, |compare| compare.split);
-        let shown = self.painter.draw(WindowFrame {
-            size: [width, height],
-            state,
-            sides: &sides,
-            pace: &self.pace,
-            exposure: self.exposure,
-            tonemap: self.viewer.choices.picture.tonemap,
-            dithered: self.viewer.choices.picture.dither,
-            split,
-            panel: painted,
-        })?;
-        self.hidden = !shown;
-        if !shown {
-            if changed {
-                self.viewer.invalidate();
-            }
-            return Ok(());
-        }
-        // A layer is read back from every moving picture, and once from the still picture, which has all pixels.
-        let still = self.painter.is_complete([width, height], &sides);
-        if let Some(layer) =
-            self.viewer.choices.display_mode.layer().filter(|_| changed || still && !self.layer_is_still)
-        {
-            self.layer_is_still = still;
-            let read = self.painter.layer(layer)?;
-            match self.viewer.choices.display_mode {
-                DisplayMode::Ellipses => self.panel.ellipses = Some(read),
-                DisplayMode::Probes => self.panel.balls = Some(self.painter.probes(&read)),
-                _ => self.panel.lay_over(Some(false_colors(layer, &read))),
-            }
-            self.window.request_redraw();
-        }
-        self.compare()?;
-        self.clock.running = self.viewer.is_moving();
-        self.report.frames += 1;
-        let now = Instant::now();
-        // The final frame updates the title, because no frame follows it.
-        let last = !self.viewer.is_moving() && self.painter.is_complete([width, height], &sides);
-        if self.clock.is_due(now) || self.report.frames == 1 || last {
-            self.clock.measure(now);
-            if last {
-                self.painter.finish()?;
-            }
-            let title = title(&self.options.title, &self.viewer, self.clock.fps, self.painter.times());
-            self.window.set_title(&shown_line(&title));
-        }
-        if let Some(frames) = self.options.frames {
-            if frames >= MEMORY_SAMPLES && self.report.frames.is_multiple_of(frames / MEMORY_SAMPLES) {
-                self.report.memory.push(MemorySample::after(self.report.frames, self.painter.gpu()));
-            }
-            if self.report.frames >= frames {
-                events.exit();
-                return Ok(());
-            }
-        }
-        if self.report.frames == 1 { self.complete() } else { Ok(()) }
-    }
-
-    /// Replaces a coarse first scene by the scene at full detail.
-    fn complete(&mut self) -> Result<(), AppError> {
-        match self.program.complete(self.painter.gpu())? {
-            Some(show) => self.show(show),
-            None => Ok(()),
-        }
-    }
-
-    /// Lays out the panel and performs the user's requests.
-    fn lay_out(&mut self, events: &ActiveEventLoop) -> Result<panel::paint::Painted, AppError> {
-        let environments = self.surroundings.names();
-        let (pixels, triangles) = self.painter.drawn();
-        let device = self.painter.gpu().device_name().to_owned();
-        let facts = Facts {
-            scenes: self.program.scenes(),
-            scene: self.program.scene(),
-            environments: &environments,
-            environment: self.surroundings.shown(),
-            sun: self.sun.map(|sun| [sun.azimuth, sun.elevation]),
-            roughness: self.program.roughness(),
-            applied_material: self.program.applied_material(),
-            offers: &|choice| self.program.offers(choice),
-            device: &device,
-            fps: self.clock.fps,
-            passes: self.painter.times(),
-            samples: self.painter.samples(),
-            pixels,
-            triangles,
-        };
-        let (painted, requests) = self.panel.run(&self.window, self.size, &mut self.viewer, &facts);
-        for request in requests {
-            match request {
-                Request::Act(action) => self.act(events, action)?,
-                Request::Scene(name) => self.enter(Path::new(&name))?,
-                Request::Environment(number) => {
-                    let choice = self.surroundings.choice(number);
-                    self.surround(choice)?;
-                }
-                Request::Roughness(alpha) => {
-                    let alpha = alpha.map(|alpha| alpha.to_string());
-                    self.remake(|program, gpu| program.remake(gpu, "--roughness", alpha))?;
-                }
-                Request::OwnMaterial => self.remake(|program, gpu| program.apply_material(gpu, None))?,
-                Request::View(number) => {
-                    if let Some(orbit) = self.views.and_then(|views| views.get(number).copied()) {
-                        self.viewer.orbit = orbit;
-                        self.viewer.invalidate();
-                    }
-                }
-            }
-        }
-        let options = &mut self.viewer.choices.picture.options;
-        if options.relief_color && !self.program.keeps_relief_color() {
-            // The option stays off if the reload fails.
-            options.relief_color = false;
-            self.remake(|program, gpu| program.remake(gpu, "--relief-color", Some("on".to_owned())))?;
-            self.viewer.choices.picture.options.relief_color = self.program.keeps_relief_color();
-        }
-        Ok(painted)
-    }
-
-    /// Shows the difference between the two sides while nothing moves.
-    fn compare(&mut self) -> Result<(), AppError> {
-        let wanted = self.viewer.choices.compare.is_some_and(|compare| compare.difference);
-        if !wanted || self.viewer.is_moving() || self.viewer.choices.display_mode != DisplayMode::Picture {
-            return Ok(());
-        }
-        if let Some(found) = self.difference.found() {
-            self.panel.lay_over(Some(found));
-            self.window.request_redraw();
-        }
-        let samples = self.painter.samples();
-        if self.difference.needs_samples(samples)
-            && let Ok([left, right]) = <[RgbImage; 2]>::try_from(self.painter.pictures()?)
-        {
-            self.difference.begin(left, right, self.exposure, self.viewer.choices.picture.tonemap, samples);
-        }
-        Ok(())
-    }
-
     /// Replaces changed shaders if they compile; otherwise the previous shaders stay in use.
     fn reload(&mut self) -> Result<(), AppError> {
+        // The loading thread makes pipelines of the old shaders.
+        if self.loading.is_busy() {
+            return Ok(());
+        }
         let Some(change) = self.shaders.as_ref().and_then(ShaderWatch::change) else { return Ok(()) };
         self.painter.finish()?;
         let fault = match change {
@@ -433,64 +276,10 @@ impl Session<'_> {
         Ok(())
     }
 
-    fn key(&mut self, events: &ActiveEventLoop, event: &KeyEvent) -> Result<(), AppError> {
-        let pressed = event.state == ElementState::Pressed;
-        if self.viewer.fly
-            && !self.modifiers.control_key()
-            && let Some(way) = keys::flies(event.physical_key)
-        {
-            if !event.repeat {
-                let held = self.viewer.held + if pressed { way } else { -way };
-                self.viewer.held = held.clamp(Vec3::NEG_ONE, Vec3::ONE);
-            }
-            // Time before the key press must not move the camera.
-            if !self.viewer.is_moving() {
-                self.clock.pause();
-            }
-            return Ok(());
-        }
-        if !pressed {
-            return Ok(());
-        }
-        let Some(action) = keys::action(&event.logical_key) else { return Ok(()) };
-        // Key repeat applies to steps, but not to toggles.
-        if event.repeat && !matches!(action, Action::Scrub(_) | Action::Frame(_) | Action::Sun(_)) {
-            return Ok(());
-        }
-        self.act(events, action)
-    }
-
-    fn act(&mut self, events: &ActiveEventLoop, action: Action) -> Result<(), AppError> {
-        match action {
-            Action::Quit => events.exit(),
-            Action::Screenshot => {
-                // An error such as a full disk must not close the window.
-                if let Err(error) = self.screenshot() {
-                    self.complain(&error);
-                    self.lost.get_or_insert(error);
-                }
-            }
-            Action::Environment => {
-                let next = self.surroundings.next();
-                return self.surround(next);
-            }
-            Action::CopyCommand => self.copy_command(),
-            Action::Panel => self.panel.open = !self.panel.open,
-            Action::Help => self.panel.help = !self.panel.help,
-            Action::FullScreen => {
-                let whole = self.window.fullscreen().is_none().then_some(Fullscreen::Borderless(None));
-                self.window.set_fullscreen(whole);
-            }
-            _ => self.viewer.act(action),
-        }
-        self.window.request_redraw();
-        Ok(())
-    }
-
     /// Logs and shows an error without closing the window.
     fn complain(&mut self, error: &AppError) {
         tracing::error!("{error}");
-        self.panel.warn(error.to_string());
+        self.panel.say(error.to_string());
         self.window.request_redraw();
     }
 
@@ -505,162 +294,9 @@ impl Session<'_> {
         };
         if let Some(command) = self.program.command(&seen) {
             tracing::info!("{command}");
-            self.panel.say(format!("copied: {command}"));
+            self.panel.say(format!("Copied the command that draws this picture:\n{command}"));
             self.panel.copy(command);
         }
-    }
-
-    /// Changes the environment. After an error the current environment stays.
-    fn surround(&mut self, choice: EnvironmentChoice) -> Result<(), AppError> {
-        match self.surroundings.show(self.painter.gpu(), choice) {
-            Ok(environment) => {
-                self.painter.surround(environment)?;
-                self.program.surround(&self.surroundings.names()[self.surroundings.shown()]);
-                self.viewer.invalidate();
-                self.window.request_redraw();
-            }
-            Err(error) => self.complain(&error),
-        }
-        Ok(())
-    }
-
-    /// Opens another scene. After an error the current scene stays.
-    fn enter(&mut self, name: &Path) -> Result<(), AppError> {
-        match self.program.open(self.painter.gpu(), name) {
-            Ok(mut show) => {
-                let moves = show.moves();
-                self.painter.replace(show.renderer)?;
-                self.clock.pause();
-                (self.scene, self.views, self.surroundings) = (show.scene, show.views, show.surroundings);
-                self.viewer.enter(show.orbit, show.sweep, moves);
-                self.pace.interrupt();
-                self.window.request_redraw();
-            }
-            Err(error) => self.complain(&error),
-        }
-        Ok(())
-    }
-
-    /// Rebuilds the scene with other surfaces in the same view. After an error the current scene stays.
-    fn remake(
-        &mut self,
-        make: impl FnOnce(&mut dyn Program, &Arc<Gpu>) -> Result<Show, AppError>,
-    ) -> Result<(), AppError> {
-        match make(&mut *self.program, self.painter.gpu()) {
-            Ok(show) => self.show(show),
-            Err(error) => {
-                self.complain(&error);
-                Ok(())
-            }
-        }
-    }
-
-    /// Shows the same scene with other surfaces in the same view.
-    fn show(&mut self, show: Show) -> Result<(), AppError> {
-        self.painter.replace_keeping_environment(show.renderer)?;
-        self.clock.pause();
-        self.scene = show.scene;
-        self.viewer.invalidate();
-        self.pace.interrupt();
-        self.window.request_redraw();
-        Ok(())
-    }
-
-    fn dropped(&mut self, path: PathBuf) -> Result<(), AppError> {
-        match extension(&path).as_deref() {
-            Some("glb" | "gltf") => self.enter(&path),
-            Some("json") => self.remake(|program, gpu| program.apply_material(gpu, Some(&path))),
-            _ if path.is_dir() => self.remake(|program, gpu| program.apply_material(gpu, Some(&path))),
-            _ => match Surroundings::dropped(path) {
-                Ok(choice) => self.surround(choice),
-                Err(error) => {
-                    self.complain(&error);
-                    Ok(())
-                }
-            },
-        }
-    }
-
-    fn screenshot(&mut self) -> Result<(), AppError> {
-        let pictures: Vec<Rgb8Image> = self
-            .painter
-            .pictures()?
-            .iter()
-            .map(|picture| self.viewer.choices.picture.codes(picture.width, &picture.texels, self.exposure))
-            .collect();
-        let split = self.viewer.choices.compare.map_or(1.0, |compare| compare.split);
-        let Some(picture) = side_by_side(pictures, split) else { return Ok(()) };
-        let stem = self.options.screenshots.as_os_str();
-        let path = |number: u32| {
-            let mut name = stem.to_owned();
-            name.push(format!("-{number}.png"));
-            PathBuf::from(name)
-        };
-        let path = (1..).map(path).find(|path| !path.exists()).unwrap_or_default();
-        save_png_srgb8(&path, &picture)?;
-        tracing::info!("saved {}", shown_path(&path));
-        self.panel.say(format!("saved {}", shown_path(&path)));
-        self.report.screenshots.push(path);
-        Ok(())
-    }
-
-    fn handle(&mut self, events: &ActiveEventLoop, event: WindowEvent) -> Result<(), AppError> {
-        let tab = matches!(&event, WindowEvent::KeyboardInput { event, .. } if event.logical_key == Key::Named(NamedKey::Tab));
-        let (consumed, redraw) = if tab { (false, false) } else { self.panel.event(&self.window, &event) };
-        if redraw {
-            self.window.request_redraw();
-        }
-        match event {
-            WindowEvent::CloseRequested | WindowEvent::Destroyed => events.exit(),
-            WindowEvent::RedrawRequested => return self.draw(events),
-            WindowEvent::Occluded(occluded) => {
-                self.occluded = occluded;
-                self.hidden = occluded;
-                self.window.request_redraw();
-            }
-            WindowEvent::Resized(size) => {
-                self.size = size;
-                self.hidden = false;
-                self.window.request_redraw();
-            }
-            WindowEvent::Focused(true) => {
-                self.hidden = false;
-                self.window.request_redraw();
-            }
-            WindowEvent::Focused(false) => self.viewer.held = Vec3::ZERO,
-            WindowEvent::KeyboardInput { event, is_synthetic: false, .. } if !consumed => {
-                return self.key(events, &event);
-            }
-            WindowEvent::DroppedFile(path) => return self.dropped(path),
-            WindowEvent::ModifiersChanged(modifiers) => self.modifiers = modifiers.state(),
-            WindowEvent::MouseInput { state, button, .. } => {
-                let grip = SPLIT_GRIP * self.window.scale_factor() as f32;
-                let width = self.size.width as f32;
-                let at_split = self.viewer.pointer.is_some_and(|[x, _]| self.viewer.is_at_split(x, width, grip));
-                let drag = match button {
-                    MouseButton::Left if at_split => Some(Drag::Split),
-                    MouseButton::Left if self.modifiers.shift_key() => Some(Drag::Pan),
-                    MouseButton::Left if self.viewer.fly => Some(Drag::Look),
-                    MouseButton::Left => Some(Drag::Rotate),
-                    MouseButton::Right => Some(Drag::Pan),
-                    _ => return Ok(()),
-                };
-                self.viewer.drag = drag.filter(|_| state == ElementState::Pressed && !consumed);
-            }
-            WindowEvent::CursorMoved { position, .. } => {
-                let size = [self.size.width as f32, self.size.height as f32];
-                self.viewer.move_pointer([position.x as f32, position.y as f32], size);
-                if std::mem::take(&mut self.viewer.redraw) {
-                    self.window.request_redraw();
-                }
-            }
-            WindowEvent::MouseWheel { delta, .. } if !consumed => self.viewer.wheel(match delta {
-                MouseScrollDelta::LineDelta(_, lines) => lines,
-                MouseScrollDelta::PixelDelta(position) => position.y as f32 / 40.0,
-            }),
-            _ => return Ok(()),
-        }
-        Ok(())
     }
 
     /// Stores the window layout if it has changed. Errors are only logged.
@@ -676,34 +312,6 @@ impl Session<'_> {
         {
             tracing::warn!("{error}");
         }
-    }
-
-    /// Requests a frame if the panel or a comparison needs one without an event.
-    fn wake(&self) {
-        let wakes = self.panel.wakes.is_some_and(|wakes| wakes <= Instant::now());
-        if self.difference.is_running() || wakes {
-            self.window.request_redraw();
-        }
-    }
-
-    /// Requests a frame if one is needed, and sets the time of the next wake-up.
-    fn wait(&mut self, events: &ActiveEventLoop) -> Result<(), AppError> {
-        self.reload()?;
-        if self.hidden {
-            events.set_control_flow(ControlFlow::Wait);
-            return Ok(());
-        }
-        let PhysicalSize { width, height } = self.size;
-        let sides = self.viewer.choices.sides(&self.settings);
-        // The loop sleeps when nothing moves and the picture is complete.
-        if self.viewer.is_moving() || !self.painter.is_complete([width, height], &sides) {
-            self.window.request_redraw();
-        }
-        let polls = self.difference.is_running() || self.shaders.is_some();
-        let poll_at = polls.then(|| Instant::now() + ASK_INTERVAL);
-        let wakes = [self.panel.wakes, poll_at].into_iter().flatten().min();
-        events.set_control_flow(wakes.map_or(ControlFlow::Wait, ControlFlow::WaitUntil));
-        Ok(())
     }
 }
 
@@ -759,42 +367,22 @@ impl<'p, F: FnOnce(&ActiveEventLoop) -> Result<Session<'p>, AppError>> Applicati
     }
 }
 
-/// Combines the left side of the first picture with the right side of the second, if there is one.
-fn side_by_side(pictures: Vec<Rgb8Image>, split: f32) -> Option<Rgb8Image> {
-    let mut pictures = pictures.into_iter();
-    let (mut left, right) = (pictures.next()?, pictures.next());
-    if let Some(right) = right.filter(|right| (right.width, right.height) == (left.width, left.height)) {
-        let width = left.width as usize;
-        for (index, texel) in left.texels.iter_mut().enumerate() {
-            if (index % width) as f32 + 0.5 >= split * width as f32 {
-                *texel = right.texels[index];
-            }
-        }
-    }
-    Some(left)
-}
-
-/// Formats the window title: technique, time, frames per second, milliseconds per pass.
-fn title(name: &str, viewer: &Viewer, fps: Option<f64>, times: &[(String, f64)]) -> String {
+/// Formats the window title: scene or file, technique, and frames per second.
+fn title(name: &str, viewer: &Viewer, fps: Option<f64>) -> String {
+    let fps = fps.map(|fps| format!(" · {fps:.1} fps")).unwrap_or_default();
     let paused = if viewer.paused { " (paused)" } else { "" };
-    let mut title = format!("{name} · {} · {:.2} s{paused}", viewer.choices.picture.shading(), viewer.time);
-    if let Some(fps) = fps {
-        title.push_str(&format!(" · {fps:.1} fps"));
-    }
-    for (pass, milliseconds) in times.iter().filter(|(_, milliseconds)| *milliseconds >= 0.05) {
-        title.push_str(&format!(" · {pass} {milliseconds:.1} ms"));
-    }
-    title
+    format!("{name} · {}{fps}{paused}", viewer.choices.picture.technique.name())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::app::demo::orbit::Orbit;
+    use crate::app::demo::window::viewer::Action;
     use leadr_render::settings::Technique;
 
     #[test]
-    fn title_shows_technique_time_and_passes() {
+    fn title_shows_scene_technique_and_frame_rate() {
         let pose = leadr_scenes::view::CameraPose {
             position: [1.0; 3],
             target: [0.0; 3],
@@ -803,20 +391,9 @@ mod tests {
         };
         let choices = Choices::new(Picture::of(&RenderSettings::default()));
         let mut viewer = Viewer::new(Orbit::new(&pose), 1.5, choices, None);
-        viewer.act(Action::Pause);
         viewer.act(Action::Technique(Technique::Lean));
-        let times = [("geometry".to_owned(), 3.12), ("sky".to_owned(), 0.001)];
-        let text = title("Sphere", &viewer, Some(29.97), &times);
-        assert_eq!(text, "Sphere · lean · 1.50 s (paused) · 30.0 fps · geometry 3.1 ms");
-        assert_eq!(title("Sphere", &viewer, None, &[]), "Sphere · lean · 1.50 s (paused)");
-    }
-
-    #[test]
-    fn a_screenshot_shows_both_sides() {
-        let picture = |code: u8| Rgb8Image { width: 4, height: 1, texels: vec![[code; 3]; 4] };
-        let codes = |pictures, split| side_by_side(pictures, split).map(|p| p.texels.iter().map(|t| t[0]).collect());
-        assert_eq!(codes(vec![picture(1), picture(2)], 0.25), Some(vec![1, 2, 2, 2]));
-        assert_eq!(codes(vec![picture(1)], 0.25), Some(vec![1; 4]));
-        assert_eq!(codes(Vec::new(), 0.5), None);
+        assert_eq!(title("snail.glb", &viewer, Some(29.97)), "snail.glb · lean · 30.0 fps");
+        viewer.act(Action::Pause);
+        assert_eq!(title("sphere", &viewer, None), "sphere · lean (paused)");
     }
 }

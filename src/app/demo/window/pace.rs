@@ -37,7 +37,7 @@ impl Default for KeptQuality {
 }
 
 /// Adapts quality to the time of recent frames.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Pace {
     kept: KeptQuality,
     /// Index into [`SCALES`].

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use glam::Vec2;
 use winit::window::Window;
 
 use super::over::LayerPicture;
@@ -325,6 +326,19 @@ impl Painter {
             RgbImage::new(width, height, texels).map_err(|fault| AppError::Failed(fault.to_string()))
         };
         self.shown.iter().flatten().map(read).collect()
+    }
+
+    /// Draws and reads back the pictures again, without an offset of the camera. The next frame needs a state of the scene.
+    pub fn centred_pictures(&mut self) -> Result<Vec<RgbImage>, AppError> {
+        self.finish()?;
+        let shown = std::mem::take(&mut self.shown);
+        let pictures = shown.iter().flatten().map(|shown| {
+            let mut state = shown.frame.state().clone();
+            state.camera.shift = Vec2::ZERO;
+            let settings = RenderSettings { samples: shown.frame.samples().max(1), ..shown.settings };
+            Ok(self.renderer.render(&state, &settings)?.image())
+        });
+        pictures.collect()
     }
 
     /// Returns the probes of the sky occlusion volume that are visible in front of these depths.

@@ -1,6 +1,6 @@
 //! The scene of a window, and the trait for programs that open other scenes.
 
-use std::path::Path;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::surroundings::Surroundings;
@@ -10,6 +10,7 @@ use leadr_gpu::Gpu;
 use leadr_maps::shown::shown_path;
 use leadr_render::frame::Renderer;
 use leadr_render::scene::FrameState;
+use leadr_scenes::model::ModelChoice;
 use leadr_scenes::registry::Choice;
 use leadr_scenes::set::Set;
 use leadr_scenes::stage::Sweep;
@@ -21,7 +22,7 @@ pub struct Show {
     /// The renderer that holds the objects of the scene.
     pub renderer: Renderer,
     /// Returns the state at a time in seconds. If the scene's camera follows an object, the window's camera does too.
-    pub scene: Box<dyn FnMut(f64) -> FrameState>,
+    pub scene: Box<dyn FnMut(f64) -> FrameState + Send>,
     /// The initial view.
     pub orbit: Orbit,
     /// The near, middle and far views, if the scene has them.
@@ -30,6 +31,30 @@ pub struct Show {
     pub sweep: Option<Sweep>,
     /// Available environments, the first of which the renderer holds.
     pub surroundings: Surroundings,
+    /// The animations of a model.
+    pub animations: Animations,
+}
+
+/// The animations of a model.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Animations {
+    /// Names of the animations.
+    pub names: Vec<String>,
+    /// Index of the current animation.
+    pub current: usize,
+}
+
+impl Animations {
+    /// Returns the animations of a model with a selected animation. An animation without a name of its own has its number, from 1.
+    pub fn of(choice: &ModelChoice) -> Self {
+        let model = &choice.model;
+        let name = |(number, animation): (usize, &leadr_models::Animation)| {
+            let is_own = !animation.name.is_empty() && model.animation_named(&animation.name) == Some(number);
+            if is_own { animation.name.clone() } else { (number + 1).to_string() }
+        };
+        let names = model.animations.iter().enumerate().map(name).collect();
+        Self { names, current: choice.animation.unwrap_or(0) }
+    }
 }
 
 impl Show {
@@ -41,11 +66,19 @@ impl Show {
     }
 
     /// Creates a show from an uploaded scene.
-    pub fn of(set: Set, surroundings: Surroundings) -> Self {
+    pub fn of(set: Set, surroundings: Surroundings, animations: Animations) -> Self {
         let orbit = |camera| Orbit::new(&CameraPose::of(&camera));
         let views = [set.views.near, set.views.mid, set.views.far].map(orbit);
         let (orbit, sweep) = (orbit(set.camera), Some(set.views.sweep()));
-        Self { renderer: set.renderer, scene: set.animation, orbit, views: Some(views), sweep, surroundings }
+        Self {
+            renderer: set.renderer,
+            scene: set.animation,
+            orbit,
+            views: Some(views),
+            sweep,
+            surroundings,
+            animations,
+        }
     }
 }
 
@@ -60,6 +93,22 @@ pub enum OfSurfaces<T> {
     Chosen(T),
 }
 
+/// A change of the scene.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SceneChange {
+    /// Open a scene by name, or a model file.
+    Open(PathBuf),
+    /// Set a flag, written without dashes, to a value, or remove it for `None`.
+    Flag(&'static str, Option<String>),
+    /// Apply a material: a file from `leadr fit`, a material folder, or `None` for the scene's own.
+    Material(Option<PathBuf>),
+    /// Show full detail.
+    Complete,
+}
+
+/// Loads a changed scene, on any thread.
+pub type Load = Box<dyn FnOnce() -> Result<Show, AppError> + Send>;
+
 /// Opens scenes for a window, and returns the command that draws the same picture to a file. The default methods describe a program with
 /// one fixed scene.
 pub trait Program {
@@ -68,14 +117,9 @@ pub trait Program {
         &[]
     }
 
-    /// Returns the name of the current scene.
+    /// Returns the name of the current scene, empty for a program with one scene.
     fn scene(&self) -> &str {
         ""
-    }
-
-    /// Opens a scene by name, or a model file.
-    fn open(&mut self, _gpu: &Arc<Gpu>, name: &Path) -> Result<Show, AppError> {
-        Err(AppError::Usage(format!("{}: this program shows one scene only", shown_path(name))))
     }
 
     /// Returns the roughness of the current scene as Beckmann alpha, above 0 and at most 1.
@@ -88,11 +132,6 @@ pub trait Program {
         matches!(choice, Choice::Objects | Choice::Relief)
     }
 
-    /// Opens the current scene again with one flag changed, or removed if the value is `None`.
-    fn remake(&mut self, _gpu: &Arc<Gpu>, _flag: &str, _value: Option<String>) -> Result<Show, AppError> {
-        Err(AppError::Usage(AS_IT_IS.to_owned()))
-    }
-
     /// Whether the current maps include the data for colours that follow the relief (`--relief-color`).
     fn keeps_relief_color(&self) -> bool {
         true
@@ -103,15 +142,19 @@ pub trait Program {
         OfSurfaces::Fixed
     }
 
-    /// Opens the current scene again with another material: a file from `leadr fit`, a material folder, or `None` for the scene's own.
-    fn apply_material(&mut self, _gpu: &Arc<Gpu>, _material: Option<&Path>) -> Result<Show, AppError> {
-        Err(AppError::Usage(AS_IT_IS.to_owned()))
+    /// Checks a change and returns the work that loads the changed scene, or `None` if nothing changes. The current scene stays until
+    /// [`accept`](Self::accept).
+    fn prepare(&mut self, _gpu: &Arc<Gpu>, change: &SceneChange) -> Result<Option<Load>, AppError> {
+        let fault = match change {
+            SceneChange::Complete => return Ok(None),
+            SceneChange::Open(path) => format!("{}: this program shows one scene only", path.display()),
+            _ => "this program cannot change the surfaces of its scene".to_owned(),
+        };
+        Err(AppError::Usage(fault))
     }
 
-    /// Opens the current scene at full detail; returns `None` if it already has full detail.
-    fn complete(&mut self, _gpu: &Arc<Gpu>) -> Result<Option<Show>, AppError> {
-        Ok(None)
-    }
+    /// Makes the scene of the last [`prepare`](Self::prepare) the current scene.
+    fn accept(&mut self) {}
 
     /// Records the environment for [`command`](Self::command).
     fn surround(&mut self, _environment: &str) {}
@@ -122,9 +165,28 @@ pub trait Program {
     }
 }
 
-const AS_IT_IS: &str = "this program cannot change the surfaces of its scene";
-
 /// A program with one fixed scene.
 pub struct OneScene;
 
 impl Program for OneScene {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use leadr_models::{Animation, Model};
+
+    #[test]
+    fn every_animation_can_be_selected() {
+        let named = |name: &str| Animation { name: name.to_owned(), ..Animation::default() };
+        let model = Model { animations: ["Walk", "", "Walk"].map(named).to_vec(), ..Model::default() };
+        let chosen = |name: Option<&str>| Animations::of(&ModelChoice::new(model.clone(), name).unwrap());
+        let Animations { names, current } = chosen(None);
+        assert_eq!((names.as_slice(), current), (&["Walk", "2", "3"].map(str::to_owned)[..], 0));
+        for (number, name) in names.iter().enumerate() {
+            assert_eq!(chosen(Some(name)).current, number);
+        }
+        for wrong in ["0", "4", "Run"] {
+            assert!(ModelChoice::new(model.clone(), Some(wrong)).is_err(), "{wrong}");
+        }
+    }
+}

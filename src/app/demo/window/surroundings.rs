@@ -21,6 +21,14 @@ pub struct Surroundings {
     metered: Option<f32>,
 }
 
+/// An environment on the device.
+pub struct Lit {
+    choice: EnvironmentChoice,
+    environment: Environment,
+    /// Exposure factor of the environment.
+    metered: f32,
+}
+
 impl Surroundings {
     /// Starts with the renderer's environment `first`; `made_with` creates the others.
     pub fn new(first: EnvironmentChoice, made_with: SkyOrPicture) -> Self {
@@ -67,16 +75,28 @@ impl Surroundings {
         }
     }
 
-    /// Creates `choice` and makes it current. After an error the current environment is unchanged.
-    pub fn show(&mut self, gpu: &Arc<Gpu>, choice: EnvironmentChoice) -> Result<Environment, AppError> {
-        let picture = choice.load(self.made_with.rotation)?;
-        let environment = self.made_with.make(gpu, picture.as_ref())?;
-        self.metered = Some(self.made_with.metered(picture.as_ref()));
-        self.shown = self.choices.iter().position(|known| *known == choice).unwrap_or_else(|| {
-            self.choices.push(choice);
+    /// Returns the work that creates an environment, on any thread.
+    pub fn loader(
+        &self,
+        gpu: &Arc<Gpu>,
+        choice: EnvironmentChoice,
+    ) -> impl FnOnce() -> Result<Lit, AppError> + Send + 'static {
+        let (gpu, made_with) = (gpu.clone(), self.made_with.clone());
+        move || {
+            let picture = choice.load(made_with.rotation)?;
+            let environment = made_with.make(&gpu, picture.as_ref())?;
+            Ok(Lit { metered: made_with.metered(picture.as_ref()), environment, choice })
+        }
+    }
+
+    /// Makes a created environment current, and returns it.
+    pub fn show(&mut self, lit: Lit) -> Environment {
+        self.metered = Some(lit.metered);
+        self.shown = self.choices.iter().position(|known| *known == lit.choice).unwrap_or_else(|| {
+            self.choices.push(lit.choice);
             self.choices.len() - 1
         });
-        Ok(environment)
+        lit.environment
     }
 
     /// Adapts a state of the scene to the current environment: adds or removes the sky, and sets the exposure.

@@ -1,6 +1,6 @@
 //! The state that the user changes: camera, time and picture settings. It is independent of window and device.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::choices::{Choices, Compare};
 use crate::app::demo::orbit::Orbit;
@@ -71,7 +71,11 @@ pub enum Action {
     Help,
     /// Switch between full screen and window.
     FullScreen,
-    /// Quit.
+    /// Show or hide the dialog that opens files.
+    Open,
+    /// Close the topmost overlay; quit if there is none.
+    Close,
+    /// Quit, or close the topmost overlay that covers the picture.
     Quit,
 }
 
@@ -119,6 +123,8 @@ pub struct Viewer {
     pub drag: Option<Drag>,
     /// Position of the pointer, pixels.
     pub pointer: Option<[f32; 2]>,
+    /// Width of the panel, which covers the left part of the picture, pixels.
+    covered: f32,
     changed: bool,
     /// Whether an overlay needs a redraw.
     pub redraw: bool,
@@ -149,6 +155,7 @@ impl Viewer {
             start,
             drag,
             pointer,
+            covered: 0.0,
             changed: true,
             redraw: false,
         }
@@ -159,7 +166,13 @@ impl Viewer {
         let (choices, other_rule, other_compare) = (self.choices.clone(), self.other_rule, self.other_compare);
         let picture = Picture { height_scale: 1.0, stretch: 1.0, ..choices.picture };
         let choices = Choices { picture, sun: None, ..choices };
-        *self = Self { other_rule, other_compare, scene_moves, ..Self::new(orbit, 0.0, choices, sweep) };
+        let covered = self.covered;
+        *self = Self { other_rule, other_compare, scene_moves, covered, ..Self::new(orbit, 0.0, choices, sweep) };
+    }
+
+    /// Plays the animation from its start.
+    pub fn play(&mut self) {
+        (self.time, self.paused, self.changed) = (0.0, false, true);
     }
 
     /// Returns the progress of a running sweep, 0 to 1.
@@ -240,21 +253,41 @@ impl Viewer {
             | Action::Panel
             | Action::Help
             | Action::FullScreen
+            | Action::Open
+            | Action::Close
             | Action::Quit => return,
         }
         self.changed = true;
     }
 
-    /// Returns the user's camera, moved with the target of the scene's camera `own` since the start, so that both follow one object.
-    pub fn camera(&self, own: &Camera) -> Camera {
+    /// Returns the user's camera, moved with the target of the scene's camera `own` since the start, so that both follow one object. The
+    /// image is moved to the part of a window of this width in pixels that the panel leaves free.
+    pub fn camera(&self, own: &Camera, width: f32) -> Camera {
         let gone = own.target - self.start.0.target();
         let camera = self.orbit.pose().camera();
-        Camera { position: camera.position + gone, target: camera.target + gone, ..camera }
+        let shift = Vec2::new(2.0 * self.shift() / width, 0.0);
+        Camera { position: camera.position + gone, target: camera.target + gone, shift, ..camera }
+    }
+
+    /// Sets the width of the panel, which covers the left part of the picture, in pixels.
+    pub fn cover(&mut self, pixels: f32) {
+        self.changed |= pixels != self.covered;
+        self.covered = pixels;
+    }
+
+    /// Returns the offset of the picture to the right, to the middle of the part that the panel leaves free, in whole pixels.
+    pub fn shift(&self) -> f32 {
+        (0.5 * self.covered).round()
+    }
+
+    /// Returns the position of the split between two techniques in a window of this width, in pixels.
+    pub fn split_at(&self, width: f32) -> Option<f32> {
+        self.choices.compare.map(|compare| compare.split * width + self.shift())
     }
 
     /// Whether `x` is within `grip` of the split between two techniques. All values are in pixels.
     pub fn is_at_split(&self, x: f32, width: f32, grip: f32) -> bool {
-        self.choices.compare.is_some_and(|compare| (compare.split * width - x).abs() <= grip)
+        self.split_at(width).is_some_and(|split| (split - x).abs() <= grip)
     }
 
     /// Whether the split between two techniques is being dragged.
@@ -264,6 +297,7 @@ impl Viewer {
 
     /// Moves the pointer to these pixels, x right and y down, in a window of this size, and continues the current drag.
     pub fn move_pointer(&mut self, to: [f32; 2], [width, height]: [f32; 2]) {
+        let (shift, covered) = (self.shift(), self.covered.min(width));
         if let (Some(from), Some(drag)) = (self.pointer, self.drag) {
             let (right, down) = (to[0] - from[0], to[1] - from[1]);
             match drag {
@@ -272,7 +306,7 @@ impl Viewer {
                 Drag::Look => self.orbit.look(right, down),
                 Drag::Split => {
                     if let Some(compare) = &mut self.choices.compare {
-                        compare.split = (to[0] / width).clamp(0.0, 1.0);
+                        compare.split = ((to[0].clamp(covered, width) - shift) / width).clamp(0.0, 1.0);
                     }
                     self.redraw = true;
                 }
@@ -452,15 +486,42 @@ mod tests {
         let start = viewer.orbit.pose().camera();
         let gone = Vec3::new(7.0, 1.0, 0.0);
         let own = Camera { position: start.position + gone, target: start.target + gone, ..start };
-        let camera = viewer.camera(&own);
+        let camera = viewer.camera(&own, 200.0);
         assert!(camera.position.distance(own.position) < 1e-4 && camera.target == own.target);
         // An orbit keeps the distance to the followed target, and a pan keeps its offset.
         viewer.orbit.rotate(100.0, 0.0);
-        let turned = viewer.camera(&own);
+        let turned = viewer.camera(&own, 200.0);
         assert!(turned.target == own.target && turned.position.distance(own.position) > 1.0);
         viewer.orbit.pan(50.0, 0.0, 100.0);
-        let aside = viewer.camera(&own).target - own.target;
+        let aside = viewer.camera(&own, 200.0).target - own.target;
         assert!(aside.distance(viewer.orbit.target() - start.target) < 1e-4 && aside.length() > 0.1);
+    }
+
+    #[test]
+    fn subject_and_split_move_to_the_middle_of_the_free_part() {
+        let mut viewer = viewer();
+        let own = viewer.orbit.pose().camera();
+        let without = viewer.camera(&own, 200.0);
+        viewer.take_changed();
+        viewer.cover(50.0);
+        assert!(viewer.take_changed());
+        viewer.cover(50.0);
+        assert!(!viewer.take_changed());
+        let camera = viewer.camera(&own, 200.0);
+        let target = camera.clip_from_world((200, 100), Vec2::ZERO).project_point3(camera.target);
+        assert!((100.0 + 100.0 * target.x - 125.0).abs() < 1e-3, "{target}");
+        assert_eq!(Camera { shift: Vec2::ZERO, ..camera }, without);
+        // The split stays on the subject, in the free part of the window.
+        viewer.act(Action::Compare);
+        assert_eq!(viewer.split_at(200.0), Some(125.0));
+        viewer.drag = Some(Drag::Split);
+        for (to, at) in [(20.0, 50.0), (60.0, 60.0), (300.0, 200.0)] {
+            viewer.move_pointer([100.0, 10.0], [200.0, 100.0]);
+            viewer.move_pointer([to, 10.0], [200.0, 100.0]);
+            assert_eq!(viewer.split_at(200.0), Some(at));
+        }
+        viewer.enter(viewer.orbit, None, false);
+        assert_eq!(viewer.shift(), 25.0);
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! The panel's input, [`Facts`], and its output, [`Request`]s.
 
+use std::path::PathBuf;
+
 use crate::app::demo::window::show::OfSurfaces;
 use crate::app::demo::window::viewer::Action;
 use leadr_scenes::registry::Choice;
@@ -13,6 +15,10 @@ pub struct Facts<'a> {
     pub scenes: &'a [String],
     /// Name of the current scene.
     pub scene: &'a str,
+    /// Names of the animations of a model; empty if there are none.
+    pub animations: &'a [String],
+    /// Index of the current animation.
+    pub animation: usize,
     /// Names of the environments.
     pub environments: &'a [String],
     /// Index of the current environment.
@@ -44,8 +50,10 @@ pub struct Facts<'a> {
 pub enum Request {
     /// Perform this action.
     Act(Action),
-    /// Open a scene by name.
-    Scene(String),
+    /// Open a scene by name, or a file.
+    Open(PathBuf),
+    /// Play this animation of the model.
+    Animation(String),
     /// Select an environment by its index.
     Environment(usize),
     /// Set the roughness (Beckmann alpha), or restore the scene's.

@@ -4,6 +4,7 @@
 
 mod controls;
 mod costs;
+mod dialog;
 mod facts;
 mod overlay;
 pub mod paint;
@@ -14,9 +15,11 @@ use std::time::{Duration, Instant};
 use egui::{Color32, ColorImage, Context, Pos2, RawInput, Rect, TextureHandle, TextureOptions, Vec2, ViewportId};
 use winit::dpi::PhysicalSize;
 use winit::event::WindowEvent;
+use winit::keyboard::{Key, NamedKey};
 use winit::window::Window;
 
 use self::controls::Sections;
+use self::dialog::FileDialog;
 use self::facts::HISTORY;
 pub use self::facts::{Facts, Request};
 use self::paint::Painted;
@@ -42,11 +45,15 @@ pub struct Panel {
     /// Whether the panel is shown.
     pub open: bool,
     /// Whether the help is shown.
-    pub help: bool,
+    help: bool,
     sections: Sections,
+    /// The dialog that opens files, while it is shown.
+    dialog: Option<FileDialog>,
     /// Compiler error of a changed shader.
     pub shader_fault: Option<String>,
     message: Option<(String, Instant)>,
+    /// Description of running work, shown until it ends.
+    pub working: Option<String>,
     milliseconds: VecDeque<f32>,
     /// An overlay on the picture and its legend.
     over: Option<(TextureHandle, String)>,
@@ -64,7 +71,7 @@ impl Panel {
     /// Creates a panel for `window` with a stored layout.
     pub fn new(window: &Window, layout: &Layout) -> Self {
         let context = Context::default();
-        context.set_visuals(visuals());
+        set_style(&context);
         let scale = window.scale_factor();
         let input =
             egui_winit::State::new(context.clone(), ViewportId::ROOT, window, Some(scale as f32), None, Some(8192));
@@ -77,8 +84,10 @@ impl Panel {
             open,
             help: false,
             sections: layout.sections.clone(),
+            dialog: None,
             shader_fault: None,
             message: None,
+            working: None,
             milliseconds: VecDeque::new(),
             over: None,
             ellipses: None,
@@ -110,7 +119,7 @@ impl Panel {
         }
         let response = self.input.on_window_event(window, event);
         let consumed = match event {
-            WindowEvent::KeyboardInput { .. } => self.context.text_edit_focused(),
+            WindowEvent::KeyboardInput { event, .. } => self.context.text_edit_focused() && edits(&event.logical_key),
             WindowEvent::MouseInput { .. } | WindowEvent::MouseWheel { .. } => self.is_under_pointer(),
             _ => response.consumed,
         };
@@ -127,16 +136,46 @@ impl Panel {
         self.pointer.is_some_and(over) || self.context.egui_is_using_pointer()
     }
 
-    /// Shows a message for a few seconds, if the panel is open.
+    /// Shows a message for a few seconds.
     pub fn say(&mut self, message: impl Into<String>) {
-        if self.open {
-            self.warn(message);
-        }
+        self.message = Some((message.into(), Instant::now()));
     }
 
-    /// Shows a message for a few seconds, even if the panel is closed.
-    pub fn warn(&mut self, message: impl Into<String>) {
-        self.message = Some((shown_line(&message.into()), Instant::now()));
+    /// Returns the width of the panel in a window of this width, in pixels; 0 if it is hidden.
+    pub fn covers(&self, width: u32) -> f32 {
+        if self.open { (WIDTH * self.context.pixels_per_point()).min(width as f32) } else { 0.0 }
+    }
+
+    /// Shows or hides the dialog that opens files, which takes the place of the help.
+    pub fn toggle_dialog(&mut self) {
+        self.dialog = if self.dialog.is_none() { Some(FileDialog::default()) } else { None };
+        self.help = false;
+    }
+
+    /// Shows or hides the help, which takes the place of the dialog.
+    pub fn toggle_help(&mut self) {
+        self.help = !self.help;
+        self.dialog = None;
+    }
+
+    /// Whether the dialog that opens files is shown, which has a text field.
+    pub fn has_dialog(&self) -> bool {
+        self.dialog.is_some()
+    }
+
+    /// Closes the topmost overlay that covers the picture: an open list, the dialog, the help or the error of a shader. Returns whether
+    /// there was one.
+    pub fn close_topmost(&mut self) -> bool {
+        if egui::Popup::is_any_open(&self.context) {
+            egui::Popup::close_all(&self.context);
+            return true;
+        }
+        self.dialog.take().is_some() || std::mem::take(&mut self.help) || self.shader_fault.take().is_some()
+    }
+
+    /// Removes the message. Returns whether there was one.
+    pub fn dismiss(&mut self) -> bool {
+        self.message.take().is_some()
     }
 
     /// Records the time of a frame for the graph.
@@ -213,14 +252,20 @@ impl Panel {
                     });
                 });
             }
-            if let Some((message, _)) = &self.message {
-                overlay::message(ui, message, left);
+            let messages = self.working.iter().chain(self.message.iter().map(|(message, _)| message));
+            let messages: Vec<&str> = messages.map(String::as_str).collect();
+            if !messages.is_empty() {
+                overlay::message(ui, &messages.join("\n"), left);
             }
-            if let Some(fault) = &self.shader_fault {
-                overlay::shader_fault(ui, fault);
+            // The topmost overlay is drawn last, and closed first.
+            if self.shader_fault.as_ref().is_some_and(|fault| !overlay::shader_fault(ui, fault, left)) {
+                self.shader_fault = None;
             }
             if self.help {
                 self.help = overlay::help(ui, left);
+            }
+            if self.dialog.as_mut().is_some_and(|dialog| !dialog.show(ui, left, &mut requests)) {
+                self.dialog = None;
             }
         });
         let (choices, time, fly) = before;
@@ -238,10 +283,18 @@ impl Panel {
     }
 }
 
-/// Returns a dark, slightly transparent style.
-fn visuals() -> egui::Visuals {
+/// Whether a key edits text in a field that has the focus.
+fn edits(key: &Key) -> bool {
+    !matches!(key, Key::Named(NamedKey::F1 | NamedKey::F11 | NamedKey::F12 | NamedKey::Tab))
+}
+
+/// Sets a dark, slightly transparent style. Labels cannot be selected, because a selectable label has no tooltip of its control.
+fn set_style(context: &Context) {
     let mut visuals = egui::Visuals::dark();
     visuals.panel_fill = Color32::from_rgba_unmultiplied(20, 22, 26, 225);
-    visuals.window_fill = visuals.panel_fill;
-    visuals
+    visuals.window_fill = Color32::from_rgba_unmultiplied(20, 22, 26, 240);
+    // A shadow would hide more of the picture than the window.
+    visuals.window_shadow = egui::Shadow::NONE;
+    context.set_visuals(visuals);
+    context.all_styles_mut(|style| style.interaction.selectable_labels = false);
 }

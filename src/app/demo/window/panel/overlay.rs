@@ -1,8 +1,9 @@
 //! Overlays on the picture: the split between two techniques, layers, messages and help.
 
+use egui::text::{LayoutJob, TextWrapping};
 use egui::{Align2, Color32, CursorIcon, FontId, Id, Mesh, Pos2, Rect, Shape, Stroke, TextureHandle, Ui, Vec2};
 
-use crate::app::demo::args::keys;
+use crate::app::demo::window::keys;
 use crate::app::demo::window::over::LayerPicture;
 use crate::app::demo::window::probes::{Ball, NONE, SAYS, SIDES};
 use crate::app::demo::window::viewer::{SPLIT_GRIP, Viewer};
@@ -12,22 +13,77 @@ const ELLIPSES: f32 = 24.0;
 /// Half-axis of an ellipse for a slope deviation of 1, points.
 const ELLIPSE: f32 = 22.0;
 
-/// Width of the help text, points.
-const HELP: f32 = 560.0;
+/// Width of the column of keys in the help, points.
+const KEYS: f32 = 100.0;
+/// Maximum width of the help and of other windows over the picture, points.
+const WIDEST: f32 = 560.0;
+/// Minimum width of the part beside the panel for text, points. In a narrower part, text also covers the panel.
+const NARROWEST: f32 = 260.0;
+/// Margin of text in its box, points.
+const MARGIN: Vec2 = Vec2::new(6.0, 3.0);
 
-/// Draws text in a dark box.
-fn label(ui: &Ui, at: Pos2, anchor: Align2, text: &str) {
-    let galley = ui.painter().layout_no_wrap(text.to_owned(), FontId::proportional(13.0), Color32::WHITE);
-    let area = anchor.anchor_size(at, galley.size()).expand2(Vec2::new(6.0, 3.0));
+/// Returns the part of the window for text: beside the panel of width `left` if there is room.
+fn free(ui: &Ui, left: f32) -> Rect {
+    let screen = ui.ctx().content_rect();
+    let left = if screen.width() - left < NARROWEST { 0.0 } else { left };
+    screen.with_min_x(screen.left() + left).shrink(8.0)
+}
+
+/// Draws text in a dark box of at most this size, in as many lines as it needs. Text that does not fit ends in an ellipsis.
+fn label(ui: &Ui, at: Pos2, anchor: Align2, room: Vec2, text: &str) {
+    let font = FontId::proportional(13.0);
+    let row = ui.fonts_mut(|fonts| fonts.row_height(&font));
+    let room = room - 2.0 * MARGIN;
+    let max_rows = ((room.y / row) as usize).max(1);
+    let wrap = TextWrapping { max_width: room.x.max(row), max_rows, ..TextWrapping::default() };
+    let job = LayoutJob { wrap, ..LayoutJob::simple(text.to_owned(), font, Color32::WHITE, room.x) };
+    let galley = ui.painter().layout_job(job);
+    let area = anchor.anchor_size(at, galley.size() + 2.0 * MARGIN);
     ui.painter().rect_filled(area, 3.0, Color32::from_black_alpha(150));
-    ui.painter().galley(area.min + Vec2::new(6.0, 3.0), galley, Color32::WHITE);
+    ui.painter().galley(area.min + MARGIN, galley, Color32::WHITE);
+}
+
+/// Draws the legend of an overlay at the bottom left.
+fn legend(ui: &Ui, text: &str, left: f32) {
+    let free = free(ui, left);
+    label(ui, free.left_bottom(), Align2::LEFT_BOTTOM, free.size(), text);
+}
+
+/// Shows a window over the picture, beside the panel if there is room, with scrolled contents. Returns whether the window stays open.
+///
+/// Windows of egui keep their size from frame to frame, and are cut when the window of the program becomes smaller.
+pub fn window(ui: &Ui, title: &str, left: f32, contents: impl FnOnce(&mut Ui)) -> bool {
+    let free = free(ui, left);
+    // The title and the frame need this space.
+    let room = free.size() - Vec2::new(14.0, 44.0);
+    let width = room.x.min(WIDEST);
+    let corner = Pos2::new(free.center().x - 0.5 * (width + 14.0), free.top());
+    let area = egui::Area::new(Id::new(title)).fixed_pos(corner).constrain(false);
+    let shown = area.show(ui.ctx(), |ui| {
+        egui::Frame::window(ui.style()).inner_margin(6.0).show(ui, |ui| {
+            ui.set_width(width);
+            let close = ui.horizontal(|ui| {
+                ui.strong(title);
+                let right = egui::Layout::right_to_left(egui::Align::Center);
+                ui.with_layout(right, |ui| ui.small_button("close").on_hover_text("Esc").clicked()).inner
+            });
+            ui.separator();
+            // An area has the height of its last contents, which may have been shorter.
+            ui.allocate_ui(Vec2::new(width, room.y), |ui| {
+                egui::ScrollArea::vertical().max_height(room.y).auto_shrink([false, true]).show(ui, contents);
+            });
+            close.inner
+        })
+    });
+    !shown.inner.inner
 }
 
 /// Draws the split between two techniques and their names. The window handles dragging, which therefore works at any frame rate.
 pub fn split(ui: &Ui, viewer: &Viewer, left: f32) {
     let screen = ui.ctx().content_rect();
     let Some(compare) = viewer.choices.compare else { return };
-    let x = screen.left() + compare.split * screen.width();
+    let scale = ui.pixels_per_point();
+    let Some(x) = viewer.split_at(screen.width() * scale).map(|pixels| screen.left() + pixels / scale) else { return };
     let hovered = ui.ctx().pointer_latest_pos().is_some_and(|at| (at.x - x).abs() <= SPLIT_GRIP && at.x > left);
     if hovered || viewer.drags_split() {
         ui.ctx().set_cursor_icon(CursorIcon::ResizeHorizontal);
@@ -36,10 +92,14 @@ pub fn split(ui: &Ui, viewer: &Viewer, left: f32) {
     ui.painter().vline(x, screen.y_range(), Stroke::new(strength, Color32::WHITE));
     ui.painter().circle(Pos2::new(x, screen.center().y), 7.0, Color32::WHITE, Stroke::new(1.0, Color32::BLACK));
     let top = screen.top() + 8.0;
-    if x - left > 60.0 {
-        label(ui, Pos2::new(x - 14.0, top), Align2::RIGHT_TOP, viewer.choices.picture.technique.name());
+    let room = |width: f32| Vec2::new(width - 14.0, 0.0);
+    let [before, after] = [room(x - screen.left() - left), room(screen.right() - x)];
+    if before.x > 46.0 {
+        label(ui, Pos2::new(x - 14.0, top), Align2::RIGHT_TOP, before, viewer.choices.picture.technique.name());
     }
-    label(ui, Pos2::new(x + 14.0, top), Align2::LEFT_TOP, compare.technique.name());
+    if after.x > 46.0 {
+        label(ui, Pos2::new(x + 14.0, top), Align2::LEFT_TOP, after, compare.technique.name());
+    }
 }
 
 /// Draws an overlay and its legend.
@@ -47,7 +107,7 @@ pub fn picture(ui: &Ui, texture: &TextureHandle, says: &str, left: f32) {
     let screen = ui.ctx().content_rect();
     let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
     ui.painter().image(texture.id(), screen, whole, Color32::WHITE);
-    label(ui, Pos2::new(screen.left() + left + 10.0, screen.bottom() - 10.0), Align2::LEFT_BOTTOM, says);
+    legend(ui, says, left);
 }
 
 /// Draws ellipses of the slope covariance under pixels.
@@ -88,7 +148,7 @@ pub fn balls(ui: &Ui, balls: &[Ball], left: f32) {
     }
     ui.painter().add(Shape::mesh(mesh));
     let says = if balls.is_empty() { NONE } else { SAYS };
-    label(ui, Pos2::new(screen.left() + left + 10.0, screen.bottom() - 10.0), Align2::LEFT_BOTTOM, says);
+    legend(ui, says, left);
 }
 
 /// Returns the half-axes of a covariance ellipse; `None` if the variance is 0 or not finite.
@@ -105,43 +165,36 @@ fn axes(xx: f32, yy: f32, xy: f32) -> Option<[[f32; 2]; 2]> {
 
 /// Draws a message at the bottom of the picture.
 pub fn message(ui: &Ui, text: &str, left: f32) {
-    let screen = ui.ctx().content_rect();
-    let middle = Pos2::new(0.5 * (screen.left() + left + screen.right()), screen.bottom() - 24.0);
-    label(ui, middle, Align2::CENTER_BOTTOM, text);
+    let free = free(ui, left);
+    label(ui, free.center_bottom(), Align2::CENTER_BOTTOM, free.size(), text);
 }
 
-/// Shows the compiler error of a shader.
-pub fn shader_fault(ui: &Ui, fault: &str) {
-    egui::Window::new("The shader does not compile; the last working one is in use")
-        .id(Id::new("shader fault"))
-        .collapsible(false)
-        .anchor(Align2::CENTER_BOTTOM, Vec2::new(0.0, -40.0))
-        .show(ui.ctx(), |ui| {
-            let text = egui::RichText::new(fault).monospace().color(Color32::from_rgb(255, 150, 130));
-            egui::ScrollArea::both().max_height(240.0).show(ui, |ui| ui.label(text));
-        });
+/// Shows the compiler error of a shader. Returns whether it stays open.
+pub fn shader_fault(ui: &Ui, fault: &str, left: f32) -> bool {
+    window(ui, "Shader error", left, |ui| {
+        ui.label("The shader does not compile. The last working one is in use.");
+        let text = egui::RichText::new(fault).monospace().color(Color32::from_rgb(255, 150, 130));
+        ui.add(egui::Label::new(text).wrap().selectable(true));
+    })
 }
 
-/// Shows the help for mouse and keys, beside the panel if there is room. Returns whether the help stays open.
+/// Shows the help for mouse and keys. Returns whether the help stays open.
 pub fn help(ui: &Ui, left: f32) -> bool {
-    let mut open = true;
-    let screen = ui.ctx().content_rect();
-    let left = if screen.width() - left < HELP { 0.0 } else { left };
-    // The title, the frame and a margin need this space.
-    let room = screen.size() - Vec2::new(left + 40.0, 90.0);
-    egui::Window::new("Mouse and keys (F1)")
-        .open(&mut open)
-        .collapsible(false)
-        .resizable(false)
-        .anchor(Align2::CENTER_CENTER, Vec2::new(0.5 * left, 0.0))
-        .show(ui.ctx(), |ui| {
-            let text = egui::RichText::new(keys().trim()).monospace();
-            egui::ScrollArea::both()
-                .max_width(room.x)
-                .max_height(room.y)
-                .show(ui, |ui| ui.add(egui::Label::new(text).extend()));
-        });
-    open
+    window(ui, "Mouse and keys (F1)", left, |ui| {
+        for (title, lines) in keys::sections() {
+            ui.add_space(4.0);
+            ui.strong(title);
+            for (keys, text) in lines {
+                ui.horizontal_top(|ui| {
+                    ui.allocate_ui(Vec2::new(KEYS, 0.0), |ui| {
+                        ui.set_width(KEYS);
+                        ui.add(egui::Label::new(egui::RichText::new(keys).monospace()).wrap());
+                    });
+                    ui.add(egui::Label::new(text).wrap());
+                });
+            }
+        }
+    })
 }
 
 #[cfg(test)]
