@@ -73,7 +73,7 @@ impl DemoProgram {
             SceneChange::Material(material) if config.model.is_some() => {
                 if let Some(folder) = material.as_ref().filter(|material| material.is_dir()) {
                     let fault = "a material folder is for the plane and the sphere: drop a measured material, FIT.json, on a model";
-                    return Err(AppError::Usage(format!("{}: {fault}", folder.display())));
+                    return Err(AppError::Usage(format!("{}: {fault}", shown_path(folder))));
                 }
                 let all = |file: &PathBuf| [OsStr::new("*="), file.as_os_str()].into_iter().collect::<OsString>();
                 line.set("--measured", material.as_ref().map(all));

@@ -15,6 +15,7 @@ use super::panel::{Facts, Request};
 use super::show::SceneChange;
 use super::{MEMORY_SAMPLES, Session, title};
 use leadr_maps::RgbImage;
+use leadr_maps::shown::shown_line;
 use leadr_render::frame::Layer;
 use leadr_render::settings::{RenderSettings, Shading};
 use leadr_scenes::daylight;
@@ -132,6 +133,7 @@ impl Session<'_> {
             pace: &self.pace,
             exposure: self.exposure,
             tonemap: self.viewer.choices.picture.tonemap,
+            dithered: self.viewer.choices.picture.dither,
             split: self.viewer.split_at(width as f32).map_or(1.0, |pixels| pixels / width as f32),
             panel: painted,
         })?;
@@ -186,7 +188,7 @@ impl Session<'_> {
             }
             let scene = file_name(Path::new(self.program.scene()));
             let name = if scene.is_empty() { &self.options.title } else { &scene };
-            self.window.set_title(&title(name, &self.viewer, self.clock.fps));
+            self.window.set_title(&shown_line(&title(name, &self.viewer, self.clock.fps)));
         }
         if let Some(frames) = self.options.frames
             && frames >= MEMORY_SAMPLES

@@ -5,9 +5,8 @@ use std::path::PathBuf;
 use super::Session;
 use leadr_maps::Rgb8Image;
 use leadr_maps::save::save_png_srgb8;
-use leadr_maps::tonemap::display_image;
+use leadr_maps::shown::shown_path;
 use leadr_tools::command::error::AppError;
-use leadr_tools::command::files::make_folder_of;
 
 impl Session<'_> {
     /// Requests a screenshot. A picture beside the panel is drawn again without its offset, which a message announces first.
@@ -42,7 +41,7 @@ impl Session<'_> {
         };
         let pictures: Vec<Rgb8Image> = pictures
             .iter()
-            .map(|picture| display_image(picture, self.exposure, self.viewer.choices.picture.tonemap))
+            .map(|picture| self.viewer.choices.picture.codes(picture.width, &picture.texels, self.exposure))
             .collect();
         let split = self.viewer.choices.compare.map_or(1.0, |compare| compare.split);
         let Some(picture) = side_by_side(pictures, split) else { return Ok(()) };
@@ -53,10 +52,9 @@ impl Session<'_> {
             PathBuf::from(name)
         };
         let path = (1..).map(path).find(|path| !path.exists()).unwrap_or_default();
-        make_folder_of(&path)?;
         save_png_srgb8(&path, &picture)?;
-        tracing::info!("saved {}", path.display());
-        self.panel.say(format!("saved {}", path.display()));
+        tracing::info!("saved {}", shown_path(&path));
+        self.panel.say(format!("saved {}", shown_path(&path)));
         self.report.screenshots.push(path);
         Ok(())
     }

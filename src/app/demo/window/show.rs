@@ -147,7 +147,7 @@ pub trait Program {
     fn prepare(&mut self, _gpu: &Arc<Gpu>, change: &SceneChange) -> Result<Option<Load>, AppError> {
         let fault = match change {
             SceneChange::Complete => return Ok(None),
-            SceneChange::Open(path) => format!("{}: this program shows one scene only", path.display()),
+            SceneChange::Open(path) => format!("{}: this program shows one scene only", shown_path(path)),
             _ => "this program cannot change the surfaces of its scene".to_owned(),
         };
         Err(AppError::Usage(fault))

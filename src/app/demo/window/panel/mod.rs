@@ -138,7 +138,7 @@ impl Panel {
 
     /// Shows a message for a few seconds.
     pub fn say(&mut self, message: impl Into<String>) {
-        self.message = Some((message.into(), Instant::now()));
+        self.message = Some((shown_line(&message.into()), Instant::now()));
     }
 
     /// Returns the width of the panel in a window of this width, in pixels; 0 if it is hidden.
