@@ -166,6 +166,7 @@ mod tests {
             samples: 9,
             exposure: -1.0,
             tonemap: Tonemap::Aces,
+            dither: false,
         };
         let drawn = captured(&command_of(&line, &seen(&choices)));
         let [expected] = choices.sides(&RenderSettings { size: (640, 360), ..settings }).try_into().unwrap();

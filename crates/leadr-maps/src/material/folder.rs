@@ -112,7 +112,8 @@ impl MaterialFolder {
             is_picture(file) && named
         })?;
         unnamed.sort();
-        let unused = |file: &PathBuf| format!("{} is not used: its name matches no role of a material", shown_path(file));
+        let unused =
+            |file: &PathBuf| format!("{} is not used: its name matches no role of a material", shown_path(file));
         let mut remarks: Vec<String> = unnamed.iter().take(MOST_REMARKS).map(unused).collect();
         if let Some(more) = unnamed.len().checked_sub(MOST_REMARKS + 1) {
             remarks

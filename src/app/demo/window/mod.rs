@@ -19,6 +19,7 @@ use display::{caught, is_of_display};
 use frame::NewKinds;
 use layout::Layout;
 use leadr_gpu::shader_watch::{Change, ShaderWatch};
+use leadr_maps::shown::shown_line;
 use leadr_render::scene::FrameState;
 use leadr_render::settings::RenderSettings;
 use leadr_scenes::config::Picture;
