@@ -1,4 +1,5 @@
-//! Renders a displaced sphere in the evening to `out/first_picture.png`: `cargo run --release --example 00_first_picture`.
+//! Renders a displaced sphere in the evening, and writes the picture to `out/first_picture.png`: `cargo run --release --example
+//! 00_first_picture`.
 
 use leadr::glam::Vec3;
 use leadr::{Camera, Environment, GpuOptions, Lights, NamedScene, RenderSettings, Renderer, Sky, open_gpu, save_png};

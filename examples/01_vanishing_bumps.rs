@@ -1,4 +1,5 @@
-//! Slopes of a height map at each mip level of its LEADR map: bumps vanish and slope variance replaces them. No GPU.
+//! Prints the slopes of a height map at each mip level of its LEADR map. As bumps vanish, slope variance replaces them. The example needs
+//! no GPU.
 //!
 //! ```sh
 //! cargo run --example 01_vanishing_bumps -- bricks.png     # or without a file: a wavy surface
@@ -27,7 +28,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
         let count = level.texels.len() as f64;
         let [mean, variance] = [mean / count, variance / count];
-        // Variance gains what the means lose, so the last column is constant.
+        // The variance gains what the means lose, so the last column is constant.
         println!(
             "{number:5} {:>10}   {:14.4}   {:19.4}   {:8.4}",
             format!("{}x{}", level.width, level.height),
@@ -39,7 +40,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// A swell with ripples.
+/// Returns a swell with ripples.
 fn waves(side: u32) -> Result<HeightMap, leadr::maps::MapFault> {
     let tau = std::f32::consts::TAU;
     let height = |x: u32, y: u32| {

@@ -1,4 +1,4 @@
-//! A displaced sphere in a window. Drag to rotate it; `space` pauses, digits select the technique, `e` the environment, `q`
+//! Shows a displaced sphere in a window. Drag to rotate the sphere; `space` pauses, digits select the technique, `e` the environment, `q`
 //! quits.
 //!
 //! ```sh
@@ -53,7 +53,7 @@ struct Arguments {
 pub fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments = Arguments::parse();
 
-    // Opened first, because the device must be able to present on the display.
+    // The display is opened first, because the device must be able to present on it.
     let display = Display::open()?;
     let gpu = open_gpu(&display.gpu_options(arguments.device, arguments.validation)?)?;
 
@@ -65,7 +65,7 @@ pub fn main() -> Result<(), Box<dyn std::error::Error>> {
     let environment = Environment::from_sky(&gpu, Environment::FACE_SIZE, &sky)?;
     let renderer = Renderer::new(&gpu, vec![sphere], environment)?;
 
-    // A scene is a pure function of time: a sphere that rotates once in twenty seconds.
+    // A scene is a pure function of time. In this scene, a sphere rotates once in twenty seconds.
     let start = CameraPose { position: [3.2, -3.2, 0.7], target: [0.0; 3], up: [0.0, 0.0, 1.0], fov_degrees: 35.0 };
     let scene = move |time: f64| {
         let rotation = Affine3A::from_rotation_z((time * 0.314) as f32);

@@ -16,7 +16,7 @@ use leadr::scenes::stage::{Lights, ReliefOptions, sphere_stage};
 
 const STEPS: i32 = 40;
 
-/// Luminance averaged over the object; background pixels have no coverage.
+/// Returns the luminance averaged over the object. Background pixels have no coverage.
 fn mean_luminance(output: &FrameOutput) -> f64 {
     let inside = output.color.iter().filter(|c| c[3] > 0.99);
     let luminance = |c: &[f32; 4]| f64::from(0.2126 * c[0] + 0.7152 * c[1] + 0.0722 * c[2]);

@@ -1,4 +1,4 @@
-//! Polar plots of rough specular reflection in the plane of incidence. No GPU.
+//! Draws polar plots of rough specular reflection in the plane of incidence. The example needs no GPU.
 //!
 //! ```sh
 //! cargo run --example 04_plot_a_lobe -- 50      # degrees of the view from the normal; writes out/lobes.png
@@ -20,7 +20,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 const WIDTH: u32 = 1200;
 const HEIGHT: u32 = 620;
-/// Centre of the plot, and radius of its outer circle, in pixels.
+/// The centre of the plot, and the radius of its outer circle, in pixels.
 const CENTRE: DVec2 = DVec2::new(600.0, 560.0);
 const RADIUS: f64 = 520.0;
 
@@ -28,7 +28,7 @@ fn mirror<D: SlopeDistribution + 'static>(distribution: D, masking: Masking) -> 
     Box::new(Microfacet { distribution, masking, fresnel: Fresnel::Ideal })
 }
 
-/// The direction at `angle` from the normal, in the plane of incidence.
+/// Returns the direction at `angle` from the normal, in the plane of incidence.
 fn direction(angle: f64) -> DVec3 {
     DVec3::new(angle.sin(), 0.0, angle.cos())
 }
@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let wo = direction(-view.to_radians());
     let sigma = 0.25;
     let s = DVec3::new(sigma * sigma, sigma * sigma, 0.0);
-    // GGX takes α, which is √2 times the σ of the Gaussian with the same peak density.
+    // The α of GGX is √2 times the σ of the Gaussian that has the same density at the peak.
     let central = |m: f64| Beckmann::new(DVec2::new(m, 0.0), s);
     let ggx = Ggx::new(DVec2::ZERO, 2.0 * s);
     let lobes: [(&str, [u8; 3], Box<dyn Brdf>); 6] = [
@@ -50,7 +50,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ("Lambert", [150, 150, 150], Box::new(Lambert { albedo: DVec3::ONE })),
     ];
 
-    // Radiance by angle in steps of a quarter of a degree, also below the horizon, where steep facets reflect.
+    // The radiance by angle, in steps of a quarter of a degree. The range includes directions below the horizon, where steep facets
+    // reflect.
     let curves: Vec<Vec<f64>> = lobes
         .iter()
         .map(|(_, _, brdf)| (-480..=480).map(|i| brdf.eval_cos(wo, direction(f64::from(i) / 480.0 * 2.0)).x).collect())
@@ -80,7 +81,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// The horizon, four circles, and a line every 15 degrees.
+/// Draws the horizon, four circles, and a line every 15 degrees.
 fn grid(image: &mut Rgb8Image) {
     for ring in 1..=4 {
         let r = RADIUS * f64::from(ring) / 4.0;
@@ -95,7 +96,7 @@ fn grid(image: &mut Rgb8Image) {
     stroke(image, ends.into_iter(), [120; 3], 1.5);
 }
 
-/// A smooth line `width` pixels wide through `points`.
+/// Draws a smooth line through `points` that is `width` pixels wide.
 fn stroke(image: &mut Rgb8Image, points: impl Iterator<Item = DVec2>, color: [u8; 3], width: f64) {
     let mut cover = vec![0.0f64; image.texels.len()];
     let mut last: Option<DVec2> = None;

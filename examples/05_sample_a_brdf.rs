@@ -1,6 +1,6 @@
-//! The albedo of rough gold by importance sampling, compared with quadrature. No GPU.
+//! Computes the albedo of rough gold by importance sampling, and compares it with quadrature. The example needs no GPU.
 //!
-//! Cosine sampling is shown for comparison. It converges more slowly, and to a smaller value: facets of a rough surface also
+//! Cosine sampling is shown for comparison. Cosine sampling converges more slowly, and to a smaller value: facets of a rough surface also
 //! reflect light from below the macrosurface's horizon, where cosine sampling has no samples.
 //!
 //! ```sh
@@ -20,7 +20,7 @@ use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 
 fn main() {
-    // Complex index of gold at 630, 532 and 465 nm.
+    // The complex refractive index of gold at 630, 532 and 465 nm.
     let gold = Fresnel::Conductor { eta: DVec3::new(0.18, 0.54, 1.35), k: DVec3::new(3.42, 2.24, 1.87) };
     let mean = DVec2::new(0.3, -0.1);
     let roughness = DVec3::new(0.16, 0.04, 0.03);
@@ -57,12 +57,12 @@ fn main() {
     }
 }
 
-/// Additive recurrence on the plastic number: a two-dimensional low-discrepancy sequence of any length.
+/// Returns a point of the additive recurrence on the plastic number, which is a two-dimensional low-discrepancy sequence of any length.
 fn low_discrepancy(i: u32) -> DVec2 {
     (DVec2::splat(0.5) + f64::from(i) * DVec2::new(0.754_877_666_246_692_7, 0.569_840_290_998_053_3)).fract()
 }
 
-/// `∫ f_r cos θ_i dwi` over the sphere, in polar coordinates about the viewer by half the angle.
+/// Returns `∫ f_r cos θ_i dwi` over the sphere, in polar coordinates about the viewer by half the angle.
 fn quadrature(brdf: &dyn Brdf, wo: DVec3) -> DVec3 {
     let frame = frame_about(wo);
     let mut sum = DVec3::ZERO;

@@ -1,9 +1,9 @@
-//! Error of one sample against a supersampled reference: FLIP and relative RMSE of LEADR mapping and normal mipmapping. In the
-//! reference every texel is a vertex and maps use their finest level.
+//! Measures the error of pictures with one sample per pixel against a supersampled reference, as FLIP and relative RMSE. The techniques are
+//! LEADR mapping and normal mipmapping. In the reference, every texel is a vertex, and maps use their finest level.
 //!
 //! `cargo run --release --example 06_against_reference [sphere|trex [SAMPLES [HEIGHT_MAP [ENVIRONMENT]]]]`
 //!
-//! The T-rex has no ground and a coarse atlas here, which keeps the reference affordable.
+//! The T-rex has no ground and a coarse atlas in this example, to limit the cost of the reference.
 
 use std::error::Error;
 

@@ -1,5 +1,5 @@
-//! Prints the tables of docs/measurements/quadrature.md: errors of the paper's grids and of the visible-slope rules against
-//! converged integrals, and the largest steps of slow sweeps.
+//! Prints the tables of docs/measurements/quadrature.md: the errors of the paper's grids and of the visible-slope rules against converged
+//! integrals, and the largest steps between frames of slow sweeps.
 //!
 //! `cargo run --release --example 07_quadrature [SURFACES [specular|diffuse|light|sweeps]]`
 

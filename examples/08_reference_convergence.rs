@@ -1,5 +1,5 @@
-//! Error of the reference by number of samples: relief under a sun and a sky, with and without its own shadows. Two seeds give
-//! independent pictures; RMS of half their difference times √2 is the error of one.
+//! Measures the error of the reference by its number of samples, for a relief under a sun and a sky, with and without its own shadows. Two
+//! seeds give independent pictures. The error of one picture is the RMS of half their difference, times √2.
 //!
 //! `cargo run --release --example 08_reference_convergence [SAMPLES]`
 

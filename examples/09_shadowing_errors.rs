@@ -1,5 +1,5 @@
-//! Errors of the shadowing models and of shadowed environments compared with ray casts: the tables of
-//! docs/measurements/shadowing.md. Needs no data.
+//! Prints the tables of docs/measurements/shadowing.md, with the errors of the shadowing models and of shadowed environments compared with
+//! ray casts. The example needs no data.
 //!
 //! `cargo run --release --example 09_shadowing_errors [seed]`
 

@@ -1,5 +1,5 @@
-//! Refits the exponentials of `reflectance::visible::diffuse`. Prints them beside those in use, with the errors of both over the
-//! fitted surfaces and over others.
+//! Refits the exponentials of `reflectance::visible::diffuse`. Prints them next to the current exponentials, with the errors of both over
+//! the fitted surfaces and over other surfaces.
 //!
 //! `cargo run --release --example 11_fit_diffuse_terms [SEED]`
 

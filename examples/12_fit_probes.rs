@@ -1,5 +1,5 @@
-//! Refits the rings for wide lobes of `reflectance::visible::specular`. Prints them beside those in use, with errors over the
-//! fitted surfaces and over others. The rings for narrow lobes stay fixed (docs/measurements/quadrature.md).
+//! Refits the rings for wide lobes of `reflectance::visible::specular`. Prints them next to the current rings, with the errors of both over
+//! the fitted surfaces and over other surfaces. The rings for narrow lobes do not change (docs/measurements/quadrature.md).
 //!
 //! `cargo run --release --example 12_fit_probes [SEED [SURFACES]]`
 

@@ -1,5 +1,5 @@
-//! Measures temporal jumps of pixels when the camera moves away slowly, in steps of 0.05 % of the distance. Covers pixels inside
-//! a surface, for the rules of LEADR's integrals and with edge samples.
+//! Measures temporal jumps of pixels when the camera moves away slowly, in steps of 0.05 % of the distance. Only pixels inside a surface
+//! count. The measurement covers the rules of LEADR's integrals, and edge samples.
 //!
 //! `cargo run --release --example 13_slow_zoom [plane|sphere [METRES]]`
 
@@ -64,15 +64,15 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Changes of the pixels' luminance, relative to its mean.
+/// The changes of the pixels' luminance, relative to the mean luminance.
 struct Jerks {
-    /// Largest change from one frame to the next.
+    /// The largest change from one frame to the next.
     step: f64,
-    /// Largest second difference.
+    /// The largest second difference.
     second: f64,
-    /// 99.9 % quantile of the second differences.
+    /// The 99.9 % quantile of the second differences.
     most: f64,
-    /// RMS of the second differences.
+    /// The RMS of the second differences.
     rms: f64,
 }
 

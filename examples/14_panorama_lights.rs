@@ -1,5 +1,5 @@
-//! Lights extracted from panoramas, and the errors of nine spherical harmonics with and without them: the table of
-//! docs/measurements/panoramas.md.
+//! Prints the table of docs/measurements/panoramas.md: lights extracted from panoramas, and the errors of nine spherical harmonics with and
+//! without these lights.
 //!
 //! `cargo run --release --example 14_panorama_lights FILE.hdr ...`
 

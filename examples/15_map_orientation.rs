@@ -1,4 +1,4 @@
-//! Orientation of a height map: a raised letter F on the plane, seen from above with +x to the right and +y up.
+//! Shows the orientation of a height map: a raised letter F on the plane, seen from above with +x to the right and +y up.
 //!
 //! `cargo run --release --example 15_map_orientation [PICTURE]` writes `out/map_orientation.png`, or the file named.
 
@@ -15,7 +15,7 @@ use leadr::render::light::sky::Sky;
 use leadr::render::settings::RenderSettings;
 use leadr::scenes::stage::{Lights, ReliefOptions, plane_stage};
 
-/// The map as a picture, first row on top.
+/// The map as a picture, with its first row on top.
 const LETTER: [&str; 8] =
     ["........", ".#####..", ".#......", ".#......", ".####...", ".#......", ".#......", "........"];
 
@@ -25,7 +25,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let raised = |i: u32| LETTER[(i / side * 8 / side) as usize].as_bytes()[(i % side * 8 / side) as usize] == b'#';
     let map = HeightMap::new(side, side, (0..side * side).map(|i| f32::from(u8::from(raised(i)))).collect())?;
     let mut stage = plane_stage(ReliefOptions { map: Some(map), ..ReliefOptions::default() });
-    // From above the middle of the repeat between (0, 0) and (2, 2), slightly from the south, so that +y is up.
+    // The camera is above the middle of the repeat between (0, 0) and (2, 2), slightly to the south, so that +y is up.
     let middle = glam::Vec3::new(1.0, 1.0, 0.0);
     let camera = Camera::looking_at(middle + glam::Vec3::new(0.0, -0.6, 6.0), middle, 30.0);
     let sky = Sky::with_sun(0.6, -2.2);

@@ -1,5 +1,5 @@
-//! Prints a file of the include library with all its includes as one file, for compilers without `#include`: `cargo run --example
-//! 17_one_file -- shaders-glsl/leadr/shading.glsl > shading.glsl`.
+//! Prints a file of the include library with all its includes expanded, for compilers without `#include`: `cargo run --example 17_one_file
+//! -- shaders-glsl/leadr/shading.glsl > shading.glsl`.
 
 #[path = "wgpu/src/includes.rs"]
 mod includes;

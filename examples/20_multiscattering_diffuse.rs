@@ -1,6 +1,6 @@
-//! Multiple scattering between facets (Chan 2018, section 5): random walks on rough surfaces, errors of the published fits and of
-//! `reflectance::materials::multiscattering`, and a refit. With `energy`, writes
-//! `crates/leadr-reflectance/src/materials/energy.bin` to standard output; with `walks`, tables of albedo and of the specular
+//! Measures multiple scattering between facets (Chan 2018, section 5) by random walks on rough surfaces. Prints the errors of the published
+//! fits and of `reflectance::materials::multiscattering`, and a refit. With `energy`, the example writes
+//! `crates/leadr-reflectance/src/materials/energy.bin` to standard output. With `walks`, it prints tables of the albedo and of the specular
 //! term.
 //!
 //! `cargo run --release --example 20_multiscattering_diffuse [energy | walks | WALKS]`
@@ -22,7 +22,7 @@ use leadr_lab::energy_table::energy_nodes;
 use leadr_lab::facet_walk::{Facets, facet_walks};
 use leadr_lab::multiscattering_study::{Simulation, fit_bounces, fitted};
 
-/// Gloss levels of the paper's figures.
+/// The gloss levels in the figures of the paper.
 const GLOSS: [f64; 5] = [0.0, 60.0, 120.0, 180.0, 240.0];
 
 fn direction(cosine: f64, azimuth: f64) -> DVec3 {
@@ -30,7 +30,7 @@ fn direction(cosine: f64, azimuth: f64) -> DVec3 {
     DVec3::new(s * azimuth.cos(), s * azimuth.sin(), cosine)
 }
 
-/// `∫ f c dω`.
+/// Returns `∫ f c dω`.
 fn albedo(brdf: impl Fn(DVec3) -> f64) -> f64 {
     let azimuths = composite_gauss(0.0, PI, 4, 12);
     let ring = |c: f64| azimuths.iter().map(|(phi, w)| 2.0 * w * brdf(direction(c, *phi))).sum::<f64>();
@@ -49,7 +49,7 @@ fn write_energy() {
     std::io::stdout().write_all(&bytes).expect("stdout takes the table");
 }
 
-/// Directional albedos, and the contribution of further specular bounces.
+/// Prints directional albedos, and the contribution of further specular bounces.
 fn print_walks() {
     let cosines = [0.05, 0.2, 0.5, 0.8, 1.0];
     println!("directional albedo at cosines {cosines:?}");
@@ -108,7 +108,7 @@ fn print_walks() {
             (walks.albedo[1..].iter().sum::<f64>(), lobe, first * (compensation_scale(f, a.ideal).x - 1.0))
         };
         let rows = cosines.map(further);
-        // Directions, cosine-distributed over both hemispheres.
+        // The directions are cosine-distributed over both hemispheres.
         let nodes = composite_gauss(0.0, 1.0, 1, 8);
         let azimuths = composite_gauss(0.0, PI, 1, 7);
         let mut errors = [0.0; 3];

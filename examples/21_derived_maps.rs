@@ -1,4 +1,4 @@
-//! Quality and speed of derived maps: heights from normals, occlusion from heights, visibility cones.
+//! Measures the quality and the speed of derived maps: heights from normals, occlusion from heights, and visibility cones.
 //!
 //! ```sh
 //! cargo run --release --no-default-features --example 21_derived_maps -- MAP.png …     # file names with "normal" are normal maps
@@ -21,7 +21,7 @@ use rayon::prelude::*;
 
 type Failure = Box<dyn std::error::Error>;
 
-/// Number of texels with ray casts, and the square root of the number of rays of each.
+/// The number of texels with ray casts, and the square root of the number of rays per texel.
 const TEXELS: u32 = 64 * 64;
 const RAYS: u32 = 24;
 
@@ -59,13 +59,13 @@ fn main() -> Result<(), Failure> {
     Ok(())
 }
 
-/// RMS slope over both axes.
+/// Returns the RMS slope over both axes.
 fn rms(slopes: &Slopes) -> f64 {
     let sum: f64 = slopes.texels().iter().flatten().map(|&v| f64::from(v).powi(2)).sum();
     (0.5 * sum / slopes.texels().len() as f64).sqrt()
 }
 
-/// Slopes of heights plus the mean slope, which repeating heights cannot have.
+/// Returns the slopes of heights plus the mean slope, which repeating heights cannot have.
 fn with_mean(heights: &HeightMap, mean: [f64; 2], difference: Difference) -> Slopes {
     let slopes = slopes_of_heights(heights, 1.0, Wrap::Repeat, difference);
     let texels = slopes.texels().iter().map(|s| [s[0] + mean[0] as f32, s[1] + mean[1] as f32]).collect();
@@ -106,7 +106,7 @@ fn integrate(slopes: &Slopes, known: Option<&HeightMap>) -> Result<HeightMap, Fa
     Ok(kept.heights)
 }
 
-/// Unexplained share of a reference file's heights and row differences, at the best-fitting scale.
+/// Returns the unexplained fraction of a reference file's heights and row differences, at the scale that fits best.
 fn apart(found: &HeightMap, known: Option<&HeightMap>) -> String {
     let Some(known) = known else { return String::new() };
     let left = |pairs: &[(f64, f64)]| {
@@ -120,7 +120,7 @@ fn apart(found: &HeightMap, known: Option<&HeightMap>) -> String {
     format!("; {:.2} %, edges {:.2} %", left(&heights), left(&edges))
 }
 
-/// RMS of the heights and of the differences between neighbours.
+/// Returns the RMS of the heights, and of the differences between neighbours.
 fn sizes(heights: &HeightMap) -> String {
     let w = f64::from(heights.width);
     let square = |v: f64| (w * v).powi(2);
@@ -138,7 +138,7 @@ fn sizes(heights: &HeightMap) -> String {
 fn occlude(heights: &HeightMap, scale: f32) -> Result<(), Failure> {
     let slopes = slopes_of_heights(heights, scale, Wrap::Repeat, Difference::Triangles);
     let rays = HeightRays::new(heights, scale, Wrap::Repeat);
-    // Texels spread over the map by two irrational steps.
+    // Two irrational steps spread the texels over the map.
     let texels: Vec<[u32; 2]> = (0..TEXELS)
         .map(|i| {
             let part = |step: f64, of: u32| ((f64::from(i) * step).fract() * f64::from(of)) as u32;
@@ -197,7 +197,7 @@ fn occlude(heights: &HeightMap, scale: f32) -> Result<(), Failure> {
                     let cosine = (0..3).map(|i| normal[i] * sun[i]).sum::<f64>().max(0.0);
                     let facing = cosine > 0.0;
                     let lit = facing && rays.is_free(x, y, sun);
-                    // Facets that face away are dark without a cone.
+                    // Facets that face away are dark even without a cone.
                     let guesses = [
                         true,
                         facing,
@@ -206,7 +206,7 @@ fn occlude(heights: &HeightMap, scale: f32) -> Result<(), Failure> {
                     ];
                     counts[0] += u32::from(lit);
                     guesses.iter().zip(&mut counts[1..]).for_each(|(guess, count)| *count += u32::from(*guess != lit));
-                    // Visible share of the light: all, and with hard and soft cone edges.
+                    // The visible fraction of the light, in total and with hard and soft cone edges.
                     let [about_normal, about_b] = [0, 1].map(|k| cone_light_smooth(&cones[k], sun.into()));
                     let hard = [0, 1].map(|k| cone_light(&cones[k], sun.into()));
                     let shares = [1.0, hard[0], about_normal.sqrt(), about_normal, hard[1], about_b];
@@ -239,9 +239,9 @@ fn occlude(heights: &HeightMap, scale: f32) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Times the derivation on waves of many sizes with a slope standard deviation of about 0.5.
+/// Times the derivation on a map of waves of many sizes, whose slopes have a standard deviation of about 0.5.
 ///
-/// Prints elapsed seconds, and CPU seconds of all threads if available.
+/// Prints the elapsed seconds and, if available, the CPU seconds of all threads.
 fn speed(side: u32) -> Result<(), Failure> {
     let waves = [(1, 3, 0.02f32), (5, -2, 0.008), (17, 23, 0.002), (71, -60, 0.0006), (301, 280, 0.00015)];
     let texel = |i: u32| {
@@ -272,7 +272,7 @@ fn timed<T, E>(what: &str, make: impl FnOnce() -> Result<T, E>) -> Result<T, E> 
     made
 }
 
-/// CPU seconds of all threads from Linux's process table, in ticks of 1/100 s.
+/// Returns the CPU seconds of all threads from Linux's process table, which counts ticks of 1/100 s.
 fn processor_seconds() -> Option<f64> {
     let table = std::fs::read_to_string("/proc/self/stat").ok()?;
     let fields: Vec<&str> = table.rsplit_once(')')?.1.split_whitespace().collect();

@@ -1,5 +1,5 @@
-//! Numbers from Chan's *Material Advances in Call of Duty: WWII* (2018) that no other example measures: precision of stored
-//! lengths, separate filtering of gloss and normals, hidden directions, BRDF slices, and energy gain or loss of diffuse models.
+//! Measures numbers from Chan's *Material Advances in Call of Duty: WWII* (2018) that no other example measures: the precision of stored
+//! lengths, separate filtering of gloss and normals, hidden directions, BRDF slices, and the energy that diffuse models gain or lose.
 //! `docs/measurements/chan-2018.md` lists the results.
 //!
 //! `cargo run --release --example 22_chan_2018 [WALKS]`
@@ -20,9 +20,9 @@ use leadr::reflectance::{DVec2, DVec3};
 use leadr_lab::facet_walk::{Facets, facet_walks};
 use rayon::prelude::*;
 
-/// GGX by macrosurface area.
+/// GGX facets weighted by macrosurface area.
 const MACRO: Shortening = Shortening::ALL[0];
-/// GGX by the area of the facets.
+/// GGX facets weighted by their own area.
 const MICRO: Shortening = Shortening::ALL[1];
 
 fn main() {
@@ -40,7 +40,7 @@ fn direction(cosine: f64, azimuth: f64) -> DVec3 {
     DVec3::new(s * azimuth.cos(), s * azimuth.sin(), cosine)
 }
 
-/// Section 1.1 and figure 6.
+/// Prints the numbers of section 1.1 and figure 6.
 fn gloss() {
     for (name, curve) in [("eq. 1", GLOSS_ADVANCED_WARFARE), ("eq. 2", GLOSS_WWII)] {
         println!("{name}: α {:.5} at gloss 0, {:.5} at 1", gloss_alpha(0.0, curve), gloss_alpha(1.0, curve));
@@ -62,7 +62,7 @@ fn gloss() {
     println!("    maximum gloss error of a macro length read as micro: {worst:.4}");
 }
 
-/// Section 2.2: precision of a stored length.
+/// Prints the precision of a stored length (section 2.2).
 fn stored_lengths() {
     let worst = |store: &dyn Fn(f64) -> f64| {
         (0..=4000).map(|i| f64::from(i) / 4000.0).fold((0.0f64, 0.0), |worst, g| {
@@ -85,7 +85,7 @@ fn stored_lengths() {
     }
 }
 
-/// Section 2.2: half-way between two texels, separately filtered gloss and normals compared with shortened normals.
+/// Compares separately filtered gloss and normals with shortened normals, half-way between two texels (section 2.2).
 fn filtered_apart() {
     for degrees in [1.0f64, 3.0, 10.0, 30.0, 60.0] {
         let (mut gloss, mut rotation, mut signed) = (0.0f64, 0.0f64, 0.0);
@@ -105,7 +105,7 @@ fn filtered_apart() {
             "filtered separately, normals {degrees}° apart: gloss error {gloss:.3} maximum, {signed:+.3} mean; direction error {rotation:.2}° at most"
         );
     }
-    // Figure 7: rough on the left, smooth on the right.
+    // In figure 7, a rough texel is on the left and a smooth texel on the right.
     let [rough, smooth] = [0.1, 0.9].map(|g| MACRO.length(Gloss::Wwii.alpha(g)));
     let half = 20f64.to_radians();
     let mean = rough * DVec2::new(-half.sin(), half.cos()) + smooth * DVec2::new(half.sin(), half.cos());
@@ -115,7 +115,7 @@ fn filtered_apart() {
     );
 }
 
-/// Section 4.4: eq. 48 compared with all bounces, eq. 49.
+/// Compares eq. 48 with all bounces, eq. 49 (section 4.4).
 fn hidden_directions() {
     for rho in [0.2, 0.5, 0.8, 0.9] {
         let off = |a: f64| {
@@ -128,21 +128,21 @@ fn hidden_directions() {
     }
 }
 
-/// `∫ f c dω / π`.
+/// Returns `∫ f c dω / π`.
 fn albedo(brdf: impl Fn(DVec3) -> f64) -> f64 {
     let azimuths = composite_gauss(0.0, PI, 4, 12);
     let ring = |c: f64| azimuths.iter().map(|(phi, w)| 2.0 * w * brdf(direction(c, *phi))).sum::<f64>();
     composite_gauss(0.0, 1.0, 6, 12).into_iter().map(|(u, w)| w * 2.0 * u * u * u * ring(u * u)).sum::<f64>() / PI
 }
 
-/// Disney's diffuse model (Burley 2012), times π.
+/// Returns Disney's diffuse model (Burley 2012), times π.
 fn disney(wo: DVec3, wi: DVec3, roughness: f64) -> f64 {
     let cosine = wi.dot(half_vector(wo, wi));
     let grazing = 2.0 * roughness * cosine * cosine - 0.5;
     (1.0 + grazing * schlick_weight(wo.z)) * (1.0 + grazing * schlick_weight(wi.z))
 }
 
-/// Oren and Nayar's qualitative model (1994), times π; `sigma`: standard deviation of the facets' angles.
+/// Returns Oren and Nayar's qualitative model (1994), times π. `sigma` is the standard deviation of the facets' angles.
 fn oren_nayar(wo: DVec3, wi: DVec3, sigma: f64) -> f64 {
     let square = sigma * sigma;
     let (a, b) = (1.0 - 0.5 * square / (square + 0.33), 0.45 * square / (square + 0.09));
@@ -155,7 +155,7 @@ fn chan(wo: DVec3, wi: DVec3, gloss: f64) -> f64 {
     chan_diffuse(wi.z, wo.z, h.z, wi.dot(h), gloss)
 }
 
-/// Sections 5.3, 5.4 and 5.8.
+/// Prints the numbers of sections 5.3, 5.4 and 5.8.
 fn diffuse_models() {
     let cosines = [0.001, 0.05, 0.2, 0.5, 0.8, 1.0];
     for roughness in [0.0, 0.5, 1.0] {
@@ -166,14 +166,14 @@ fn diffuse_models() {
         let row = cosines.map(|c| albedo(|wi| oren_nayar(direction(c, 0.0), wi, sigma)));
         println!("Oren-Nayar, σ {sigma}: albedo {row:.3?}");
     }
-    // Figure 23: listing 1 compared with Lambert's law times the coat's transmission (listing 5), by the light's cosine.
+    // Figure 23 compares listing 1 with Lambert's law times the transmission of the coat (listing 5), by the cosine of the light.
     let table = EnergyTable::ggx();
     for gloss in [0.25, 0.5, 0.75, 1.0] {
         let left = cosines.map(|c| 1.0 - table.albedo(Gloss::Wwii.alpha(gloss), c).of(DVec3::splat(0.04)).x);
         let fit = cosines.map(|c| albedo(|wi| chan(direction(c, 0.0), wi, gloss)));
         println!("gloss {gloss}: albedo of listing 1 {fit:.3?}; of Lambert with energy conservation {left:.3?}");
     }
-    // Eq. 68's bump is negative between its roots.
+    // The bump of eq. 68 is negative between its roots.
     let n = 60;
     let cosine = |k: usize| (k as f64 / n as f64).powi(2).max(1e-3);
     let least = (0..=40usize).into_par_iter().map(|g| {
@@ -208,8 +208,8 @@ fn diffuse_models() {
     println!("    towards the light at gloss .85: below 0 for cosines up to {until:?}");
 }
 
-/// Sections 5.6 and 5.7: error of the slice at `φ_d = 90°` as a model of the random walks' BRDF. RMS of `π f_r` over pairs of
-/// cosine-distributed directions.
+/// Measures the error of the slice at `φ_d = 90°` as a model of the random walks' BRDF (sections 5.6 and 5.7). The error is the RMS of `π
+/// f_r` over pairs of cosine-distributed directions.
 fn slices(count: u64) {
     let pairs = 160u64;
     for gloss in [0.0, 60.0, 120.0, 180.0, 240.0] {
@@ -228,7 +228,7 @@ fn slices(count: u64) {
                 let (x, y) = (h.z.clamp(0.0, 1.0), wi.dot(h).clamp(0.0, 1.0));
                 let [sx, sy] = [x, y].map(|c| (1.0 - c * c).max(0.0).sqrt());
                 let [o, i] = [1.0, -1.0].map(|side| DVec3::new(sx * y, side * sy, x * y));
-                // Averages both light directions, which are equal by reciprocity.
+                // The result is averaged over both directions of the light, which are equal by reciprocity.
                 let whole = |o, i, seed| 0.5 * (walked(o, i, seed) + walked(i, o, seed + 1));
                 let (full, again, slice) = (whole(wo, wi, 11), whole(wo, wi, 21), whole(o, i, 31));
                 let rational = PI * chan_rational_rough(x, y);

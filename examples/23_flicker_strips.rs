@@ -1,11 +1,11 @@
-//! Sparkle of a polished plate as the camera drifts past it. Each column has a picture with one filter of the normal map, and
-//! below it the middle row in every frame, one frame per line. A stable filter gives even slanted lines; sparkle breaks them into
+//! Shows how a polished plate sparkles when the camera drifts past. Each column has a picture with one filter of the normal map. Below the
+//! picture are the middle rows of all frames, one frame per line. A stable filter gives even slanted lines. Sparkle breaks the lines into
 //! dots.
 //!
 //! `cargo run --release --example 23_flicker_strips [FOLDER [METRES [PICTURE.png]]]`
 //!
-//! FOLDER: a material, rendered as polished steel; a generated hammered plate without it, or with `-`. Columns: mipmapped
-//! normals, Toksvig, shortened normals, LEADR, and the normal map with 144 samples per pixel.
+//! FOLDER contains a material, which is rendered as polished steel. Without FOLDER, or with `-`, the plate is a generated hammered plate.
+//! The columns are mipmapped normals, Toksvig, shortened normals, LEADR, and the normal map with 144 samples per pixel.
 
 use std::error::Error;
 
@@ -27,16 +27,16 @@ use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::dressed::plane_stage;
 use leadr::scenes::stage::Lights;
 
-/// Width and height of a picture in pixels.
+/// The width and the height of a picture in pixels.
 const SIZE: u32 = 96;
-/// Number of frames; each moves by a quarter of a pixel.
+/// The number of frames. Each frame moves the camera by a quarter of a pixel.
 const FRAMES: u32 = 72;
 const STEP: f32 = 0.25;
-/// Result pixels per picture pixel, and between columns.
+/// The number of pixels of the result per pixel of a picture, and between columns.
 const ZOOM: u32 = 2;
 const GUTTER: u32 = 8;
 const FIELD: f32 = 10.0;
-/// Suits the reflected sun.
+/// The exposure that suits the reflected sun.
 const EXPOSURE: f32 = 0.08;
 
 fn polished(mut material: Material) -> Material {
@@ -47,7 +47,7 @@ fn polished(mut material: Material) -> Material {
     material
 }
 
-/// Dents of a few centimetres with slopes of 0.2, on 2 m.
+/// Returns dents of a few centimetres with slopes of 0.2, on a plate of 2 m.
 fn hammered() -> Material {
     let map = procedural::gaussian(512, 512, 4, 0.2, 0.008);
     let mut material = Material::new("hammered steel");

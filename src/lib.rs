@@ -1,13 +1,14 @@
 //! A raw-Vulkan renderer for displaced surfaces whose appearance does not change with distance (LEADR mapping).
 //!
-//! A minified displacement map loses its bumps, and with them the scattering of light by the bumps. LEADR mapping
-//! (Dupuy et al. 2013) stores the first two moments of slopes with each displacement texel. Moments filter
-//! linearly, so mip mapping turns vanished bumps into roughness. The mean slope and slope covariance
-//! under a pixel are the parameters of an anisotropic, off-centre Beckmann BRDF with a view-dependent projected area.
+//! A minified displacement map loses its bumps, and therefore loses the light that the bumps scatter. LEADR mapping (Dupuy et al. 2013)
+//! stores the first two moments of slopes with each displacement texel. Moments filter linearly, so mip mapping turns vanished bumps into
+//! roughness. The mean slope and slope covariance under a pixel are the parameters of an anisotropic, off-centre Beckmann BRDF with a
+//! view-dependent projected area.
 //!
 //! # Crates
 //!
-//! Each part is a separate crate, which this one re-exports. A program that needs one part can depend on that crate alone.
+//! Each part is a separate crate, and this crate re-exports all of them. A program that needs a single part can depend on the crate of this
+//! part alone.
 //!
 //! | module | crate | contents |
 //! |---|---|---|
@@ -45,10 +46,10 @@
 //! # Ok::<(), leadr_maps::MapFault>(())
 //! ```
 //!
-//! Conventions: metres, z up; linear Rec. 709 radiance; `wi` points to the light, `wo` to the viewer, `wh` is their
-//! half vector, and `wn` a micronormal. Vectors are in the macro tangent frame unless their name begins with `world_`.
+//! Lengths are in metres, and z is up. Radiance is linear Rec. 709. `wi` points to the light and `wo` to the viewer, `wh` is the half
+//! vector of both, and `wn` is a micronormal. Vectors are in the macro tangent frame unless their name begins with `world_`.
 
-// The panel painter calls Vulkan, and is the only module that allows unsafe code.
+// The panel painter calls Vulkan. No other module allows unsafe code.
 #![deny(unsafe_code)]
 
 pub use glam;

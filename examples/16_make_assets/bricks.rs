@@ -1,4 +1,5 @@
-//! An old wall in Flemish bond: stretchers, glazed headers, lime mortar, and moss in the joints. One repeating square metre.
+//! An old wall in Flemish bond, with stretchers, glazed headers, lime mortar, and moss in the joints. The material covers one square metre
+//! and repeats.
 
 use glam::{Vec2, Vec3};
 
@@ -7,15 +8,15 @@ use crate::png::{grey8, grey16, rgb8};
 
 /// Texels per side.
 const SIDE: usize = 768;
-/// Rows of bricks per metre, and stretcher-header pairs per row.
+/// The number of rows of bricks per metre, and of stretcher-header pairs per row.
 const ROWS: i32 = 14;
 const PAIRS: i32 = 3;
-/// Half the width of a joint, metres.
+/// Half the width of a joint in metres.
 const JOINT: f32 = 0.0055;
-/// Metres from black to white in the heights.
+/// The height difference between black and white, in metres.
 const RELIEF: f32 = 0.02;
 
-/// Surface properties at a point.
+/// The properties of the surface at a point.
 #[derive(Clone, Copy)]
 struct Texel {
     height: f32,
@@ -23,7 +24,7 @@ struct Texel {
     roughness: f32,
 }
 
-/// A brick: position of the point relative to its centre, half its size, and its own number.
+/// A brick: the position of the point relative to the brick's centre, half the size of the brick, and its own number.
 struct Brick {
     at: Vec2,
     half: Vec2,
@@ -53,7 +54,7 @@ fn brick(p: Vec2) -> Brick {
 
 fn texel(p: Vec2) -> Texel {
     let wobble = |cells: i32, seed: u32| fractal(p * cells as f32, [cells; 2], 4, 0.55, seed) - 0.5;
-    // Uneven edges.
+    // The edges of the bricks are uneven.
     let bent = p + 0.006 * Vec2::new(wobble(24, 11), wobble(24, 12));
     let b = brick(bent);
     let own = |k: i32| hash(b.number as i32, k, 77);
@@ -64,7 +65,7 @@ fn texel(p: Vec2) -> Texel {
     let worn = edge + 0.006 * (wobble(40, 13) + 0.35 * wobble(96, 14));
     let on_brick = 1.0 - step(-0.0012, 0.0012, worn);
 
-    // Bricks: bulge, tilt, drag marks of the wire, pits of burnt-out lime.
+    // Bricks have a bulge, a tilt, drag marks of the wire, and pits of burnt-out lime.
     let tilt = Vec2::new(own(2) - 0.5, own(3) - 0.5).dot(b.at / b.half) * 0.0016;
     let rounded = -0.0026 * step(-0.013, 0.0, worn);
     let drag = fractal(Vec2::new(p.x * 20.0, p.y * 160.0), [20, 160], 3, 0.6, 21) - 0.5;
@@ -75,7 +76,7 @@ fn texel(p: Vec2) -> Texel {
     let texture = if glazed { 0.0006 * wobble(14, 24) } else { 0.0009 * drag + 0.0012 * grain };
     let face = 0.0135 + 0.0028 * (own(5) - 0.5) + tilt + rounded + texture - 0.0024 * pitted + 0.0018 * wobble(9, 25);
 
-    // Mortar: struck concave, sandy, with protruding grit.
+    // The mortar is struck concave and sandy, with protruding grit.
     let (grit, grit_size) = cells(p * 150.0, [150; 2], 31);
     let sand =
         0.0013 * (fractal(p * 190.0, [190; 2], 2, 0.6, 32) - 0.5) + 0.0011 * (1.0 - step(0.1, 0.42, grit)) * grit_size;
@@ -83,7 +84,7 @@ fn texel(p: Vec2) -> Texel {
     let joint = hollow + sand;
     let mut height = joint + (face - joint) * on_brick;
 
-    // Kiln colours vary per brick.
+    // The kiln colours vary from brick to brick.
     let warm = [srgb(150, 74, 51), srgb(133, 60, 44), srgb(166, 92, 62), srgb(117, 56, 48), srgb(176, 110, 74)];
     let pick = own(6) * warm.len() as f32;
     let (first, second) = (warm[pick as usize % 5], warm[(pick as usize + 2) % 5]);
@@ -103,7 +104,7 @@ fn texel(p: Vec2) -> Texel {
     let mut color = lime.lerp(brick_color, on_brick);
     let mut roughness = 0.93 + (brick_rough - 0.93) * on_brick;
 
-    // Lime blooms on some bricks; moss grows deep in the damp joints.
+    // Lime blooms on some bricks. Moss grows deep in the damp joints.
     let bloom = step(0.56, 0.80, fractal(p * 6.0, [6; 2], 5, 0.55, 51)) * (0.4 + 0.6 * step(-0.2, 0.3, grain));
     color = color.lerp(srgb(205, 196, 184), 0.42 * bloom * on_brick);
     roughness += (0.92 - roughness) * bloom * on_brick;
@@ -117,7 +118,7 @@ fn texel(p: Vec2) -> Texel {
     Texel { height, color, roughness: roughness.clamp(0.05, 1.0) }
 }
 
-/// Approximate sky visibility: depth below the mean of the surroundings, at three sizes.
+/// Returns the approximate visibility of the sky, from the depth below the mean of the surroundings at three sizes.
 fn occlusion(heights: &[f32]) -> Vec<f32> {
     let mut open = vec![1.0f32; heights.len()];
     for (radius, depth) in [(3usize, 0.0016), (8, 0.0035), (18, 0.0065)] {
@@ -129,7 +130,7 @@ fn occlusion(heights: &[f32]) -> Vec<f32> {
     open
 }
 
-/// Periodic box blur.
+/// Blurs a periodic map with a box.
 fn blur(texels: &[f32], radius: usize) -> Vec<f32> {
     let rows = |source: &[f32]| -> Vec<f32> {
         let mut result = vec![0.0; source.len()];
@@ -144,7 +145,7 @@ fn blur(texels: &[f32], radius: usize) -> Vec<f32> {
     rows(&rows(texels))
 }
 
-/// The texture files of the material.
+/// Returns the texture files of the material.
 pub fn files() -> Vec<(String, Vec<u8>)> {
     let texcoords = (0..SIDE * SIDE).map(|i| Vec2::new((i % SIDE) as f32 + 0.5, (i / SIDE) as f32 + 0.5) / SIDE as f32);
     let texels: Vec<Texel> = texcoords.map(texel).collect();
@@ -157,7 +158,7 @@ pub fn files() -> Vec<(String, Vec<u8>)> {
     };
     let open = occlusion(&heights);
     let normal = |i: usize| {
-        // Green points up, and rows run down.
+        // Green points up, while rows run down.
         let s = slope(i);
         let n = Vec3::new(-s.x, s.y, 1.0).normalize();
         n.to_array().map(|x| (255.0 * (0.5 + 0.5 * x) + 0.5) as u8)

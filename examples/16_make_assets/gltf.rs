@@ -1,8 +1,8 @@
-//! Builder for a binary glTF file.
+//! Builds a binary glTF file.
 
 use serde_json::{Value, json};
 
-/// JSON parts and binary data.
+/// The JSON parts and the binary data of a file.
 #[derive(Default)]
 pub struct Glb {
     views: Vec<Value>,
@@ -11,7 +11,7 @@ pub struct Glb {
 }
 
 impl Glb {
-    /// Appends bytes as a buffer view; `target` is its use in a mesh.
+    /// Appends bytes as a buffer view. `target` is the use of the view in a mesh.
     pub fn view(&mut self, bytes: &[u8], target: Option<u32>) -> usize {
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
         let mut view = json!({ "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len() });
@@ -23,7 +23,7 @@ impl Glb {
         self.views.len() - 1
     }
 
-    /// Appends floats, `N` per element. `bounds`: whether to write `min` and `max`.
+    /// Appends floats, `N` per element. `bounds` is whether `min` and `max` are written.
     pub fn floats<const N: usize>(&mut self, values: &[[f32; N]], target: Option<u32>, bounds: bool) -> usize {
         let bytes: Vec<u8> = values.iter().flatten().flat_map(|v| v.to_le_bytes()).collect();
         let kind = ["SCALAR", "VEC2", "VEC3", "VEC4"].get(N - 1).copied().unwrap_or("MAT4");
@@ -52,7 +52,7 @@ impl Glb {
         self.accessors.len() - 1
     }
 
-    /// The file. `rest` contains the JSON except buffers, views and accessors.
+    /// Returns the file. `rest` contains the JSON except for buffers, views and accessors.
     pub fn file(mut self, mut rest: Value) -> Vec<u8> {
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
         rest["buffers"] = json!([{ "byteLength": self.bytes.len() }]);

@@ -17,7 +17,7 @@ mod sweep;
 
 use std::path::Path;
 
-/// Relative path and content of every file.
+/// Returns the relative path and the content of every file.
 fn files() -> Vec<(String, Vec<u8>)> {
     let mut files = Vec::new();
     files.extend(bricks::files());

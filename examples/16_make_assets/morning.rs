@@ -1,5 +1,5 @@
-//! A mountain lake on a clear morning after rain: a low sun, torn clouds lit from below, hazy ridges, a wooded shore, and gravel
-//! in front. Equirectangular, +x in the middle, z up.
+//! A mountain lake on a clear morning after rain, with a low sun, torn clouds lit from below, hazy ridges, a wooded shore, and gravel in
+//! front. The picture is equirectangular, with +x in the middle and z up.
 
 use std::f32::consts::{PI, TAU};
 
@@ -8,13 +8,13 @@ use rayon::prelude::*;
 
 use crate::noise::{cells, fractal, hash, srgb, step};
 
-/// Width in texels; the height is half of it.
+/// The width in texels. The height is half the width.
 const WIDTH: usize = 1024;
-/// Azimuth and elevation of the sun, degrees: right of the standard views.
+/// The azimuth and the elevation of the sun, in degrees. The sun is to the right of the standard views.
 const SUN: [f32; 2] = [-62.0, 14.0];
-/// Radius of the sun's disc and hazy penumbra in radians: a few texels.
+/// The radius of the sun's disc and of its hazy penumbra, in radians. The disc and the penumbra are a few texels wide.
 const DISC: f32 = 0.0075;
-/// Metres from the eye to the ground.
+/// The height of the eye above the ground, in metres.
 const EYE: f32 = 1.5;
 
 fn direction([azimuth, elevation]: [f32; 2]) -> Vec3 {
@@ -22,7 +22,7 @@ fn direction([azimuth, elevation]: [f32; 2]) -> Vec3 {
     Vec3::new(a.cos() * e.cos(), a.sin() * e.cos(), e.sin())
 }
 
-/// Smooth noise around the horizon in `[0, 1]`, with `cells` cells per turn.
+/// Returns smooth noise around the horizon in `[0, 1]`, with `cells` cells per turn.
 fn around(azimuth: f32, cells: i32, octaves: u32, seed: u32) -> f32 {
     fractal(Vec2::new(azimuth / TAU * cells as f32, 0.5), [cells, 1 << 20], octaves, 0.5, seed)
 }
@@ -33,7 +33,7 @@ fn clear_sky(d: Vec3, sun: Vec3) -> Vec3 {
     let horizon = Vec3::new(0.78, 0.80, 0.80);
     let mut sky = horizon.lerp(zenith, 1.0 - (-up * 4.2).exp());
     let cosine = d.dot(sun).clamp(-1.0, 1.0);
-    // Dawn glow along the horizon towards the sun.
+    // Dawn glows along the horizon, towards the sun.
     let towards = 0.5 + 0.5 * Vec2::new(d.x, d.y).normalize_or_zero().dot(Vec2::new(sun.x, sun.y).normalize());
     let band = (-up * 7.0).exp() * towards.powi(3);
     sky = sky.lerp(Vec3::new(1.9, 1.22, 0.66), 0.75 * band);
@@ -43,7 +43,7 @@ fn clear_sky(d: Vec3, sun: Vec3) -> Vec3 {
     sky + Vec3::new(1.6, 1.12, 0.66) * aureole
 }
 
-/// Coverage and thickness of the clouds, a layer at 1200 m.
+/// Returns the coverage and the thickness of the clouds, which are a layer at 1200 m.
 fn clouds(d: Vec3) -> (f32, f32) {
     if d.z < 0.02 {
         return (0.0, 0.0);
@@ -63,7 +63,7 @@ fn sky(d: Vec3, sun: Vec3) -> Vec3 {
     let clear = clear_sky(d, sun);
     let (cover, shape) = clouds(d);
     let cosine = d.dot(sun).max(0.0);
-    // Thin edges glow; thick parts are grey-blue below and warm on the sun's side.
+    // Thin edges glow. Thick parts are grey-blue below and warm on the side of the sun.
     let toward = (d + 0.06 * (sun - d * d.dot(sun)).normalize_or_zero()).normalize();
     let lit = (shape - clouds(toward).1) * 9.0;
     let thick = step(0.35, 1.0, cover);
@@ -75,7 +75,7 @@ fn sky(d: Vec3, sun: Vec3) -> Vec3 {
     clear.lerp(cloud.lerp(clear, 0.6 * hazy), 0.93 * cover)
 }
 
-/// Elevation of a ridge crest at an azimuth, radians.
+/// Returns the elevation of a ridge's crest at an azimuth, in radians.
 fn crest(azimuth: f32, layer: usize) -> f32 {
     let a = azimuth.rem_euclid(TAU);
     let (low, high, cells, seed) = [(0.040, 0.430, 7, 81), (0.020, 0.200, 9, 82), (0.012, 0.090, 13, 83)][layer];
@@ -87,7 +87,7 @@ fn crest(azimuth: f32, layer: usize) -> f32 {
     (low + (high - low) * (0.6 * shape + 0.4 * peaks * peaks)) * open
 }
 
-/// Elevation of the woods on the far shore, radians: adjacent spruces.
+/// Returns the elevation of the woods on the far shore, in radians. The woods are adjacent spruces.
 fn woods(azimuth: f32) -> f32 {
     let a = azimuth.rem_euclid(TAU);
     let mut top = 0.0f32;
@@ -100,7 +100,7 @@ fn woods(azimuth: f32) -> f32 {
             let stand = step(0.42, 0.62, around(a, 11, 3, 95));
             let height = tall * (0.45 + 0.55 * own) * stand;
             let side = (at - middle).abs();
-            // Stepped branches.
+            // The branches form steps.
             let tip = (1.0 - side * 1.5 - 0.12 * ((at * 9.0).fract() - 0.5)).max(0.0);
             top = top.max(height * tip);
         }
@@ -108,14 +108,14 @@ fn woods(azimuth: f32) -> f32 {
     top + 0.004 + 0.003 * around(a, 60, 3, 96)
 }
 
-/// The skyline: ridge crests and tree tops by azimuth.
+/// The skyline, with ridge crests and tree tops by azimuth.
 struct Skyline {
     crests: [Vec<f32>; 3],
     woods: Vec<f32>,
 }
 
 impl Skyline {
-    /// Samples around the horizon, eight per texel.
+    /// The number of samples around the horizon, eight per texel.
     const AZIMUTHS: usize = 8 * WIDTH;
 
     fn new() -> Self {
@@ -131,7 +131,7 @@ impl Skyline {
     }
 }
 
-/// Radiance above the water.
+/// Returns the radiance above the water.
 fn above(d: Vec3, sun: Vec3, skyline: &Skyline) -> Vec3 {
     let elevation = d.z.asin();
     let azimuth = d.y.atan2(d.x);
@@ -177,13 +177,13 @@ fn above(d: Vec3, sun: Vec3, skyline: &Skyline) -> Vec3 {
     color
 }
 
-/// Radiance of the lake and shore from eye height.
+/// Returns the radiance of the lake and the shore, seen from eye height.
 fn below(d: Vec3, sun: Vec3, skyline: &Skyline) -> Vec3 {
     let wide = [1 << 20; 2];
     let p = Vec2::new(d.x, d.y) * (EYE / -d.z.min(-1e-4));
     let distance = p.length();
     let far = p + 4000.0;
-    // Ripples; weaker with distance, where they are smaller than a texel.
+    // The ripples are weaker at a distance, where they are smaller than a texel.
     let calm = 1.0 / (1.0 + distance * 0.02);
     let stretched = Vec2::new(far.x * 0.9 + far.y * 0.4, far.y * 0.9 - far.x * 0.4);
     let wave = |seed: u32| fractal(stretched * Vec2::new(1.6, 0.7), wide, 4, 0.55, seed) - 0.5;
@@ -194,7 +194,7 @@ fn below(d: Vec3, sun: Vec3, skyline: &Skyline) -> Vec3 {
     let mut water = deep.lerp(above(reflected, sun, skyline), fresnel);
     water += Vec3::new(9.0, 6.4, 3.8) * (reflected.dot(sun).max(0.0)).powi(260) * fresnel.max(0.06);
 
-    // Pebbles in front, wet at the water's edge; grass behind.
+    // There are pebbles in front, which are wet at the water's edge, and grass behind them.
     let shore = 5.2 + 2.2 * (fractal(far * 0.30, wide, 3, 0.5, 111) - 0.5) + 1.6 * d.y.atan2(d.x).cos();
     let edge = step(shore - 0.25, shore + 0.15, distance);
     let (pebble, own) = cells(far * 7.0, wide, 112);
@@ -213,12 +213,12 @@ fn below(d: Vec3, sun: Vec3, skyline: &Skyline) -> Vec3 {
     dry.lerp(shallow, edge)
 }
 
-/// Radiance from a direction without the sun's disc.
+/// Returns the radiance from a direction, without the sun's disc.
 fn radiance(d: Vec3, sun: Vec3, skyline: &Skyline) -> Vec3 {
     if d.z >= 0.0 { above(d, sun, skyline) } else { below(d, sun, skyline) }
 }
 
-/// The row-major picture.
+/// Returns the picture, row by row.
 fn picture() -> Vec<Vec3> {
     let sun = direction(SUN);
     let height = WIDTH / 2;
@@ -230,7 +230,7 @@ fn picture() -> Vec<Vec3> {
     let texel = |i: usize| {
         let (x, y) = (i % WIDTH, i / WIDTH);
 
-        // 2 x 2 samples per texel.
+        // There are 2 x 2 samples per texel.
         let mut sum = Vec3::ZERO;
         for k in 0..4 {
             let d = toward(x as f32 + (k % 2) as f32 * 0.5 + 0.25, y as f32 + (k / 2) as f32 * 0.5 + 0.25);
@@ -243,7 +243,7 @@ fn picture() -> Vec<Vec3> {
     (0..WIDTH * height).into_par_iter().map(texel).collect()
 }
 
-/// The picture as a Radiance file.
+/// Returns the picture as a Radiance file.
 pub fn file() -> Vec<u8> {
     let height = WIDTH / 2;
     let mut file =
@@ -259,7 +259,7 @@ pub fn file() -> Vec<u8> {
     file
 }
 
-/// Three mantissas and their shared exponent.
+/// Returns three mantissas and the exponent that they share.
 fn rgbe(color: Vec3) -> [u8; 4] {
     let most = color.max_element();
     if most < 1e-32 {
@@ -271,7 +271,8 @@ fn rgbe(color: Vec3) -> [u8; 4] {
     [r, g, b, (exponent + 128) as u8]
 }
 
-/// Encodes a channel of a row: runs of four or more equal bytes as 128 plus their length and the byte, other bytes literally.
+/// Encodes a channel of a row: a run of four or more equal bytes is written as 128 plus its length, followed by the byte; other bytes are
+/// written literally.
 fn run_lengths(bytes: &[u8], file: &mut Vec<u8>) {
     let run_at = |i: usize| bytes[i..].iter().take(127).take_while(|&&b| b == bytes[i]).count();
     let mut i = 0;

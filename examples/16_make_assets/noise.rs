@@ -1,8 +1,8 @@
-//! Integer-based noise, so that every machine generates identical files.
+//! Noise from integer arithmetic, so that every machine generates identical files.
 
 use glam::{Vec2, Vec3};
 
-/// A number in `[0, 1)` for a lattice point.
+/// Returns a number in `[0, 1)` for a lattice point.
 pub fn hash(x: i32, y: i32, seed: u32) -> f32 {
     let mut h =
         (x as u32).wrapping_mul(0x9e37_79b1) ^ (y as u32).wrapping_mul(0x85eb_ca77) ^ seed.wrapping_mul(0xc2b2_ae3d);
@@ -11,7 +11,7 @@ pub fn hash(x: i32, y: i32, seed: u32) -> f32 {
     ((h ^ (h >> 15)) >> 8) as f32 / (1 << 24) as f32
 }
 
-/// Smooth value noise in `[0, 1]`; `p` in cells, with a period of `cells`.
+/// Returns smooth value noise in `[0, 1]`. `p` is in cells, and the period is `cells`.
 pub fn value(p: Vec2, cells: [i32; 2], seed: u32) -> f32 {
     let (cell, part) = (p.floor(), p - p.floor());
     let smooth = part * part * part * (part * (part * 6.0 - 15.0) + 10.0);
@@ -21,7 +21,8 @@ pub fn value(p: Vec2, cells: [i32; 2], seed: u32) -> f32 {
     row(0) + (row(1) - row(0)) * smooth.y
 }
 
-/// Octaves of [`value`], each with twice the frequency and `gain` times the amplitude; in `[0, 1]`, about 1/2.
+/// Returns the sum of octaves of [`value`]. Each octave has twice the frequency and `gain` times the amplitude of the one before. The
+/// result is in `[0, 1]`, with a mean of about 1/2.
 pub fn fractal(p: Vec2, cells: [i32; 2], octaves: u32, gain: f32, seed: u32) -> f32 {
     let (mut sum, mut weights, mut weight) = (0.0, 0.0, 1.0);
     for octave in 0..octaves {
@@ -33,7 +34,7 @@ pub fn fractal(p: Vec2, cells: [i32; 2], octaves: u32, gain: f32, seed: u32) -> 
     sum / weights
 }
 
-/// Distance to the nearest scattered point, one per cell, and that point's random number.
+/// Returns the distance to the nearest of the scattered points, and the random number of this point. There is one point per cell.
 pub fn cells(p: Vec2, cells: [i32; 2], seed: u32) -> (f32, f32) {
     let cell = p.floor();
     let mut nearest = (f32::MAX, 0.0);
@@ -51,13 +52,13 @@ pub fn cells(p: Vec2, cells: [i32; 2], seed: u32) -> (f32, f32) {
     nearest
 }
 
-/// Hermite step from `a` to `b`.
+/// Returns a Hermite step from `a` to `b`.
 pub fn step(a: f32, b: f32, x: f32) -> f32 {
     let t = ((x - a) / (b - a)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }
 
-/// Linear colour of sRGB codes.
+/// Returns the linear colour of sRGB codes.
 pub fn srgb(r: u8, g: u8, b: u8) -> Vec3 {
     Vec3::from([r, g, b].map(|code| {
         let x = f32::from(code) / 255.0;
@@ -65,7 +66,7 @@ pub fn srgb(r: u8, g: u8, b: u8) -> Vec3 {
     }))
 }
 
-/// sRGB codes of a linear colour.
+/// Returns the sRGB codes of a linear colour.
 pub fn codes(color: Vec3) -> [u8; 3] {
     color.to_array().map(|x| {
         let x = x.clamp(0.0, 1.0);

@@ -1,4 +1,5 @@
-//! The snail's shell: a tube on a conical spiral, with textures of bands along the whorls and growth ribs across them.
+//! The snail's shell, which is a tube on a conical spiral. The textures of the shell show bands along the whorls, and growth ribs across
+//! the bands.
 
 use std::f32::consts::{PI, TAU};
 
@@ -7,12 +8,12 @@ use glam::{Vec2, Vec3};
 use crate::noise::{fractal, srgb, step};
 use crate::skin::Surface;
 
-/// Turns of the spiral, and growth of the radius per turn.
+/// The number of turns of the spiral, and the growth of the radius per turn.
 const TURNS: f32 = 3.6;
 const GROWTH: f32 = 2.3;
-/// Metres from the axis to the middle of the last whorl.
+/// The distance from the axis to the middle of the last whorl, in metres.
 const RADIUS: f32 = 0.0118;
-/// Radius of the tube relative to the distance from the axis.
+/// The radius of the tube, relative to the distance from the axis.
 const TUBE: f32 = 0.47;
 /// Centre of the shell, and direction of its mouth: radians from +z towards −y.
 const MIDDLE: Vec3 = Vec3::new(0.0, 0.0186, -0.005);
@@ -34,27 +35,28 @@ pub fn position(u: f32, v: f32) -> Vec3 {
     let lip = (1.0 + 0.10 * step(0.965, 1.0, u)) * wall;
     let tube = TUBE * radius * lip * step(-0.02, 0.06, u) * (u / 0.01).clamp(0.0, 1.0).sqrt();
     let out = Vec3::new(0.0, -angle.sin(), angle.cos());
-    // Whorls shift to the left, so that the tip protrudes.
+    // The whorls are shifted to the left, so that the tip protrudes.
     let centre = out * radius + Vec3::X * (0.95 * (RADIUS - radius) - 0.0028);
     let around = v * TAU + PI;
     MIDDLE + centre + tube * (out * around.cos() + 1.06 * Vec3::X * around.sin())
 }
 
-/// Texture coordinates: proportional to the spiral's angle (repeating), and once around the tube.
+/// Returns the texture coordinates. The first coordinate is proportional to the angle of the spiral and repeats. The second coordinate runs
+/// once around the tube.
 pub fn uv(u: f32, v: f32) -> Vec2 {
     Vec2::new(u * TURNS, v)
 }
 
-/// Appearance of the shell at texture coordinates.
+/// Returns the appearance of the shell at texture coordinates.
 pub fn surface(p: Vec2) -> Surface {
     let cells = |n: i32, m: i32, octaves, seed| fractal(p * Vec2::new(n as f32, m as f32), [n, m], octaves, 0.55, seed);
-    // Uneven ribs, and a few growth pauses.
+    // The ribs are uneven, with a few pauses in growth.
     let phase = p.x * 34.0 + 1.3 * (cells(9, 3, 3, 201) - 0.5) + 0.5 * (p.y * TAU).sin();
     let rib = 0.5 + 0.5 * (phase * TAU).cos();
     let rest = step(0.90, 0.98, (p.x * 3.0 + 0.12 * (cells(5, 4, 3, 202) - 0.5)).fract());
     let fine = cells(90, 40, 3, 203) - 0.5;
     let height = 0.10 * rib * rib + 0.05 * fine - 0.12 * rest;
-    // Three wavering dark bands on the outside.
+    // There are three wavering dark bands on the outside.
     let across = p.y + 0.020 * (cells(6, 2, 3, 204) - 0.5);
     let band = |middle: f32, half: f32| 1.0 - step(half - 0.012, half + 0.012, (across - middle).abs());
     let dark =

@@ -5,18 +5,18 @@ use glam::{Vec2, Vec3};
 use crate::noise::{cells, codes, fractal, srgb, step};
 use crate::png::rgb8;
 
-/// Surface properties at texture coordinates.
+/// The properties of a surface at texture coordinates.
 #[derive(Clone, Copy)]
 pub struct Surface {
-    /// Height in twentieths of the texture's width.
+    /// The height in twentieths of the texture's width.
     pub height: f32,
-    /// Linear colour.
+    /// The linear colour.
     pub color: Vec3,
-    /// Perceptual roughness.
+    /// The perceptual roughness.
     pub roughness: f32,
 }
 
-/// Damp skin: pebbles in rows, smaller towards the foot, with grooves between them.
+/// Returns damp skin: pebbles in rows, which are smaller towards the foot and have grooves between them.
 pub fn surface(p: Vec2) -> Surface {
     let wide = |n: i32, octaves, seed| fractal(p * n as f32, [n; 2], octaves, 0.55, seed);
     let bent = p + 0.012 * Vec2::new(wide(10, 3, 221) - 0.5, wide(10, 3, 222) - 0.5);
@@ -24,7 +24,7 @@ pub fn surface(p: Vec2) -> Surface {
     let pebble = 1.0 - step(0.05, 0.62, distance);
     let (small, _) = cells(bent * 64.0, [64; 2], 224);
     let height = 0.26 * pebble + 0.05 * (1.0 - step(0.0, 0.6, small));
-    // Pale pebbles, dark grooves; the back is darker than the flanks.
+    // The pebbles are pale and the grooves dark. The back is darker than the flanks.
     let back = step(0.55, 1.0, 1.0 - (2.0 * (p.y - 0.25).abs()).min(1.0));
     let pale = srgb(176, 156, 124).lerp(srgb(140, 118, 92), own);
     let dark = srgb(84, 70, 56);
@@ -33,7 +33,7 @@ pub fn surface(p: Vec2) -> Surface {
     Surface { height, color, roughness: 0.38 + 0.22 * (1.0 - pebble) + 0.1 * (wide(20, 3, 226) - 0.5) }
 }
 
-/// Textures of a surface: base colour, normals, and roughness in green with zero metalness in blue.
+/// Returns the textures of a surface: the base colour, the normals, and the roughness in green with zero metalness in blue.
 pub fn pictures(side: usize, surface: impl Fn(Vec2) -> Surface) -> [Vec<u8>; 3] {
     let texcoord = |i: usize| Vec2::new((i % side) as f32 + 0.5, (i / side) as f32 + 0.5) / side as f32;
     let texels: Vec<Surface> = (0..side * side).map(|i| surface(texcoord(i))).collect();
@@ -42,7 +42,7 @@ pub fn pictures(side: usize, surface: impl Fn(Vec2) -> Surface) -> [Vec<u8>; 3] 
         let at = |x: usize, y: usize| texels[y % side * side + x % side].height * 0.05;
         let per = side as f32 / 2.0;
         let s = Vec2::new(at(x + 1, y) - at(x + side - 1, y), at(x, y + 1) - at(x, y + side - 1)) * per;
-        // Green points up, and rows run down.
+        // Green points up, while rows run down.
         Vec3::new(-s.x, s.y, 1.0).normalize().to_array().map(|n| (255.0 * (0.5 + 0.5 * n) + 0.5) as u8)
     };
     let rough = |t: &Surface| [255, (255.0 * t.roughness.clamp(0.05, 1.0) + 0.5) as u8, 0];

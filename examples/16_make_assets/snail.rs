@@ -1,4 +1,4 @@
-//! A garden snail that crawls in place: skinned, 60 mm long, facing +z.
+//! A garden snail that crawls in place. The mesh is skinned, 60 mm long, and faces +z.
 
 use std::f32::consts::{PI, TAU};
 
@@ -10,18 +10,18 @@ use crate::noise::step;
 use crate::sweep::{Mesh, Vertex};
 use crate::{shell, skin};
 
-/// Duration of the animation in seconds, and number of keys.
+/// The duration of the animation in seconds, and the number of keys.
 const SECONDS: f32 = 4.0;
 const KEYS: usize = 24;
 
-/// A joint: name, parent and rest position.
+/// A joint with its name, parent and rest position.
 struct Joint {
     name: &'static str,
     parent: Option<usize>,
     position: Vec3,
 }
 
-/// Joints along the foot from tail to neck, which carries the head and stalks. The shell is attached to the body.
+/// The joints along the foot from the tail to the neck. The neck carries the head and the stalks, and the shell is attached to the body.
 const JOINTS: [Joint; 11] = [
     Joint { name: "body", parent: None, position: Vec3::new(0.0, 0.004, 0.0) },
     Joint { name: "tail", parent: Some(0), position: Vec3::new(0.0, 0.003, -0.026) },
@@ -36,7 +36,7 @@ const JOINTS: [Joint; 11] = [
     Joint { name: "shell", parent: Some(0), position: Vec3::new(0.0, 0.009, -0.004) },
 ];
 
-/// Centre line of the body: z, height of its centre, half its width and height; `t` from tail to mouth.
+/// Returns the centre line of the body: z, the height of the centre, and half the width and height. `t` runs from tail to mouth.
 fn body_line(t: f32) -> (f32, f32, Vec2) {
     let z = -0.030 + 0.066 * t;
     let lifted = 0.0085 * step(0.62, 1.0, t);
@@ -57,7 +57,7 @@ fn sole(t: f32) -> f32 {
     step(0.85, 0.55, t)
 }
 
-/// The body's surface. `v` runs around from below; the sole is flat and flares at its rim.
+/// Returns a point of the body's surface. `v` runs around from below. The sole is flat, and flares at its rim.
 fn body_position(t: f32, v: f32) -> Vec3 {
     let (z, middle, half) = body_line(t);
     let angle = v * TAU - 0.5 * PI;
@@ -68,20 +68,20 @@ fn body_position(t: f32, v: f32) -> Vec3 {
     Vec3::new(half.x * cosine * rim, middle + half.y * y, z)
 }
 
-/// Largest half-size in [`body_line`]; the texture wraps once around it.
+/// The largest half-size in [`body_line`]. The texture wraps around this size once.
 const WIDEST: f32 = 0.0093;
 
-/// Number of body rings; they are denser near the mouth.
+/// The number of rings of the body. The rings are denser near the mouth.
 const RINGS: usize = 56;
 
 fn ring(u: f32) -> f32 {
     1.0 - (1.0 - u).powf(1.6)
 }
 
-/// Texture coordinates of the skin: by arc length along the back, and by the body's width to both sides, so that spots have
-/// uniform size and meet under the sole.
+/// The texture coordinates of the skin. The coordinates follow the arc length along the back, and the width of the body to both sides, so
+/// that spots have a uniform size and meet under the sole.
 struct BodyTexture {
-    /// Arc length of the back at even steps from tail to mouth, relative to the whole.
+    /// The arc length of the back at even steps from tail to mouth, relative to the whole length.
     lengths: Vec<f32>,
 }
 
@@ -107,7 +107,7 @@ impl BodyTexture {
     }
 }
 
-/// Joints of a body point: the nearest in front and behind.
+/// Returns the joints of a point of the body: the nearest joint in front and the nearest joint behind.
 fn body_joints(_: f32, p: Vec3) -> [(u16, f32); 4] {
     const LINE: [(u16, f32); 5] = [(1, -0.026), (2, -0.013), (3, 0.006), (4, 0.017), (5, 0.027)];
     let next = LINE.iter().position(|(_, z)| p.z < *z).unwrap_or(LINE.len());
@@ -119,7 +119,7 @@ fn body_joints(_: f32, p: Vec3) -> [(u16, f32); 4] {
     [(a, 1.0 - share), (b, share), (0, 0.0), (0, 0.0)]
 }
 
-/// A stalk from a joint to the offset `tip`, with a knob at its end.
+/// Adds a stalk from a joint to the offset `tip`, with a knob at its end.
 fn stalk(mesh: &mut Mesh, joint: u16, tip: Vec3, radius: f32, knob: f32) {
     let root = JOINTS[joint as usize].position - tip * 0.12;
     let along = tip * 1.12;
@@ -144,7 +144,7 @@ fn stalk(mesh: &mut Mesh, joint: u16, tip: Vec3, radius: f32, knob: f32) {
     mesh.tube([20, 12], position, uv, weights);
 }
 
-/// An eye: a dark bead on the tip of a stalk.
+/// Adds an eye, which is a dark bead on the tip of a stalk.
 fn eye(mesh: &mut Mesh, joint: u16, tip: Vec3) {
     let centre = JOINTS[joint as usize].position + tip * 0.99 + Vec3::new(0.0, 0.0001, 0.0002);
     let position = move |u: f32, v: f32| {
@@ -154,7 +154,7 @@ fn eye(mesh: &mut Mesh, joint: u16, tip: Vec3) {
     mesh.tube([10, 14], position, Vec2::new, move |_, _| [(joint, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)]);
 }
 
-/// Skin, shell and eyes.
+/// Returns the meshes of skin, shell and eyes.
 fn meshes() -> [Mesh; 3] {
     let [mut skin, mut shell, mut eyes] = [Mesh::default(), Mesh::default(), Mesh::default()];
     let texture = BodyTexture::new();
@@ -306,7 +306,7 @@ fn primitive(glb: &mut Glb, mesh: &Mesh, material: usize, textured: bool) -> Val
     json!({ "attributes": attributes, "indices": glb.shorts(&indices, INDICES), "material": material })
 }
 
-/// The GLB file.
+/// Returns the GLB file.
 pub fn file() -> Vec<u8> {
     let mut glb = Glb::default();
     let [skin, shell, eyes] = meshes();

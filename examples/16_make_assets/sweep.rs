@@ -1,4 +1,4 @@
-//! Swept meshes: tubes of any outline with derived normals, tangents and texture coordinates.
+//! Swept meshes: tubes of any outline. Normals, tangents and texture coordinates are derived.
 
 use glam::{Vec2, Vec3};
 
@@ -7,10 +7,10 @@ use glam::{Vec2, Vec3};
 pub struct Vertex {
     pub position: Vec3,
     pub normal: Vec3,
-    /// Direction of increasing `u`, and the sign of the bitangent, opposite to increasing `v`.
+    /// The direction of increasing `u`, and the sign of the bitangent. The bitangent points opposite to increasing `v`.
     pub tangent: [f32; 4],
     pub uv: Vec2,
-    /// Joint indices and weights.
+    /// The joint indices and their weights.
     pub joints: [(u16, f32); 4],
 }
 
@@ -22,9 +22,9 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// Appends a tube of `rings × sides` quads through `surface(u, v)`, with `u` along it and `v` around it, both from 0 to 1.
-    /// `uv` gives texture coordinates, `joints` the skinning. The outside is opposite to `∂u × ∂v`; the first and last rings may
-    /// shrink to points.
+    /// Appends a tube of `rings × sides` quads through `surface(u, v)`, with `u` along the tube and `v` around the tube, both from 0 to 1.
+    /// `uv` returns texture coordinates, and `joints` returns the skinning. The outside is opposite to `∂u × ∂v`. The first and the last
+    /// ring may shrink to points.
     pub fn tube(
         &mut self,
         [rings, sides]: [usize; 2],

@@ -7,7 +7,7 @@ struct Frame {
     vec3 z;
 };
 
-// Returns the orthonormal frame about a unit vector (Frisvad 2012; Duff et al. 2017). Below the equator, 1 / (1 + z) is
+// Returns an orthonormal frame whose z axis is the given unit vector (Frisvad 2012; Duff et al. 2017). Below the equator, 1 / (1 + z) is
 // computed as (1 - z) / (x^2 + y^2), which keeps full precision down to the only discontinuity, z = (0, 0, -1).
 Frame frame_about(const vec3 z) {
     float r2 = dot(z.xy, z.xy);
@@ -17,7 +17,7 @@ Frame frame_about(const vec3 z) {
     return Frame(vec3(1.0 - z.x * z.x * a, xy, -z.x), vec3(xy, 1.0 - z.y * z.y * a, -z.y), z);
 }
 
-// Transforms a world direction to frame coordinates (to_frame) and back (from_frame).
+// Transforms a world direction to frame coordinates (to_frame), or frame coordinates to a world direction (from_frame).
 vec3 to_frame(const Frame f, const vec3 world) {
     return vec3(dot(world, f.x), dot(world, f.y), dot(world, f.z));
 }
@@ -25,7 +25,7 @@ vec3 from_frame(const Frame f, const vec3 local) {
     return f.x * local.x + f.y * local.y + f.z * local.z;
 }
 
-// Maps a unit vector to [-1, 1]^2 and back by the octahedral map (Meyer et al. 2010).
+// Maps a unit vector to [-1, 1]^2 by the octahedral map, or back (Meyer et al. 2010).
 vec2 octahedral_encode(const vec3 n) {
     vec2 p = n.xy / max(abs(n.x) + abs(n.y) + abs(n.z), 1e-30);
     vec2 folded = (1.0 - abs(p.yx)) * vec2(p.x >= 0.0 ? 1.0 : -1.0, p.y >= 0.0 ? 1.0 : -1.0);

@@ -6,9 +6,9 @@
 #include "visible/diffuse.glsl"
 #include "visible/fresnel.glsl"
 
-// The recommended diffuse and specular shading under a light (crates/leadr-reflectance/src/shading.rs). An environment needs
-// lookups between the calls: use visible/shadowed_specular.glsl for the specular term. For the diffuse term use
-// visible/shadowed_environment.glsl times albedo times one minus the mean Fresnel term.
+// The recommended diffuse and specular shading under a light (crates/leadr-reflectance/src/shading.rs). An environment needs texture
+// lookups between the calls, so this file leaves it out. For the specular term of an environment, use visible/shadowed_specular.glsl. For
+// the diffuse term, multiply the result of visible/shadowed_environment.glsl by the albedo and by one minus the mean Fresnel term.
 
 // A displaced surface under one pixel, in the tangent frame.
 struct LeadrSurface {

@@ -7,17 +7,17 @@ layout(local_size_x = 8, local_size_y = 8) in;
 
 #include "msaa.glsl"
 
-layout(constant_id = 0) const bool EDGES = false; // the sample has edge samples (join.comp)
-layout(constant_id = 1) const int MSAA = 1;       // samples of the geometry in each pixel (msaa.comp)
+layout(constant_id = 0) const bool EDGES = false; // whether the sample has edge samples (join.comp)
+layout(constant_id = 1) const int MSAA = 1;       // number of geometry samples in each pixel (msaa.comp)
 
-uniform sampler2D sample_image; // radiance of the pixels' own surfaces
+uniform sampler2D sample_image; // radiance of each pixel's own surface
 layout(rgba32f) uniform image2D mean_image;
-uniform sampler2D others; // sum of the edge samples on other surfaces
-uniform usampler2D others_of_pixels; // slots of the other multisampled surfaces of a pixel
+uniform sampler2D others; // sum of the edge samples that hit other surfaces
+uniform usampler2D others_of_pixels; // slots of the other surfaces of a multisampled pixel
 uniform sampler2D shares; // x: number of edge samples on the pixel's own surface
 layout(push_constant) uniform Weights {
-    float weight;       // 1 / number of samples so far, this one included
-    float edge_samples; // per pixel
+    float weight;       // 1 / number of samples so far, including this one
+    float edge_samples; // number of edge samples per pixel
 } push;
 
 void main() {
@@ -41,7 +41,7 @@ void main() {
         value = (value * float(own) + sum) / float(MSAA);
     }
     if (EDGES) {
-        // A share of exactly one leaves the value bit-identical.
+        // A share of exactly one leaves the value unchanged to the bit.
         value *= texelFetch(shares, pixel, 0).x / push.edge_samples;
         value += texelFetch(others, pixel, 0) / push.edge_samples;
     }

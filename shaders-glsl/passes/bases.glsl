@@ -1,14 +1,14 @@
-// Optional features of a base beyond one lobe. Each costs time only where it is enabled.
+// Optional features of base materials with more than one lobe. Each feature costs time only where it is enabled.
 #ifndef LEADR_BASES
 #define LEADR_BASES
 
-// Two roughnesses share a surface.
+// Whether a surface can have two roughnesses.
 layout(constant_id = 49) const bool MIXED_ROUGHNESS = false;
-// Lobes of measured materials; 0 if no surface has such a base.
+// The number of lobes of the measured materials, or 0 if no surface has a measured base.
 layout(constant_id = 59) const int FIT_LOBES = 0;
 // Whether all surfaces have a measured base.
 layout(constant_id = 83) const bool ALL_FITTED = false;
-// Occlusion of the surroundings by cones.
+// Whether cones describe the occlusion by the surroundings.
 layout(constant_id = 63) const bool CONES = false;
 
 #endif

@@ -1,8 +1,8 @@
 #version 460
 
-layout(location = 0) out vec2 out_texcoord; // [0, 1], y down
+layout(location = 0) out vec2 out_texcoord; // from 0 to 1, y down
 
-// One triangle that covers the screen.
+// Draws one triangle that covers the screen.
 void main() {
     vec2 corner = vec2(gl_VertexIndex & 1, gl_VertexIndex >> 1) * 2.0;
     out_texcoord = corner;

@@ -1,5 +1,5 @@
-// The texels of the G-buffer (GBuffer in Rust): 88 bytes per pixel. Mean and covariance of the slopes are packed into texels
-// that every technique fetches anyway.
+// The texels of the G-buffer (GBuffer in Rust), which has 88 bytes per pixel. Mean and covariance of the slopes are packed into texels that
+// every technique fetches anyway.
 #ifndef LEADR_GBUFFER
 #define LEADR_GBUFFER
 
@@ -10,34 +10,34 @@
 
 const vec4 NO_CONE = vec4(0.0, 0.0, 1.0, -1.0);
 
-// Output of the filter passes at a pixel, for any kind of surface.
+// The output of the filter passes for a pixel, for any kind of surface.
 struct FilteredSurface {
-    vec3 normal;         // displacement direction, world
-    vec2 mean_slope;     // in the frame about the normal
-    vec3 covariance;     // of the slopes
-    vec4 material;       // linear albedo, Beckmann roughness alpha
-    MixedRoughness mixed; // the two roughnesses behind alpha, if MIXED_ROUGHNESS
+    vec3 normal;         // displacement direction, in world space
+    vec2 mean_slope;     // mean slope, in the frame about the normal
+    vec3 covariance;     // covariance of the slopes
+    vec4 material;       // rgb: linear albedo; a: Beckmann roughness alpha
+    MixedRoughness mixed; // the two roughnesses that alpha summarises, with MIXED_ROUGHNESS
     uint fit;            // number of the measured base material, or 0
     vec3 f0;             // reflectance at normal incidence
-    float diffuse_f0;    // of the diffuse base: the metallic share has no albedo
-    vec3 edge_tint;      // F82 tint of a conductor's reflectance: fresnel_edge_tint
-    vec3 emission;       // radiance, to be scaled
-    ReliefColor relief_color; // dependence of albedo on the relief
+    float diffuse_f0;    // reflectance of the diffuse base's surface; the metallic fraction has no albedo
+    vec3 edge_tint;      // F82 tint of a conductor's reflectance (fresnel_edge_tint)
+    vec3 emission;       // emitted radiance, before scaling
+    ReliefColor relief_color; // how the albedo depends on the relief
     float accessibility;
     bool inside;         // whether a back face is visible
-    Horizon horizon;     // of the relief
-    vec4 cone;           // used instead, if CONES: vector and share of leadr/masking/occlusion.glsl, tangent frame; w below 0 without one
-    float lod;           // of the maps
-    float joined;        // weight of the pixel's edge samples, 0 to 1
-    float relief;        // of the object of an edge sample, metres
+    Horizon horizon;     // horizon of the relief
+    vec4 cone;           // replaces the horizon with CONES: vector and share (leadr/masking/occlusion.glsl), tangent frame; w < 0: no cone
+    float lod;           // level of detail of the maps
+    float joined;        // weight of the joined edge samples, 0 to 1
+    float relief;        // relief of an edge sample's object, in metres
 };
 
-// Displacement direction (octahedral, snorm), mean slope, covariance sxy.
+// Packs the displacement direction (octahedral, snorm), the mean slope, and the covariance sxy.
 uvec4 pack_slopes(const uint direction, const vec2 mean_slope, const vec3 covariance) {
     return uvec4(direction, floatBitsToUint(mean_slope), floatBitsToUint(covariance.z));
 }
 
-// Linear albedo and Beckmann roughness alpha, as halves; variances sxx, syy.
+// Packs linear albedo and Beckmann roughness alpha as halves, and the variances sxx and syy.
 uvec4 pack_material(const vec4 material, const vec3 covariance) {
     return uvec4(packHalf2x16(material.xy), packHalf2x16(material.zw), floatBitsToUint(covariance.xy));
 }
@@ -54,20 +54,20 @@ vec4 material_of(const uvec4 material) {
     return vec4(unpackHalf2x16(material.x), unpackHalf2x16(material.y));
 }
 
-// Ambient accessibility, -1 for back faces, and the level of detail of the maps, as halves.
+// Packs the ambient accessibility, or -1 for back faces, and the level of detail of the maps, as halves.
 uint pack_accessibility_lod(const FilteredSurface f) {
     return packHalf2x16(vec2(f.inside ? -1.0 : f.accessibility, f.lod));
 }
 
-// As halves: reflectance at normal incidence; the share of the rougher part, or minus the number of a measured material, which
-// has no such parts; both roughnesses. Then the reflectance of the diffuse base.
+// Packs these values as halves: the reflectance at normal incidence, the share of the rougher part, both roughnesses, and the reflectance
+// of the diffuse base. A measured material has no two parts, so the share is minus its number.
 uvec4 pack_reflection(const FilteredSurface f) {
     float share = f.fit > 0u ? -float(f.fit) : f.mixed.share;
     return uvec4(packHalf2x16(f.f0.xy), packHalf2x16(vec2(f.f0.z, share)),
                  packHalf2x16(vec2(f.mixed.smooth_alpha, f.mixed.rough_alpha)), floatBitsToUint(f.diffuse_f0));
 }
 
-// F82 tint of a conductor, 0 to 4: five bits per channel.
+// Packs the F82 tint of a conductor, 0 to 4, with five bits per channel.
 uint pack_edge_tint(const vec3 edge_tint) {
     uvec3 bits = uvec3(round(clamp(edge_tint, 0.0, 4.0) * (31.0 / 4.0)));
     return bits.x | bits.y << 5 | bits.z << 10;
@@ -77,7 +77,7 @@ vec3 unpack_edge_tint(const uint bits) {
     return vec3(uvec3(bits, bits >> 5, bits >> 10) & 31u) * (4.0 / 31.0);
 }
 
-// Emission as halves, and the F82 tint.
+// Packs the emission as halves, and the F82 tint.
 uvec2 pack_emission(const FilteredSurface f) {
     vec3 emission = clamp(f.emission, 0.0, 6e4);
     return uvec2(packHalf2x16(emission.xy), packHalf2x16(vec2(emission.z, 0.0)) | pack_edge_tint(f.edge_tint) << 16);
@@ -104,7 +104,7 @@ uint fit_of(const uvec4 reflection) {
     return uint(max(-unpackHalf2x16(reflection.y).y, 0.0));
 }
 
-// Three numbers in [-1, 1], ten bits each.
+// Packs three numbers in [-1, 1] with ten bits each.
 uint pack_thrice(const vec3 v) {
     ivec3 bits = ivec3(round(clamp(v, -1.0, 1.0) * 511.0)) & 0x3ff;
     return uint(bits.x) | uint(bits.y) << 10 | uint(bits.z) << 20;
@@ -114,7 +114,8 @@ vec3 unpack_thrice(const uint bits) {
     return vec3(ivec3(bits << 22, bits << 12, bits << 2) >> 22) / 511.0;
 }
 
-// Covariances of colour and slope in deviations of the slope; at most one half, since colours lie within 0 and 1.
+// Packs the covariances of colour and slope in standard deviations of the slope. Such covariances are at most one half, since colours lie
+// between 0 and 1.
 uvec4 pack_relief_color(const ReliefColor r, const vec3 covariance) {
     vec2 per = 2.0 * inversesqrt(max(covariance.xy, 1e-12));
     return uvec4(pack_thrice(r.low), pack_thrice(r.high), pack_thrice(per.x * r.x), pack_thrice(per.y * r.y));
@@ -126,7 +127,7 @@ ReliefColor unpack_relief_color(const uvec4 packed, const vec3 covariance) {
                        deviation.y * unpack_thrice(packed.w));
 }
 
-// For a pixel: the weight of its joined edge samples, 0 to 1.
+// Packs the data of a pixel: the weight of its joined edge samples, 0 to 1.
 uvec2 pack_surface(const FilteredSurface f) {
     return uvec2(pack_accessibility_lod(f), floatBitsToUint(f.joined));
 }
@@ -135,17 +136,17 @@ float joined_part_of(const uvec2 surface) {
     return uintBitsToFloat(surface.y);
 }
 
-// For an edge sample: the relief of its object, metres.
+// Packs the data of an edge sample: the relief of its object, in metres.
 uvec2 pack_edge(const FilteredSurface f) {
     return uvec2(pack_accessibility_lod(f), floatBitsToUint(f.relief));
 }
 
-// For an edge sample to be joined: its area of macrosurface, square metres, and the relief of its object.
+// Packs the data of an edge sample that will be joined: its area of macrosurface, in square metres, and the relief of its object.
 uvec2 pack_joined_edge(const float area, const float relief) {
     return floatBitsToUint(vec2(area, relief));
 }
 
-// A deviation in 11 bits: a half float without the sign and four bits of its fraction.
+// Packs a standard deviation in 11 bits: a half float without the sign and without four bits of its fraction.
 uint pack_deviation(const float deviation) {
     return min((packHalf2x16(vec2(deviation, 0.0)) + 8u) >> 4, 0x7bfu);
 }
@@ -154,8 +155,8 @@ float unpack_deviation(const uint bits) {
     return unpackHalf2x16((bits & 0x7ffu) << 4).x;
 }
 
-// The horizon of the relief: lean as halves; deviations of the spread with 11 bits and their correlation with 10. Zero if
-// nothing rises above the plane of the mean slope.
+// Packs the horizon of the relief: lean as halves, the standard deviations of the spread with 11 bits each, and their correlation with 10
+// bits. The result is zero if nothing rises above the plane of the mean slope.
 uvec2 pack_horizon(const Horizon h) {
     vec2 deviations = min(sqrt(max(h.spread.xy, 0.0)), 6e4);
     float correlation = clamp(h.spread.z / max(deviations.x * deviations.y, 1e-20), -1.0, 1.0);
@@ -164,7 +165,8 @@ uvec2 pack_horizon(const Horizon h) {
                  pack_deviation(deviations.x) | pack_deviation(deviations.y) << 11 | signed_ten << 22);
 }
 
-// A cone instead of the horizon: 16 bits for x and y, 10 for z and 11 for the share. No horizon has a deviation of all ones.
+// A cone can replace the horizon, with 16 bits each for x and y, 10 for z, and 11 for the share. The mark is a deviation of all ones, which
+// no horizon has.
 const uint CONE_MARK = 0x7ffu;
 
 uvec2 pack_cone(const vec4 cone) {

@@ -1,8 +1,8 @@
 #ifndef LEADR_HALVES
 #define LEADR_HALVES
 
-// The nearest half float, ties to even. Vulkan leaves the rounding of stores to drivers. crates/leadr-maps/src/halves.rs has a
-// twin.
+// Returns the nearest half float, with ties to even. Vulkan leaves the rounding of image stores to drivers, so this function defines it.
+// crates/leadr-maps/src/halves.rs has the same function.
 float nearest_half(const float value)
 {
     uint bits = floatBitsToUint(value);

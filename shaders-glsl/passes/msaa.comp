@@ -1,15 +1,15 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
-// Finds the surfaces under the samples of each pixel, so that each is shaded once, and the samples that it covers. The one with
-// the most samples is the pixel's own; the others go into slots below the pixels.
+// Finds the surfaces under the samples of each pixel, and the samples that each surface covers, so that each surface is shaded once. The
+// surface with the most samples is the pixel's own surface. The other surfaces are stored in slots in rows below the image.
 #include "msaa.glsl"
 #include "reached.glsl"
 #include "visible.glsl"
 #include "leadr/frame.glsl"
 layout(local_size_x = OTHERS_BLOCK, local_size_y = OTHERS_BLOCK) in;
 
-layout(constant_id = 0) const int SAMPLES = 4; // of each pixel, at most MOST_MULTISAMPLES
+layout(constant_id = 0) const int SAMPLES = 4; // samples in each pixel, at most MOST_MULTISAMPLES
 
 uniform usampler2DMS seen_surface; // see geometry.frag
 uniform usampler2DMS seen_footprint;
@@ -18,23 +18,23 @@ layout(rgba32ui) uniform writeonly uimage2D surface;
 layout(rg32ui) uniform writeonly uimage2D footprint;
 layout(r32f) uniform writeonly image2D depth;
 layout(r32ui) uniform writeonly uimage2D others;
-layout(std430) buffer FilledSlots { uint filled_slots[]; }; // of each block
-layout(push_constant, std430) uniform MsaaRays { // as in surface_at
+layout(std430) buffer FilledSlots { uint filled_slots[]; }; // number of filled slots in each block
+layout(push_constant, std430) uniform MsaaRays { // Rays as in surface_at.
     vec4 x;
     vec4 y;
     vec4 middle; // w: near plane
 } rays;
 
 const uint ALL_SAMPLES = (1u << SAMPLES) - 1u;
-// Limit of the extrapolation of an edge-on triangle to the centre of the pixel, in pixel widths.
+// The largest distance over which an edge-on triangle is extrapolated to the centre of the pixel, in pixel widths.
 const float FARTHEST = 16.0;
 
 mat2 sea_footprint(const uvec2 packed) {
     return mat2(unpackHalf2x16(packed.x), unpackHalf2x16(packed.y));
 }
 
-// Stores a surface at sample `i` of the pixel. alone: it is the pixel's only surface and evaluated at the centre; otherwise the
-// centre may lie beyond its outline. width: of a pixel, at distance 1.
+// Stores a surface at sample `i` of the pixel. If `alone` is true, it is the pixel's only surface, and it is evaluated at the centre of the
+// pixel. In a pixel with several surfaces, the centre may lie outside the surface. width is the width of a pixel at distance 1.
 void store(const ivec2 target, const ivec2 pixel, const int i, const bool alone, const float width) {
     uvec4 seen = texelFetch(seen_surface, pixel, i);
     uvec2 reached = texelFetch(seen_footprint, pixel, i).xy;
@@ -55,12 +55,12 @@ void store(const ivec2 target, const ivec2 pixel, const int i, const bool alone,
     imageStore(depth, target, vec4(z));
 }
 
-// Properties of a sample that distinguish surfaces.
+// The properties of a sample that distinguish surfaces.
 struct Seen {
     uint word;
     vec3 normal;   // displacement direction
-    float away;    // view-axis distance at the pixel centre, over the near plane's
-    float facing;  // cosine of the angle to the ray times the ray's length
+    float away;    // distance along the view axis at the pixel centre, divided by the distance of the near plane
+    float facing;  // cosine of the angle between normal and ray, times the length of the ray
 };
 
 Seen seen_by(const uvec4 surface, const uvec2 reached, const vec3 ray) {
@@ -72,7 +72,7 @@ Seen seen_by(const uvec4 surface, const uvec2 reached, const vec3 ray) {
     return seen;
 }
 
-// Two points on one ray belong to one smooth surface if they differ by less than a pixel along the normal.
+// Whether two points on one ray belong to one smooth surface. Along the normal, such points differ by less than a pixel.
 bool same_surface(const Seen a, const Seen b, const float width) {
     bool one_object = ((a.word ^ b.word) & (OBJECT_BITS | INSIDE)) == 0u;
     float apart = abs((a.facing + b.facing) * (a.away - b.away));
@@ -80,7 +80,7 @@ bool same_surface(const Seen a, const Seen b, const float width) {
     return one_object && (near_enough || a.word == 0u);
 }
 
-// Among the samples whose bits are set, one whose triangle also covers others of them, if any.
+// Returns one of the samples whose bits are set. If possible, its triangle covers other samples of this set as well.
 int sample_of_largest(const uint triangles[SAMPLES], const uint samples) {
     int found = findLSB(samples);
     [[unroll]] for (int i = SAMPLES - 2; i >= 0; --i) {
@@ -93,7 +93,7 @@ int sample_of_largest(const uint triangles[SAMPLES], const uint samples) {
     return found;
 }
 
-// Lists the surfaces of a pixel that may show more than one, and returns the word of its other surfaces.
+// Lists the surfaces of a pixel that may show more than one surface. Returns the word of the pixel's other surfaces.
 uint list_surfaces(const ivec2 pixel, const vec3 ray, const float width) {
     Seen seen[SAMPLES];
     uint triangles[SAMPLES];
@@ -108,7 +108,7 @@ uint list_surfaces(const ivec2 pixel, const vec3 ray, const float width) {
             first[i] = same_surface(seen[i], seen[k], width) ? first[k] : first[i];
         }
     }
-    // The surface with the most samples is the pixel's own.
+    // The surface with the most samples is the pixel's own surface.
     uint own = 0u, own_samples = 0u, others = 0u, firsts = 0u;
     [[unroll]] for (int i = 0; i < SAMPLES; ++i) {
         uint samples = 0u;
@@ -126,7 +126,7 @@ uint list_surfaces(const ivec2 pixel, const vec3 ray, const float width) {
     int count = min(bitCount(others), MOST_OTHERS), height = imageSize(surface).y;
     ivec2 block = pixel / OTHERS_BLOCK;
     int slot = int(atomicAdd(filled_slots[block.y * int(gl_NumWorkGroups.x) + block.x], uint(count)));
-    // Samples of surfaces without a free slot go to the pixel's own surface.
+    // If a surface has no free slot, its samples count for the pixel's own surface.
     count = min(count, OTHERS_SLOTS - slot);
     uint listed = first_slot_word(slot);
     for (int n = 0; n < count; ++n) {
@@ -150,11 +150,11 @@ void main() {
     }
     vec2 ndc = (vec2(pixel) + 0.5) / vec2(size) * 2.0 - 1.0;
     vec3 ray = rays.middle.xyz + ndc.x * rays.x.xyz + ndc.y * rays.y.xyz;
-    float width = 2.0 * length(rays.y.xyz) / float(size.y); // of a pixel, at distance 1
+    float width = 2.0 * length(rays.y.xyz) / float(size.y); // width of a pixel at distance 1
 
     uvec4 seen = texelFetch(seen_surface, pixel, 0);
     uvec2 reached = texelFetch(seen_footprint, pixel, 0).xy;
-    uint triangles[SAMPLES]; // identify triangles as well as numbers
+    uint triangles[SAMPLES]; // values that identify triangles, like triangle numbers
     Seen surface_seen = seen_by(seen, reached, ray);
     triangles[0] = reached.x;
     bool one = true;
@@ -168,7 +168,7 @@ void main() {
     }
     store(pixel, pixel, sample_of_largest(triangles, ALL_SAMPLES), true, width);
     uint listed = 0u;
-    // Pixels that fail the test `one` are examined closely. A loop, since drivers without divergent branches (lavapipe) run
+    // Pixels that fail the test `one` are examined closely. The code uses a loop, because drivers without divergent branches (lavapipe) run
     // both sides of an `if`.
     for (int i = 0; i < (one ? 0 : 1); ++i) {
         listed = list_surfaces(pixel, ray, width);

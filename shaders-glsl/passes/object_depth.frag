@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The object at each pixel, as a depth.
+// Writes the object at each pixel, encoded as a depth.
 #include "object_depth.glsl"
 #include "visible.glsl"
 

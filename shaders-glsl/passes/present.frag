@@ -1,12 +1,12 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 
-// Linear radiance to display codes, with one image left of a line and another right of it.
+// Converts linear radiance to display codes. One image is shown to the left of a line, and another to the right of the line.
 
 #include "tonemap.glsl"
 
-layout(constant_id = 0) const int TONEMAP = 1;          // see tonemap.glsl
-layout(constant_id = 1) const bool ENCODE_SRGB = true;  // false if the target encodes
+layout(constant_id = 0) const int TONEMAP = 1;          // operator (see tonemap.glsl)
+layout(constant_id = 1) const bool ENCODE_SRGB = true;  // false if the target format encodes sRGB
 
 uniform sampler2D image;
 uniform sampler2D other;
@@ -36,7 +36,7 @@ void main() {
     if (!ENCODE_SRGB) {
         display = linear_from_srgb(display);
     }
-    // Invalid texels must be visible, not black. Their bits are tested, because compilers may assume that NaN does not occur.
+    // Invalid texels must be visible, not black. The bits of the texels are tested, because compilers may assume that NaN does not occur.
     uvec3 magnitude = floatBitsToUint(radiance) & 0x7fffffffu;
     if (any(greaterThan(magnitude, uvec3(0x7f800000u)))) {
         display = vec3(1.0, 0.0, 1.0);

@@ -1,12 +1,12 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The object of each slot below the pixels, as a depth (msaa.comp).
+// Writes the object of each slot below the pixels, encoded as a depth (msaa.comp).
 #include "msaa.glsl"
 #include "object_depth.glsl"
 #include "visible.glsl"
 
 uniform usampler2D visible_surface;
-layout(std430) readonly buffer FilledSlots { uint filled_slots[]; }; // of each block
+layout(std430) readonly buffer FilledSlots { uint filled_slots[]; }; // number of filled slots in each block
 
 layout(depth_any) out float gl_FragDepth;
 

@@ -1,5 +1,5 @@
-// Features of a technique in the passes: constants set by crates/leadr-render/src/settings/technique.rs. Shaders do not depend
-// on the technique itself.
+// Features of a technique that the passes depend on. crates/leadr-render/src/settings/technique.rs sets these constants, and no shader
+// depends on the technique itself.
 #ifndef LEADR_TECHNIQUE
 #define LEADR_TECHNIQUE
 
@@ -7,16 +7,16 @@ layout(constant_id = 0) const int FAMILY = 4; // function that shades pixels: a 
 
 layout(constant_id = 20) const bool USES_SLOPES = true;
 layout(constant_id = 21) const bool USES_COVARIANCE = true;
-layout(constant_id = 22) const bool ISOTROPIC_COVARIANCE = false; // one variance for all directions
-layout(constant_id = 23) const bool FINEST_LEVEL = false;         // finest maps only: many samples per pixel filter them
+layout(constant_id = 22) const bool ISOTROPIC_COVARIANCE = false; // all directions have the same variance
+layout(constant_id = 23) const bool FINEST_LEVEL = false;         // only the finest maps are used, since many samples per pixel filter them
 layout(constant_id = 24) const bool GGX_BASE = false;             // the base material is GGX, not Beckmann
 layout(constant_id = 25) const bool USES_CURVATURE = true;        // rotation of the macrosurface under a pixel adds roughness
 layout(constant_id = 26) const bool TILTS_TO_EDGE = true;         // mean slopes that face away are tilted to edge-on
 layout(constant_id = 27) const bool USES_HORIZON = false;         // bumps occlude each other's surroundings
 layout(constant_id = 28) const bool USES_RELIEF_COLOR = false;    // relief-dependent colours are those of the visible and lit facets
 
-// The covariance that the technique shades with. S: total under a pixel; in_no_map: its part that comes from no map, which
-// every technique treats as roughness.
+// Returns the covariance that the technique shades with. S is the total covariance under a pixel. in_no_map is the part of S that comes
+// from no map. Every technique treats this part as roughness.
 vec3 technique_covariance(const vec3 S, const vec3 in_no_map) {
     vec3 kept = USES_COVARIANCE ? S : in_no_map;
     return ISOTROPIC_COVARIANCE ? vec3(vec2(0.5 * (kept.x + kept.y)), 0.0) : kept;

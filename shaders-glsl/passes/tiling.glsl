@@ -1,17 +1,17 @@
-// Repeating maps, tiled without visible repeats (leadr/slopes/tiling.glsl).
+// Repeating maps, tiled by example so that no repeats are visible (leadr/slopes/tiling.glsl).
 #ifndef LEADR_TILING
 #define LEADR_TILING
 #include "constants.glsl"
 #include "leadr/slopes/tiling.glsl"
 
-// The variants at a point and their offsets in repeats. A pixel shares them between its taps: a footprint longer than a lattice
+// The variants at a point and their offsets in repeats. All taps of a pixel share the variants, because a footprint longer than a lattice
 // cell covers as much of the map in one variant as in several.
 struct OffsetVariants {
     TilingVariants of;
     vec2 from_a;
     vec2 from_b;
     vec2 from_c;
-    bool single; // a single variant: the map unchanged
+    bool single; // there is a single variant, which is the map unchanged
 };
 
 const TilingVariant NO_VARIANT = TilingVariant(ivec2(0), 0.0, vec2(0.0));
@@ -21,7 +21,7 @@ const OffsetVariants NO_VARIANTS =
 const OffsetVariants ONE_VARIANT =
     OffsetVariants(TilingVariants(FULL_VARIANT, NO_VARIANT, NO_VARIANT), vec2(0.0), vec2(0.0), vec2(0.0), true);
 
-// flags: of the object.
+// Returns the variants at a point. flags are the flags of the object.
 OffsetVariants offset_variants(const vec2 at, const uint flags) {
     if ((flags & FLAG_ONE_VARIANT) != 0u) {
         return ONE_VARIANT;
@@ -36,7 +36,7 @@ OffsetVariants merged_at(OffsetVariants variants, const float lod) {
     return variants;
 }
 
-// Number of variants with weight. Loops end there, because drivers without divergent branches (lavapipe) run both sides of an
+// Returns the number of variants with weight. Loops end there, because drivers without divergent branches (lavapipe) run both sides of an
 // `if`.
 int tiling_count(const OffsetVariants variants) {
     return variants.of.c.weight > 0.0 ? 3 : (variants.of.b.weight > 0.0 ? 2 : 1);
@@ -50,13 +50,13 @@ void next_variant(inout OffsetVariants variants) {
     variants.from_b = variants.from_c;
 }
 
-// One loop covers all variants of all taps: on such drivers, nested loops cost more than their bodies.
+// One loop covers all variants of all taps, because nested loops cost more than their bodies on such drivers.
 struct TapVariant {
     int tap;
     int variant;
     vec2 from;
     float weight;
-    bool last; // of its tap
+    bool last; // whether it is the last variant of its tap
 };
 
 TapVariant variant_of_tap(const OffsetVariants variants, const int tap, const int variant) {
@@ -73,17 +73,18 @@ void next_variant(inout TapVariant now, const OffsetVariants variants) {
     now = variant_of_tap(variants, now.last ? now.tap + 1 : now.tap, now.last ? 0 : now.variant + 1);
 }
 
-// Remaining fraction of a map's deviation from its mean at this level of detail.
+// Returns the fraction of a map's deviation from its mean that remains at this level of detail.
 float tiling_part(const OffsetVariants variants, sampler2D map, const float lod) {
     return variants.single ? 1.0 : tiling_fade(lod, float(textureSize(map, 0).x), TILING_CELLS);
 }
 
-// The mean of a map, from its last level.
+// Returns the mean of a map, which is its last mip level.
 vec4 map_mean(sampler2D map) {
     return textureLod(map, vec2(0.5), float(textureQueryLevels(map) - 1));
 }
 
-// passing: slope by texture coordinate from the height difference between blended variants.
+// Returns the height of a map tiled by example. passing returns the slope, by texture coordinate, that the height difference between
+// blended variants adds.
 float tiled_height(sampler2D heights, OffsetVariants variants, const vec2 at, const float lod, out vec2 passing) {
     float mean = map_mean(heights).x, part = tiling_part(variants, heights, lod);
     passing = vec2(0.0);

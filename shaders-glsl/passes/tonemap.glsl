@@ -1,4 +1,4 @@
-// Maps linear radiance after exposure to linear display light: crates/leadr-maps/src/tonemap.rs.
+// Maps linear radiance, after exposure, to linear display light, like crates/leadr-maps/src/tonemap.rs.
 #ifndef PASSES_TONEMAP
 #define PASSES_TONEMAP
 
@@ -7,12 +7,12 @@ const int TONEMAP_FILMIC = 1;
 const int TONEMAP_ACES = 2;
 const int TONEMAP_AGX = 3;
 
-// Narkowicz's fit, per channel.
+// Applies Narkowicz's filmic fit to each channel.
 vec3 filmic(const vec3 x) {
     return min(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 1.0);
 }
 
-// Hill's fit of the ACES reference rendering; columns of its matrices.
+// Applies Hill's fit of the ACES reference rendering. The matrices are written by columns.
 vec3 aces(const vec3 x) {
     const mat3 into = mat3(0.59719, 0.07600, 0.02840, 0.35458, 0.90834, 0.13383, 0.04823, 0.01566, 0.83777);
     const mat3 out_of = mat3(1.60475, -0.10208, -0.00327, -0.53108, 1.10813, -0.07276, -0.07367, -0.00605, 1.07602);
@@ -21,7 +21,7 @@ vec3 aces(const vec3 x) {
     return clamp(out_of * v, 0.0, 1.0);
 }
 
-// AgX in Wrensch's polynomial form with its "punchy" grade.
+// Applies AgX in Wrensch's polynomial form, with its "punchy" grade.
 vec3 agx(const vec3 x) {
     const mat3 into = mat3(0.84247906, 0.042328242, 0.042375655, 0.0784336, 0.87846864, 0.0784336, 0.079223745, 0.07916613, 0.879143);
     const mat3 out_of = mat3(1.196879, -0.05289685, -0.05297164, -0.09802088, 1.1519031, -0.09804345, -0.09902974, -0.09896118, 1.1510737);

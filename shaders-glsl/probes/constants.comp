@@ -3,7 +3,7 @@
 #include "leadr/integrals/specular.glsl"
 #include "leadr_probe.glsl"
 
-// Outputs the constants; x is only read to follow the probe convention.
+// Outputs the constants. The code reads x only to follow the probe convention.
 void main() {
     if (gl_GlobalInvocationID.x >= count) return;
     at = gl_GlobalInvocationID.x;

@@ -1,4 +1,4 @@
-// Declarations shared by every probe of the LEADR library: invocation i reads x[i * IN ..] and writes y[i * OUT ..].
+// Declarations that all probes of the LEADR library share. Invocation i reads x[i * IN ..] and writes y[i * OUT ..].
 layout(local_size_x = 64) in;
 layout(std430) readonly buffer In { float x[]; };
 layout(std430) writeonly buffer Out { float y[]; };

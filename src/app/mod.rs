@@ -1,7 +1,8 @@
-//! The `leadr` command. Each subcommand has a folder with its arguments, which resolve to a configuration of the library crates. [`flags`]
-//! holds the flags that several subcommands share.
+//! The `leadr` command. Each subcommand has a folder. The arguments of a subcommand are converted to a configuration of the library crates.
+//! [`flags`] has the flags that several subcommands share.
 //!
-//! The result goes to stdout and the log to stderr. Exit codes: 0 success, 1 failed or over a threshold, 2 wrong usage.
+//! The result goes to stdout and the log to stderr. The exit code is 0 for success, 1 for a failure or an exceeded threshold, and 2 for
+//! wrong usage.
 
 pub mod bake;
 pub mod bench;
@@ -28,8 +29,8 @@ use cli::{Cli, Command};
 use flags::scene::SceneArgs;
 use leadr_scenes::given::CommandLine;
 
-/// Parses the command line (program name first), runs the subcommand, and reports an error in one line on stderr. Returns the exit code:
-/// 0 success, 1 failed or over a threshold, 2 wrong usage.
+/// Parses the command line (program name first), runs the subcommand, and reports an error in one line on stderr. Returns the exit code: 0
+/// for success, 1 for a failure or an exceeded threshold, and 2 for wrong usage.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     program::set_commit(env!("LEADR_COMMIT"));
     leadr_tools::command::run::run(cli::command(), arguments, |cli: &Cli| cli.output, dispatch)
@@ -49,7 +50,7 @@ fn dispatch(cli: Cli, matches: &ArgMatches, output: &Output) -> Result<(), AppEr
     }
 }
 
-/// Returns the flags of `A` that the user set for the subcommand.
+/// Returns those flags of `A` that the user has set for the subcommand.
 fn given<A: Args>(matches: &ArgMatches) -> CommandLine {
     matches.subcommand().map(|(_, matches)| flags::given::<A>(matches)).unwrap_or_default()
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Component, Path, PathBuf};
 
-// The import links the archives that the crate documents.
+// This import links the archives that Debian's shaderc lacks.
 use leadr_shaderc_debian as _;
 
 use crate::{Stage, reflect};
@@ -36,10 +36,10 @@ fn kind(stage: Stage) -> shaderc::ShaderKind {
     }
 }
 
-/// Compiles GLSL below a root to SPIR-V.
+/// A compiler from GLSL files below a root folder to SPIR-V.
 ///
-/// The optimiser is off, because it inlines every function: modules become three times as large, and it takes ten times as long
-/// as the translation. Drivers inline in any case.
+/// The optimiser is off, because it inlines every function. It makes modules three times as large, and takes ten times as long as the
+/// translation. Drivers inline functions in any case.
 pub struct Compiler {
     root: PathBuf,
     compiler: shaderc::Compiler,
@@ -57,9 +57,9 @@ impl Compiler {
         options.set_target_env(shaderc::TargetEnv::Vulkan, shaderc::EnvVersion::Vulkan1_3 as u32);
         options.set_target_spirv(shaderc::SpirvVersion::V1_6);
         options.set_optimization_level(shaderc::OptimizationLevel::Zero);
-        // Debug information keeps the names, which bind and check all shared declarations.
+        // Debug information preserves the names, by which all shared declarations are bound and checked.
         options.set_generate_debug_info();
-        // Sources name their resources, and pipelines number them.
+        // The sources only name their resources. The pipelines assign the binding numbers.
         options.set_auto_bind_uniforms(true);
         options.set_warnings_as_errors();
         let folder = root.to_owned();
@@ -90,8 +90,7 @@ impl Compiler {
     }
 }
 
-/// Resolves an include. `#include "x"` is relative to the including file, then to the root, and `#include <x>` only to the
-/// root.
+/// Resolves an include. `#include "x"` is relative to the including file, or else to the root. `#include <x>` is relative to the root only.
 fn resolve_include(
     root: &Path,
     requested: &str,
@@ -115,7 +114,7 @@ fn resolve_include(
     Err(format!("{requested:?} exists neither beside {includer:?} nor below {}", root.display()))
 }
 
-/// Returns the path without `.` and `..`, so that messages name each file in one way.
+/// Returns the path without `.` and `..`, so that all messages name a file in the same way.
 pub fn normal(path: &Path) -> PathBuf {
     let mut result = PathBuf::new();
     for part in path.components() {

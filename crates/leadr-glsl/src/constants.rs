@@ -1,8 +1,8 @@
-//! Constants shared by shaders and Rust: a build script generates Rust source from their GLSL declarations.
+//! Constants that shaders and Rust share. A build script generates Rust source from the GLSL declarations.
 
 use std::fmt::Write as _;
 
-/// Floating-point precision in Rust.
+/// The precision of floating-point constants in Rust.
 #[derive(Clone, Copy)]
 pub enum Floats {
     /// `f32`
@@ -36,7 +36,7 @@ pub fn enum_from_glsl(glsl: &str, prefix: &str) -> Result<String, String> {
 /// comments above a constant become its documentation.
 ///
 /// # Errors
-/// Returns the number and text of the first line of any other form.
+/// Returns the number and the text of the first line that has another form.
 pub fn rust_from_glsl(glsl: &str, floats: Floats) -> Result<String, String> {
     let mut rust = String::new();
     let mut comments = Vec::new();
@@ -74,7 +74,7 @@ fn declaration(line: &str, floats: Floats) -> Option<String> {
     Some(format!("pub const {}: {kind} = {value};", name.trim()))
 }
 
-/// Returns the expression without GLSL's `u` suffixes. Spaces separate its words.
+/// Returns the expression without GLSL's `u` suffixes. Spaces separate the words of the result.
 fn without_suffixes(value: &str) -> String {
     let plain = |word: &str| match word.starts_with(|c: char| c.is_ascii_digit()) {
         true => word.trim_end_matches('u').to_owned(),

@@ -8,9 +8,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use crate::Stage;
 use crate::compiler::{Compiler, collect, slashes};
 
-/// Compiles the entry points of `folders` below `root`, and writes `shaders.rs` into the build's output folder: a static
-/// `TABLE` of all of them, sorted by name. Includes are resolved below `root`. Cargo watches the folders and the include
-/// library, `leadr`, for changes.
+/// Compiles the entry points of `folders` below `root`, and writes `shaders.rs` into the build's output folder. The file has a static
+/// `TABLE` of all entry points, sorted by name. Includes are resolved below `root`. Cargo watches the folders and the include library,
+/// `leadr`, for changes.
 ///
 /// # Errors
 /// Fails if a file cannot be read or written, or does not compile. The error is the compiler's message, with file and line.

@@ -1,8 +1,8 @@
-//! GLSL entry points embedded in programs: SPIR-V with the names of all declarations.
+//! Embeds GLSL entry points in programs, as SPIR-V with the names of all declarations.
 //!
-//! A build script calls [`embed`] and the crate includes the generated file: a table of [`Shader`]s. Pipelines find resources,
-//! constants and structs of a shader by name in its [`Interface`](reflect::Interface). A program that compiles changed sources
-//! at run time uses [`compiler::Compiler`] and [`Shader::leaked`].
+//! A build script calls [`embed`], and the crate includes the generated file, which is a table of [`Shader`]s. Pipelines find resources,
+//! constants and structs of a shader by name in its [`Interface`](reflect::Interface). A program that compiles changed sources at run time
+//! uses [`compiler::Compiler`] and [`Shader::leaked`].
 
 #[cfg(feature = "compile")]
 pub mod compiler;

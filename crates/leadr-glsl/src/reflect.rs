@@ -6,42 +6,43 @@ use std::collections::{HashMap, HashSet};
 
 use crate::spirv::{HEADER, all_instructions};
 
-/// Declarations of one entry point.
+/// The declarations of one entry point.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub struct Interface {
-    /// Work group size of a compute entry point, with specialization constants at their defaults. Other entry points have size 1.
+    /// The work group size of a compute entry point, with specialization constants at their defaults. All other entry points have the
+    /// size 1.
     pub local_size: [u32; 3],
-    /// Descriptors, by name.
+    /// The descriptors, sorted by name.
     pub resources: Vec<Resource>,
-    /// Specialization constants, by name.
+    /// The specialization constants, sorted by number.
     pub constants: Vec<Constant>,
-    /// The push constant block.
+    /// The push constant block, if the entry point has one.
     pub push: Option<Push>,
-    /// Structs in buffers and push constants.
+    /// The structs in buffers and push constants.
     pub structs: Vec<Struct>,
 }
 
 /// A descriptor.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Resource {
-    /// Name of the variable, or of the block if it has no instance name.
+    /// The name of the variable, or the name of the block if the block has no instance name.
     pub name: String,
-    /// Kind of the resource.
+    /// The kind of the resource.
     pub kind: ResourceKind,
-    /// Descriptor set, 0 to 2.
+    /// The descriptor set, from 0 to 2.
     pub set: u32,
-    /// Index of the module's word with the binding number. `None` if the resource is unused.
+    /// The index of the word in the module that holds the binding number, or `None` if the resource is unused.
     pub binding_word: Option<usize>,
 }
 
-/// Kind of a resource.
+/// The kind of a resource.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ResourceKind {
     /// A uniform buffer.
     Uniform,
     /// A storage buffer.
     Storage,
-    /// An image with its sampler.
+    /// An image that is combined with a sampler.
     Sampled,
     /// A storage image.
     StorageImage,
@@ -51,7 +52,7 @@ impl ResourceKind {
     /// All kinds.
     pub const ALL: [Self; 4] = [Self::Uniform, Self::Storage, Self::Sampled, Self::StorageImage];
 
-    /// Returns the name of the kind in messages.
+    /// Returns the name of the kind for messages.
     pub fn words(self) -> &'static str {
         match self {
             Self::Uniform => "a uniform buffer",
@@ -65,15 +66,15 @@ impl ResourceKind {
 /// A specialization constant.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Constant {
-    /// Name of the constant.
+    /// The name of the constant.
     pub name: String,
-    /// Number of the constant, `constant_id`.
+    /// The `constant_id` of the constant.
     pub id: u32,
-    /// Type of the constant.
+    /// The type of the constant.
     pub kind: ConstantKind,
 }
 
-/// Type of a specialization constant.
+/// The type of a specialization constant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ConstantKind {
     /// `bool`
@@ -89,9 +90,9 @@ pub enum ConstantKind {
 /// A push constant block.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Push {
-    /// Name of the block.
+    /// The name of the block.
     pub block: String,
-    /// Bytes up to the end of the last member.
+    /// The number of bytes up to the end of the last member.
     pub bytes: u32,
     /// Whether the shader uses the block.
     pub used: bool,
@@ -100,37 +101,36 @@ pub struct Push {
 /// A struct with a memory layout.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Struct {
-    /// Name of the type.
+    /// The name of the type.
     pub name: String,
     /// All members except a trailing unsized array.
     pub members: Vec<Member>,
-    /// Stride in bytes in an array of this struct, or offset of the unsized array that follows it.
+    /// The stride in bytes of an array of this struct. If an unsized array follows the members, the offset of that array.
     pub pitch: Option<u32>,
 }
 
 /// A member of a struct. Lengths are in bytes.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Member {
-    /// Name of the member.
+    /// The name of the member.
     pub name: String,
-    /// Offset from the start of the struct.
+    /// The offset from the start of the struct.
     pub offset: u32,
-    /// Size, including the padding between array elements.
+    /// The size, including the padding between array elements.
     pub size: u32,
 }
 
 /// Reads the declarations of the module's entry point.
 ///
 /// # Errors
-/// Fails on unsupported declarations: two specialization constants with one number, arrays of descriptors, separate samplers
-/// and texel buffers, descriptor sets beyond 2, arrays that need padding between plain numbers, a used resource without a
-/// binding.
+/// Fails on unsupported declarations: two specialization constants with one number, arrays of descriptors, separate samplers and texel
+/// buffers, descriptor sets beyond 2, arrays that need padding between plain numbers, and a used resource without a binding.
 pub fn interface(words: &[u32]) -> Result<Interface, String> {
     Module::parse(words)?.interface()
 }
 
-/// Returns the module without source text, line information, and the names of functions and their contents. Function names
-/// contain the types of all parameters.
+/// Returns the module without source text and line information, and without the names of functions and of their contents. Function names
+/// are long, because they contain the types of all parameters.
 pub fn stripped(words: &[u32]) -> Vec<u32> {
     // OpSourceContinued, OpSource, OpSourceExtension, OpString, OpLine, OpNoLine, OpModuleProcessed
     const LINES: [u32; 7] = [2, 3, 4, 7, 8, 317, 330];
@@ -167,16 +167,16 @@ enum Type {
 struct Module {
     names: HashMap<u32, String>,
     member_names: HashMap<(u32, u32), String>,
-    /// Operand of each decoration, and the word index of the operand.
+    /// The operand of each decoration, and the word index of the operand.
     decorations: HashMap<(u32, u32), (u32, usize)>,
     member_decorations: HashMap<(u32, u32, u32), u32>,
     types: HashMap<u32, Type>,
-    /// Type and value of each constant.
+    /// The type and the value of each constant.
     constants: HashMap<u32, (u32, u32)>,
-    /// Identifier, pointer type and storage class of each variable.
+    /// The identifier, pointer type and storage class of each variable.
     variables: Vec<(u32, u32, u32)>,
     entry: u32,
-    /// The current function. `named` holds the variables and functions that each function uses.
+    /// The current function. The field `named` holds the variables and functions that each function uses.
     function: u32,
     named: HashMap<u32, Vec<u32>>,
     local_size: Option<[u32; 3]>,
@@ -191,7 +191,7 @@ const BINDING: u32 = 33;
 const DESCRIPTOR_SET: u32 = 34;
 const OFFSET: u32 = 35;
 
-/// The last descriptor set, which belongs to an object.
+/// The index of the last descriptor set, which holds the resources of an object.
 const MOST_SETS: u32 = 2;
 
 const UNIFORM_CONSTANT: u32 = 0;
@@ -435,7 +435,7 @@ impl Module {
         }
     }
 
-    /// Returns the bytes of a type with explicit layout; `None` for a type without a fixed size.
+    /// Returns the size in bytes of a type with an explicit layout, or `None` for a type without a fixed size.
     fn bytes(&self, id: u32) -> Option<u32> {
         Some(match self.types.get(&id)? {
             Type::Number { bytes, .. } => *bytes,
@@ -451,7 +451,7 @@ impl Module {
     }
 }
 
-/// Decodes a zero-terminated string in words, lowest byte first.
+/// Decodes a zero-terminated string from words, with the lowest byte first.
 fn string(words: &[u32]) -> String {
     let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).take_while(|byte| *byte != 0).collect();
     String::from_utf8_lossy(&bytes).into_owned()

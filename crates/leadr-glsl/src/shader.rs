@@ -1,4 +1,4 @@
-//! Compiled entry points.
+//! Shader entry points in compiled form.
 
 use std::path::Path;
 use std::sync::OnceLock;
@@ -37,11 +37,11 @@ impl Stage {
 /// A compiled entry point.
 #[derive(Debug)]
 pub struct Shader {
-    /// Path of the entry point inside `shaders-glsl/`.
+    /// The path of the entry point inside `shaders-glsl/`.
     pub name: &'static str,
-    /// Stage of the entry point.
+    /// The stage of the entry point.
     pub stage: Stage,
-    /// SPIR-V of the entry point.
+    /// The SPIR-V of the entry point.
     pub code: &'static [u8],
     interface: OnceLock<Interface>,
 }
@@ -52,7 +52,7 @@ impl Shader {
         Self { name, stage, code, interface: OnceLock::new() }
     }
 
-    /// Creates an entry point that is never freed, since pipelines refer to it and a session compiles few of them.
+    /// Creates an entry point that is never freed. Pipelines refer to it, and a session compiles only a few entry points.
     ///
     /// # Panics
     /// Panics if the name does not have the extension of a stage. Such a file does not compile.

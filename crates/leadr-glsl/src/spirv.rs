@@ -1,20 +1,20 @@
-//! The instructions of a SPIR-V module, numbered as in the SPIR-V 1.6 specification.
+//! Iterates over the instructions of a SPIR-V module. Opcodes are numbered as in the SPIR-V 1.6 specification.
 
-/// Number of words before the first instruction.
+/// The number of words before the first instruction.
 pub const HEADER: usize = 5;
 
 /// An instruction of a module.
 #[derive(Clone, Copy)]
 pub struct Instruction<'a> {
-    /// Opcode of the instruction.
+    /// The opcode of the instruction.
     pub operation: u32,
-    /// Index of its first word in the module.
+    /// The index of the instruction's first word in the module.
     pub at: usize,
-    /// Words of the instruction, including the first. A truncated module has fewer words than the instruction's length.
+    /// The words of the instruction, including the first. In a truncated module, these are fewer words than the instruction's length.
     pub words: &'a [u32],
 }
 
-/// Returns the instructions of a module, starting at a word.
+/// Returns the instructions of a module, starting at the word `from`.
 pub fn instructions(module: &[u32], from: usize) -> impl Iterator<Item = Instruction<'_>> {
     let mut at = from;
     std::iter::from_fn(move || {

@@ -1,4 +1,4 @@
-//! What the build script reads from shaders, and its errors.
+//! Tests the parts of the build script that read shaders, and their errors.
 
 use leadr_glsl::constants::{Floats, enum_from_glsl, rust_from_glsl};
 use leadr_glsl::reflect::{Constant, ConstantKind, interface};
@@ -31,7 +31,7 @@ fn numbers_of_an_enum_are_found_among_other_code() {
     assert!(enum_from_glsl("const int KIND_A = 0;\nconst int KIND_B = 0;", "KIND_").is_err());
 }
 
-/// A module of signed constants with these names (a letter each) and numbers.
+/// Returns a module of signed constants with these names, of one letter each, and these numbers.
 fn module(constants: &[(u8, u32)]) -> Vec<u32> {
     let instruction = |opcode: u32, operands: &[u32]| {
         let head = (operands.len() as u32 + 1) << 16 | opcode;
@@ -60,7 +60,7 @@ fn constants_have_names_numbers_and_types() {
 fn non_spirv_is_refused() {
     assert!(interface(&[]).is_err());
     assert!(interface(&[1, 2, 3, 4, 5, 6]).is_err());
-    // An instruction that claims to be longer than the module, and one of length 0.
+    // The first instruction is longer than the module, and the second has the length 0.
     for head in [0x0010_0005, 0x0000_0005] {
         assert!(interface(&[0x0723_0203, 0x0001_0600, 0, 1, 0, head]).is_err());
     }

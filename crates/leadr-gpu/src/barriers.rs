@@ -1,4 +1,4 @@
-//! The only module that emits barriers. A barrier is a change from one use to another.
+//! This is the only module that emits barriers. A barrier changes a resource from one use to another.
 
 use std::ops::Range;
 
@@ -7,7 +7,7 @@ use ash::vk;
 use super::{Commands, Image, Use};
 
 impl Commands {
-    /// Changes the use of the whole image. A change between equal read-only uses has no effect.
+    /// Changes the use of the whole image. Has no effect if the image already has this use and the use only reads.
     pub fn transition(&mut self, image: &Image, to: Use) {
         let from = self.use_of(image);
         let reads = [Use::CopySource, Use::Sampled, Use::ComputeRead, Use::GraphicsRead, Use::Present];
@@ -17,7 +17,7 @@ impl Commands {
         self.image_barrier(image, from, to);
     }
 
-    /// Changes the whole image from one use to another; [`Use::Undefined`] discards its content.
+    /// Changes the use of the whole image from `from` to `to`. If `from` is [`Use::Undefined`], the content is discarded.
     pub fn image_barrier(&mut self, image: &Image, from: Use, to: Use) {
         let desc = *image.desc();
         self.mip_barrier(image, 0..desc.mips, 0..desc.layers, from, to);
@@ -53,7 +53,7 @@ impl Commands {
         self.barrier(&vk::DependencyInfo::default().memory_barriers(&[barrier]));
     }
 
-    /// Orders all earlier accesses of use `from` before all later accesses of use `to`, for buffers of any kind.
+    /// Orders all earlier accesses of use `from` before all later accesses of use `to`. The barrier applies to all buffers.
     pub fn memory_barrier(&mut self, from: Use, to: Use) {
         let barrier = vk::MemoryBarrier2::default()
             .src_stage_mask(from.stages())
@@ -69,7 +69,7 @@ impl Commands {
     }
 }
 
-/// Returns the range of these mips and layers of an image.
+/// Returns the Vulkan range of the given mips and layers of an image.
 fn subresources(image: &Image, mips: Range<u32>, layers: Range<u32>) -> vk::ImageSubresourceRange {
     vk::ImageSubresourceRange::default()
         .aspect_mask(image.aspect())

@@ -9,7 +9,7 @@ use super::pipeline_layout::PipelineCore;
 use super::shaders::{ResourceKind, descriptor_type};
 use super::{Buffer, Commands, GpuError, ImageView, Pipeline, Result, Sampler, SharedStruct, Use};
 
-/// The object to bind to a resource of a shader.
+/// An object that can be bound to a resource of a shader.
 #[derive(Clone, Copy)]
 pub enum Descriptor<'a> {
     /// A whole uniform buffer.
@@ -32,7 +32,7 @@ impl Descriptor<'_> {
         }
     }
 
-    /// Returns the descriptor in Vulkan's form, and passes the objects that it refers to to `keep`.
+    /// Converts the descriptor to its Vulkan form. Calls `keep` with each object that the descriptor refers to.
     pub(crate) fn info(&self, keep: &mut dyn FnMut(Arc<dyn Any + Send + Sync>)) -> Info {
         match self {
             Self::Uniform(buffer) | Self::Storage(buffer) => {
@@ -54,7 +54,7 @@ impl Descriptor<'_> {
     }
 }
 
-/// Writes a descriptor to a binding.
+/// Returns the Vulkan structure that writes a descriptor to binding `number`.
 pub(crate) fn write(number: u32, kind: ResourceKind, info: &Info) -> vk::WriteDescriptorSet<'_> {
     let write = vk::WriteDescriptorSet::default().dst_binding(number).descriptor_type(descriptor_type(kind));
     match info {
@@ -64,11 +64,11 @@ pub(crate) fn write(number: u32, kind: ResourceKind, info: &Info) -> vk::WriteDe
 }
 
 impl Commands {
-    /// Binds a pipeline and all resources of its set 0, by their names in its shaders. A block is named by its instance name or,
-    /// without one, by its block name. Names that the shaders declare but do not use have no effect. Bind longer-lived sets
+    /// Binds a pipeline, and all resources of its set 0 by their names in the shaders. A block is named by its instance name or, if
+    /// it has none, by its block name. Names that the shaders declare but do not use have no effect. Bind the longer-lived sets
     /// afterwards, with [`bind_set`](Self::bind_set).
     ///
-    /// The submission fails if a name is missing, undeclared in all stages, or given twice.
+    /// The submission fails if a resource is missing or given twice, or if no stage declares its name.
     pub fn bind(&mut self, pipeline: &impl Pipeline, resources: &[(&str, Descriptor<'_>)]) {
         let core = pipeline.core();
         // SAFETY: the command buffer is being recorded; `keep` and `self.pipeline` hold the pipeline.
@@ -100,7 +100,7 @@ impl Commands {
         Ok(())
     }
 
-    /// Sets the push constants of the bound pipeline. Their type must match the struct passed at the pipeline's creation.
+    /// Sets the push constants of the bound pipeline. `T` must be the struct that was passed when the pipeline was created.
     pub fn push_constants<T: SharedStruct>(&mut self, value: &T) {
         let Some(core) = self.pipeline.clone() else {
             return self.fail(GpuError::usage("push constants", "no pipeline is bound"));
@@ -124,12 +124,12 @@ pub(crate) enum Info {
     Image(vk::DescriptorImageInfo),
 }
 
-/// Returns the descriptors in the order of the slots. `ignored` holds further permitted names. `stranger` makes the error for any
-/// other name.
+/// Returns the descriptors in the order of the slots. `ignored` returns whether a name without a slot is allowed. `stranger`
+/// returns the error message for any other name.
 ///
 /// # Errors
-/// Returns [`GpuError::Usage`] with the name `owner` for a resource that is missing, given twice or of another kind, and for an
-/// unknown name.
+/// Returns [`GpuError::Usage`], which names `owner`, if a resource is missing, given twice or of the wrong kind, or if its name is
+/// unknown.
 pub(crate) fn in_order<'d>(
     owner: &str,
     slots: impl ExactSizeIterator<Item = (&'static str, ResourceKind)> + Clone,

@@ -1,4 +1,4 @@
-//! Buffers that are device-local, or mapped for upload or readback.
+//! Buffers in device-local memory, or in mapped memory for upload or readback.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -10,13 +10,13 @@ use gpu_allocator::{AllocationError, MemoryLocation};
 use super::error::Doing;
 use super::{DriverCall, Gpu, GpuError, Result};
 
-/// Largest number of bytes staged at once, so that large transfers fit a small heap.
+/// The largest number of bytes that are staged at once. The limit lets large transfers fit into a small heap.
 pub(crate) const STAGING_BYTES: u64 = 32 << 20;
 
 /// The kind of memory of a buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Memory {
-    /// Memory that is fast for the GPU and not mapped. Reads and writes by the CPU use staging and wait.
+    /// Memory that is fast for the GPU and not mapped. The CPU accesses it through a staging buffer, and waits for the copy.
     Device,
     /// Mapped memory that the CPU writes, for example every frame.
     Upload,
@@ -33,7 +33,7 @@ pub struct Buffer {
 pub(crate) struct BufferInner {
     gpu: Arc<Gpu>,
     pub(crate) raw: vk::Buffer,
-    // `None` only while the buffer is dropped. The lock serialises access by the CPU.
+    // This is `None` only while the buffer is being dropped. The lock serialises accesses by the CPU.
     allocation: Mutex<Option<Allocation>>,
     name: String,
     size: u64,
@@ -52,7 +52,7 @@ impl Drop for BufferInner {
 }
 
 impl Buffer {
-    /// Creates a buffer of `size` bytes with undefined content. At least 4 bytes are allocated.
+    /// Creates a buffer of `size` bytes with undefined content. The allocation has at least 4 bytes.
     pub fn new(gpu: &Arc<Gpu>, name: &str, size: u64, memory: Memory) -> Result<Self> {
         let size = size.max(4);
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER
@@ -103,8 +103,8 @@ impl Buffer {
         self.inner.raw
     }
 
-    /// Writes `data` starting at byte `offset`. Mapped buffers are written at once; the caller must make sure that the GPU is not
-    /// reading them. Device-local buffers are written through staging, and the call waits for the copy.
+    /// Writes `data` starting at byte `offset`. Mapped buffers are written at once, so the caller must make sure that the GPU is
+    /// not reading them. Device-local buffers are written through a staging buffer, and the call waits for the copy.
     ///
     /// # Errors
     /// Returns [`GpuError::Usage`] if the data exceeds the buffer.
@@ -129,8 +129,8 @@ impl Buffer {
         Ok(())
     }
 
-    /// Reads `count` values starting at byte `offset`. Device-local buffers are read through staging, and the call waits for the
-    /// copy.
+    /// Reads `count` values starting at byte `offset`. Device-local buffers are read through a staging buffer, and the call waits
+    /// for the copy.
     ///
     /// # Errors
     /// Returns [`GpuError::Usage`] if the range exceeds the buffer.
@@ -182,10 +182,10 @@ impl Buffer {
     }
 }
 
-/// Allocation size from which the free memory is checked first, because drivers report a shortage late or never.
+/// Allocations of at least this size are first compared with the free memory, because drivers report a shortage late or never.
 const LARGE: u64 = 64 << 20;
 
-/// Allocates memory for a resource. The error names the resource.
+/// Allocates memory for a resource. Errors contain the resource's name.
 pub(crate) fn allocate(
     gpu: &Gpu,
     name: &str,

@@ -24,7 +24,7 @@ pub enum Load {
     Discard,
 }
 
-/// A colour attachment, with a view of one mip of one layer in [`Use::ColorTarget`].
+/// A colour attachment, which is a view of one mip of one layer in [`Use::ColorTarget`].
 #[derive(Clone, Copy)]
 pub struct ColorTarget<'a> {
     /// The attachment.
@@ -33,22 +33,22 @@ pub struct ColorTarget<'a> {
     pub load: Load,
 }
 
-/// A depth attachment, in [`Use::DepthTarget`].
+/// A depth attachment, which must be in [`Use::DepthTarget`].
 #[derive(Clone, Copy)]
 pub struct DepthTarget<'a> {
     /// The attachment.
     pub view: &'a ImageView,
-    /// Depth to clear to (0 is farthest for reversed depth); `None` keeps the previous content.
+    /// The depth to clear to, where 0 is farthest for reversed depth. `None` keeps the previous content.
     pub clear: Option<f32>,
 }
 
-/// Commands being recorded. The submission reports the first misuse, so recording code needs no error handling. All recorded
-/// objects stay alive until the commands are done.
+/// A list of commands that is being recorded. The submission reports the first misuse, so recording code needs no error handling.
+/// All recorded objects stay alive until the device has finished the commands.
 pub struct Commands {
     gpu: Arc<Gpu>,
     raw: vk::CommandBuffer,
     pub(super) pipeline: Option<Arc<PipelineCore>>,
-    /// Bit mask of the sets bound to the pipeline.
+    /// A bit mask of the sets that are bound to the pipeline.
     pub(super) bound: u32,
     pub(super) keep: Vec<Arc<dyn Any + Send + Sync>>,
     effects: Effects,
@@ -56,17 +56,17 @@ pub struct Commands {
     error: Option<GpuError>,
 }
 
-/// Changes to the state of objects that take effect only at submission.
+/// Changes to the state of objects that take effect only when the commands are submitted.
 #[derive(Default)]
 pub(crate) struct Effects {
-    /// The use of each image after the commands.
+    /// The use of each image after the commands have run.
     uses: Vec<(Arc<ImageInner>, Use)>,
-    /// The names of the recorded marks of each [`Timestamps`].
+    /// The names of the marks that were recorded in each [`Timestamps`].
     marks: Vec<(Arc<TimestampsInner>, Vec<String>)>,
 }
 
 impl Effects {
-    /// Applies the changes after the submission.
+    /// Applies the changes. The commands must have been submitted.
     pub(crate) fn commit(&mut self) {
         for (image, last) in self.uses.drain(..) {
             image.set_last_use(last);
@@ -77,7 +77,7 @@ impl Effects {
     }
 }
 
-/// The objects that recorded commands need until they are done, and the state that they change.
+/// The objects that recorded commands need until they are done, and the state changes of the commands.
 pub(crate) struct Recorded {
     pub(crate) keep: Vec<Arc<dyn Any + Send + Sync>>,
     pub(crate) effects: Effects,
@@ -97,7 +97,7 @@ impl Commands {
         }
     }
 
-    /// Returns the recorded objects and changes, or the first misuse as an error.
+    /// Returns the recorded objects and state changes, or the first misuse as an error.
     pub(crate) fn finish(self) -> Result<Recorded> {
         self.error.map_or(Ok(Recorded { keep: self.keep, effects: self.effects }), Err)
     }
@@ -135,7 +135,7 @@ impl Commands {
         self.keep.push(object.clone());
     }
 
-    /// Records a region that has this name in captures and validation messages.
+    /// Records commands in a region that captures and validation messages show under this name.
     pub fn label<R>(&mut self, name: &str, record: impl FnOnce(&mut Self) -> R) -> R {
         let text = CString::new(name).unwrap_or_default();
         if let Some(debug) = &self.gpu.debug {
@@ -153,13 +153,13 @@ impl Commands {
         result
     }
 
-    /// Records the same commands `times` times in sequence, each in a [`label`](Self::label). `record` must include the
-    /// barriers between the repetitions.
+    /// Records the same commands `times` times in sequence, in one [`label`](Self::label). `record` must include the barriers
+    /// between the repetitions.
     pub fn label_times(&mut self, name: &str, times: u32, record: impl Fn(&mut Self)) {
         self.label(name, |cmd| (0..times).for_each(|_| record(cmd)));
     }
 
-    /// Runs the bound compute pipeline with this many work groups.
+    /// Dispatches this many work groups of the bound compute pipeline.
     pub fn dispatch(&mut self, groups: [u32; 3]) {
         let most = self.gpu.limits().max_compute_work_group_count;
         if (0..3).any(|axis| groups[axis] > most[axis]) {
@@ -171,13 +171,14 @@ impl Commands {
         }
     }
 
-    /// Runs the bound `pipeline` with at least this many invocations.
+    /// Dispatches enough work groups of the bound `pipeline` for at least this many invocations.
     pub fn dispatch_invocations(&mut self, pipeline: &ComputePipeline, invocations: [u32; 3]) {
         let local = pipeline.local_size();
         self.dispatch([0, 1, 2].map(|axis| invocations[axis].div_ceil(local[axis].max(1))));
     }
 
-    /// Begins drawing into attachments of equal size. The viewport and the scissor cover the whole size. Clip space y points down.
+    /// Begins drawing into attachments of equal size. The viewport and the scissor cover the whole attachments. In clip space, y
+    /// points down.
     pub fn begin_rendering(&mut self, colors: &[ColorTarget<'_>], depth: Option<DepthTarget<'_>>) {
         let views = colors.iter().map(|c| c.view).chain(depth.iter().map(|d| d.view));
         let extents: Vec<[u32; 2]> = views.map(ImageView::extent).collect();
@@ -251,7 +252,7 @@ impl Commands {
         unsafe { self.gpu.raw().cmd_set_scissor(self.raw, 0, &[scissor]) };
     }
 
-    /// Draws ranges of vertices and instances. `gl_VertexIndex` runs over `vertices`.
+    /// Draws ranges of vertices and instances. `gl_VertexIndex` takes the values in `vertices`.
     pub fn draw(&mut self, vertices: Range<u32>, instances: Range<u32>) {
         if self.needs_bound(vk::PipelineBindPoint::GRAPHICS) {
             let (count, instance_count) = (vertices.len() as u32, instances.len() as u32);
@@ -270,8 +271,8 @@ impl Commands {
         timestamps.inner.reset(self.raw);
     }
 
-    /// Records the time at which all earlier commands are done. Call it outside rendering, because drivers do not separate draws
-    /// inside it.
+    /// Records the time at which all earlier commands are done. Call it outside rendering, because drivers do not measure separate
+    /// draws inside a rendering.
     pub fn timestamp(&mut self, timestamps: &Timestamps, name: &str) {
         let known = self.effects.marks.iter_mut().find(|(known, _)| Arc::ptr_eq(known, &timestamps.inner));
         let Some((inner, names)) = known else {

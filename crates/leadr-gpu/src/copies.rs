@@ -24,7 +24,7 @@ impl Commands {
         unsafe { self.gpu().raw().cmd_copy_buffer(self.raw(), source.raw(), target.raw(), &[region]) };
     }
 
-    /// Fills a whole buffer with a 32-bit pattern. A remainder of fewer than 4 bytes stays unchanged.
+    /// Fills a whole buffer with a 32-bit pattern. The last bytes stay unchanged if the size is not a multiple of 4 bytes.
     pub fn fill_buffer(&mut self, buffer: &Buffer, pattern: u32) {
         self.keep(&buffer.inner);
         let size = buffer.size() / 4 * 4;
@@ -52,7 +52,7 @@ impl Commands {
         unsafe { device.cmd_copy_buffer_to_image(self.raw(), source.raw(), target.raw(), layout, &[region]) };
     }
 
-    /// Copies the rows `rows` of one mip of one layer into a buffer, tightly packed. The image must be in [`Use::CopySource`].
+    /// Copies the rows `rows` of one mip of one layer, tightly packed, into a buffer. The image must be in [`Use::CopySource`].
     pub fn copy_image_to_buffer(
         &mut self,
         source: &Image,

@@ -1,4 +1,4 @@
-//! The instance, the device, its queue and its allocator, and their order of destruction.
+//! Owns the instance, the device, the queue and the allocator, and destroys them in the right order.
 
 use std::ffi::{CStr, CString};
 use std::mem::ManuallyDrop;
@@ -19,16 +19,16 @@ use super::{DriverCall, GpuError, Result, select, validation};
 /// Options for opening the device.
 #[derive(Clone, Debug, Default)]
 pub struct GpuOptions {
-    /// Index into the list of devices, or part of a device's name (case is ignored). `None` prefers a discrete GPU.
+    /// An index into the list of devices, or a part of a device's name, ignoring case. `None` prefers a discrete GPU.
     pub device: Option<String>,
     /// Whether to enable the validation layer with core and synchronization checks; see [`Gpu::validation_messages`].
     pub validation: bool,
-    /// Instance extensions for a window (`VK_KHR_surface` and the extension of the platform). If there are any, `VK_KHR_swapchain`
-    /// is enabled.
+    /// The instance extensions that a window needs, `VK_KHR_surface` and the platform's own. If there are any, `VK_KHR_swapchain`
+    /// is enabled too.
     pub window_extensions: Vec<&'static CStr>,
-    /// Tables of the available shaders, each sorted by name.
+    /// The tables of the available shaders, each sorted by name.
     pub shaders: Vec<&'static [Shader]>,
-    /// Layouts of the longer-lived descriptor sets.
+    /// The layouts of the longer-lived descriptor sets.
     pub sets: Vec<&'static SetLayout>,
 }
 
@@ -42,7 +42,7 @@ pub struct Gpu {
     pub(super) push_descriptor: ash::khr::push_descriptor::Device,
     pub(super) debug: Option<ash::ext::debug_utils::Device>,
     labels: Mutex<()>,
-    /// Recipes for re-creating the existing pipelines.
+    /// The recipes from which the existing pipelines can be re-created.
     pub(super) recipes: Mutex<Vec<Weak<dyn Remake>>>,
     shaders: Shaders,
     set_layouts: SetLayouts,
@@ -69,7 +69,7 @@ struct Facts {
     wires: bool,
 }
 
-/// The objects created so far, destroyed in order if a later step fails.
+/// The objects created so far, which are destroyed in order if a later step fails.
 struct Unfinished {
     instance: Option<ash::Instance>,
     messenger: Option<(ash::ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
@@ -101,7 +101,7 @@ impl Gpu {
     /// [`GpuError::MissingFeatures`], [`GpuError::NoValidationLayer`], [`GpuError::NoInstanceExtension`], or an error for a failed
     /// Vulkan call.
     pub fn new(options: &GpuOptions) -> Result<Arc<Self>> {
-        // SAFETY: loading a library runs its initialisers, and those of the system's Vulkan loader are safe to run.
+        // SAFETY: loading a library runs its initialisers, and the initialisers of the system's Vulkan loader are safe to run.
         let entry = unsafe { ash::Entry::load() }.map_err(|e| GpuError::NoLoader(e.to_string()))?;
         let messages: Box<validation::Messages> = Box::default();
         let mut unfinished = Unfinished { instance: None, messenger: None, device: None };
@@ -125,7 +125,7 @@ impl Gpu {
         let device = create_device(&instance, &chosen, &extensions)?;
         unfinished.device = Some(device.clone());
 
-        // SAFETY: the family and index were requested at device creation.
+        // SAFETY: the queue family and the queue index were requested when the device was created.
         let queue = unsafe { device.get_device_queue(chosen.queue_family, 0) };
         let allocator = Allocator::new(&AllocatorCreateDesc {
             instance: instance.clone(),
@@ -199,7 +199,7 @@ impl Gpu {
     }
 
     /// Returns the largest number of tessellated vertices per draw, if the driver has such a limit. Beyond 65,536 vertices,
-    /// lavapipe silently draws wrong geometry. A patch at level l has at most (ceil_even(l) + 1)² vertices.
+    /// lavapipe silently draws wrong geometry. A patch with tessellation level l has at most (ceil_even(l) + 1)² vertices.
     #[doc(hidden)]
     pub fn tessellated_vertices_per_draw(&self) -> Option<u32> {
         self.is_lavapipe().then_some(65_535)
@@ -228,8 +228,8 @@ impl Gpu {
         &self.facts.limits
     }
 
-    /// Returns the sum of the supported numbers of samples per texel, which are all powers of two, for images of this format and
-    /// usage with optimal tiling. 0 if there are none.
+    /// Returns a bit mask of the supported numbers of samples per texel, which are powers of two, for images of this format and
+    /// usage with optimal tiling. The mask is 0 if there are none.
     #[doc(hidden)]
     pub fn image_samples(&self, format: vk::Format, usage: vk::ImageUsageFlags) -> u32 {
         // SAFETY: the instance and physical device are alive.
@@ -246,7 +246,8 @@ impl Gpu {
         properties.map_or(0, |properties| properties.sample_counts.as_raw())
     }
 
-    /// Returns the warnings and errors of the validation layer so far. The list is always empty without [`GpuOptions::validation`].
+    /// Returns the warnings and errors that the validation layer has reported so far. The list is always empty without
+    /// [`GpuOptions::validation`].
     pub fn validation_messages(&self) -> Vec<String> {
         self.messages.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
@@ -268,7 +269,7 @@ impl Gpu {
         (&self.entry, &self.instance, self.physical)
     }
 
-    /// Returns the family index of the device's only queue.
+    /// Returns the queue family index of the device's only queue.
     #[doc(hidden)]
     pub fn queue_family(&self) -> u32 {
         self.queue_family
@@ -280,7 +281,7 @@ impl Gpu {
         self.queue.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Returns the allocator, for code with its own buffers and images. It must be dropped before the device.
+    /// Returns the allocator, for code that creates its own buffers and images. The allocator must be dropped before the device.
     pub fn shared_allocator(&self) -> Arc<Mutex<Allocator>> {
         Arc::clone(&self.allocator)
     }
@@ -306,13 +307,13 @@ impl Gpu {
         &self.faults
     }
 
-    /// Returns the number of calls of this kind so far.
+    /// Returns the number of driver calls of this kind so far.
     #[doc(hidden)]
     pub fn calls(&self, call: DriverCall) -> u32 {
         self.faults.made(call)
     }
 
-    /// Makes a call of this kind fail, after `calls` further calls.
+    /// Makes a driver call of this kind fail, after `calls` further ones.
     #[doc(hidden)]
     pub fn fail_after(&self, calls: u32, call: DriverCall) {
         self.faults.fail(call, self.faults.made(call) + calls + 1);
@@ -326,14 +327,15 @@ impl Gpu {
         self.pipeline_cache
     }
 
-    /// Returns the largest number of push descriptors of a pipeline.
+    /// Returns the largest number of push descriptors that a pipeline may have.
     pub(crate) fn most_resources(&self) -> usize {
         self.facts.push_descriptors as usize
     }
 
-    /// Returns a lock that must be held while the labels of any command buffer change. Labels change at their start and end, and if
-    /// a command buffer is created, reset or destroyed. The validation layer of Debian 12 keeps the labels of all command buffers
-    /// in one table, and modifies it without a lock. Threads that record different buffers would crash in the layer.
+    /// Returns a lock that must be held while the labels of any command buffer change. Labels change where they begin and end, and
+    /// when a command buffer is created, reset or destroyed. The validation layer of Debian 12 keeps the labels of all command
+    /// buffers in one table, and modifies the table without a lock. Without this lock, threads that record different buffers would
+    /// crash in the layer.
     pub(crate) fn lock_labels(&self) -> MutexGuard<'_, ()> {
         self.labels.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -350,8 +352,8 @@ impl Gpu {
 
 impl Drop for Gpu {
     fn drop(&mut self) {
-        // SAFETY: every resource holds an Arc of self, so none is left. The allocator comes first because it frees device memory.
-        // The messenger outlives the device to receive its last messages, and the instance comes last.
+        // SAFETY: no resource is left, because every resource holds an Arc of self. The allocator comes first because it frees
+        // device memory. The messenger outlives the device to receive its last messages, and the instance comes last.
         unsafe {
             let _ = self.device.device_wait_idle();
             ManuallyDrop::drop(&mut self.allocator);

@@ -2,11 +2,11 @@
 
 use ash::vk;
 
-/// The result of functions that use the device. All of them can fail with a memory shortage, a failed Vulkan call or pipeline, or a
-/// lost device. Their documentation lists only other errors.
+/// The result of functions that use the device. All such functions can fail because of a memory shortage, a failed Vulkan call, a
+/// failed pipeline or a lost device. The documentation of a function lists only its other errors.
 pub type Result<T> = std::result::Result<T, GpuError>;
 
-/// A failure in the Vulkan layer. Its text is one sentence with the fault and the remedy.
+/// A failure in the Vulkan layer. The text is one sentence with the fault and the remedy.
 #[derive(Debug, thiserror::Error)]
 pub enum GpuError {
     /// The Vulkan loader library could not be opened.
@@ -26,13 +26,13 @@ pub enum GpuError {
     UnknownDevice {
         /// The requested device.
         wanted: String,
-        /// The available devices, as `0: name, 1: name`.
+        /// The available devices, in the form `0: name, 1: name`.
         available: String,
     },
     /// The chosen device does not meet a requirement.
     #[error("{device} cannot run the renderer: it lacks {missing}; choose another device or update its driver")]
     MissingFeatures {
-        /// Name of the device.
+        /// The name of the device.
         device: String,
         /// The missing features, separated by commas.
         missing: String,
@@ -56,9 +56,9 @@ pub enum GpuError {
     /// A SPIR-V module is unsupported or does not fit its pipeline.
     #[error("shader {name}: {fault}")]
     Shader {
-        /// Name of the entry point or struct.
+        /// The name of the entry point or struct.
         name: String,
-        /// Description of the fault.
+        /// The description of the fault.
         fault: String,
     },
     /// Memory for a resource could not be allocated.
@@ -69,7 +69,7 @@ pub enum GpuError {
     Allocation {
         /// The resource's debug name.
         name: String,
-        /// Number of bytes requested.
+        /// The number of bytes requested.
         bytes: u64,
         /// The allocator's reason.
         source: gpu_allocator::AllocationError,
@@ -82,11 +82,11 @@ pub enum GpuError {
     TooLarge {
         /// The content that needs the memory.
         what: String,
-        /// Number of bytes needed.
+        /// The number of bytes needed.
         needs: u64,
-        /// Number of free bytes.
+        /// The number of free bytes.
         left: u64,
-        /// Size of the device's memory in bytes.
+        /// The size of the device's memory in bytes.
         size: u64,
         /// An alternative that needs less memory.
         remedy: String,
@@ -99,9 +99,9 @@ pub enum GpuError {
     InOnePiece {
         /// The content that needs the memory.
         what: String,
-        /// Number of bytes needed.
+        /// The number of bytes needed.
         needs: u64,
-        /// Largest size of one buffer or image in bytes.
+        /// The largest size of one buffer or image in bytes.
         most: u64,
         /// An alternative that needs less memory.
         remedy: String,
@@ -115,7 +115,7 @@ pub enum GpuError {
     Usage {
         /// The resource's debug name.
         name: String,
-        /// Description of the misuse.
+        /// The description of the misuse.
         fault: String,
     },
     /// A Vulkan call failed.
@@ -128,7 +128,6 @@ pub enum GpuError {
     },
 }
 
-/// Returns the reason for a failed Vulkan call, and a remedy.
 fn reason(result: vk::Result) -> String {
     use vk::Result as R;
     match result {
@@ -142,13 +141,13 @@ fn reason(result: vk::Result) -> String {
             "the device is out of memory: use smaller maps or a smaller image, or close other programs that use it".to_owned()
         }
         R::ERROR_SURFACE_LOST_KHR => "the window's surface was lost: restart the program".to_owned(),
-        // Vulkan's name of the result is printed, because only the driver documents the cause.
+        // The message contains Vulkan's name for the result, because only the driver's documentation explains the cause.
         other => format!("the driver returned {other:?}: update it, or choose another device"),
     }
 }
 
 impl GpuError {
-    /// Whether the error is a lost device, which has lost all its work.
+    /// Whether the error reports a lost device. A lost device has lost all its work.
     pub(crate) fn is_lost_device(&self) -> bool {
         matches!(self, Self::Vulkan { result: vk::Result::ERROR_DEVICE_LOST, .. })
     }
@@ -159,7 +158,7 @@ impl GpuError {
     }
 }
 
-/// Adds the failed operation to a Vulkan result.
+/// Adds the name of the failed operation to a Vulkan result.
 pub(crate) trait Doing<T> {
     /// Adds the name of the operation to the error.
     fn doing(self, what: impl Into<String>) -> Result<T>;

@@ -1,6 +1,6 @@
 //! Simulates driver failures on demand. The n-th call of a kind fails as it would with a failing driver.
 //!
-//! Only tests can request a failure, through functions behind the feature `internals`.
+//! Only tests request failures, through functions behind the feature `internals`.
 
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
@@ -9,13 +9,13 @@ use ash::vk;
 /// A kind of driver call that may fail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DriverCall {
-    /// Allocation of memory for a buffer or image, which fails.
+    /// An allocation of memory for a buffer or image. A simulated failure is a memory shortage.
     Allocation,
-    /// Creation of a pipeline, which fails.
+    /// The creation of a pipeline. A simulated failure is a memory shortage.
     Pipeline,
-    /// Submission of commands to the queue, which loses the device.
+    /// A submission of commands to the queue. A simulated failure loses the device.
     Submission,
-    /// Waiting for commands, which loses the device.
+    /// A wait for commands. A simulated failure loses the device.
     Wait,
 }
 
@@ -23,7 +23,7 @@ impl DriverCall {
     /// All kinds of calls.
     pub const ALL: [Self; 4] = [Self::Allocation, Self::Pipeline, Self::Submission, Self::Wait];
 
-    /// Returns the name of the kind in `LEADR_FAIL`.
+    /// Returns the name that `LEADR_FAIL` uses for the kind.
     const fn name(self) -> &'static str {
         match self {
             Self::Allocation => "allocation",
@@ -38,17 +38,17 @@ impl DriverCall {
     }
 }
 
-/// For each kind of call, the number of calls so far and the number of the call that fails.
+/// The number of calls so far and the number of the call that fails, for each kind of call.
 #[derive(Debug, Default)]
 pub(super) struct Faults {
     made: [AtomicU32; DriverCall::ALL.len()],
-    /// Number of the call of each kind that fails, counted from 1; 0 for none.
+    /// The number of the call that fails, for each kind of call, counted from 1. The value 0 means no failure.
     failing: [AtomicU32; DriverCall::ALL.len()],
     lost: AtomicBool,
 }
 
 impl Faults {
-    /// Returns the request in the environment, such as `LEADR_FAIL=submission:7`, in builds with debug assertions.
+    /// Returns the failure that the environment requests, such as `LEADR_FAIL=submission:7`, in builds with debug assertions.
     pub(super) fn wanted() -> Self {
         let faults = Self::default();
         if cfg!(debug_assertions)
@@ -82,7 +82,7 @@ impl Faults {
     }
 }
 
-/// Parses a kind of call and a number.
+/// Parses a request of the form `kind:number`.
 fn parse(wanted: &str) -> Option<(DriverCall, u32)> {
     let (name, number) = wanted.split_once(':')?;
     let call = DriverCall::ALL.into_iter().find(|call| call.name() == name)?;

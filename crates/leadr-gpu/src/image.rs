@@ -1,4 +1,4 @@
-//! 2D images, optionally with mips, array layers or cube faces, with their views and their current use.
+//! 2D images and their views. An image can have mips, array layers or cube faces, and its current use is tracked.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -10,29 +10,29 @@ use super::buffer::allocate;
 use super::error::Doing;
 use super::{Gpu, GpuError, Result, Use};
 
-/// Description of an image. All images can be sampled, and can be source and target of copies.
+/// The description of an image. Every image can be sampled, and can be the source and the target of copies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ImageDesc {
-    /// Texel format.
+    /// The texel format.
     pub format: vk::Format,
-    /// Width of mip 0 in texels.
+    /// The width of mip 0 in texels.
     pub width: u32,
-    /// Height of mip 0 in texels.
+    /// The height of mip 0 in texels.
     pub height: u32,
-    /// Number of mip levels, at least 1.
+    /// The number of mip levels, at least 1.
     pub mips: u32,
-    /// Number of array layers; 6 for a cube.
+    /// The number of array layers, which is 6 for a cube.
     pub layers: u32,
     /// Whether the six layers are the faces +x, -x, +y, -y, +z, -z of a cube.
     pub cube: bool,
-    /// Number of samples per texel, either 1 or a value in [`Gpu::image_samples`].
+    /// The number of samples per texel, either 1 or a value in [`Gpu::image_samples`].
     pub samples: u32,
-    /// Additional usage, as storage image, colour attachment or depth attachment.
+    /// The further uses of the image: storage image, colour attachment or depth attachment.
     pub usage: vk::ImageUsageFlags,
 }
 
 impl ImageDesc {
-    /// Describes a single 2D layer with one mip.
+    /// Describes an image with a single 2D layer and one mip.
     pub fn new(format: vk::Format, width: u32, height: u32) -> Self {
         let usage =
             vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_SRC | vk::ImageUsageFlags::TRANSFER_DST;
@@ -44,17 +44,17 @@ impl ImageDesc {
         Self { mips, ..self }
     }
 
-    /// Sets the number of mips to all, down to one texel.
+    /// Gives the image all mips, down to one texel.
     pub fn full_mips(self) -> Self {
         Self { mips: u32::BITS - self.width.max(self.height).leading_zeros(), ..self }
     }
 
-    /// Sets the number of array layers. The view is an array, even for one layer.
+    /// Sets the number of array layers. The view of the image is then an array view, even with one layer.
     pub fn layers(self, layers: u32) -> Self {
         Self { layers, ..self }
     }
 
-    /// Turns the description into a cube with square faces.
+    /// Turns the image into a cube with square faces.
     pub fn cube(self) -> Self {
         Self { layers: 6, cube: true, ..self }
     }
@@ -64,17 +64,17 @@ impl ImageDesc {
         Self { samples, ..self }
     }
 
-    /// Adds usage as a storage image.
+    /// Allows use as a storage image.
     pub fn storage(self) -> Self {
         Self { usage: self.usage | vk::ImageUsageFlags::STORAGE, ..self }
     }
 
-    /// Adds usage as a colour attachment.
+    /// Allows use as a colour attachment.
     pub fn color_target(self) -> Self {
         Self { usage: self.usage | vk::ImageUsageFlags::COLOR_ATTACHMENT, ..self }
     }
 
-    /// Adds usage as a depth attachment.
+    /// Allows use as a depth attachment.
     pub fn depth_target(self) -> Self {
         Self { usage: self.usage | vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT, ..self }
     }
@@ -90,7 +90,7 @@ pub struct Image {
 pub(crate) struct ImageInner {
     pub(crate) gpu: Arc<Gpu>,
     pub(crate) raw: vk::Image,
-    /// Memory of the image; `None` for images with another owner, such as a swapchain.
+    /// The memory of the image, or `None` for images with another owner, such as a swapchain.
     allocation: Option<Allocation>,
     owned: bool,
     name: String,
@@ -117,7 +117,7 @@ impl Drop for ImageInner {
     }
 }
 
-/// A view of some mips and layers of an image. It keeps the image alive, and clones share the same view.
+/// A view of some mips and layers of an image. A view keeps its image alive, and clones share the same view.
 #[derive(Clone)]
 pub struct ImageView {
     pub(crate) inner: Arc<ViewInner>,
@@ -197,8 +197,8 @@ impl Image {
     /// Wraps an image with another owner, such as a swapchain.
     ///
     /// # Safety
-    /// `raw` must be an image of this device that matches `desc`. It must stay alive until this object, its views and the commands
-    /// that use them are gone.
+    /// `raw` must be an image of this device that matches `desc`. The image must stay alive until this object, its views and the
+    /// commands that use them are gone.
     pub(crate) unsafe fn borrowed(gpu: &Arc<Gpu>, name: &str, raw: vk::Image, desc: ImageDesc) -> Result<Self> {
         gpu.name(raw, name);
         Self::with_view(ImageInner {
@@ -224,7 +224,7 @@ impl Image {
         Ok(Self { inner, whole })
     }
 
-    /// Returns a view of all mips and layers, as 2D image, 2D array or cube.
+    /// Returns the view of all mips and layers as a 2D image, a 2D array or a cube.
     pub fn whole(&self) -> &ImageView {
         &self.whole
     }
@@ -259,7 +259,7 @@ impl Image {
         view(&self.inner, vk::ImageViewType::CUBE, mip..mip + 1, 0..self.inner.desc.layers)
     }
 
-    /// Creates a 2D array view of all mips and layers of any image, for `sampler2DArray` of a single layer or a cube.
+    /// Creates a 2D array view of all mips and layers, so that `sampler2DArray` can also read a single layer or a cube.
     pub fn array(&self) -> Result<ImageView> {
         view(&self.inner, vk::ImageViewType::TYPE_2D_ARRAY, 0..self.inner.desc.mips, 0..self.inner.desc.layers)
     }
@@ -295,7 +295,7 @@ impl Image {
         self.inner.raw
     }
 
-    /// Returns the use of the whole image after the commands submitted so far. Barriers of single mips do not change it.
+    /// Returns the use of the whole image after the commands submitted so far. Barriers for single mips do not change this use.
     pub(crate) fn last_use(&self) -> Use {
         *self.inner.last_use.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -363,7 +363,7 @@ fn view(
         .view_type(kind)
         .format(image.desc.format)
         .subresource_range(range);
-    // SAFETY: callers checked the range against the image, which the view keeps alive.
+    // SAFETY: callers checked the range against the image, and the view keeps the image alive.
     let raw = unsafe { image.gpu.raw().create_image_view(&info, None) }
         .doing(format!("creating a view of image {}", image.name))?;
     image.gpu.name(raw, &format!("{} mips {mips:?} layers {layers:?}", image.name));
@@ -372,7 +372,7 @@ fn view(
     Ok(ImageView { inner: Arc::new(ViewInner { image: image.clone(), raw, width, height }) })
 }
 
-/// Returns the aspect of a format. Depth formats here have no stencil.
+/// Returns the image aspect of a format. No depth format of the renderer has a stencil.
 fn aspect(format: vk::Format) -> vk::ImageAspectFlags {
     match format {
         vk::Format::D32_SFLOAT | vk::Format::D16_UNORM | vk::Format::X8_D24_UNORM_PACK32 => vk::ImageAspectFlags::DEPTH,

@@ -1,4 +1,4 @@
-//! A layer over Vulkan for devices, memory, images, pipelines, commands and timing. It is independent of any BRDF.
+//! A layer over Vulkan for devices, memory, images, pipelines, commands and timing. The layer is independent of any BRDF.
 //!
 //! # The API at a glance
 //!
@@ -25,13 +25,13 @@
 //! # }
 //! ```
 //!
-//! - **Shaders** are entry points `shaders-glsl/{passes,probes}/**/*.{vert,tesc,tese,frag,comp}`, compiled by the build
-//!   script and named by their path: `"passes/shade/shade.frag"`. `#include "leadr/x.glsl"` works everywhere.
+//! - **Shaders** are the entry points `shaders-glsl/{passes,probes}/**/*.{vert,tesc,tese,frag,comp}`. The build script compiles
+//!   them, and each is named by its path: `"passes/shade/shade.frag"`. `#include "leadr/x.glsl"` works everywhere.
 //! - **Resources are bound by name**, never by number. GLSL declares them without `binding`. A block is named by its instance name
-//!   or, without one, by its block name. Specialization constants are also set by name, with their type. Undeclared and missing
+//!   or, if it has none, by its block name. Specialization constants are also set by name, with their type. Undeclared and missing
 //!   names are errors. Names that a shader declares but does not use are allowed. Arrays of resources are not supported.
-//! - **Sets by lifetime**: `bind` pushes set 0. Longer-lived resources are in a [`ResourceSet`] of a [`SetLayout`], declared
-//!   with `layout(set = 1)` or `2` in GLSL, written once and bound by `bind_set` after the pipeline.
+//! - **Sets by lifetime**: `bind` pushes set 0. Longer-lived resources belong to a [`ResourceSet`] of a [`SetLayout`]. GLSL
+//!   declares them with `layout(set = 1)` or `2`. The set is written once, and `bind_set` binds it after the pipeline.
 //! - **`shared_struct!`** declares the Rust twin of every struct in buffers and push constants. A pipeline takes the twins'
 //!   [`SharedStruct::LAYOUT`]s. Pipeline creation fails if the names, offsets or sizes of members differ, or if a struct is
 //!   missing. Buffers of plain numbers and vectors need no twin.

@@ -1,33 +1,33 @@
-//! Queries the memory in use by the device's resources, and the free memory.
+//! Queries the memory that the device's resources use, and the memory that is free.
 
 use ash::vk;
 
 use super::{Gpu, GpuError, Result};
 
-/// Device memory in use, in bytes.
+/// The device memory that is in use, in bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MemoryUse {
-    /// Bytes held by buffers and images.
+    /// The bytes that buffers and images hold.
     pub allocated: u64,
-    /// Bytes allocated from the driver, including the free space in memory blocks.
+    /// The bytes that were allocated from the driver, including the free space in memory blocks.
     pub reserved: u64,
-    /// Number of buffers and images with memory.
+    /// The number of buffers and images that have memory.
     pub allocations: usize,
 }
 
-/// Device memory available to new resources, in bytes.
+/// The device memory that is available to new resources, in bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MemoryRoom {
-    /// Total memory of the device.
+    /// The total memory of the device.
     pub size: u64,
-    /// Free memory of the device.
+    /// The free memory of the device.
     pub left: u64,
-    /// Largest size of one buffer or image.
+    /// The largest size of one buffer or image.
     pub piece: u64,
 }
 
 impl MemoryRoom {
-    /// Checks that `needs` bytes fit, of which `piece` bytes are for one buffer or image.
+    /// Checks that the device has room for `needs` bytes, of which `piece` bytes belong to one buffer or image.
     ///
     /// # Errors
     /// Returns [`GpuError::InOnePiece`] or [`GpuError::TooLarge`]. `what` names the content, and `remedy` names an alternative that
@@ -45,16 +45,16 @@ impl MemoryRoom {
     }
 }
 
-/// Returns the bytes of system memory available to programs, or `None` if the system does not report it.
+/// Returns the number of bytes of system memory that programs can still use, or `None` if the system does not report it.
 pub fn machine_memory() -> Option<u64> {
     entry(&std::fs::read_to_string("/proc/meminfo").ok()?, AVAILABLE)
 }
 
-/// Linux's names for the available and the total memory.
+/// The names of the available and the total memory in Linux's `/proc/meminfo`.
 const AVAILABLE: &str = "MemAvailable:";
 const TOTAL: &str = "MemTotal:";
 
-/// Returns an entry of Linux's memory information, in bytes.
+/// Returns an entry of Linux's `/proc/meminfo`, in bytes.
 fn entry(meminfo: &str, name: &str) -> Option<u64> {
     let line = meminfo.lines().find_map(|line| line.strip_prefix(name))?;
     line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok()?.checked_mul(1024)
@@ -74,7 +74,8 @@ impl Gpu {
     /// Returns the device-local memory available to buffers and images.
     pub fn memory_room(&self) -> MemoryRoom {
         let piece = self.largest_allocation();
-        // Software drivers report arbitrary sizes (2 GiB in lavapipe). They use system memory, which other programs share.
+        // Software drivers use system memory, which other programs share. The sizes that they report are arbitrary (2 GiB in
+        // lavapipe).
         if self.is_software()
             && let Ok(meminfo) = std::fs::read_to_string("/proc/meminfo")
             && let (Some(size), Some(left)) = (entry(&meminfo, TOTAL), entry(&meminfo, AVAILABLE))
@@ -85,7 +86,7 @@ impl Gpu {
         MemoryRoom { size, left: size.saturating_sub(self.memory_use().allocated), piece }
     }
 
-    /// Returns the bytes of the largest device-local memory heap.
+    /// Returns the size of the largest device-local memory heap in bytes.
     fn memory_size(&self) -> u64 {
         let (_, instance, physical) = self.raw_instance();
         // SAFETY: the instance and the physical device are alive.

@@ -13,17 +13,16 @@ use super::{DriverCall, Gpu, GpuError, Result, StructLayout};
 
 /// A compute or graphics pipeline.
 pub trait Pipeline {
-    /// Returns the current state that both kinds of pipelines share.
+    /// Returns the current state that compute and graphics pipelines share.
     #[doc(hidden)]
     fn core(&self) -> Arc<PipelineCore>;
 }
 
-/// Function that creates a pipeline from the current shaders.
+/// A function that creates a pipeline from the current shaders.
 type Make = dyn Fn(&Arc<Gpu>) -> Result<PipelineCore> + Send + Sync;
 
-/// The inputs of a pipeline, for re-creating the pipeline with other shaders.
+/// The inputs of a pipeline, from which it can be re-created with other shaders.
 struct Recipe {
-    /// Names of the pipeline's entry points.
     shaders: Vec<String>,
     make: Box<Make>,
     made: RwLock<Arc<PipelineCore>>,
@@ -86,8 +85,8 @@ impl ComputePipeline {
     /// structs in the shader's buffers and push constants.
     ///
     /// # Errors
-    /// Returns [`GpuError::NoShader`] for an unknown entry point. Returns [`GpuError::Shader`] for a constant or struct that the
-    /// shader does not declare or declares differently, and for structs of the shader that are missing from `structs`.
+    /// Returns [`GpuError::NoShader`] for an unknown entry point. Returns [`GpuError::Shader`] if the shader does not declare a
+    /// given constant or struct or declares it differently, or if a struct of the shader is missing from `structs`.
     pub fn new(gpu: &Arc<Gpu>, name: &str, spec: Spec<'_>, structs: &[StructLayout]) -> Result<Self> {
         let (entry, spec, structs) = (name.to_owned(), owned(spec), structs.to_vec());
         let make = move |gpu: &Arc<Gpu>| Self::make(gpu, &entry, &borrowed(&spec), &structs);
@@ -111,13 +110,13 @@ impl ComputePipeline {
         Ok(core)
     }
 
-    /// Returns the work group size in the shader, with specialization constants at their defaults.
+    /// Returns the work group size that the shader declares, with specialization constants at their defaults.
     pub fn local_size(&self) -> [u32; 3] {
         self.core().local_size
     }
 }
 
-/// How vertices are assembled to primitives.
+/// How vertices are assembled into primitives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Topology {
     /// Every three vertices form a triangle.
@@ -131,58 +130,58 @@ pub enum Topology {
 /// How a pipeline uses the depth attachment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Depth {
-    /// Format of the attachment, normally `D32_SFLOAT`.
+    /// The format of the attachment, normally `D32_SFLOAT`.
     pub format: vk::Format,
-    /// Comparison that passing fragments satisfy, `GREATER_OR_EQUAL` for reversed depth. `ALWAYS` disables the test.
+    /// The comparison that passing fragments satisfy, which is `GREATER_OR_EQUAL` for reversed depth. `ALWAYS` disables the test.
     pub compare: vk::CompareOp,
     /// Whether passing fragments write their depth.
     pub write: bool,
-    /// Constant factor and slope factor of the depth bias, if any.
+    /// The constant and the slope factor of the depth bias, if any.
     pub bias: Option<[f32; 2]>,
 }
 
 impl Default for Depth {
-    /// Returns reversed depth in `D32_SFLOAT` (clear it to 0), tested and written.
+    /// Describes reversed depth in `D32_SFLOAT`, tested and written. Clear it to 0.
     fn default() -> Self {
         Self { format: vk::Format::D32_SFLOAT, compare: vk::CompareOp::GREATER_OR_EQUAL, write: true, bias: None }
     }
 }
 
-/// Description of a graphics pipeline. Vertex shaders read vertices from storage buffers. Triangles are drawn without blending, and
-/// by default are visible from both sides.
+/// The description of a graphics pipeline. Vertex shaders read vertices from storage buffers. Triangles are drawn without blending,
+/// and both of their sides are visible by default.
 #[derive(Clone, Copy, Debug)]
 pub struct GraphicsDesc<'a> {
-    /// Vertex entry point, such as `"passes/gbuffer.vert"`.
+    /// The vertex entry point, such as `"passes/gbuffer.vert"`.
     pub vertex: &'a str,
-    /// Tessellation control and evaluation entry points, if any.
+    /// The tessellation control and evaluation entry points, if any.
     pub tessellation: Option<[&'a str; 2]>,
-    /// Fragment entry point; with `None`, only depth is written.
+    /// The fragment entry point. With `None`, the pipeline writes only depth.
     pub fragment: Option<&'a str>,
-    /// Formats of the colour attachments in order.
+    /// The formats of the colour attachments in order.
     pub colors: &'a [vk::Format],
-    /// Number of attachments at the end of `colors` that the fragment stage leaves unchanged.
+    /// The number of attachments at the end of `colors` that the fragment stage does not write.
     pub kept_colors: usize,
-    /// Depth attachment, if any.
+    /// The depth attachment, if any.
     pub depth: Option<Depth>,
-    /// Number of samples per texel of the attachments.
+    /// The number of samples per texel of the attachments.
     pub samples: u32,
-    /// Whether front faces (`gl_FrontFacing`) are the triangles that are clockwise on the screen (y down), instead of
-    /// counter-clockwise.
+    /// Whether front faces (`gl_FrontFacing`) are the triangles that run clockwise on the screen, where y points down. By default,
+    /// front faces run counter-clockwise.
     pub clockwise_front: bool,
     /// Whether back faces are culled.
     pub front_only: bool,
-    /// Whether triangles are drawn as wireframes with lines of one pixel. Some devices do not support it.
+    /// Whether triangles are drawn as wireframes with lines of one pixel. Some devices do not support wireframes.
     pub wires: bool,
-    /// How vertices are assembled to primitives.
+    /// How vertices are assembled into primitives.
     pub topology: Topology,
-    /// Specialization constants of all stages.
+    /// The specialization constants of all stages.
     pub spec: Spec<'a>,
-    /// Layouts of all structs in the stages' buffers and push constants.
+    /// The layouts of all structs in the stages' buffers and push constants.
     pub structs: &'a [StructLayout],
 }
 
 impl Default for GraphicsDesc<'_> {
-    /// Describes triangles with counter-clockwise front faces, and no attachments.
+    /// Describes a pipeline for triangles with counter-clockwise front faces, without attachments.
     fn default() -> Self {
         Self {
             vertex: "",
@@ -269,12 +268,13 @@ impl OwnedDesc {
 }
 
 impl GraphicsPipeline {
-    /// Creates a pipeline with the name `name` in captures and messages.
+    /// Creates a pipeline. Captures and messages show it under the name `name`.
     ///
     /// # Errors
-    /// Returns [`GpuError::NoShader`] for an unknown entry point. Returns [`GpuError::Shader`] for a constant or struct that no
-    /// stage declares or that a stage declares differently, for structs without a description, and for inconsistent stages. Returns
-    /// [`GpuError::Usage`] for patches without tessellation stages, or for unsupported wireframes.
+    /// Returns [`GpuError::NoShader`] for an unknown entry point. Returns [`GpuError::Shader`] if no stage declares a given
+    /// constant or struct, if a stage declares it differently, if a struct has no description, or if the stages are inconsistent.
+    /// Returns [`GpuError::Usage`] for patches without tessellation stages, or for wireframes on a device that does not support
+    /// them.
     pub fn new(gpu: &Arc<Gpu>, name: &str, desc: &GraphicsDesc<'_>) -> Result<Self> {
         let (desc, named) = (OwnedDesc::of(desc), name.to_owned());
         let shaders = desc.shaders();
@@ -373,7 +373,7 @@ fn create_graphics(
     })
 }
 
-/// Returns the pipeline created by `create`.
+/// Calls `create` and returns the new pipeline.
 fn made(
     gpu: &Gpu,
     name: &str,

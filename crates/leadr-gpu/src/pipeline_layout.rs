@@ -1,5 +1,5 @@
-//! The parts that compute and graphics pipelines share. The layout follows from the shaders. Set 0 holds push descriptors, binding
-//! numbers follow from the names of resources, and the push constant range is the largest range of any stage.
+//! The parts that compute and graphics pipelines share. The pipeline layout is derived from the shaders. Set 0 holds push
+//! descriptors, binding numbers are assigned by resource name, and the push constant range is the largest range of any stage.
 
 use std::ffi::CStr;
 use std::sync::Arc;
@@ -13,7 +13,7 @@ use super::spirv::{leave_loops_to_driver, specialized};
 use super::{Gpu, GpuError, Result, StructLayout, shared_struct};
 use leadr_glsl::reflect::{Interface, interface};
 
-/// Empty layout for set numbers that a pipeline does not use.
+/// The empty layout for set numbers that a pipeline does not use.
 static EMPTY: SetLayout = SetLayout { number: 1, name: "nothing", resources: &[] };
 
 /// The value of a specialization constant.
@@ -49,7 +49,7 @@ impl SpecValue {
     }
 }
 
-/// Specialization constants by their GLSL names. Unlisted constants keep the shader's defaults.
+/// Values of specialization constants, by their GLSL names. Constants that are not listed keep the shader's defaults.
 pub type Spec<'a> = &'a [(&'a str, SpecValue)];
 
 /// The state that compute and graphics pipelines share.
@@ -63,16 +63,15 @@ pub struct PipelineCore {
     set_layout: vk::DescriptorSetLayout,
     /// The resources of set 0 that must be bound. The index of a slot is its binding number.
     pub(crate) slots: Vec<Slot>,
-    /// The layouts of the longer-lived sets by number; `None` for unused numbers.
+    /// The layouts of the longer-lived sets, by set number. The entry of an unused number is `None`.
     pub(crate) sets: [Option<&'static SetLayout>; SETS],
-    /// Declared resources that are unused with these constants. They may be bound without effect.
+    /// The names of declared resources that the pipeline does not use with these constants. Binding them has no effect.
     pub(crate) unused: Vec<&'static str>,
     pub(crate) push: Option<PushConstants>,
-    /// Work group size of a compute pipeline, with specialization constants at their defaults.
+    /// The work group size of a compute pipeline, with specialization constants at their defaults.
     pub(crate) local_size: [u32; 3],
 }
 
-/// A resource of a pipeline.
 #[derive(Debug)]
 pub(crate) struct Slot {
     pub(crate) name: &'static str,
@@ -80,11 +79,10 @@ pub(crate) struct Slot {
     stages: vk::ShaderStageFlags,
 }
 
-/// The push constants of a pipeline.
 pub(crate) struct PushConstants {
-    /// [`StructLayout::rust`] of the push constants' type.
+    /// The [`StructLayout::rust`] of the push constants' type.
     pub(crate) rust: &'static str,
-    /// Stages that use the push constants; may be empty.
+    /// The stages that use the push constants. There may be none.
     pub(crate) stages: vk::ShaderStageFlags,
     pub(crate) bytes: usize,
 }
@@ -102,11 +100,11 @@ impl Drop for PipelineCore {
 }
 
 impl PipelineCore {
-    /// Creates a core with layouts for all stages, without a pipeline yet.
+    /// Creates the layouts for all stages. The pipeline itself is added later.
     ///
     /// # Errors
     /// Returns [`GpuError::Shader`] if the stages are inconsistent with each other or with the Rust twins of their structs. Returns
-    /// [`GpuError::Usage`] for more push constants than the device supports.
+    /// [`GpuError::Usage`] if the push constants are larger than the device supports.
     pub(crate) fn new(
         gpu: &Arc<Gpu>,
         name: &str,
@@ -135,7 +133,6 @@ impl PipelineCore {
         Ok(core)
     }
 
-    /// Returns the device.
     pub(super) fn gpu(&self) -> &Arc<Gpu> {
         &self.gpu
     }
@@ -153,7 +150,7 @@ impl PipelineCore {
 
     fn create_layout(&mut self) -> Result<()> {
         self.check_textures()?;
-        // Vulkan requires a layout for each set number up to the highest.
+        // Vulkan requires a layout for every set number up to the highest number in use.
         let last = self.sets.iter().rposition(Option::is_some).unwrap_or(0);
         let mut sets = vec![self.set_layout];
         for layout in &self.sets[1..=last] {
@@ -177,7 +174,7 @@ impl PipelineCore {
         Ok(())
     }
 
-    /// Checks the number of textures in all sets, including unused ones, against the limit per stage.
+    /// Checks that all textures, including unused ones, are within the device's limit per stage.
     fn check_textures(&self) -> Result<()> {
         let lasting = self.sets.iter().flatten().flat_map(|layout| layout.resources).map(|(_, kind)| *kind);
         let kinds = self.slots.iter().map(|slot| slot.kind).chain(lasting);
@@ -193,23 +190,21 @@ impl PipelineCore {
         Ok(())
     }
 
-    /// Returns the binding number of a resource.
     fn binding(&self, name: &str) -> Option<u32> {
         self.slots.iter().position(|slot| slot.name == name).map(|index| index as u32)
     }
 
-    /// Returns the names that may be bound, for messages.
+    /// Returns the names of the resources that may be bound, for error messages.
     pub(crate) fn resource_names(&self) -> String {
         let names: Vec<&str> = self.slots.iter().map(|slot| slot.name).chain(self.unused.iter().copied()).collect();
         if names.is_empty() { "none".to_owned() } else { names.join(", ") }
     }
 }
 
-/// A shader stage with specialised constants.
 pub(crate) struct SpecializedStage {
     shader: &'static Shader,
     words: Vec<u32>,
-    /// The declarations that remain in the shader after specialisation.
+    /// The declarations that are left in the shader after specialisation.
     left: Interface,
 }
 
@@ -247,7 +242,7 @@ impl Drop for StageModule<'_> {
 }
 
 impl<'a> StageModule<'a> {
-    /// Creates the shader module, with resources numbered as in `core`.
+    /// Creates the shader module, and numbers its resources as in `core`.
     pub(crate) fn new(gpu: &'a Gpu, core: &PipelineCore, stage: SpecializedStage) -> Result<Self> {
         let SpecializedStage { shader, mut words, left } = stage;
         for resource in &left.resources {
@@ -265,8 +260,8 @@ impl<'a> StageModule<'a> {
             leave_loops_to_driver(&mut words);
         }
         let info = vk::ShaderModuleCreateInfo::default().code(&words);
-        // SAFETY: shaderc compiled the words for Vulkan 1.3. Only binding numbers and loop controls were changed, constants
-        // specialised, and unreachable blocks removed. The validation layer checks the result in every test that creates a
+        // SAFETY: shaderc compiled the words for Vulkan 1.3. Only binding numbers and loop controls were changed, constants were
+        // specialised, and unreachable blocks were removed. The validation layer checks the result in every test that creates a
         // pipeline.
         let module =
             unsafe { gpu.raw().create_shader_module(&info, None) }.doing(format!("creating shader {}", shader.name))?;
@@ -280,10 +275,10 @@ impl<'a> StageModule<'a> {
     }
 }
 
-/// Returns the shader with this name.
+/// Returns the shader of this stage with this name.
 ///
 /// # Errors
-/// Returns [`GpuError::NoShader`], or [`GpuError::Shader`] if the shader belongs to another stage.
+/// Returns [`GpuError::NoShader`] for an unknown name, or [`GpuError::Shader`] if the shader belongs to another stage.
 pub(crate) fn shader(gpu: &Gpu, name: &str, stage: Stage) -> Result<&'static Shader> {
     let shader = gpu.shaders().find(name)?;
     if shader.stage == stage {
@@ -293,10 +288,10 @@ pub(crate) fn shader(gpu: &Gpu, name: &str, stage: Stage) -> Result<&'static Sha
     Err(GpuError::Shader { name: name.to_owned(), fault })
 }
 
-/// Checks that a shader declares every constant, with the same type.
+/// Checks that the shaders declare every given constant with the type of its value.
 ///
 /// # Errors
-/// Returns [`GpuError::Shader`] with the pipeline and the constant.
+/// Returns [`GpuError::Shader`], which names the pipeline and the constant.
 pub(crate) fn check_constants(pipeline: &str, shaders: &[&Shader], spec: Spec<'_>) -> Result<()> {
     let fault = |fault: String| Err(GpuError::Shader { name: pipeline.to_owned(), fault });
     let all = || shaders.iter().flat_map(|shader| &shader.interface().constants);

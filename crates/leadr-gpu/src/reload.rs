@@ -5,7 +5,7 @@ use std::sync::{Arc, PoisonError, Weak};
 use super::shaders::Shader;
 use super::{Gpu, Result};
 
-/// Function that replaces the old object with the re-created object. No recording may be in progress.
+/// A function that replaces the old object by the re-created object. No recording may be in progress.
 pub(super) type Put = Box<dyn FnOnce()>;
 
 /// A pipeline with its recipe.
@@ -13,7 +13,7 @@ pub(super) trait Remake: Send + Sync {
     /// Whether the pipeline uses one of these entry points.
     fn uses(&self, names: &[&str]) -> bool;
 
-    /// Creates a new pipeline next to the existing one.
+    /// Creates a new pipeline next to the existing one, and returns the function that replaces the existing one.
     fn make_again(self: Arc<Self>) -> Result<Put>;
 }
 
@@ -21,20 +21,20 @@ impl Gpu {
     /// Registers a pipeline for re-creation.
     pub(super) fn register(&self, recipe: Weak<dyn Remake>) {
         let mut recipes = self.recipes.lock().unwrap_or_else(PoisonError::into_inner);
-        // Dropped pipelines are removed if the list is full, so the list has at most about twice as many entries as pipelines
-        // exist.
+        // Dropped pipelines are removed whenever the list is full. The list therefore has at most about twice as many entries as
+        // there are pipelines.
         if recipes.len() == recipes.capacity() {
             recipes.retain(|known| known.strong_count() > 0);
         }
         recipes.push(recipe);
     }
 
-    /// Replaces the shaders of the same names for existing and new pipelines. Every pipeline that uses a replaced shader is
-    /// re-created. If one pipeline fails, all pipelines stay unchanged. Returns the number of re-created pipelines. No recording
-    /// may be in progress.
+    /// Replaces the shaders that have the same names as `newer`, for existing and new pipelines. Every pipeline that uses a
+    /// replaced shader is re-created. If one pipeline fails, all pipelines stay unchanged. Returns the number of re-created
+    /// pipelines. No recording may be in progress.
     ///
     /// # Errors
-    /// Returns an error if a shader does not fit its pipeline, or for a failed Vulkan call.
+    /// Returns an error if a shader does not fit its pipeline, or if a Vulkan call fails.
     pub fn reload(self: &Arc<Self>, newer: Vec<&'static Shader>) -> Result<usize> {
         let names: Vec<&str> = newer.iter().map(|shader| shader.name).collect();
         let mut all = self.shaders().newer().clone();

@@ -19,7 +19,7 @@ pub enum AddressMode {
     ClampToEdge,
 }
 
-/// Interpolation between texels and mip levels.
+/// How texels and mip levels are interpolated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Filter {
     /// Takes the nearest texel of the nearest level.
@@ -30,10 +30,10 @@ pub enum Filter {
     Trilinear,
 }
 
-/// Properties of a sampler, as the filter and the address modes across and down.
+/// The properties of a sampler: its filter, and its horizontal and vertical address modes.
 type Kind = (Filter, [AddressMode; 2]);
 
-/// The samplers of a device that are in use. Samplers are shared, because some devices support only 4,000.
+/// The samplers of a device that are in use. Samplers are shared, because some devices support only 4,000 samplers.
 #[derive(Default)]
 pub(crate) struct Samplers(Mutex<HashMap<Kind, Weak<SamplerInner>>>);
 
@@ -61,7 +61,7 @@ impl Sampler {
         Self::with_modes(gpu, filter, [mode; 2])
     }
 
-    /// Creates a sampler for images, with separate address modes across and down.
+    /// Creates a sampler for 2D images, with separate horizontal and vertical address modes.
     pub fn with_modes(gpu: &Arc<Gpu>, filter: Filter, modes: [AddressMode; 2]) -> Result<Self> {
         let mut known = gpu.samplers().0.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(inner) = known.get(&(filter, modes)).and_then(Weak::upgrade) {

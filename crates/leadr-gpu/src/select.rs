@@ -7,14 +7,14 @@ use ash::vk;
 use super::error::Doing;
 use super::{GpuError, Result};
 
-/// A physical device with the properties relevant to the choice.
+/// A physical device and the properties that matter for the choice of a device.
 pub(crate) struct Candidate {
     pub(crate) physical: vk::PhysicalDevice,
     pub(crate) name: String,
     pub(crate) kind: vk::PhysicalDeviceType,
-    /// Requirements of the renderer that the device lacks; empty for a usable device.
+    /// The requirements of the renderer that the device does not meet. The list is empty for a usable device.
     pub(crate) missing: Vec<String>,
-    /// Index of a queue family that can draw, compute and copy.
+    /// The index of a queue family that can draw, compute and copy.
     pub(crate) queue_family: u32,
     /// Whether the device can draw triangles as wireframes.
     pub(crate) wires: bool,
@@ -22,7 +22,8 @@ pub(crate) struct Candidate {
     pub(crate) is_portable: bool,
 }
 
-/// Returns the device for `wanted` (an index, or part of a name, where case is ignored), or the best usable device.
+/// Returns the device that `wanted` names by its index or by a part of its name, ignoring case. Without `wanted`, returns the best
+/// usable device.
 pub(crate) fn choose(instance: &ash::Instance, wanted: Option<&str>, extensions: &[&CStr]) -> Result<Candidate> {
     // SAFETY: the instance is alive.
     let physicals = unsafe { instance.enumerate_physical_devices() }.doing("listing the Vulkan devices")?;
@@ -127,8 +128,8 @@ fn missing_features(instance: &ash::Instance, physical: vk::PhysicalDevice) -> V
     .collect()
 }
 
-/// Returns the Vulkan 1.0 features to enable, which are all required except `wires`. Features of Vulkan 1.3 are added at device
-/// creation.
+/// Returns the Vulkan 1.0 features to enable. All of them are required, except for `wires`. Features of Vulkan 1.3 are added when
+/// the device is created.
 pub(crate) fn features(wires: bool) -> vk::PhysicalDeviceFeatures {
     vk::PhysicalDeviceFeatures::default()
         .fill_mode_non_solid(wires)

@@ -1,7 +1,7 @@
 //! Longer-lived descriptor sets. The resources of a scene or object are written once, and bound as a whole.
 //!
-//! [`Commands::bind`] pushes set 0 of every pipeline. Sets 1 and 2 are [`ResourceSet`]s. All pipelines that use such a set have the
-//! same layout for it.
+//! [`Commands::bind`] pushes set 0 of every pipeline. Sets 1 and 2 are [`ResourceSet`]s. All pipelines that use one of these sets
+//! have the same layout for it.
 
 use std::any::Any;
 use std::sync::{Arc, Mutex, PoisonError, Weak};
@@ -13,32 +13,30 @@ use super::error::Doing;
 use super::shaders::{ResourceKind, descriptor_type};
 use super::{Commands, DriverCall, Gpu, GpuError, Result};
 
-/// Number of sets of a pipeline, one pushed and two longer-lived sets.
+/// The number of sets of a pipeline. One set is pushed, and two sets are longer-lived.
 pub(crate) const SETS: usize = 3;
 
-/// Number of sets in one descriptor pool.
 const POOL_SETS: u32 = 64;
 
-/// The layout of a set, as the names and kinds of the GLSL declarations with `layout(set = number)`. The binding number of a
-/// resource is its index in the list.
+/// The layout of a set, as a list of the names and kinds of the resources that GLSL declares with `layout(set = number)`. The
+/// binding number of a resource is its index in the list.
 #[derive(Debug)]
 pub struct SetLayout {
-    /// Number of the set, 1 or 2.
+    /// The number of the set, 1 or 2.
     pub number: u32,
-    /// Name of the set's owner, for messages.
+    /// The name of the set's owner, for messages.
     pub name: &'static str,
-    /// Names and kinds of the set's resources.
+    /// The names and kinds of the set's resources.
     pub resources: &'static [(&'static str, ResourceKind)],
 }
 
 impl SetLayout {
-    /// Returns the binding number of a resource.
     pub(crate) fn binding(&self, name: &str) -> Option<u32> {
         self.resources.iter().position(|(known, _)| *known == name).map(|index| index as u32)
     }
 }
 
-/// The set layouts of a device, and the descriptor pool of new sets.
+/// The set layouts of a device, and the descriptor pools for new sets.
 pub(crate) struct SetLayouts {
     all: Vec<&'static SetLayout>,
     made: Mutex<Vec<Known>>,
@@ -47,7 +45,7 @@ pub(crate) struct SetLayouts {
 struct Known {
     layout: &'static SetLayout,
     raw: vk::DescriptorSetLayout,
-    /// Pool of the next set; `left` counts the free sets in it.
+    /// The pool of the next set. `left` counts the free sets in the pool.
     pool: Weak<SetPool>,
     left: u32,
 }
@@ -62,7 +60,7 @@ impl SetLayouts {
         self.all.iter().copied().find(|layout| layout.number == number)
     }
 
-    /// Returns the Vulkan object for a layout. The device owns it.
+    /// Returns the Vulkan object for a layout. The device owns the object.
     pub(crate) fn raw(&self, gpu: &Gpu, layout: &'static SetLayout) -> Result<vk::DescriptorSetLayout> {
         self.with(gpu, layout, |known| Ok(known.raw))
     }
@@ -96,7 +94,7 @@ fn create(gpu: &Gpu, layout: &SetLayout) -> Result<vk::DescriptorSetLayout> {
     descriptor_layout(gpu, layout.name, vk::DescriptorSetLayoutCreateFlags::empty(), resources)
 }
 
-/// Creates the layout of a descriptor set with these resources and stages, numbered in order. The caller must destroy it.
+/// Creates a descriptor set layout for these resources and stages, and numbers the resources in order. The caller must destroy it.
 pub(crate) fn descriptor_layout(
     gpu: &Gpu,
     name: &str,
@@ -119,7 +117,7 @@ pub(crate) fn descriptor_layout(
     Ok(raw)
 }
 
-/// A pool of sets with one layout. They are freed together when the last set is dropped.
+/// A pool of sets that have one layout. All sets are freed together when the last set is dropped.
 struct SetPool {
     gpu: Arc<Gpu>,
     raw: vk::DescriptorPool,
@@ -170,7 +168,7 @@ impl Known {
     }
 }
 
-/// Resources that are bound together. Clones share them.
+/// Resources that are bound together. Clones share the same resources.
 #[derive(Clone)]
 pub struct ResourceSet {
     inner: Arc<SetInner>,
@@ -184,10 +182,10 @@ struct SetInner {
 }
 
 impl ResourceSet {
-    /// Creates an immutable set of all resources of a layout. The set keeps the resources alive.
+    /// Creates an immutable set with all resources of a layout. The set keeps the resources alive.
     ///
     /// # Errors
-    /// Returns [`GpuError::Usage`] for a resource that is missing, given twice, of another kind or not in the layout.
+    /// Returns [`GpuError::Usage`] if a resource is missing, given twice, of the wrong kind, or not in the layout.
     pub fn new(gpu: &Arc<Gpu>, layout: &'static SetLayout, resources: &[(&str, Descriptor<'_>)]) -> Result<Self> {
         let stranger = |name: &str| format!("its set has no resource {name}");
         let descriptors = in_order(layout.name, layout.resources.iter().copied(), resources, |_| false, stranger)?;
@@ -204,7 +202,7 @@ impl ResourceSet {
 }
 
 impl Commands {
-    /// Binds a set until another pipeline is bound. Sets that the pipeline does not use have no effect.
+    /// Binds a set until another pipeline is bound. A set that the pipeline does not use has no effect.
     pub fn bind_set(&mut self, set: &ResourceSet) {
         let SetInner { layout, raw, .. } = &*set.inner;
         let Some(core) = self.pipeline.clone() else {

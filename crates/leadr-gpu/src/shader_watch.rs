@@ -12,18 +12,18 @@ use leadr_glsl::compiler::{Compiler, collect, normal, slashes};
 use super::shaders::Shader;
 use super::{Gpu, GpuError, Result};
 
-/// Interval between checks for changed files.
+/// The interval between checks for changed files.
 const INTERVAL: Duration = Duration::from_millis(250);
 
 /// The outcome of compiling changed files.
 pub enum Change {
     /// The entry points that were compiled.
     Compiled(CompiledShaders),
-    /// Compilation failed; this is the compiler's message, with file and line.
+    /// Compilation failed. The text is the compiler's message, with file and line.
     Failed(String),
 }
 
-/// Shaders that no pipeline uses yet.
+/// Compiled shaders that no pipeline uses yet.
 pub struct CompiledShaders(Vec<&'static Shader>);
 
 impl CompiledShaders {
@@ -43,7 +43,7 @@ impl CompiledShaders {
     }
 }
 
-/// A thread that watches a folder. Dropping the value stops the thread.
+/// A thread that watches a folder of shaders. Dropping the value stops the thread.
 pub struct ShaderWatch {
     changes: Receiver<Change>,
     stop: Arc<AtomicBool>,
@@ -56,10 +56,10 @@ impl Drop for ShaderWatch {
 }
 
 impl ShaderWatch {
-    /// Watches `root`, a folder like `shaders-glsl`, for changes of the entry points `built` (`Gpu::shader_names`).
+    /// Watches the folder `root`, such as `shaders-glsl`. `built` lists the entry points to watch (`Gpu::shader_names`).
     ///
     /// # Errors
-    /// Returns an error for a folder without entry points of this build.
+    /// Returns an error if the folder has no entry points of this build.
     pub fn new(root: &Path, built: impl IntoIterator<Item = &'static str>) -> Result<Self> {
         let fault = |fault: String| GpuError::Shader { name: root.display().to_string(), fault };
         if !root.join("passes").is_dir() {
@@ -84,7 +84,7 @@ impl ShaderWatch {
 }
 
 impl Gpu {
-    /// Replaces shaders of the same names, as with `Gpu::reload`. Returns the number of re-created pipelines.
+    /// Replaces the shaders that have the same names, as `Gpu::reload` does. Returns the number of re-created pipelines.
     ///
     /// # Errors
     /// Returns an error if a shader does not fit its pipeline. All pipelines then stay unchanged.
@@ -111,7 +111,7 @@ fn written(root: &Path) -> BTreeMap<PathBuf, SystemTime> {
     found
 }
 
-/// Returns the files that `file` includes, directly or indirectly, without compiling it.
+/// Returns the files that `file` includes, directly or indirectly. The file is searched, but not compiled.
 fn includes(root: &Path, file: &Path, known: &mut BTreeMap<PathBuf, BTreeSet<PathBuf>>) -> BTreeSet<PathBuf> {
     if let Some(found) = known.get(file) {
         return found.clone();
@@ -139,7 +139,7 @@ fn includes(root: &Path, file: &Path, known: &mut BTreeMap<PathBuf, BTreeSet<Pat
 
 fn watch(root: &Path, built: &BTreeSet<&str>, changes: &Sender<Change>, stop: &AtomicBool) {
     let mut before = written(root);
-    // Entry points that changed since they were last compiled.
+    // These entry points have changed since they were last compiled.
     let mut waiting = BTreeSet::new();
     while !stop.load(Ordering::Relaxed) {
         std::thread::sleep(INTERVAL);
@@ -212,7 +212,7 @@ mod tests {
         let folder = sources();
         let watch = ShaderWatch::new(folder.path(), leadr_shaders::SHADERS.iter().map(|shader| shader.name)).unwrap();
         std::thread::sleep(2 * INTERVAL);
-        // If an include changes, the entry points that use it are compiled.
+        // If an included file changes, the entry points that include it are compiled.
         change(folder.path(), "passes/tonemap.glsl", "2.51", "2.52");
         let Change::Compiled(shaders) = next(&watch) else { panic!("it compiles") };
         assert_eq!(shaders.names().collect::<Vec<_>>(), ["passes/present.frag"]);
@@ -224,7 +224,7 @@ mod tests {
         change(folder.path(), "passes/tonemap.glsl", "2.52", "two");
         let Change::Failed(printed) = next(&watch) else { panic!("it does not compile") };
         assert!(printed.contains("tonemap.glsl:") && printed.contains("two"), "{printed}");
-        // Another entry point changes meanwhile. It is compiled as soon as all changed entry points compile.
+        // Another entry point changes meanwhile, and is compiled as soon as all changed entry points compile.
         change(folder.path(), "passes/object_depth.frag", "void main", "/* changed */ void main");
         assert!(matches!(next(&watch), Change::Failed(printed) if printed.contains("two")));
         change(folder.path(), "passes/tonemap.glsl", "two", "2.51");

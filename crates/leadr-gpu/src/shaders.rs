@@ -1,4 +1,4 @@
-//! The shaders of a device, from its tables and from newer shaders that replace them.
+//! The shaders of a device, from its tables and from newer shaders that replace table entries.
 
 use std::collections::BTreeMap;
 use std::sync::{PoisonError, RwLock, RwLockReadGuard};
@@ -14,7 +14,7 @@ type Newer = BTreeMap<&'static str, &'static Shader>;
 /// The shaders of a device, by name.
 pub(crate) struct Shaders {
     tables: Vec<&'static [Shader]>,
-    /// Shaders compiled since the build. They replace shaders of the same name in the tables.
+    /// Shaders compiled since the build, which replace shaders of the same name in the tables.
     newer: RwLock<Newer>,
 }
 
@@ -42,18 +42,17 @@ impl Shaders {
         self.tables.iter().flat_map(|table| table.iter()).map(|shader| shader.name)
     }
 
-    /// Sets the replacements of shaders, and returns the previous replacements.
+    /// Sets the shaders that replace entries of the tables, and returns the previous replacements.
     pub(crate) fn replace(&self, shaders: Newer) -> Newer {
         std::mem::replace(&mut *self.newer.write().unwrap_or_else(PoisonError::into_inner), shaders)
     }
 
-    /// Returns the replacements of shaders in the tables.
+    /// Returns the shaders that replace entries of the tables.
     pub(crate) fn newer(&self) -> RwLockReadGuard<'_, Newer> {
         self.newer.read().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// Returns the Vulkan constant for a stage.
 pub(crate) fn stage_flags(stage: Stage) -> vk::ShaderStageFlags {
     match stage {
         Stage::Vertex => vk::ShaderStageFlags::VERTEX,
@@ -64,7 +63,6 @@ pub(crate) fn stage_flags(stage: Stage) -> vk::ShaderStageFlags {
     }
 }
 
-/// Returns the Vulkan constant for a kind of resource.
 pub(crate) fn descriptor_type(kind: ResourceKind) -> vk::DescriptorType {
     match kind {
         ResourceKind::Uniform => vk::DescriptorType::UNIFORM_BUFFER,

@@ -9,38 +9,39 @@ use leadr_glsl::reflect::{Member, Struct};
 
 /// A struct in buffers and push constants, declared with `shared_struct!`.
 pub trait SharedStruct: NoUninit {
-    /// Memory layout of the struct.
+    /// The memory layout of the struct.
     const LAYOUT: StructLayout;
 }
 
 /// The memory layout of a shared struct in Rust.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StructLayout {
-    /// Name of the struct or block in GLSL.
+    /// The name of the struct or block in GLSL.
     pub glsl: &'static str,
-    /// Path of the struct in Rust.
+    /// The path of the struct in Rust.
     pub rust: &'static str,
-    /// Size in bytes, including padding.
+    /// The size in bytes, including padding.
     pub size: usize,
-    /// Members in order. Members with names that begin with `padding` do not exist in GLSL.
+    /// The members in order. Members with names that begin with `padding` do not exist in GLSL.
     pub members: &'static [MemberLayout],
 }
 
 /// A member of a shared struct in Rust.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MemberLayout {
-    /// Name of the member.
+    /// The name of the member.
     pub name: &'static str,
-    /// Offset from the start of the struct in bytes.
+    /// The offset from the start of the struct in bytes.
     pub offset: usize,
-    /// Size of the member in bytes.
+    /// The size of the member in bytes.
     pub size: usize,
 }
 
 /// Declares a struct shared with shaders, and implements [`SharedStruct`](crate::SharedStruct) for it.
 ///
-/// The name after `for` is the name of the struct or block in GLSL. Its members must have the same names, offsets and sizes. GLSL
-/// inserts padding by its own rules (`std140`, `std430`). In Rust, each gap is a member with a name that begins with `padding`.
+/// The name after `for` is the name of the struct or block in GLSL. Members must have the same names, offsets and sizes in both
+/// languages. GLSL inserts padding by its own rules (`std140`, `std430`). In Rust, each gap is a member with a name that begins
+/// with `padding`.
 ///
 /// ```
 /// leadr_gpu::shared_struct! {
@@ -85,10 +86,11 @@ macro_rules! shared_struct {
     };
 }
 
-/// Checks that every struct of these shaders is among `twins` and has the memory layout of its twin.
+/// Checks that every struct of these shaders is in `twins` and has the same memory layout as its twin.
 ///
 /// # Errors
-/// Returns [`GpuError::Shader`] with the pipeline, the struct and the difference, also for a twin that no shader declares.
+/// Returns [`GpuError::Shader`], which names the pipeline, the struct and the difference. A twin that no shader declares is also an
+/// error.
 pub(crate) fn check(pipeline: &str, shaders: &[&Shader], twins: &[StructLayout]) -> Result<()> {
     let fault = |fault: String| Err(GpuError::Shader { name: pipeline.to_owned(), fault });
     for shader in shaders {

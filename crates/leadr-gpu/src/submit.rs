@@ -10,11 +10,11 @@ use super::error::Doing;
 use super::{Commands, DriverCall, Gpu, GpuError, Result};
 
 impl Gpu {
-    /// Records commands, submits them and waits until they are done. `label` names them in captures and messages. The commands see
-    /// all writes of earlier submissions, and later submissions see all writes of the commands.
+    /// Records commands, submits them and waits until they are done. Captures and messages show the commands under the name
+    /// `label`. The commands see all writes of earlier submissions, and later submissions see all writes of the commands.
     ///
     /// # Errors
-    /// Returns the first misuse during recording, or a failed Vulkan call. After a misuse, nothing is submitted.
+    /// Returns an error for the first misuse during recording, or for a failed Vulkan call. After a misuse, nothing is submitted.
     pub fn submit<R>(self: &Arc<Self>, label: &str, record: impl FnOnce(&mut Commands) -> R) -> Result<R> {
         let mut recorder = CommandRecorder::new(self, label)?;
         let result = recorder.record(label, |cmd| {
@@ -40,11 +40,10 @@ pub struct CommandRecorder {
     fence: vk::Fence,
     state: State,
     name: String,
-    /// Objects kept alive until the commands are done.
+    /// The objects that are kept alive until the commands are done.
     keep: Vec<Arc<dyn Any + Send + Sync>>,
 }
 
-/// State of the command buffer.
 enum State {
     /// There is nothing to submit.
     Idle,
@@ -55,7 +54,7 @@ enum State {
 }
 
 impl CommandRecorder {
-    /// Creates a recorder with the name `name` in captures and messages.
+    /// Creates a recorder. Captures and messages show it under the name `name`.
     pub fn new(gpu: &Arc<Gpu>, name: &str) -> Result<Self> {
         let mut recorder = Self {
             gpu: gpu.clone(),
@@ -88,7 +87,7 @@ impl CommandRecorder {
     /// Waits for the previous submission and starts a new recording.
     ///
     /// # Errors
-    /// Returns the first misuse during recording, or a failed Vulkan call.
+    /// Returns an error for the first misuse during recording, or for a failed Vulkan call.
     pub fn record<R>(&mut self, label: &str, record: impl FnOnce(&mut Commands) -> R) -> Result<R> {
         self.wait()?;
         let device = self.gpu.raw();
@@ -116,8 +115,8 @@ impl CommandRecorder {
     /// signal each semaphore of `signals` after its stages.
     ///
     /// # Errors
-    /// Returns [`GpuError::Usage`] if nothing was recorded since the last submission. After a failed submission, such as a lost
-    /// device, nothing is left to submit.
+    /// Returns [`GpuError::Usage`] if nothing was recorded since the last submission. After a failed submission, for example on a
+    /// lost device, nothing is left to submit.
     pub fn submit(
         &mut self,
         waits: &[(vk::Semaphore, vk::PipelineStageFlags2)],
@@ -155,7 +154,7 @@ impl CommandRecorder {
         Ok(())
     }
 
-    /// Whether a submission is pending, because nothing has waited for it.
+    /// Whether commands were submitted and nothing has waited for them yet.
     pub fn is_pending(&self) -> bool {
         matches!(self.state, State::Pending)
     }
@@ -163,7 +162,7 @@ impl CommandRecorder {
     /// Waits for the pending submission, if there is one, and releases its objects.
     pub fn wait(&mut self) -> Result<()> {
         if self.is_pending() {
-            // SAFETY: the fence belongs to a submission in progress; once that is done, nothing uses the fence.
+            // SAFETY: the fence belongs to a submission in progress. After the wait, nothing uses the fence.
             unsafe {
                 self.gpu
                     .raw()
@@ -185,7 +184,7 @@ impl Drop for CommandRecorder {
             && !error.is_lost_device()
             && self.gpu.wait_idle().is_err()
         {
-            // The device may still use these objects, so they are leaked, unless the device is lost.
+            // The wait failed, but the device is not lost and may still use these objects, so they are leaked.
             std::mem::forget(std::mem::take(&mut self.keep));
             return;
         }

@@ -7,7 +7,7 @@ use ash::vk;
 use super::error::Doing;
 use super::{Gpu, GpuError, Result};
 
-/// Timestamp queries for a number of marks. Clones share the queries.
+/// Timestamp queries, one for each mark. Clones share the queries.
 #[derive(Clone)]
 pub struct Timestamps {
     pub(crate) inner: Arc<TimestampsInner>,
@@ -17,9 +17,9 @@ pub(crate) struct TimestampsInner {
     gpu: Arc<Gpu>,
     raw: vk::QueryPool,
     capacity: u32,
-    /// Mask of the valid bits of a tick.
+    /// A mask of the bits of a tick that are valid.
     mask: u64,
-    /// Names of the last submitted marks.
+    /// The names of the marks that were submitted last.
     names: Mutex<Vec<String>>,
 }
 
@@ -31,7 +31,7 @@ impl Drop for TimestampsInner {
 }
 
 impl TimestampsInner {
-    /// Records a reset, after which all queries may be written again.
+    /// Records a reset of all queries. After the reset, they may be written again.
     pub(crate) fn reset(&self, commands: vk::CommandBuffer) {
         // SAFETY: the command buffer is being recorded and keeps the queries alive.
         unsafe { self.gpu.raw().cmd_reset_query_pool(commands, self.raw, 0, self.capacity) };
@@ -49,7 +49,7 @@ impl TimestampsInner {
         Ok(())
     }
 
-    /// Sets the names of the marks after their commands were submitted.
+    /// Sets the names of the marks after the commands with the marks were submitted.
     pub(crate) fn set_names(&self, names: Vec<String>) {
         *self.names.lock().unwrap_or_else(PoisonError::into_inner) = names;
     }
@@ -78,8 +78,8 @@ impl Timestamps {
         Ok(Self { inner: Arc::new(TimestampsInner { gpu: gpu.clone(), raw, capacity, mask, names }) })
     }
 
-    /// Returns the marks of the last submission that had marks, in order, as names and milliseconds since the first mark. Waits for
-    /// the commands.
+    /// Returns the marks of the last submission that had marks, in order. Each mark is a name and the milliseconds since the first
+    /// mark. Waits for the commands.
     pub fn marks(&self) -> Result<Vec<(String, f64)>> {
         let names = self.inner.names.lock().unwrap_or_else(PoisonError::into_inner).clone();
         if names.is_empty() {
@@ -95,8 +95,8 @@ impl Timestamps {
         Ok(names.into_iter().zip(ticks.iter().map(|tick| since(*tick))).collect())
     }
 
-    /// Returns the time from each mark to the next in milliseconds, with the name of the later mark. To time a pass, place a mark
-    /// after it. The first mark only starts the clock.
+    /// Returns the time from each mark to the next in milliseconds, with the name of the second of the two marks. To time a pass,
+    /// place a mark after it. The first mark only starts the clock.
     pub fn intervals(&self) -> Result<Vec<(String, f64)>> {
         let marks = self.marks()?;
         Ok(marks.windows(2).map(|pair| (pair[1].0.clone(), pair[1].1 - pair[0].1)).collect())

@@ -6,8 +6,8 @@ use super::buffer::STAGING_BYTES;
 use super::{Buffer, GpuError, Image, Memory, Result, Use};
 
 impl Image {
-    /// Fills one mip of one layer with tightly packed texels, top row first, and waits. Afterwards, the whole image is in
-    /// [`Use::Sampled`], and mips that have not been written stay undefined.
+    /// Fills one mip of one layer with tightly packed texels, top row first, and waits for the copy. Afterwards, the whole image is
+    /// in [`Use::Sampled`], and mips that have not been written have undefined content.
     ///
     /// # Errors
     /// Returns [`GpuError::Usage`] if `data` does not have the mip's size or the mip does not exist. Returns
@@ -36,8 +36,8 @@ impl Image {
         Ok(())
     }
 
-    /// Reads one mip of one layer, tightly packed, top row first, and waits. The whole image returns to its previous use, or to
-    /// [`Use::CopySource`] if it had none.
+    /// Reads one mip of one layer as tightly packed texels, top row first, and waits for the copy. The whole image returns to its
+    /// previous use, or to [`Use::CopySource`] if it was not used before.
     ///
     /// # Errors
     /// Returns [`GpuError::Usage`] if the mip does not exist or its size is not a multiple of the size of `T`. Returns
@@ -70,7 +70,7 @@ impl Image {
         Ok(values)
     }
 
-    /// Returns the bytes per row of the mip, and the number of rows in a chunk.
+    /// Returns the number of bytes per row of the mip, and the number of rows per chunk.
     fn chunks(&self, mip: u32, layer: u32) -> Result<(u64, u32)> {
         self.check_mip_layer(mip, layer)?;
         let row = self.texel_bytes()? * u64::from(self.mip_extent(mip)[0]);

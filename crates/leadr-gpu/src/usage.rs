@@ -1,40 +1,39 @@
-//! The uses of resources, as the few combinations of stage, access and layout that the renderer needs.
+//! The uses of resources. A use combines a pipeline stage, an access and an image layout.
 
 use ash::vk;
 
 /// A use of an image or of memory. A barrier changes one use to another.
 ///
-/// For buffers and other memory the image layout has no meaning.
+/// The image layout has no meaning for buffers and other memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Use {
-    /// Not used yet, or content that may be discarded. A barrier from this use waits for all earlier work.
+    /// The resource is not used yet, or its content may be discarded. A barrier from this use waits for all earlier work.
     Undefined,
-    /// Source of a copy.
+    /// The source of a copy.
     CopySource,
-    /// Target of a copy or fill.
+    /// The target of a copy or fill.
     CopyTarget,
-    /// Sampled texture in any shader. Every `Descriptor::Sampled` has this layout.
+    /// A sampled texture in any shader. Every `Descriptor::Sampled` has this layout.
     Sampled,
-    /// Storage buffer or storage image read by a compute shader.
+    /// A storage buffer or storage image that a compute shader reads.
     ComputeRead,
-    /// Storage buffer or storage image written by a compute shader.
+    /// A storage buffer or storage image that a compute shader writes.
     ComputeWrite,
-    /// Storage buffer or storage image both read and written by a compute shader.
+    /// A storage buffer or storage image that a compute shader both reads and writes.
     ComputeReadWrite,
-    /// Storage or uniform buffer (or storage image) read by any graphics stage.
+    /// A storage buffer, storage image or uniform buffer that any graphics stage reads.
     GraphicsRead,
-    /// Colour attachment, loaded and stored.
+    /// A colour attachment that is loaded and stored.
     ColorTarget,
-    /// Depth attachment, tested and written.
+    /// A depth attachment that is tested and written.
     DepthTarget,
-    /// Buffer that the CPU reads after the submission.
+    /// A buffer that the CPU reads after the submission.
     HostRead,
-    /// Image that a swapchain displays.
+    /// An image that a swapchain displays.
     Present,
 }
 
 impl Use {
-    /// Returns the pipeline stages of this use.
     pub(crate) fn stages(self) -> vk::PipelineStageFlags2 {
         use vk::PipelineStageFlags2 as S;
         match self {
@@ -71,7 +70,6 @@ impl Use {
         }
     }
 
-    /// Returns the image layout in this use.
     pub(crate) fn layout(self) -> vk::ImageLayout {
         use vk::ImageLayout as L;
         match self {

@@ -5,16 +5,16 @@ use std::sync::Mutex;
 
 use ash::vk;
 
-/// Name of the layer that checks the use of Vulkan.
+/// The name of the layer that checks the use of Vulkan.
 pub(crate) const LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
-/// Settings for core and synchronization checks, in the form that older layers expect. GPU-assisted checks are excluded because
-/// they report false errors with push descriptors.
+/// The settings for core and synchronization checks, in the form that older layers expect. GPU-assisted checks are excluded,
+/// because they report false errors for push descriptors.
 pub(crate) const ENABLED: [vk::ValidationFeatureEnableEXT; 1] =
     [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
 
-/// Returns the settings for layers with `VK_EXT_layer_settings`, where synchronization checks of shader accesses are off by
-/// default.
+/// Returns the settings for layers with `VK_EXT_layer_settings`. In these layers, synchronization checks of shader accesses are off
+/// by default.
 pub(crate) fn settings() -> [vk::LayerSettingEXT<'static>; 2] {
     static ON: vk::Bool32 = vk::TRUE;
     [c"validate_sync", c"syncval_shader_accesses_heuristic"].map(|name| vk::LayerSettingEXT {
@@ -24,7 +24,7 @@ pub(crate) fn settings() -> [vk::LayerSettingEXT<'static>; 2] {
     })
 }
 
-/// Messages that the messenger collects. The owner boxes them, because Vulkan keeps their address.
+/// The messages that the messenger collects. The owner boxes the messages, because Vulkan keeps their address.
 pub(crate) type Messages = Mutex<Vec<String>>;
 
 /// Describes a messenger that sends the validation layer's warnings and errors to `messages`, which must outlive it.

@@ -1,6 +1,6 @@
-//! The swapchain of a window. It takes raw handles, so it is independent of the window library.
+//! The swapchain of a window. Its functions take raw handles, so they work with any window library.
 //!
-//! There are [`FRAMES_IN_FLIGHT`] frames. The CPU prepares one frame while the device draws the other.
+//! There are [`FRAMES_IN_FLIGHT`] frames, so the CPU prepares one frame while the device draws the other.
 
 use std::any::Any;
 use std::ffi::CStr;
@@ -24,14 +24,14 @@ pub fn window_extensions(display: &impl HasDisplayHandle) -> Result<Vec<&'static
     Ok(pointers.iter().map(|&name| unsafe { CStr::from_ptr(name) }).collect())
 }
 
-/// Maximum number of frames in flight.
+/// The maximum number of frames in flight.
 pub const FRAMES_IN_FLIGHT: usize = 2;
 
-/// The surface of a window. It keeps the window open.
+/// The surface of a window, which keeps the window open.
 struct Surface {
     functions: ash::khr::surface::Instance,
     raw: vk::SurfaceKHR,
-    // Dropped last, because the surface refers to the window.
+    // The window is dropped last, because the surface refers to it.
     _window: Arc<dyn Any>,
     gpu: Arc<Gpu>,
 }
@@ -43,18 +43,17 @@ impl Drop for Surface {
     }
 }
 
-/// The images of a window, recreated when its size changes.
+/// The images of a window, which are recreated when the window's size changes.
 pub struct Swapchain {
     functions: ash::khr::swapchain::Device,
     raw: vk::SwapchainKHR,
     images: Vec<Image>,
-    /// One semaphore per image. The semaphore of an image is free when the image is acquired again.
+    /// One semaphore per image. The semaphore of an image is free again when the image is acquired again.
     presentable: Vec<vk::Semaphore>,
     /// One semaphore per frame in flight.
     acquired: [vk::Semaphore; FRAMES_IN_FLIGHT],
-    /// Number of frames presented so far.
     presented: usize,
-    /// Whether an image was acquired but not presented, so that the next frame's semaphore is signalled.
+    /// Whether an image was acquired but not presented yet. The semaphore of the next frame is then signalled.
     handed_out: bool,
     format: vk::SurfaceFormatKHR,
     wanted: [u32; 2],
@@ -116,8 +115,8 @@ impl Swapchain {
         Ok(swapchain)
     }
 
-    /// Returns the format of the images, `B8G8R8A8` or `R8G8B8A8`, displayed as sRGB. `UNORM` formats store the drawn codes
-    /// unchanged; `SRGB` formats encode the drawn values.
+    /// Returns the format of the images, which is `B8G8R8A8` or `R8G8B8A8` and is displayed as sRGB. `UNORM` formats store the
+    /// drawn codes unchanged, and `SRGB` formats encode the drawn values.
     pub fn format(&self) -> vk::Format {
         self.format.format
     }
@@ -134,7 +133,7 @@ impl Swapchain {
         if self.handed_out {
             return Err(GpuError::usage("window", "the last acquired image was not presented: open the window again"));
         }
-        // If a window is resized faster than swapchains can be created, the caller waits for its next event.
+        // A window may be resized faster than swapchains can be created. The caller then waits for its next event.
         for _ in 0..3 {
             if (self.stale || self.wanted != size) && !self.recreate(size)? {
                 return Ok(None);
@@ -152,7 +151,7 @@ impl Swapchain {
                     return Ok(Some(SwapchainFrame { image: self.images[index as usize].clone(), index }));
                 }
                 Err(vk::Result::ERROR_OUT_OF_DATE_KHR) => self.stale = true,
-                // A compositor does not provide images for a hidden window.
+                // A compositor provides no images for a hidden window.
                 Err(vk::Result::TIMEOUT | vk::Result::NOT_READY) => return Ok(None),
                 Err(result) => return Err(result).doing("acquiring an image of the window"),
             }
@@ -160,7 +159,8 @@ impl Swapchain {
         Ok(None)
     }
 
-    /// Submits the commands of `recorder` for this frame, and presents the image after they are done. The call does not wait.
+    /// Submits the commands of `recorder` for this frame, and presents the image after the commands are done. The call does not
+    /// wait.
     ///
     /// # Errors
     /// Returns an error for a lost device or surface.
@@ -214,8 +214,8 @@ impl Swapchain {
             .old_swapchain(self.raw);
         // SAFETY: the surface is alive and supports the requested properties; the old swapchain belongs to it or is null.
         let new = unsafe { self.functions.create_swapchain(&info, None) }.doing("creating the swapchain")?;
-        // The old swapchain is retired even if a later step fails. Only an idle queue guarantees that a present no longer
-        // uses its semaphore.
+        // The old swapchain is retired even if a later step fails. Only an idle queue guarantees that presentation no longer uses
+        // the swapchain's semaphores.
         if let Err(error) = gpu.wait_idle() {
             // SAFETY: the new swapchain was made above, and nothing has used it. The old one stays for `drop`.
             unsafe { self.functions.destroy_swapchain(new, None) };
@@ -238,7 +238,6 @@ impl Swapchain {
         Ok(true)
     }
 
-    /// Returns the semaphore of the next frame.
     fn acquired(&self) -> vk::Semaphore {
         self.acquired[self.presented % FRAMES_IN_FLIGHT]
     }
@@ -287,7 +286,7 @@ fn choose_format(formats: &[vk::SurfaceFormatKHR]) -> Option<vk::SurfaceFormatKH
     })
 }
 
-/// Returns the size of the images. It is the surface's size, or the window's size if the surface adapts to the images.
+/// Returns the size of the images, which is the surface's size, or the window's size if the surface adapts to the images.
 fn extent(capabilities: &vk::SurfaceCapabilitiesKHR, size: [u32; 2]) -> Option<[u32; 2]> {
     let vk::Extent2D { width, height } = capabilities.current_extent;
     let (least, most) = (capabilities.min_image_extent, capabilities.max_image_extent);

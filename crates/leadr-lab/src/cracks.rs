@@ -1,10 +1,11 @@
 //! Detects cracks in displaced surfaces by comparison with the undisplaced surface.
 //!
-//! A pixel must stay covered where the smooth surface covers every point from which relief can reach it. It must not be deeper than the
-//! deepest bump. A deeper pixel is a crack: it shows the background, an inside, or the front of another surface.
+//! A pixel must stay covered if the smooth surface covers every point from which relief can reach the pixel. The depth of a
+//! pixel must not exceed the depth of the deepest bump. A deeper pixel is a crack, which shows the background, a back face,
+//! or another surface.
 //!
-//! Bumps can also uncover hidden gaps between separate parts of a model: at outlines in front of other surfaces, and where a surface is
-//! steeper than [`STEEPEST`]. Such pixels are counted separately.
+//! Bumps can also uncover hidden gaps between separate parts of a model. Such gaps appear at outlines in front of other
+//! surfaces, and where a surface is steeper than [`STEEPEST`]. Pixels in such gaps are counted separately.
 
 use std::sync::Arc;
 
@@ -22,16 +23,16 @@ use leadr_render::scene::FrameState;
 use leadr_render::settings::{RenderSettings, Technique};
 use leadr_scenes::stage::{Lights, Stage};
 
-/// Result of a crack search.
+/// The result of a crack search.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Cracks {
-    /// Number of pixels that show something behind the surface.
+    /// The number of pixels that show something behind the surface.
     pub cracks: usize,
-    /// Number of cracked pixels at outlines and on steep surfaces, which may be gaps between separate parts.
+    /// The number of cracked pixels at outlines and on steep surfaces, which may be gaps between separate parts.
     pub at_outlines: usize,
-    /// Number of pixels where a crack would be detected.
+    /// The number of pixels where a crack would be detected.
     pub searched: usize,
-    /// Number of pixels covered by the displaced surface.
+    /// The number of pixels that the displaced surface covers.
     pub covered: usize,
 }
 
@@ -44,24 +45,25 @@ impl std::ops::AddAssign for Cracks {
     }
 }
 
-/// Parameters of a crack search.
+/// The parameters of a crack search.
 #[derive(Clone, Copy, Debug)]
 pub struct Search {
-    /// Views around the model at each distance.
+    /// The number of views around the model at each distance.
     pub views: u32,
-    /// Width and height of the pictures, pixels.
+    /// The width and height of the pictures in pixels.
     pub size: (u32, u32),
-    /// Animation time, seconds.
+    /// The animation time in seconds.
     pub time: f64,
 }
 
-/// Camera distances of a search, for a close-up, the whole model, and a model that is small in the picture.
+/// The camera distances of a search: a close-up, the whole model, and a model that is small in the picture.
 pub const DISTANCES: [f32; 3] = [0.35, 1.0, 3.0];
 
-/// Largest depth slope of a smooth surface that hides no gap, as the tangent of its angle to the picture plane.
+/// The largest depth slope at which a smooth surface hides no gap, as the tangent of the surface's angle to the picture
+/// plane.
 pub const STEEPEST: f32 = 1.5;
 
-/// Smallest depth step that separates two surfaces, in pixel widths beyond the neighbouring steps.
+/// The smallest depth step that separates two surfaces, in pixel widths beyond the neighbouring steps.
 const JUMP: f32 = 0.5;
 
 /// Returns rough repeating heights from 0 to 1, with bumps of a few texels.
@@ -82,7 +84,7 @@ pub fn roughened(mut model: Model, scale: Option<f32>) -> Model {
 /// Searches a model's stage for cracks. The stage's last object is the ground, which is left out.
 ///
 /// # Errors
-/// If the device fails.
+/// Fails if the device fails.
 pub fn search(gpu: &Arc<Gpu>, mut stage: Stage, search: Search) -> Result<Cracks> {
     let Search { views: count, size, time } = search;
     stage.objects.pop();
@@ -110,7 +112,7 @@ pub fn search(gpu: &Arc<Gpu>, mut stage: Stage, search: Search) -> Result<Cracks
 /// Searches one view for cracks. `bump` is the largest distance in metres between the displaced and the smooth surface at height scale 1.
 ///
 /// # Errors
-/// If the device fails.
+/// Fails if the device fails.
 pub fn find(renderer: &mut Renderer, state: &FrameState, settings: &RenderSettings, bump: f32) -> Result<Cracks> {
     let settings = RenderSettings { samples: 1, shadows: false, shading: Technique::Constant.into(), ..*settings };
     let mut depths = |height_scale: f32| {
@@ -150,17 +152,17 @@ pub fn find(renderer: &mut Renderer, state: &FrameState, settings: &RenderSettin
     Ok(seen)
 }
 
-/// Depth steps along rows and columns of a picture.
+/// The depth steps along rows and columns of a picture.
 struct Steps<'a> {
     depths: &'a [Option<f32>],
-    /// Width of a pixel at the depth of the surface, metres.
+    /// The width of a pixel in metres, at the depth of the surface.
     pixel: f32,
     count: usize,
 }
 
 impl Steps<'_> {
-    /// Whether a step from `start` along `stride` is steeper than [`STEEPEST`] or jumps. A jump, as at an occluding edge, differs
-    /// from the steps on both sides; a crease differs from only one.
+    /// Whether a step from `start` along `stride` is steeper than [`STEEPEST`] or jumps. A jump, for example at an occluding
+    /// edge, differs from the steps on both sides. A crease differs from the step on one side only.
     fn are_broken(&self, start: usize, stride: usize) -> bool {
         let depth = |i: usize| self.depths[start + i * stride].unwrap_or(0.0);
         let step = |i: usize| (depth(i + 1) - depth(i)) / self.pixel;
@@ -172,7 +174,7 @@ impl Steps<'_> {
     }
 }
 
-/// Returns cameras spread evenly around a sphere, which fills the picture at a distance of 1.
+/// Returns cameras spread evenly around a sphere. At a distance of 1, the sphere fills the picture.
 pub fn views(count: u32, centre: Vec3, radius: f32, distance: f32) -> impl Iterator<Item = Camera> {
     let degrees: f32 = 35.0;
     let away = distance * radius / (0.5 * degrees.to_radians()).sin();
@@ -194,12 +196,12 @@ mod tests {
             let depths: Vec<Option<f32>> = depths.iter().copied().map(Some).collect();
             Steps { depths: &depths, pixel: 0.1, count: depths.len() - 1 }.are_broken(0, 1)
         };
-        // Unbroken depths: a flat surface, a plane at 50 degrees, a cube edge, and an edge within a pixel.
+        // The depths are unbroken: a flat surface, a plane at 50 degrees, a cube edge, and an edge within a pixel.
         assert!(!broken(&[5.0; 7]));
         assert!(!broken(&[5.0, 5.12, 5.24, 5.36, 5.48]));
         assert!(!broken(&[5.1, 5.0, 4.9, 4.8, 4.9, 5.0, 5.1]));
         assert!(!broken(&[5.0, 5.0, 5.0, 5.05, 5.15, 5.25]));
-        // Broken depths: a plate in front of another, and a plane that is too steep.
+        // The depths are broken: a plate in front of another, and a plane that is too steep.
         assert!(broken(&[5.0, 5.02, 5.04, 5.13, 5.15, 5.17]));
         assert!(broken(&[5.0, 5.2, 5.4, 5.6]));
     }

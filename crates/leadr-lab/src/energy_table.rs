@@ -1,5 +1,5 @@
-//! Computes the nodes of an [`EnergyTable`](leadr_reflectance::materials::energy::EnergyTable) by quadrature. They are the data in
-//! `materials/energy.bin`.
+//! Computes the nodes of an [`EnergyTable`](leadr_reflectance::materials::energy::EnergyTable) by quadrature. The nodes are
+//! stored in `materials/energy.bin`.
 
 use glam::DVec3;
 use leadr_reflectance::facets::slope_distribution::SlopeDistribution;
@@ -8,11 +8,11 @@ use leadr_reflectance::masking::variants::Masking;
 use leadr_reflectance::materials::energy::{ENERGY_ALPHAS, ENERGY_COSINES, SplitAlbedo, energy_weight};
 use rayon::prelude::*;
 
-/// Samples per cell and axis at which the table is compared with the integral.
+/// The number of samples per cell and axis at which the table is compared with the integral.
 const STEPS: usize = 6;
 
-/// Computes the nodes `(1 − ideal, grazing)` in units of 1/65535, by cosine and then by roughness. Nodes are raised until the table is
-/// never below the albedo.
+/// Computes the nodes `(1 − ideal, grazing)` in units of 1/65535, ordered by cosine, then by roughness. The nodes are raised
+/// until the table is never below the albedo.
 pub fn energy_nodes<D: SlopeDistribution>(distribution: impl Fn(f64) -> D + Sync) -> Vec<[u16; 2]> {
     let (nx, ny) = ((ENERGY_COSINES - 1) * STEPS + 1, (ENERGY_ALPHAS - 1) * STEPS + 1);
     let rule = AlbedoRule { azimuths: 5, slopes: 5, order: 7 };
@@ -27,7 +27,7 @@ pub fn energy_nodes<D: SlopeDistribution>(distribution: impl Fn(f64) -> D + Sync
     let fine = |x: usize, y: usize| exact[x + nx * y];
     let mut nodes: Vec<[f64; 2]> =
         (0..COUNT).map(|i| fine(i % ENERGY_COSINES * STEPS, i / ENERGY_COSINES * STEPS)).collect();
-    // Kaczmarz's method: nodes around a deficit share the correction.
+    // By Kaczmarz's method, all nodes around a deficit share the correction.
     for _ in 0..100 {
         let mut missing = 0.0f64;
         for (x, y) in (0..ENERGY_ALPHAS - 1).flat_map(|y| (0..ENERGY_COSINES - 1).map(move |x| (x, y))) {
@@ -38,7 +38,7 @@ pub fn energy_nodes<D: SlopeDistribution>(distribution: impl Fn(f64) -> D + Sync
                 let (tx, ty) = (energy_weight(x, sx as f64 / STEPS as f64), sy as f64 / STEPS as f64);
                 let weights = [(1.0 - tx) * (1.0 - ty), tx * (1.0 - ty), (1.0 - tx) * ty, tx * ty];
                 let linear: f64 = corners.iter().zip(weights).map(|(c, w)| nodes[*c][k] * w).sum();
-                // Albedo cannot exceed 1.
+                // An albedo cannot exceed 1.
                 let short = (fine(x * STEPS + sx, y * STEPS + sy)[k] + MARGIN).min(1.0) - linear;
                 let free = |c: usize| if nodes[c][k] < 1.0 { 1.0 } else { 0.0 };
                 let squares: f64 = corners.iter().zip(weights).map(|(c, w)| free(*c) * w * w).sum();
@@ -62,16 +62,15 @@ pub fn energy_nodes<D: SlopeDistribution>(distribution: impl Fn(f64) -> D + Sync
     nodes.into_iter().map(counts).collect()
 }
 
-/// Number of nodes of a table.
 const COUNT: usize = ENERGY_COSINES * ENERGY_ALPHAS;
 
-/// Smallest margin of the table above the albedo, for points between the samples.
+/// The smallest margin of the table above the albedo, which covers points between the samples.
 const MARGIN: f64 = 5e-5;
 
-/// Smallest integrated cosine.
+/// The smallest cosine that is integrated.
 const NEAR: f64 = 2e-4;
 
-/// Computes the albedo, including its limits for smooth surfaces and grazing viewers.
+/// Computes the albedo, including its limits for smooth surfaces and for viewers at grazing angles.
 fn albedo_at<D: SlopeDistribution>(
     distribution: &(impl Fn(f64) -> D + Sync),
     alpha: f64,
@@ -89,7 +88,7 @@ fn albedo_at<D: SlopeDistribution>(
     if cosine >= NEAR {
         return at(cosine);
     }
-    // The albedo is linear in the cosine, with no loss at grazing incidence.
+    // Near grazing incidence the albedo is linear in the cosine, and at grazing incidence nothing is lost.
     let (near, next, t) = (at(NEAR), at(2.0 * NEAR), cosine / NEAR);
     SplitAlbedo {
         ideal: 1.0 - t * (1.0 - near.ideal),
@@ -109,11 +108,11 @@ mod tests {
 
     const RULE: AlbedoRule = AlbedoRule { azimuths: 5, slopes: 5, order: 7 };
 
-    /// Roughness, cosine, exact albedo and tabulated albedo of each point.
+    /// The roughness, cosine, exact albedo and tabulated albedo of each point.
     type Compared = Vec<(f64, f64, SplitAlbedo, SplitAlbedo)>;
 
-    /// Points between nodes for GGX and Beckmann, with roughness α from .03 to 1 and cosines from 0 to 1. The largest errors lie in narrow
-    /// valleys for smooth surfaces at grazing views, which a few hundred random points miss.
+    /// Points between nodes for GGX and Beckmann, with roughness α from .03 to 1 and cosines from 0 to 1. The largest errors
+    /// lie in narrow regions of smooth surfaces at grazing views. A few hundred random points would miss the narrow regions.
     static COMPARED: LazyLock<[Compared; 2]> = LazyLock::new(|| [false, true].map(compared));
 
     fn compared(beckmann: bool) -> Compared {
@@ -147,8 +146,8 @@ mod tests {
         }
     }
 
-    /// Tests the specular term, its further bounces and the diffuse base in a white furnace. No surface may be brighter than the furnace,
-    /// and white surfaces must be as bright.
+    /// Tests the specular term, its further bounces and the diffuse base in a white furnace. No surface may be brighter than
+    /// the furnace, and a white surface must be as bright as the furnace.
     #[test]
     fn white_furnace() {
         for beckmann in [false, true] {

@@ -1,4 +1,4 @@
-//! Measures the accuracy and time of recovering given facets by power iteration (thesis Table 4.I and Figure 4.5).
+//! Measures the accuracy and time of power iteration for known facets (thesis Table 4.I and Figure 4.5).
 
 use std::f64::consts::TAU;
 use std::time::Instant;
@@ -12,21 +12,22 @@ use leadr_reflectance::facets::beckmann::Beckmann;
 use leadr_reflectance::facets::radial_table::angle_at;
 use leadr_reflectance::facets::slope_distribution::SlopeDistribution;
 
-/// Fraction of the backscattering peak below which values are ignored.
+/// Values below this fraction of the backscattering peak are ignored.
 const DARK: f64 = 1e-3;
-/// Number of angles at which fits are compared.
+/// The number of angles at which fits are compared.
 const ANGLES: u32 = 2000;
 
-/// Settings and results of one extraction.
+/// The settings and results of one extraction.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Extraction {
-    /// Number of angles at which the material is evaluated.
+    /// The number of angles at which the material is evaluated.
     pub angles: usize,
-    /// Number of azimuths at which the material is evaluated.
+    /// The number of azimuths at which the material is evaluated.
     pub azimuths: usize,
-    /// Duration of the extraction, seconds.
+    /// The duration of the extraction in seconds.
     pub seconds: f64,
-    /// Largest relative error of the backscattering, over angles where it is at least a thousandth of its peak.
+    /// The largest relative error of the backscattering, over angles where the backscattering is at least a thousandth of
+    /// its peak.
     pub error: f64,
 }
 

@@ -1,14 +1,15 @@
-//! Simulates multiple bounces between facets by a random walk on a Smith microsurface (Heitz, Hanika, d'Eon and Dachsbacher 2016). It is
-//! the reference for [`materials::energy`](leadr_reflectance::materials::energy) and
+//! Simulates multiple bounces between facets by a random walk on a Smith microsurface (Heitz, Hanika, d'Eon and Dachsbacher
+//! 2016). The walk is the reference for [`materials::energy`](leadr_reflectance::materials::energy) and
 //! [`materials::multiscattering`](leadr_reflectance::materials::multiscattering).
 //!
-//! A Smith surface is a volume of facets with independent heights and normals. A ray in direction `w` from height `h` meets no facet with
-//! the probability `C(h)^Λ(w)`. `C` is the distribution function of heights; `Λ(w)` is negative downwards. The result does not depend on
-//! the height distribution, so heights are measured by the value of `C`. A ray hits a facet with a normal visible from its origin. Facets
-//! are specular, or diffuse under a specular coat. Every bounce adds its contribution to each direction of a list, so one walk serves all
-//! directions.
+//! A Smith surface is a volume of facets with independent heights and normals. The probability that a ray in direction `w`
+//! from height `h` hits no facet is `C(h)^Λ(w)`. `C` is the distribution function of heights, and `Λ(w)` is negative for
+//! downward directions. The result does not depend on the height distribution, so heights are measured by the value of `C`.
+//! The normal of a hit facet is visible from the ray's origin. Facets are specular, or diffuse under a specular coat. Every
+//! bounce adds its contribution to each direction of a list, so one walk serves all directions.
 //!
-//! The walk is meant for central isotropic distributions with point symmetry; any distribution that can sample visible normals works.
+//! The walk is meant for isotropic distributions with mean slope 0, but accepts any distribution that can sample visible
+//! normals.
 
 use glam::{DVec2, DVec3};
 use leadr_reflectance::facets::fresnel::schlick_weight;
@@ -20,35 +21,37 @@ use leadr_reflectance::materials::multiscattering::FACET_DIFFUSE;
 use leadr_reflectance::random::Random;
 use std::f64::consts::FRAC_1_PI;
 
-/// Material of the facets.
+/// The material of the facets.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Facets {
-    /// Specular facets with Schlick's Fresnel term. The value is the reflectance at normal incidence; 1 is an ideal reflector.
+    /// Specular facets with Schlick's Fresnel term. The value is the reflectance at normal incidence, and 1 is an ideal
+    /// reflector.
     Specular(f64),
     /// White Lambertian facets.
     Lambert,
-    /// Diffuse facets under a coat with this reflectance ([`facet_diffuse`](leadr_reflectance::materials::multiscattering::facet_diffuse)).
-    /// Light reflected by the coat is lost (Chan 2018, 5.4).
+    /// Diffuse facets under a coat with this reflectance
+    /// ([`facet_diffuse`](leadr_reflectance::materials::multiscattering::facet_diffuse)). Light that the coat reflects is
+    /// lost (Chan 2018, 5.4).
     Diffuse(f64),
-    /// Diffuse facets under a reflecting coat with this reflectance, so that no light is lost. Purely specular paths are not counted,
+    /// Diffuse facets under a coat with this reflectance, where no light is lost. Purely specular paths are not counted,
     /// because they belong to the specular lobe.
     Coated(f64),
 }
 
-/// Number of bounces that are stored separately; later bounces are added to the last entry.
+/// The number of bounces that are stored separately. Later bounces are added to the last entry.
 pub const ORDERS: usize = 12;
 
-/// Mean of walks from one direction, by the number of diffuse bounces, or of all bounces for specular facets. Entry `k` is for `k + 1`
-/// bounces. For facets that are not white, weight entry `k` by the facet albedo to the power `k + 1`.
+/// The mean of walks from one direction, by the number of diffuse bounces, or of all bounces for specular facets. Entry `k`
+/// is for `k + 1` bounces. If facets are not white, multiply entry `k` by the facet albedo to the power `k + 1`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Walks {
-    /// `f_r cos θ_o` towards each requested direction.
+    /// The value of `f_r cos θ_o` towards each requested direction.
     pub towards: Vec<[f64; ORDERS]>,
-    /// Directional albedo: the fraction of light that leaves in any direction.
+    /// The directional albedo, which is the fraction of light that leaves in any direction.
     pub albedo: [f64; ORDERS],
 }
 
-/// A ray among the facets, with its direction and its height as a value of the distribution function.
+/// A ray among the facets, with its direction and its height. The height is a value of the distribution function.
 struct Ray {
     towards: DVec3,
     height: f64,
@@ -72,7 +75,7 @@ fn next_height(distribution: &impl SlopeDistribution, ray: &Ray, u: f64) -> Opti
     (rest > free).then(|| (ray.height / rest.powf(1.0 / lambda)).clamp(1e-300, 1.0))
 }
 
-/// Samples a diffuse direction about the normal, with density `∝ cos (1 − (1 − cos)⁵)` below a coat.
+/// Samples a diffuse direction about the normal. The density is `∝ cos (1 − (1 − cos)⁵)` under a coat.
 fn diffuse_direction(facets: Facets, normal: DVec3, random: &mut Random) -> DVec3 {
     loop {
         let local = cosine_sample(DVec2::new(random.unit(), random.unit()));
@@ -82,9 +85,9 @@ fn diffuse_direction(facets: Facets, normal: DVec3, random: &mut Random) -> DVec
     }
 }
 
-/// Returns the mean of `count` walks of light from `wi` on facets of a `distribution`, with random stream `seed`. `outwards` lists the
-/// directions of the requested BRDF values. Specular facets ([`Facets::Specular`]) use the density of normals, with more noise for smoother
-/// surfaces.
+/// Returns the mean of `count` walks of light from `wi` on facets of a `distribution`. `seed` selects the random stream.
+/// `outwards` lists the directions of the requested BRDF values. Specular facets ([`Facets::Specular`]) use the density of
+/// normals, so smoother surfaces have more noise.
 pub fn facet_walks(
     distribution: &impl SlopeDistribution,
     facets: Facets,
@@ -133,7 +136,7 @@ fn walk(
             Facets::Specular(f0) => (false, f0),
             Facets::Lambert => (true, 0.0),
             Facets::Diffuse(f0) => (true, f0),
-            // Light transmitted by the coat continues; the remaining light is reflected.
+            // The coat transmits some light, which continues, and reflects the rest.
             Facets::Coated(f0) => (random.unit() >= f0 + (1.0 - f0) * grazing, f0),
         };
         if diffuse {
@@ -181,7 +184,7 @@ fn walk(
     }
 }
 
-/// Samples a normal that is visible from any direction, including directions below the surface.
+/// Samples a normal that is visible from a direction. The direction may point below the surface.
 fn visible_normal(distribution: &impl SlopeDistribution, back: DVec3, random: &mut Random) -> DVec3 {
     distribution.sample_visible(back, DVec2::new(random.unit(), random.unit()))
 }
@@ -203,7 +206,7 @@ mod tests {
 
     const COUNT: u64 = 20_000;
 
-    /// Five standard errors of a mean of values between 0 and 1.
+    /// Five standard errors of a mean, for values between 0 and 1.
     const NOISE: f64 = 5.0 * 0.5 / 141.0;
 
     fn single_bounce(distribution: &impl SlopeDistribution, wi: DVec3, outwards: &[DVec3]) {
@@ -226,7 +229,8 @@ mod tests {
         single_bounce(&Beckmann::isotropic(DVec2::ZERO, 0.8), direction(0.7, 0.0), &outwards);
     }
 
-    /// Specular and diffuse reflection must conserve energy, directional values must agree with totals, and walks must be reciprocal.
+    /// Specular plus diffuse reflection must conserve energy. Directional values must agree with totals, and walks must be
+    /// reciprocal.
     #[test]
     fn coated_facets_return_all_light() {
         let d = Ggx::isotropic(DVec2::ZERO, 0.7);

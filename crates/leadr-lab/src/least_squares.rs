@@ -1,6 +1,7 @@
-//! Least squares by the Levenberg–Marquardt method with numerical derivatives.
+//! Minimises sums of squares by the Levenberg–Marquardt method with numerical derivatives.
 
-/// Solves `A x = b` for a symmetric positive definite `A` (Cholesky). Returns `None` if `A` is not positive definite.
+/// Solves `A x = b` for a symmetric positive definite `A` by Cholesky decomposition. Returns `None` if `A` is not positive
+/// definite.
 fn solve(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Option<Vec<f64>> {
     let n = b.len();
     for i in 0..n {
@@ -18,7 +19,8 @@ fn solve(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Option<Vec<f64>> {
     Some(b)
 }
 
-/// Returns the parameters that minimise the squared `residuals`, from `start`, in at most `steps` steps.
+/// Returns the parameters that minimise the sum of squared `residuals`. The search begins at `start` and takes at most
+/// `steps` steps.
 pub fn least_squares(start: Vec<f64>, steps: u32, residuals: impl Fn(&[f64]) -> Vec<f64>) -> Vec<f64> {
     let mut p = start;
     let mut r = residuals(&p);

@@ -1,6 +1,7 @@
-//! The laboratory of the project: a report that repeats the papers' experiments, studies of the quadrature rules, and reference ray casts.
+//! The measurements of the project. A report repeats the papers' experiments, studies measure the quadrature rules, and ray
+//! casts give references.
 //!
-//! `cargo run --release -p leadr-lab -- report` measures everything again and writes one page.
+//! `cargo run --release -p leadr-lab -- report` repeats all measurements of the report and writes one page.
 
 pub mod command;
 pub mod cracks;

@@ -1,4 +1,5 @@
-//! Compares diffuse models with random walks between facets, and refits `reflectance::materials::multiscattering`.
+//! Compares diffuse models with random walks between facets, and refits the model of
+//! `reflectance::materials::multiscattering`.
 
 use crate::facet_walk::{Facets, ORDERS, facet_walks};
 use crate::least_squares::least_squares;
@@ -10,32 +11,34 @@ use leadr_reflectance::quadrature::gauss_legendre;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// Number of azimuths between viewer and light in a [`Simulation`], at the centres of equal steps from 0 to π.
+/// The number of azimuths between viewer and light in a [`Simulation`]. The azimuths are the centres of equal steps from 0
+/// to π.
 const AZIMUTHS: usize = 9;
 
-/// Number of cosines in a [`Simulation`], which are Gauss nodes over 0 to 1.
+/// The number of cosines in a [`Simulation`]. The cosines are Gauss nodes over 0 to 1.
 const COSINES: usize = 10;
 
-/// Simulated `π f_r` of walks, by both cosines and the azimuth between the directions, made symmetric in them.
+/// Simulated values of `π f_r` for pairs of directions, by two cosines and an azimuth. Swapping the directions does not
+/// change a value.
 pub struct Simulation {
-    /// Roughness of the facets.
+    /// The roughness of the facets.
     pub alpha: f64,
-    /// Reflectance of the facets' coat.
+    /// The reflectance of the facets' coat.
     pub f0: f64,
     nodes: Vec<(f64, f64)>,
     values: Vec<[f64; ORDERS]>,
-    /// Directional albedo at each node, by number of bounces.
+    /// The directional albedo at each node, by number of bounces.
     albedo: Vec<[f64; ORDERS]>,
 }
 
 /// One pair of directions of a [`Simulation`].
 #[derive(Clone, Copy, Debug)]
 pub struct DirectionPair {
-    /// Unit vector to the viewer.
+    /// The unit vector to the viewer.
     pub wo: DVec3,
-    /// Unit vector to the light.
+    /// The unit vector to the light.
     pub wi: DVec3,
-    /// Weight of the pair in the integral over both cosine-weighted hemispheres; the weights of all pairs sum to 1.
+    /// The weight of the pair in the integral over both cosine-weighted hemispheres. The weights of all pairs sum to 1.
     pub weight: f64,
 }
 
@@ -48,13 +51,12 @@ fn azimuth(k: usize) -> f64 {
     PI * (k as f64 + 0.5) / AZIMUTHS as f64
 }
 
-/// Sums the bounce orders for facets of one albedo.
 fn powers(values: &[f64; ORDERS], albedo: f64) -> f64 {
     values.iter().rev().fold(0.0, |sum, v| albedo * (v + sum))
 }
 
 impl Simulation {
-    /// Simulates `count` walks on GGX facets from each of ten cosines.
+    /// Simulates `count` walks on GGX facets from each of the ten cosines.
     pub fn new(alpha: f64, f0: f64, facets: Facets, count: u64, seed: u64) -> Self {
         let nodes: Vec<(f64, f64)> =
             gauss_legendre(COSINES).into_iter().map(|(x, w)| (0.5 + 0.5 * x, 0.5 * w)).collect();
@@ -76,7 +78,7 @@ impl Simulation {
         Self { alpha, f0, nodes, values, albedo }
     }
 
-    /// Returns all pairs with `π f_r` for facets of this albedo.
+    /// Returns all pairs with their `π f_r` for facets of this albedo.
     pub fn direction_pairs(&self, albedo: f64) -> impl Iterator<Item = (DirectionPair, f64)> + '_ {
         direction_pairs().map(move |(i, j, k)| {
             let ((ci, wi), (co, wo)) = (self.nodes[i], self.nodes[j]);
@@ -86,12 +88,12 @@ impl Simulation {
         })
     }
 
-    /// Computes the RMS difference of `model` (`π f_r`) over both cosine-weighted hemispheres.
+    /// Computes the RMS error of `model` (`π f_r`) over both cosine-weighted hemispheres.
     pub fn error(&self, albedo: f64, model: impl Fn(DVec3, DVec3) -> f64) -> f64 {
         self.direction_pairs(albedo).map(|(p, want)| p.weight * (model(p.wo, p.wi) - want).powi(2)).sum::<f64>().sqrt()
     }
 
-    /// Returns `(cosine, directional albedo)` of the walks, for facets of this albedo.
+    /// Returns each cosine with the directional albedo of the walks, for facets of this albedo.
     pub fn albedo(&self, albedo: f64) -> Vec<(f64, f64)> {
         self.nodes.iter().zip(&self.albedo).map(|(n, a)| (n.0, powers(a, albedo))).collect()
     }
@@ -101,7 +103,7 @@ fn direction_pairs() -> impl Iterator<Item = (usize, usize, usize)> {
     (0..COSINES).flat_map(|i| (0..COSINES).flat_map(move |j| (0..AZIMUTHS).map(move |k| (i, j, k))))
 }
 
-/// Computes `π f_r` of [`multiscattering_diffuse`] with these constants.
+/// Computes `π f_r` of [`multiscattering_diffuse`] with the constants `fit`.
 pub fn fitted(fit: &BounceFit, table: &EnergyTable, alpha: f64, f0: f64, albedo: f64, wo: DVec3, wi: DVec3) -> f64 {
     let (f0, average) = (DVec3::splat(f0), table.average(alpha));
     let [o, i] = [wo.z, wi.z].map(|c| entered(f0, table.albedo(alpha, c), average.ideal));
@@ -122,7 +124,7 @@ pub fn fit_bounces(simulations: &[Simulation], table: &EnergyTable, start: &Boun
         .flat_map(|(s, sim)| {
             [0.5, 1.0].into_iter().flat_map(move |rho| sim.direction_pairs(rho).map(move |(p, want)| (s, rho, p, want)))
         })
-        // The values are symmetric in the directions, so one half suffices.
+        // The values are symmetric in the two directions, so one half suffices.
         .filter(|(_, _, p, _)| p.wo.z <= p.wi.z)
         .collect();
     let residuals = |p: &[f64]| -> Vec<f64> {

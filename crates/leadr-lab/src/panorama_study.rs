@@ -1,4 +1,4 @@
-//! Measures irradiance errors of nine spherical harmonics for a panorama, with its lights kept in the image or extracted.
+//! Measures irradiance errors of nine spherical harmonics for a panorama whose lights are kept in the image or extracted.
 
 use std::f64::consts::PI;
 
@@ -9,31 +9,31 @@ use leadr_reflectance::color::luminance;
 use leadr_reflectance::integrals::sh::{Sh9, sh_basis, sh_irradiance};
 use leadr_render::light::panorama::{EnvironmentLight, LightExtraction, split};
 
-/// Luminance errors of irradiance from nine harmonics plus extracted lights.
+/// The luminance errors of the irradiance from nine harmonics plus the extracted lights.
 #[derive(Clone, Debug)]
 pub struct IrradianceErrors {
     /// The extracted lights.
     pub lights: Vec<EnvironmentLight>,
-    /// RMS error over all normals, relative to the RMS irradiance.
+    /// The RMS error over all normals, relative to the RMS irradiance.
     pub rms: f64,
-    /// Largest signed error, relative to the irradiance of the same normal.
+    /// The largest signed error, relative to the irradiance of the same normal.
     pub worst: f64,
-    /// Relative error on level ground.
+    /// The relative error on level ground.
     pub level: f64,
 }
 
-/// Number of evenly spread normals for the errors.
+/// The number of evenly spread normals for the errors.
 const NORMALS: usize = 2000;
-/// Largest number of texel blocks around the horizon. Each block is one direction of the exact sum.
+/// The largest number of texel blocks around the horizon. Each block is one direction of the exact sum.
 const BLOCKS: usize = 256;
 
-/// Light from one direction, with its flux.
+/// Light from one direction together with its flux.
 struct Ray {
     direction: DVec3,
     flux: f64,
 }
 
-/// Computes the errors for a panorama with this light extraction.
+/// Computes the errors for a panorama whose lights are extracted by `how`.
 pub fn irradiance_errors(image: &RgbImage, how: LightExtraction) -> IrradianceErrors {
     let parts = split(image, how);
     let mut rest = image.clone();
@@ -70,7 +70,7 @@ pub fn irradiance_errors(image: &RgbImage, how: LightExtraction) -> IrradianceEr
     IrradianceErrors { lights: parts.lights, rms: (squares / whole).sqrt(), worst, level }
 }
 
-/// Reduces a panorama to few enough directions for sums over many normals.
+/// Reduces a panorama to so few directions that sums over many normals are fast.
 fn rays(image: &RgbImage) -> Vec<Ray> {
     let blocks = (image.width as usize).min(BLOCKS);
     let mut sums = vec![DVec3::ZERO; blocks * blocks];
@@ -89,7 +89,8 @@ fn rays(image: &RgbImage) -> Vec<Ray> {
     rays.map(|(sum, flux)| Ray { direction: sum / flux, flux }).collect()
 }
 
-/// Calls `each` for every texel in row order, with the texel's direction and its luminance times its solid angle.
+/// Calls `each` for every texel in row order. The arguments are the texel's direction, and its luminance times its solid
+/// angle.
 fn for_texels(image: &RgbImage, mut each: impl FnMut(DVec3, f64)) {
     let (width, height) = (f64::from(image.width), f64::from(image.height));
     for (row, texels) in image.texels.chunks_exact(image.width as usize).enumerate() {

@@ -12,9 +12,9 @@ use std::f64::consts::PI;
 /// A surface with Gaussian slopes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
-    /// Mean slope.
+    /// The mean slope.
     pub m: DVec2,
-    /// Slope covariance, positive semidefinite.
+    /// The slope covariance, which is positive semidefinite.
     pub s: DVec3,
 }
 
@@ -24,20 +24,22 @@ impl Surface {
         direction_area(w, self.m, slope_cholesky(self.s))
     }
 
-    /// Evaluates LEADR eq. 21 with albedo 1 for one light of unit irradiance on a plane facing it. The result is the mean clamped cosine
-    /// over the visible facets times the lit fraction. `panels` has the meaning of [`diffuse_directional`].
+    /// Evaluates LEADR eq. 21 with albedo 1 for one light, whose irradiance is 1 on a plane that faces the light. The result
+    /// is the mean clamped cosine over the visible facets, multiplied by the lit fraction. `panels` has the meaning of
+    /// [`diffuse_directional`].
     pub fn diffuse_light(&self, shadowing: Shadowing, wo: DVec3, wi: DVec3, panels: usize) -> f64 {
         diffuse_directional(wo, wi, self.m, self.s, false, panels)
             * lit_fraction(shadowing, &self.area(wo), &self.area(wi))
     }
 
-    /// Evaluates LEADR eq. 21 with albedo 1 under an environment without shadowing (Algorithm 2). `c` has the coefficients in the tangent
-    /// frame.
+    /// Evaluates LEADR eq. 21 with albedo 1 under an environment, without shadowing (Algorithm 2). `c` are the coefficients
+    /// in the tangent frame.
     pub fn diffuse_environment_masked(&self, wo: DVec3, c: &Sh9, panels: usize) -> DVec3 {
         visible_mean(wo, self.m, self.s, panels, |x| sh_irradiance(c, normal_of_slope(x))) / PI
     }
 
-    /// Evaluates LEADR eq. 19 for ideal specular facets in one pass, with masking only, [`Shadowing::Smith`] and [`Shadowing::Correlated`].
+    /// Evaluates LEADR eq. 19 for ideal specular facets. One pass gives the results for masking only, [`Shadowing::Smith`]
+    /// and [`Shadowing::Correlated`].
     pub fn specular_environment(&self, wo: DVec3, panels: usize, radiance: impl Fn(DVec3) -> f64) -> DVec3 {
         let (o, cholesky) = (self.area(wo), slope_cholesky(self.s));
         visible_mean(wo, self.m, self.s, panels, |x| {

@@ -1,4 +1,4 @@
-//! Compares the shadowing models with ray casts, and returns rows of relative errors over a sphere.
+//! Compares the shadowing models with ray casts. The results are rows of relative errors over a sphere.
 
 use std::f64::consts::PI;
 
@@ -17,7 +17,7 @@ use leadr_reflectance::visible::shadowed_environment::{bent_normal, visible_slop
 use leadr_reflectance::visible::shadowed_specular::visible_specular_environment;
 use leadr_reflectance::visible::specular::{VisibleProbe, probe_rule};
 
-/// Lighting of the sphere. The viewer is at `+z`, with x to the right and y up.
+/// The light on the sphere. The viewer is at `+z`, with x to the right and y up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum ShadowingLight {
     /// Diffuse facets under a light from the viewer.
@@ -28,11 +28,12 @@ pub enum ShadowingLight {
     DiffuseEnvironment,
     /// Specular facets under a constant environment.
     WhiteSpecular,
-    /// Specular facets under [`ENVIRONMENT`] plus two lights, 18° and 10° wide.
+    /// Specular facets under [`ENVIRONMENT`] plus two lights that are 18° and 10° wide.
     SpecularEnvironment,
 }
 
-/// Models compared with the rays. The integrals of all models are converged, except for the bent normal and the probes.
+/// The models that are compared with ray casts. The integrals of all models are converged, except for the bent normal and
+/// the probes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum ShadowingModel {
     /// Masking only (Algorithms 1 and 2 of LEADR).
@@ -43,7 +44,7 @@ pub enum ShadowingModel {
     CorrelatedSimple,
     /// Direction-correlated shadowing in its full form.
     Correlated,
-    /// Occlusion and bent normal with one irradiance lookup, for diffuse environments.
+    /// Occlusion, and one irradiance lookup along the bent normal, for diffuse environments.
     BentNormal,
     /// A rule with this many probes, for specular environments.
     Probes(u32),
@@ -52,26 +53,26 @@ pub enum ShadowingModel {
 /// One entry of the table of errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShadowingRow {
-    /// Lighting of the sphere.
+    /// The light on the sphere.
     pub light: ShadowingLight,
-    /// Shadowing model of the entry.
+    /// The shadowing model of the entry.
     pub model: ShadowingModel,
-    /// Error of the model.
+    /// The error of the model.
     pub error: SphereError,
 }
 
-/// Settings of the ray casts that compute the truth.
+/// The settings of the ray casts that compute the truth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShadowingSettings {
-    /// Pixels along a side of the sphere's picture.
+    /// The number of pixels along a side of the sphere's picture.
     pub size: u32,
-    /// Square root of the number of rays per pixel.
+    /// The square root of the number of rays per pixel.
     pub rays: u32,
-    /// Cells of the tile along a side, a power of two.
+    /// The number of cells along a side of the tile, which is a power of two.
     pub tile: u32,
-    /// Spectrum of the relief.
+    /// The spectrum of the relief.
     pub spectrum: Spectrum,
-    /// Seed of the relief and the rays.
+    /// The seed of the relief and the rays.
     pub seed: u64,
 }
 
@@ -81,17 +82,17 @@ impl Default for ShadowingSettings {
     }
 }
 
-/// Radiance of order 2 by world direction: `1 + E·d + 0.2 y z + 0.15 (x² − y²)`, `E = (0.3, 0.5, 0.2)`.
+/// A radiance of order 2 by world direction: `1 + E·d + 0.2 y z + 0.15 (x² − y²)` with `E = (0.3, 0.5, 0.2)`.
 pub const ENVIRONMENT: fn(DVec3) -> f64 = |d| environment(d, 0.0);
 
-/// Evaluates the environment blurred by a kernel with `variance` per axis in radians squared, which scales band `l` by `exp(−l (l + 1)
-/// variance / 2)`.
+/// Evaluates the environment after a blur by a kernel with `variance` per axis, in radians squared. The blur scales band `l`
+/// by `exp(−l (l + 1) variance / 2)`.
 fn environment(d: DVec3, variance: f64) -> f64 {
     let (one, two) = ((-variance).exp(), (-3.0 * variance).exp());
     1.0 + one * d.dot(DVec3::new(0.3, 0.5, 0.2)) + two * (0.2 * d.y * d.z + 0.15 * (d.x * d.x - d.y * d.y))
 }
 
-/// Evaluates the environment plus two lights. A lobe of concentration `k` has variance `1/k`.
+/// Evaluates the environment plus two lights. A lobe with concentration `k` has variance `1/k`.
 fn lights(d: DVec3, variance: f64) -> f64 {
     let lobe = |k: f64, towards: DVec3| {
         let wider = 1.0 + k * variance;
@@ -102,9 +103,10 @@ fn lights(d: DVec3, variance: f64) -> f64 {
         + 1.5 * lobe(60.0, DVec3::new(-0.7, 0.1, 0.3))
 }
 
-/// Returns the coefficients of [`ENVIRONMENT`], a radiance of order 2.
+/// Returns the coefficients of [`ENVIRONMENT`], which is a radiance of order 2.
 fn harmonics() -> Sh9 {
-    // The polynomial's terms are basis functions up to a factor, which is found where all other basis functions are 0.
+    // Each term of the polynomial is a basis function times a factor. The factor is read where all other basis functions are
+    // 0.
     let mut c = [DVec3::ZERO; 9];
     let unit = |k: usize, d: DVec3| sh_basis(d)[k];
     c[0] = DVec3::splat(1.0 / unit(0, DVec3::Z));
@@ -118,12 +120,12 @@ fn harmonics() -> Sh9 {
 }
 
 const SIDE: DVec3 = DVec3::new(0.6, 0.5, 0.62);
-/// Probe counts that the table lists.
+/// The probe counts that the table lists.
 const PROBES: [u32; 3] = [5, 9, 16];
 const PANELS: usize = 8;
 
-/// Computes relative RMS errors of every model under every light, without the truth's noise. The sphere's relief has the slopes of
-/// `surface` in each pixel's frame ([`SpherePixel`]). The default settings take a few seconds.
+/// Computes relative RMS errors of every model under every light, without the truth's noise. In the frame of each pixel
+/// ([`SpherePixel`]), the sphere's relief has the slopes of `surface`. The default settings take a few seconds.
 pub fn shadowing_errors(surface: Surface, settings: &ShadowingSettings) -> Vec<ShadowingRow> {
     let tile = Tile::new(settings.spectrum, settings.tile, 8.0, settings.seed);
     let patch = Patch::new(&tile, surface.m, surface.s);
@@ -180,17 +182,19 @@ pub fn shadowing_errors(surface: Surface, settings: &ShadowingSettings) -> Vec<S
         .collect()
 }
 
-/// Light of a white room on the facets visible from one angle, as pairs `(casts, model)` from ray casts and from [`bent_normal`].
+/// The light of a white room on the facets that are visible from one angle. Each pair has a value from ray casts and a value
+/// from [`bent_normal`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LitFacets {
-    /// Fraction of the light that reaches the visible facets.
+    /// The fraction of the light that reaches the visible facets.
     pub open: (f64, f64),
-    /// Tilt of the light's mean direction relative to the tilt of the mean visible slope; 1 means equal tilts.
+    /// The tilt of the light's mean direction, relative to the tilt of the mean visible slope. 1 means that both tilts are
+    /// equal.
     pub bend: (f64, f64),
 }
 
-/// Computes data for the constants of [`bent_normal`]: means over eight view azimuths at `degrees` from the normal, for a surface of mean
-/// slope 0.
+/// Computes data for the constants of [`bent_normal`]. The data are means over eight view azimuths at `degrees` from the
+/// normal, for a surface of mean slope 0.
 pub fn lit_facets(s: DVec3, degrees: f64, settings: &ShadowingSettings) -> LitFacets {
     const AZIMUTHS: u32 = 8;
     const DIRECTIONS: u32 = 8;
@@ -226,7 +230,7 @@ pub fn lit_facets(s: DVec3, degrees: f64, settings: &ShadowingSettings) -> LitFa
     LitFacets { open: mean(open), bend: mean(bend) }
 }
 
-/// Evaluates all models at one pixel, in column order.
+/// Evaluates all models at one pixel, in the order of the columns.
 fn models(surface: &Surface, pixel: &SpherePixel) -> Vec<f64> {
     let wo = pixel.wo;
     let (m, s) = (surface.m, surface.s);
@@ -239,7 +243,7 @@ fn models(surface: &Surface, pixel: &SpherePixel) -> Vec<f64> {
             out.push(cosine * lit_fraction(v, &o, &i));
         }
     }
-    // The harmonics are in world space, so normals are transformed to it.
+    // The harmonics are in world space, so normals are transformed to world space.
     let c = harmonics();
     let world = |n: DVec3| sh_irradiance(&c, from_frame(&pixel.frame, n)).x / PI;
     let masked = leadr_reflectance::integrals::reference::visible_mean(wo, m, s, PANELS, |x| {

@@ -1,4 +1,4 @@
-//! Runs `leadr-lab report`: a section end to end on the device, and errors.
+//! Tests `leadr-lab report`. A section runs from end to end on the device, and errors are tested.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -40,7 +40,7 @@ fn a_section_is_measured_and_written_as_page_data_and_pictures() {
     assert!(summary["device"].as_str().is_some_and(|device| !device.is_empty()), "{summary}");
     assert!(summary["sections"][0]["findings"].as_array().is_some_and(|f| !f.is_empty()), "{summary}");
 
-    // The error of the paper's grid falls with its size, and no picture equals the reference exactly.
+    // The error of the paper's grid falls with the grid's size, and no picture equals the reference exactly.
     let data = data(&folder);
     let entries = data["sections"]["table10"]["data"].as_array().unwrap();
     let rrmse = |look: &str| {
@@ -51,7 +51,7 @@ fn a_section_is_measured_and_written_as_page_data_and_pictures() {
     assert!(errors.windows(2).all(|pair| pair[0] > pair[1]), "{errors:?}");
     assert!(errors[3] > 0.0 && rrmse("leadr visible 9") < errors[1], "{errors:?}");
 
-    // Every picture on the page exists, is complete and has its stated size; nothing is fetched from elsewhere.
+    // Every picture on the page exists, is complete and has its stated size. The page loads nothing from elsewhere.
     let page = std::fs::read_to_string(folder.join("index.html")).unwrap();
     assert!(!page.contains("http"), "the page refers to something outside");
     let mut pictures = 0;
@@ -66,7 +66,7 @@ fn a_section_is_measured_and_written_as_page_data_and_pictures() {
     assert!(pictures > 10);
 }
 
-/// Computed on the CPU, but a device is opened; takes seconds.
+/// The section is computed on the CPU, but the report opens a device.
 #[test]
 #[ignore = "long"]
 fn sections_keep_page_order() {
@@ -86,7 +86,6 @@ fn sections_keep_page_order() {
     assert!(error("correlated") < 0.25 * error("smith") && error("noise") < 0.02, "{front}");
 }
 
-/// Takes some seconds, mostly for the T-rex and the spheres on the device.
 #[test]
 #[ignore = "long"]
 fn the_figures_are_checked_by_their_numbers() {
@@ -100,7 +99,7 @@ fn the_figures_are_checked_by_their_numbers() {
         let check = checks.iter().find(|c| c["figure"] == figure && c["what"] == what);
         check.unwrap_or_else(|| panic!("{figure} has no {what}"))["value"].as_f64().unwrap()
     };
-    // At a distance, a quick picture is a few noisy pixels without significance.
+    // At a distance, a quick picture has only a few noisy pixels, whose error is not significant.
     let seen = |view: &str, look: &str| value("LEADR Figure 1", &format!("rRMSE, {view}, {look}"));
     assert!(seen("near", "leadr, default rules") < 0.5 * seen("near", "normal-mip"));
     assert!(seen("middle", "leadr, default rules") < seen("middle", "normal-mip"));
@@ -115,7 +114,7 @@ fn the_figures_are_checked_by_their_numbers() {
     assert!(value("Thesis Figure 2.6", "rRMSE of half a turn") < 1e-6);
     let differences = |scheme: &str| value("Thesis Figure 3.6", &format!("rRMSE of the slopes, {scheme}"));
     assert!(differences("central") < 0.5 * differences("forward"));
-    // One line and at least one finding for each of the thirteen figures.
+    // Each of the thirteen figures has one line and at least one finding.
     let page = std::fs::read_to_string(folder.path().join("index.html")).unwrap();
     let figures: std::collections::BTreeSet<&str> = checks.iter().map(|c| c["figure"].as_str().unwrap()).collect();
     assert_eq!(figures.len(), 13, "{figures:?}");
@@ -142,7 +141,7 @@ fn wrong_calls_are_explained_and_leave_no_files() {
     assert!(line(&report(&["-o", text(&file)]), 1).contains(text(&file)));
     assert_eq!(std::fs::read(&file).unwrap(), b"in the way");
     let Some(_) = test_gpu() else { return };
-    // No picture to judge: the error names the failed section, and the earlier report is kept.
+    // There is no picture to judge. The error names the failed section, and the earlier report is kept.
     let made = folder.path().join("report");
     std::fs::create_dir(&made).unwrap();
     std::fs::write(made.join("index.html"), b"earlier report").unwrap();

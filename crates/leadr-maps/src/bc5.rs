@@ -1,15 +1,16 @@
-//! BC5_SNORM codec for single channels (Khronos Data Format Specification 1.3, section 19.5; BC5 has two BC4 channels). A block
-//! of 4 x 4 values in -1..1 stores two signed byte endpoints and one 3-bit index per value.
+//! Codec for single channels of BC5_SNORM, which consists of two BC4 channels (Khronos Data Format Specification 1.3,
+//! section 19.5). A block of 4 x 4 values in -1..1 stores two signed byte endpoints and one 3-bit index per value.
 //!
-//! This encoder takes floats, unlike those of existing crates, because one layer encodes the residual of another.
+//! The encoders of existing crates take bytes. This encoder takes floats, because one layer encodes the residual of another
+//! layer.
 
-/// Number of texels along each side of a block.
+/// The number of texels along each side of a block.
 pub const SIDE: usize = 4;
-/// Number of bytes of one channel of a block.
+/// The number of bytes per channel of a block.
 pub const BYTES: usize = 8;
 
-/// Encodes 16 row-major values. The endpoints are the extremes, rounded up or down to minimise the error. The error is at most
-/// 1/14 of the block's range plus one step of the bytes.
+/// Encodes 16 row-major values. The endpoints are the extremes, rounded up or down to minimise the error. The error is at
+/// most 1/14 of the block's range plus one step of the byte endpoints.
 pub fn encode(values: &[f32; 16]) -> [u8; BYTES] {
     let scaled = values.map(|v| (v.clamp(-1.0, 1.0)) * 127.0);
     let (low, high) = scaled.iter().fold((127.0f32, -127.0f32), |(low, high), &v| (low.min(v), high.max(v)));
@@ -29,7 +30,7 @@ pub fn encode(values: &[f32; 16]) -> [u8; BYTES] {
     let mut bits = 0u64;
     if ends[0] > ends[1] {
         for (i, &v) in scaled.iter().enumerate() {
-            // Indices 0 and 1 are the endpoints. The interpolated values follow.
+            // Indices 0 and 1 are the endpoints. Indices 2 to 7 are interpolated values.
             let index = match step(v, ends) {
                 0 => 0,
                 7 => 1,
@@ -54,7 +55,7 @@ fn between([first, second]: [f32; 2], step: u8) -> f32 {
 
 /// Decodes a block into 16 row-major values.
 pub fn decode(block: &[u8; BYTES]) -> [f32; 16] {
-    // The format defines -128 as -127.
+    // The format defines that -128 means -127.
     let ends = [block[0], block[1]].map(|end| f32::from(end.cast_signed().max(-127)));
     let [.., c0, c1, c2, c3, c4, c5] = *block;
     let bits = u64::from_le_bytes([c0, c1, c2, c3, c4, c5, 0, 0]);
@@ -100,7 +101,7 @@ mod tests {
 
     #[test]
     fn foreign_block_compression_is_read() {
-        // Reversed endpoints select four interpolated values and the two extremes.
+        // Endpoints in reversed order select four interpolated values and the two extremes.
         let bits = 2u64 | 6 << 3 | 7 << 6 | 1 << 9;
         let mut block = [0u8; 8];
         block[0] = (-50i8).cast_unsigned();

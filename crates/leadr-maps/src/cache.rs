@@ -1,8 +1,8 @@
-//! A cache folder for results computed from maps. Files are written atomically, read as untrusted input, and limited in total
-//! size.
+//! A cache folder for results computed from maps. Files are written atomically and read as untrusted input. The total size
+//! of the files is limited.
 //!
-//! File layout, little endian: magic number, key, checksum of the content, content. The key covers all inputs, including
-//! programs. A file with a different key counts as missing.
+//! A file is little endian and contains a magic number, the key, a checksum of the content, and the content. The key depends
+//! on all inputs, including the program text. A file with a different key counts as missing.
 
 use std::convert::Infallible;
 use std::fmt::Display;
@@ -20,9 +20,10 @@ use super::{MapError, MapFault, limits};
 use crate::shown::shown_path;
 
 const MAGIC: u64 = u64::from_le_bytes(*b"LEADRBAK");
-/// Size of the header in bytes: magic number, key and checksum.
+/// The size of the header in bytes.
 const HEADER: usize = 3 * 8;
-/// Maximum total size in bytes of the files that are named by key. The least recently used files are removed.
+/// The maximum total size in bytes of the files that are named by key. Beyond this size, the least recently used files are
+/// removed.
 const MOST_BYTES: u64 = 1 << 30;
 
 fn damaged(path: &Path, fault: impl Display) -> String {
@@ -70,7 +71,7 @@ fn folder_on(system: &str, folder: UserFolder, variable: impl Fn(&str) -> Option
 }
 
 impl MapCache {
-    /// Creates a cache in `folder`. The first write creates the folder.
+    /// Creates a cache in `folder`. The folder itself is created by the first write.
     pub fn in_folder(folder: impl Into<PathBuf>) -> Self {
         Self { folder: folder.into() }
     }
@@ -89,8 +90,8 @@ impl MapCache {
         self.folder.join(name).with_extension("bin")
     }
 
-    /// Reads the file stored as `name` under `key`, including its header, with at most `most` bytes of content. `None` if the
-    /// file is missing or has a different key.
+    /// Reads the file stored as `name` under `key`, including its header, with at most `most` bytes of content. Returns
+    /// `None` if the file is missing or has a different key.
     ///
     /// # Errors
     /// Returns a warning text if the file exists but cannot be read or is damaged.
@@ -117,7 +118,7 @@ impl MapCache {
         if checksum(content) != sum {
             return Err(damaged(path, "its checksum differs"));
         }
-        // The timestamp is used only for the `MOST_BYTES` eviction.
+        // The timestamp only orders the files for eviction.
         let _ = file.set_modified(SystemTime::now());
         Ok(Some(bytes))
     }
@@ -138,14 +139,15 @@ impl MapCache {
         new.finish()
     }
 
-    /// Whether a file of this `kind` and key exists. Only [`load_or_make`](Self::load_or_make) checks that the file is intact.
+    /// Whether a file of this `kind` and key exists. The file may be damaged, which only
+    /// [`load_or_make`](Self::load_or_make) detects.
     pub fn holds(&self, kind: &str, key: u64) -> bool {
         self.path(&named(kind, key)).is_file()
     }
 
-    /// Returns the stored value of this `kind` and key. If there is none, calls `make` and stores the result. `read` decodes
-    /// content of at most `most` bytes, or returns a description of its defect. A damaged or unusable cache only logs a
-    /// warning.
+    /// Returns the stored value of this `kind` and key. If no value is stored, calls `make` and stores the result. `read`
+    /// decodes the content, which has at most `most` bytes, or returns a description of its defect. A damaged or unusable
+    /// cache only logs a warning.
     ///
     /// # Errors
     /// Returns the errors of `make`.
@@ -174,8 +176,8 @@ impl MapCache {
         Ok(value)
     }
 
-    /// Removes the least recently used files of [`load_or_make`](Self::load_or_make) until at most `most` bytes remain. The
-    /// file `kept` is never removed.
+    /// Removes the least recently used files that [`load_or_make`](Self::load_or_make) stored, until at most `most` bytes
+    /// remain. The file `kept` is never removed.
     fn trim(&self, kept: &Path, most: u64) {
         let Ok(entries) = std::fs::read_dir(&self.folder) else { return };
         let mut files: Vec<(SystemTime, u64, PathBuf)> = entries
@@ -208,7 +210,7 @@ pub fn put<T: Pod>(content: &mut Vec<u8>, values: &[T]) {
     content.extend_from_slice(bytemuck::cast_slice(values));
 }
 
-/// Takes `count` values from the front of the content of a cache file.
+/// Removes `count` values from the front of a cache file's content and returns the values.
 ///
 /// # Errors
 /// Fails if the content holds fewer values.
@@ -223,10 +225,10 @@ pub fn take<T: Pod>(content: &mut &[u8], count: usize) -> Result<Vec<T>, &'stati
     Ok(values)
 }
 
-/// Number of bytes that a thread reads or copies at a time.
+/// The number of bytes that a thread reads or copies at a time.
 const PIECE: usize = 4 << 20;
 
-/// Reads the first `length` bytes of a file on all threads.
+/// Reads the first `length` bytes of a file in parallel on all threads.
 #[cfg(unix)]
 fn read_side_by_side(file: &File, length: usize) -> std::io::Result<Vec<u8>> {
     use std::os::unix::fs::FileExt;
@@ -243,7 +245,7 @@ fn read_side_by_side(mut file: &File, length: usize) -> std::io::Result<Vec<u8>>
     Ok(bytes)
 }
 
-/// Checks that the content of a cache file is exhausted.
+/// Checks that the whole content of a cache file was read.
 ///
 /// # Errors
 /// Fails if bytes remain.
@@ -402,7 +404,7 @@ mod tests {
         assert_eq!(load_or_make(2, false), 1, "it was stored");
         assert_eq!(load_or_make(2, true), 2, "invalid content is replaced");
         assert_eq!(load_or_make(3, false), 2);
-        // A file takes the place of the folder.
+        // A plain file blocks the path of the cache folder.
         let file = cache.path("number-0000000000000003");
         let none = MapCache::in_folder(&file);
         assert_eq!(none.load_or_make("number", 3, 100, |_| Ok(1), || Ok::<_, &str>((4, vec![4]))), Ok(4));

@@ -1,7 +1,7 @@
-//! Checksum for cache files.
+//! The checksum of cache files.
 
-/// Returns a 64-bit checksum of `bytes`, folded from four independent multiply-rotate lanes. It guards against damage, not
-/// malice.
+/// Returns a 64-bit checksum of `bytes`, folded from four independent multiply-rotate lanes. The checksum detects damage,
+/// but not deliberate changes.
 pub fn checksum(bytes: &[u8]) -> u64 {
     const P: u64 = 0x9e37_79b9_7f4a_7c15;
     let mut lanes = [P, P ^ 1, P ^ 2, P ^ 3];

@@ -1,4 +1,4 @@
-//! OpenEXR reader. The `exr` crate parses the header and decompresses blocks. This module decides which blocks are safe to
+//! OpenEXR reader. The `exr` crate parses the header and decompresses blocks. This module checks which blocks are safe to
 //! decompress.
 //!
 //! Offsets, block lengths and the image size are checked against the file length first. Blocks are decoded one at a time, and a
@@ -22,24 +22,24 @@ use super::guard::guarded;
 use super::shown::shown;
 use super::{MapFault, limits};
 
-/// Selected channels of one part. Each has `width * height` values, with row 0 on top.
+/// The selected channels of one part of the file. Each has `width * height` values, with row 0 on top.
 pub(crate) struct Planes {
     pub width: u32,
     pub height: u32,
     pub planes: Vec<Vec<f32>>,
 }
 
-/// Function that selects channel indices from the channel names of a part. `None` skips the part.
+/// A function that selects channel indices from the channel names of a part, or returns `None` to skip the part.
 pub(crate) type Choose = fn(&[String]) -> Option<Vec<usize>>;
 
 pub(crate) fn is_exr(bytes: &[u8]) -> bool {
     bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01])
 }
 
-/// Decodes the channels that `choose` selects from the first matching part. `wanted` describes these channels in the error
+/// Decodes the channels that `choose` selects from the first matching part. `wanted` names these channels in the error
 /// message.
 pub(crate) fn decode(bytes: &[u8], choose: Choose, wanted: &str) -> Result<Planes, MapFault> {
-    // Damaged blocks cause arithmetic overflow in the crate (B44, for example).
+    // Damaged blocks cause arithmetic overflow in the crate, for example with B44 compression.
     guarded("EXR", || {
         let file = Opened::new(bytes)?;
         let (part, picked) = pick_part(&file.meta, choose, wanted)?;
@@ -92,11 +92,11 @@ fn is_subsampled(header: &Header) -> bool {
     header.channels.list.iter().any(|c| c.sampling != Vec2(1, 1))
 }
 
-/// An EXR file with a parsed header, whose block offset tables lie inside the file.
+/// An EXR file with a parsed header. The block offset tables are known to lie inside the file.
 struct Opened<'a> {
     bytes: &'a [u8],
     meta: MetaData,
-    /// Byte offset of the block offset tables.
+    /// The byte offset of the block offset tables.
     tables: usize,
 }
 
@@ -117,7 +117,7 @@ impl<'a> Opened<'a> {
         let (width, height) = (header.layer_size.width() as u64, header.layer_size.height() as u64);
         let texel_bytes = (header.channels.bytes_per_pixel as u64).max(4 * picked.len() as u64);
         limits::check_size(width, height, texel_bytes, self.bytes.len())?;
-        // The size check comes first, so that zero and huge sizes get their own errors.
+        // The size check comes first, so that zero and huge sizes get specific errors.
         MetaData::validate(&self.meta.headers, false).map_err(fault)?;
 
         let before: usize = self.meta.headers[..part].iter().map(|h| h.chunk_count).sum();
@@ -145,7 +145,7 @@ impl<'a> Opened<'a> {
         Ok(into)
     }
 
-    /// Decompresses the block at `offset`. `None` if the block belongs to another mip level.
+    /// Decompresses the block at `offset`. Returns `None` if the block belongs to another mip level.
     fn block(&self, offset: u64, part: usize, level: u32) -> Result<Option<UncompressedBlock>, MapFault> {
         if offset == 0 {
             return Err(MapFault::damaged("a block was never written (incomplete render?)"));
@@ -224,15 +224,16 @@ fn pick_part(meta: &MetaData, choose: Choose, wanted: &str) -> Result<(usize, Ve
     Err(MapFault::unsupported(what, "rename or re-export its channels"))
 }
 
-/// Checks the section sizes of a DWA block. The crate allocates them before it decompresses, and would abort if memory is short.
+/// Checks the section sizes in the header of a DWA block. The crate allocates the declared sizes before decompression, and
+/// would abort if memory is short.
 fn check_dwa_claims(data: &[u8], header: &Header) -> Result<(), MapFault> {
     if !matches!(header.compression, Compression::DWAA(_) | Compression::DWAB(_)) {
         return Ok(());
     }
-    // The block starts with eleven numbers: version, then byte sizes and counts of 2-byte values, then the coder.
+    // The block starts with eleven numbers: the version, the byte sizes, the counts of 2-byte values, and the coder.
     let (counters, _) = data.as_chunks::<8>();
     let claims = counters.iter().take(10).skip(1).map(|bytes| u64::from_le_bytes(*bytes));
-    // Blocks of 8 x 8 overlap the edges, and a 1-byte value can become a 2-byte coefficient.
+    // Blocks of 8 x 8 values overlap the edges, and a 1-byte value can become a 2-byte coefficient.
     let (block, whole) = (header.max_block_pixel_size(), header.layer_size);
     let texels = (block.0.min(whole.0) as u64 + 8).saturating_mul(block.1.min(whole.1) as u64 + 8);
     let most = texels.saturating_mul(4 * header.channels.bytes_per_pixel as u64);

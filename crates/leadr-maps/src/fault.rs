@@ -1,13 +1,13 @@
-//! Faults of files: one-line messages that end with the remedy.
+//! Faults of files. Each fault has a one-line message that ends with the remedy.
 
 use crate::shown::shown_path;
 use std::path::{Path, PathBuf};
 
-/// A fault and its file, displayed as one line: `FILE: what is wrong; remedy`.
+/// A fault together with its file. The message is one line: `FILE: what is wrong; remedy`.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {fault}", shown_path(file))]
 pub struct MapError {
-    /// The file, or the name given to bytes in memory.
+    /// The path of the file, or the name given to bytes in memory.
     pub file: PathBuf,
     /// The fault.
     #[source]
@@ -26,7 +26,7 @@ pub enum MapFault {
         #[source]
         source: std::io::Error,
     },
-    /// A directory, pipe or device where a file was expected.
+    /// The path is a directory, pipe or device instead of a file.
     #[error("is not a regular file; give the path of an image file")]
     NotAFile,
     /// A link in the folder of a model or a material leads to a file outside the folder.
@@ -38,13 +38,13 @@ pub enum MapFault {
     /// The first bytes match no accepted format.
     #[error("is not an image in a supported format; give {expected}")]
     Unrecognised {
-        /// The accepted formats, as text.
+        /// The accepted formats.
         expected: &'static str,
     },
     /// The file violates its format.
     #[error("is damaged: {what}; export or download it again")]
     Damaged {
-        /// The violation.
+        /// A description of the violation.
         what: String,
     },
     /// The file is valid but uses a feature that this reader does not support.
@@ -52,7 +52,7 @@ pub enum MapFault {
     Unsupported {
         /// The unsupported feature.
         what: String,
-        /// A supported alternative.
+        /// A supported alternative to the feature.
         remedy: String,
     },
     /// The file exceeds a limit of [`crate::limits`], or declares more data than it can contain.
@@ -64,29 +64,29 @@ pub enum MapFault {
     /// The width or height is zero.
     #[error("is empty ({width} x {height} texels); at least 1 x 1 is needed")]
     Empty {
-        /// Width in texels.
+        /// The width in texels.
         width: u64,
-        /// Height in texels.
+        /// The height in texels.
         height: u64,
     },
-    /// A texel has a value that would invalidate later sums: NaN, infinite or out of range.
+    /// A texel has a value that would invalidate later sums, because it is NaN, infinite or out of range.
     #[error("holds {value} in channel {channel} at x = {x}, y = {y} (from the top left); {remedy}")]
     BadTexel {
-        /// Channel name: `height`, `R`, `G` or `B`.
+        /// The channel name: `height`, `R`, `G` or `B`.
         channel: &'static str,
-        /// Column, counted from 0 at the left.
+        /// The column of the texel, counted from 0 at the left.
         x: u32,
-        /// Row, counted from 0 at the top.
+        /// The row of the texel, counted from 0 at the top.
         y: u32,
         /// The invalid value.
         value: f32,
-        /// The accepted range, as text.
+        /// The accepted range of values.
         remedy: &'static str,
     },
-    /// Two images differ in size, or the length of a buffer is not width x height.
+    /// Two images differ in size, or the length of a buffer is not width times height.
     #[error("{what}; both must have the same size")]
     SizeMismatch {
-        /// The two sizes, as text.
+        /// The sizes of the two images, or of the buffer and the image.
         what: String,
     },
 }
@@ -102,7 +102,7 @@ impl MapFault {
         Self::Damaged { what: what.into() }
     }
 
-    /// Creates the fault for an unsupported feature, with a remedy.
+    /// Creates the fault for an unsupported feature. `remedy` says what to use instead.
     pub fn unsupported(what: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self::Unsupported { what: what.into(), remedy: remedy.into() }
     }
@@ -112,19 +112,19 @@ impl MapFault {
         Self::TooLarge { what: what.into() }
     }
 
-    /// Creates the fault for an invalid value at a texel index of an image `width` texels wide.
+    /// Creates the fault for an invalid value. `index` is the texel's index in an image that is `width` texels wide.
     pub(crate) fn bad_texel(index: usize, width: u32, channel: &'static str, value: f32, remedy: &'static str) -> Self {
         let [x, y] = [index % width as usize, index / width as usize].map(|coordinate| coordinate as u32);
         Self::BadTexel { channel, x, y, value, remedy }
     }
 
-    /// Converts operating system errors. `doing` is described at [`Self::Io`].
+    /// Returns a conversion from errors of the operating system. `doing` is described at [`Self::Io`].
     pub fn io(doing: &'static str) -> impl Fn(std::io::Error) -> Self + Copy {
         move |source| Self::Io { doing, source }
     }
 }
 
-/// Returns an error message of another crate without line breaks.
+/// Returns the error message of another crate, without line breaks.
 pub(crate) fn one_line(message: &dyn std::fmt::Display) -> String {
     message.to_string().split_whitespace().collect::<Vec<_>>().join(" ")
 }

@@ -1,8 +1,8 @@
-//! Detection of unsupported image formats by their first bytes. The error gives a conversion command.
+//! Detects unsupported image formats by their first bytes. The error message gives a command that converts the file.
 
 use super::MapFault;
 
-/// Names of formats with their signatures, which are bytes at an offset.
+/// The names of the formats with their signatures. A signature is a byte string at an offset.
 const FORMATS: &[(&str, usize, &[u8])] = &[
     ("a TIFF", 0, b"II*\0"),
     ("a TIFF", 0, b"MM\0*"),
@@ -16,8 +16,8 @@ const FORMATS: &[(&str, usize, &[u8])] = &[
     ("an AVIF", 4, b"ftypavif"),
 ];
 
-/// Returns the fault for bytes in none of the accepted formats. `expected` lists the formats; `target` is the output argument
-/// of the conversion command.
+/// Returns the fault for a file whose format is not accepted. `expected` lists the accepted formats, and `target` is the
+/// output argument of the conversion command.
 pub(super) fn unrecognised(bytes: &[u8], expected: &'static str, target: &str) -> MapFault {
     let begins = |at: usize, with: &[u8]| bytes.get(at..at + with.len()) == Some(with);
     match FORMATS.iter().find(|(_, at, with)| begins(*at, with)) {

@@ -7,12 +7,12 @@ use std::sync::Once;
 use super::MapFault;
 
 thread_local! {
-    /// Whether panics of this thread print nothing because they become errors.
+    /// Whether this thread's panics print nothing, because they become errors.
     static QUIET: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Runs a decoder. A panic becomes a `Damaged` fault and prints nothing. The panic hook is unchanged for other threads, and for
-/// this thread after the call.
+/// Runs a decoder. A panic becomes a `Damaged` fault and prints nothing. The panic hook is unchanged for other threads and
+/// after the call.
 pub(crate) fn guarded<T>(format: &str, decode: impl FnOnce() -> Result<T, MapFault>) -> Result<T, MapFault> {
     static INSTALL: Once = Once::new();
     INSTALL.call_once(|| {

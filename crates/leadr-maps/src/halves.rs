@@ -1,7 +1,8 @@
-//! Slope moments as 16-bit floats, equivalent to `passes/surfaces/moments_store.glsl` on the GPU.
+//! Slope moments as 16-bit floats, computed as `passes/surfaces/moments_store.glsl` does on the GPU.
 //!
-//! The variance `E[x²] − E[x]²` is computed from stored values. Independent rounding of the two terms shifts the variance by up
-//! to `3 · 2⁻¹² x²`. Here `E[x²]` is corrected for the rounding of the mean, so only a third of that error remains.
+//! The variance `E[x²] − E[x]²` is computed from stored values. If the two terms are rounded independently, the variance
+//! changes by up to `3 · 2⁻¹² x²`. This module corrects `E[x²]` for the rounding of the mean, so that only a third of the
+//! rounding error remains.
 
 use half::f16;
 
@@ -20,7 +21,7 @@ pub fn nearest(moments: [f32; 4], joint: f32) -> ([f16; 4], f16) {
     ([mean_x, mean_y, half(second[0]), half(second[1])], half(joint + x * moved_y + moved_x * to_y))
 }
 
-/// Returns a power-of-two factor on slopes that makes their squares fill the range of 16-bit floats (maximum 65504).
+/// Returns a power-of-two factor for slopes. Squares of the scaled slopes fill the range of 16-bit floats (maximum 65504).
 pub fn factor(steepest: f32) -> f32 {
     if steepest > 0.0 && steepest.is_finite() {
         (128.0 / steepest).log2().floor().clamp(-60.0, 60.0).exp2()

@@ -1,20 +1,20 @@
-//! Strict reader for Radiance `.hdr` (RGBE and XYZE): flat, old and new run-length scanlines, all eight axis orders. Memory use
-//! is proportional to the bytes in the file, not to the size in the header.
+//! Strict reader for Radiance `.hdr` files (RGBE and XYZE). Scanlines may be flat, old run-length or new run-length, in all
+//! eight axis orders. Memory use is proportional to the bytes in the file, not to the size in the header.
 //!
-//! A texel is mantissa * 2^(e - 136), as in most readers (Radiance itself adds half a step). `EXPOSURE=` is divided out, as the
-//! format specifies. `PRIMARIES=`, `GAMMA=` and `COLORCORR=` are ignored (Photoshop writes meaningless values). XYZE is
-//! converted to Rec.709 with a D65 white and clamped to 0 outside the gamut.
+//! A texel has the value mantissa * 2^(e - 136), as in most readers. Radiance itself adds half a step. Values are divided by
+//! `EXPOSURE=`, as the format specifies. `PRIMARIES=`, `GAMMA=` and `COLORCORR=` are ignored, because Photoshop writes
+//! meaningless values. XYZE is converted to Rec.709 with a D65 white and clamped to 0 outside the gamut.
 
 use super::shown::shown;
 use super::{MapFault, RgbImage, limits};
 
-/// Maximum length of a header line in bytes. Real header lines are under 200 bytes.
+/// The maximum length of a header line in bytes. Real header lines are under 200 bytes.
 const MAX_LINE: usize = 4096;
 const MAX_LINES: usize = 1024;
 /// Bytes of a decoded texel.
 const TEXEL_BYTES: u64 = 12;
 
-/// Matrix from CIE XYZ to linear Rec.709 (D65), with rows R, G, B.
+/// The matrix from CIE XYZ to linear Rec.709 (D65). The rows of the matrix are R, G and B.
 const RGB_FROM_XYZ: [[f32; 3]; 3] = [
     [3.240_454_2, -1.537_138_5, -0.498_531_4],
     [-0.969_266, 1.876_010_8, 0.041_556],
@@ -61,7 +61,7 @@ fn rgb_from_xyz(xyz: [f32; 3]) -> [f32; 3] {
 #[derive(Clone, Copy)]
 struct Axis {
     is_y: bool,
-    /// Whether the file has the sign `+`: `+X` runs right, `-Y` runs down.
+    /// Whether the axis has the sign `+` in the file. `+X` runs to the right, and `-Y` runs down.
     increasing: bool,
     len: u64,
 }
@@ -69,7 +69,7 @@ struct Axis {
 struct Header {
     xyz: bool,
     exposure: f64,
-    /// Axes in file order, the slow axis first.
+    /// The axes in file order. The slow axis comes first.
     axes: [Axis; 2],
 }
 
@@ -89,7 +89,7 @@ impl Header {
             return texels;
         }
         let (width, length) = (self.width() as usize, fast.len as usize);
-        // X increases to the right, and Y decreases downwards.
+        // In the format, X increases to the right and Y decreases downwards.
         let along = |axis: Axis, k: usize| {
             let k = if axis.increasing == axis.is_y { axis.len as usize - 1 - k } else { k };
             if axis.is_y { k * width } else { k }
@@ -169,7 +169,7 @@ fn parse_resolution(line: &str) -> Option<[Axis; 2]> {
             "X" => false,
             _ => return None,
         };
-        // Only digits are valid, without a sign or exponent. Numbers beyond 64 bits are refused too.
+        // A size may contain only digits, without a sign or exponent. Numbers beyond 64 bits are refused too.
         let len = len.bytes().all(|b| b.is_ascii_digit()).then(|| len.parse().ok())??;
         Some(Axis { is_y, increasing, len })
     };
@@ -199,7 +199,6 @@ fn read_scanline(body: &mut &[u8], len: usize, line: &mut Vec<[u8; 4]>) -> Resul
     }
 }
 
-/// Reads one channel of a new run-length scanline.
 fn read_channel(body: &mut &[u8], line: &mut [[u8; 4]], channel: usize) -> Result<(), &'static str> {
     let mut x = 0;
     while x < line.len() {
@@ -222,8 +221,8 @@ fn read_channel(body: &mut &[u8], line: &mut [[u8; 4]], channel: usize) -> Resul
     Ok(())
 }
 
-/// Reads a flat or old run-length scanline. (1, 1, 1, n) repeats the previous texel n times, and consecutive repeats count in
-/// base 256.
+/// Reads a flat or old run-length scanline. The texel (1, 1, 1, n) repeats the previous texel n times. Consecutive repeat
+/// counts are the digits of a number in base 256.
 fn read_old_scanline(body: &mut &[u8], len: usize, line: &mut Vec<[u8; 4]>) -> Result<(), &'static str> {
     let mut shift = 0u32;
     while line.len() < len {

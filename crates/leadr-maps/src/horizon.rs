@@ -1,9 +1,10 @@
-//! Horizons of a height map. The horizon of each texel in all directions is fitted by the smooth form of
+//! Horizons of a height map. The horizon around each texel is fitted by the smooth function of
 //! [`leadr_reflectance::visible::horizon`].
 //!
-//! Rays leave every texel in 8 or 16 directions. Each ray keeps the largest excess over the plane of the texel's mean slope
-//! `m`, `(h(p + o) − h(p) − m·o) / |o|`, or 0. Samples lie 1.5, 2, 3, 4, 6, 8, 12 … texels away. Nearer heights belong to the
-//! texel's own slope statistics. The heights at a sample are smoothed over a quarter of its distance.
+//! Rays leave every texel in 8 or 16 directions. Each ray keeps the largest excess of the heights over the plane of the
+//! texel's mean slope `m`: `(h(p + o) − h(p) − m·o) / |o|`, at least 0. Samples lie 1.5, 2, 3, 4, 6, 8, 12 … texels away.
+//! Nearer heights belong to the texel's own slope statistics. The heights at a sample are smoothed over a quarter of its
+//! distance.
 
 use std::f32::consts::PI;
 
@@ -12,55 +13,54 @@ use rayon::prelude::*;
 use super::Wrap;
 use super::halves::half;
 
-/// Source text of this module, part of cache keys: a change invalidates cached results.
+/// The source text of this module, which is part of cache keys.
 pub const SOURCE: &str = include_str!("horizon.rs");
 
-/// Maximum ray length in texels.
 const LONGEST: usize = 512;
 
-/// Row-major heights and their wrap mode.
+/// Row-major heights with their wrap mode.
 pub struct Heights<'a> {
     pub(crate) width: usize,
     pub(crate) height: usize,
     pub(crate) texels: &'a [f32],
     pub(crate) wrap: Wrap,
-    /// Row stride when the rows of a map are concatenated into a single row.
+    /// The row stride, if the rows of a map are concatenated into a single row.
     stride: Option<usize>,
 }
 
 impl<'a> Heights<'a> {
-    /// Creates a view of `width` times `height` row-major heights.
+    /// Creates a view of `width * height` row-major heights.
     pub fn new(width: usize, height: usize, texels: &'a [f32], wrap: Wrap) -> Self {
         Self { width, height, texels, wrap, stride: None }
     }
 }
 
-/// Rectangle of texels to compute.
+/// A rectangle of texels to compute.
 #[derive(Clone, Copy, Debug)]
 pub struct Window {
-    /// First column.
+    /// The first column of the rectangle.
     pub x: usize,
-    /// First row.
+    /// The first row of the rectangle.
     pub y: usize,
-    /// Number of columns.
+    /// The number of columns.
     pub width: usize,
-    /// Number of rows.
+    /// The number of rows.
     pub height: usize,
 }
 
-/// Horizon of a texel, in units of height per texel; see [`leadr_reflectance::visible::horizon::Horizon`].
+/// The horizon of a texel, in units of height per texel. See [`leadr_reflectance::visible::horizon::Horizon`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct HorizonTexel {
-    /// Odd part of the horizon: the linear term of the excess.
+    /// The odd part of the horizon, which is the linear term of the excess.
     pub(crate) lean: [f32; 2],
-    /// Standard deviations of the even part of the horizon.
+    /// The standard deviations of the even part of the horizon.
     pub(crate) deviations: [f32; 2],
-    /// Correlation of the even part of the horizon, -1 to 1.
+    /// The correlation of the even part of the horizon, from -1 to 1.
     pub(crate) correlation: f32,
 }
 
 impl HorizonTexel {
-    /// Converts the horizon to 4 + 1 half floats for a map of `size` texels, with lengths in map widths.
+    /// Converts the horizon to 4 + 1 half floats for a map of `size` texels. Lengths are then in map widths.
     pub fn halves(&self, size: [u32; 2]) -> ([u16; 4], u16) {
         let half = |v: f32| half(v).to_bits();
         let [w, h] = size.map(|n| n as f32);
@@ -73,22 +73,22 @@ fn distance_of(step: usize) -> f32 {
     if step == 0 { 1.5 } else { (1usize << step.div_ceil(2)) as f32 * if step.is_multiple_of(2) { 1.5 } else { 1.0 } }
 }
 
-/// Returns the number of smoothing passes on the heights that a sample reads.
+/// Returns the number of smoothing passes for the heights that a sample step reads.
 fn smoothness_of(step: usize) -> usize {
     step.saturating_sub(3) / 2
 }
 
-/// Rays for the horizon search.
+/// The rays that search for the horizon.
 #[derive(Clone, Copy, Debug)]
 pub struct Rays {
-    /// Number of pairs of opposite directions, at least 3.
+    /// The number of pairs of opposite directions, at least 3.
     pub axes: usize,
-    /// Ray length in texels.
+    /// The length of a ray in texels.
     pub reach: usize,
 }
 
-/// Computes the row-major horizons of the texels in a window. `slopes` are the mean slopes of these texels in units of height
-/// per texel.
+/// Computes the row-major horizons of the texels in a window. `slopes` are the mean slopes of the window's texels, in units
+/// of height per texel.
 pub fn horizons(heights: &Heights<'_>, window: Window, slopes: &[[f32; 2]], rays: Rays) -> Vec<HorizonTexel> {
     let Rays { axes, reach } = rays;
     if let Some(texels) = horizons_inside(heights, window, slopes, rays) {
@@ -135,7 +135,7 @@ pub fn horizons(heights: &Heights<'_>, window: Window, slopes: &[[f32; 2]], rays
     texels
 }
 
-/// Fast path for small windows whose rays stay inside the map. The rows are treated as one long row, so that a row offset
+/// A fast path for small windows whose rays stay inside the map. The rows are treated as one long row, so that a row offset
 /// becomes a column offset.
 fn horizons_inside(
     heights: &Heights<'_>,
@@ -161,7 +161,7 @@ fn horizons_inside(
 
 struct Row {
     slopes: [Vec<f32>; 2],
-    /// Largest excess found so far, ahead and behind.
+    /// The largest excess so far ahead of the texel, and the largest behind it.
     excess: [Vec<f32>; 2],
     sums: Vec<[f32; 5]>,
     there: Sampled,
@@ -190,8 +190,8 @@ impl Row {
         }
     }
 
-    /// Adds the terms of two opposite directions to the fit sums. `v` is the direction ahead, and `harmonics` are the cosine
-    /// and sine of twice its azimuth.
+    /// Adds the terms of two opposite directions to the sums for the fit. `v` is the direction ahead, and `harmonics` are
+    /// the cosine and sine of twice the azimuth of `v`.
     fn add(&mut self, v: [f32; 2], harmonics: [f32; 2]) {
         for (sums, (ahead, behind)) in self.sums.iter_mut().zip(self.excess[0].iter().zip(&self.excess[1])) {
             let (more, mean) = (ahead - behind, 0.5 * (ahead + behind));
@@ -204,10 +204,10 @@ impl Row {
     }
 }
 
-/// Fits the smooth form to means over pairs of opposite directions `v`. The means are of `(ahead − behind) v`, of the square of
-/// `(ahead + behind) / 2`, and of the second harmonics of that square.
+/// Fits the smooth function to means over pairs of opposite directions `v`. The averaged quantities are `(ahead − behind)
+/// v`, the square of `(ahead + behind) / 2`, and the second harmonics of the square.
 fn fitted([lx, ly, square, c, s]: [f32; 5]) -> HorizonTexel {
-    // Second harmonics count twice, but are limited so that no direction becomes negative.
+    // The second harmonics have a factor of 2, which is reduced where the fit would be negative in some direction.
     let part = 2.0f32.min(square / c.hypot(s).max(1e-30));
     let [c, s] = [c * part, s * part];
     let deviations = [square + c, square - c].map(|v| v.max(0.0).sqrt());
@@ -226,8 +226,8 @@ impl Sampled {
         Self { values: vec![0.0; width], rows: [vec![0.0; width + 1], vec![0.0; width + 1]] }
     }
 
-    /// Fills `values` with the heights at `offset` from consecutive texels that begin at `start`. Heights of `texels` are
-    /// bilinearly interpolated.
+    /// Fills `values` with the heights at `offset` from consecutive texels, the first of which is `start`. The heights in
+    /// `texels` are interpolated bilinearly.
     pub(super) fn fetch(&mut self, heights: &Heights<'_>, texels: &[f32], start: [usize; 2], offset: [f32; 2]) {
         let whole = offset.map(f32::floor);
         let [fx, fy] = [offset[0] - whole[0], offset[1] - whole[1]];
@@ -245,14 +245,14 @@ impl Sampled {
         let [a, b] = &self.rows;
         let pairs = a.iter().zip(&a[1..]).zip(b.iter().zip(&b[1..]));
         for (value, ((a0, a1), (b0, b1))) in self.values.iter_mut().zip(pairs) {
-            // This form keeps constant heights bit-exact.
+            // This form of the interpolation keeps constant heights bit-exact.
             let (a, b) = (a0 + fx * (a1 - a0), b0 + fx * (b1 - b0));
             *value = a + fy * (b - a);
         }
     }
 }
 
-/// Copies texels of row `y` from column `x`. Row and column may lie outside the map.
+/// Copies texels of row `y`, beginning at column `x`. The row and the columns may lie outside the map.
 fn copy_row(heights: &Heights<'_>, texels: &[f32], [x, y]: [i64; 2], into: &mut [f32]) {
     let (w, n) = (heights.width as i64, into.len());
     let row = &texels[heights.wrap.texel(y, heights.height as u32) * heights.width..][..heights.width];
@@ -271,8 +271,8 @@ fn copy_row(heights: &Heights<'_>, texels: &[f32], [x, y]: [i64; 2], into: &mut 
     }
 }
 
-/// Returns the heights after 1, 2, … smoothing passes. Each pass uses weights 1/4, 1/2, 1/4 along both axes, at twice the
-/// spacing of the previous pass.
+/// Returns the heights after 1, 2, … smoothing passes. Each pass uses the weights 1/4, 1/2, 1/4 along both axes. The spacing
+/// doubles with each pass.
 fn smoothed(heights: &Heights<'_>, times: usize) -> Vec<Vec<f32>> {
     let (width, rows) =
         heights.stride.map_or((heights.width, heights.height), |stride| (stride, heights.width / stride));
@@ -285,7 +285,7 @@ fn smoothed(heights: &Heights<'_>, times: usize) -> Vec<Vec<f32>> {
         level.par_chunks_mut(heights.width.max(1)).enumerate().with_min_len(16).for_each(|(y, out)| {
             let mut row = vec![0.0f32; heights.width];
             let mut side = vec![0.0f32; heights.width];
-            // The pass filters along columns, then along rows.
+            // Each pass filters along columns, then along rows.
             for (apart, weight) in [(-apart, 0.25f32), (0, 0.5), (apart, 0.25)] {
                 copy_row(heights, source, [0, y as i64 + apart], &mut side);
                 row.iter_mut().zip(&side).for_each(|(sum, &v)| *sum += weight * v);
@@ -333,7 +333,7 @@ mod tests {
         let seen = excess(texel, 0.0);
         assert!((0.55..0.85).contains(&seen), "{seen} for a wall of 6 at 8");
         assert!(excess(texel, PI) < 0.1 && excess(texel, PI) > -0.1);
-        // On top of the wall there is no horizon.
+        // On top of the wall the horizon is empty.
         let texel = &texels[32 * 64 + 50];
         assert!(excess(texel, 0.0).abs() < 1e-3 && excess(texel, PI).abs() < 1e-3, "{texel:?}");
     }

@@ -1,28 +1,28 @@
-//! Image classification, which prevents normal and colour maps from being read as heights.
+//! Classifies images, so that normal and colour maps are not read as heights.
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ImageClass {
-    /// The channels are equal, up to codec noise.
+    /// The three channels are equal, up to codec noise.
     Grey,
     /// Most texels are unit vectors that point outwards.
     Normals,
-    /// Any other image.
+    /// The image is neither grey nor a normal map.
     Colors,
 }
 
 const SAMPLES: usize = 1 << 16;
-/// Largest channel difference of a grey texel, in 0..1.
+/// The largest difference between the channels of a grey texel, from 0 to 1.
 const GREY: f32 = 12.0 / 255.0;
-/// Fraction of coloured texels above which an image is coloured.
+/// An image counts as coloured if more than this fraction of its texels is coloured.
 const COLORED: f32 = 0.01;
-/// Maximum deviation of a normal's length from 1, which covers 8-bit mip levels and JPEG.
+/// The largest difference between the length of a normal and 1. The limit allows for 8-bit mip levels and JPEG.
 const LENGTH: f32 = 0.15;
-/// Fraction of unit vectors above which an image is a normal map.
+/// An image is a normal map if more than this fraction of its texels are unit vectors.
 const UNIT: f32 = 0.95;
 
-/// Classifies an image of `texels` texels with three channels. Channels of pictures are 0 to 1.
+/// Classifies an image of `texels` texels with three channels. The channels of pictures are from 0 to 1.
 pub(super) fn classify(texels: usize, texel: impl Fn(usize) -> [f32; 3]) -> ImageClass {
-    // The step is odd, so that samples do not align with columns, whose number is usually a power of two.
+    // The step is odd, so that samples do not align with columns. The number of columns is usually a power of two.
     let step = (texels / SAMPLES) | 1;
     let (mut seen, mut colored, mut unit) = (0.0f32, 0.0, 0.0);
     for color in (0..texels).step_by(step).map(texel) {
@@ -57,7 +57,7 @@ mod tests {
         assert_eq!(of(|a| [a, a, a]), ImageClass::Grey);
         assert_eq!(of(|a| [a, a + 0.02, a - 0.02]), ImageClass::Grey);
         assert_eq!(of(|_| [0.789; 3]), ImageClass::Grey);
-        // Colours of bricks and sky.
+        // The colours are those of bricks and of the sky.
         assert_eq!(of(|a| [0.3 + 0.5 * a, 0.2 + 0.3 * a, 0.15]), ImageClass::Colors);
         assert_eq!(of(|a| [0.1 * a, 0.2 * a, 0.5 * a]), ImageClass::Colors);
     }

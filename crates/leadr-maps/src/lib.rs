@@ -1,8 +1,8 @@
 //! Textures on the CPU. This crate loads and validates untrusted files, derives slope moments and mip levels, generates
-//! procedural height maps, tonemaps and saves images. It does not depend on Vulkan.
+//! procedural height maps, and tonemaps and saves images. The crate does not depend on Vulkan.
 //!
-//! Row 0 is the top row and texels are row-major. `s` runs right over the width and `t` down over the height, both from 0 to 1.
-//! Colours are linear Rec.709 unless the type says sRGB.
+//! Texels are row-major, and row 0 is the top row. `s` runs to the right over the width and `t` runs down over the height,
+//! both from 0 to 1. Colours are linear Rec.709 unless the type says sRGB.
 
 pub mod bake;
 pub mod baked;

@@ -1,4 +1,4 @@
-//! Limits on the resources that an untrusted file can claim.
+//! Limits on the resources that an untrusted file can request.
 
 use std::fs::File;
 use std::io::Read;
@@ -7,31 +7,33 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::{MapFault, reads};
 
-/// Maximum number of texels in one image: 16384 x 16384.
+/// The maximum number of texels in one image: 16384 x 16384.
 pub const MAX_TEXELS: u64 = 1 << 28;
-/// Maximum width or height in texels.
+/// The maximum width or height in texels.
 pub const MAX_SIDE: u64 = 1 << 16;
-/// Maximum size of one decoded image in bytes, all stored channels together.
+/// The maximum size in bytes of one decoded image, with all stored channels.
 pub const MAX_DECODED_BYTES: u64 = 2 << 30;
 /// Maximum size of all images of a model or a material together in bytes, encoded and decoded.
 pub const MAX_IMAGE_BYTES: u64 = 4 << 30;
 /// Maximum size of a file that is read, in bytes.
 pub const MAX_FILE_BYTES: u64 = 1 << 30;
-/// Number of decoded bytes that any file may declare, regardless of its length.
+/// The number of decoded bytes that any file may declare, regardless of its length.
 const FREE_DECODED_BYTES: u64 = 64 << 20;
-/// Number of additional decoded bytes allowed per byte of the file. Deflate, the strongest common coder, reaches 1032.
+/// The number of further decoded bytes that are allowed per byte of the file. Deflate, the strongest common coder, reaches
+/// 1032.
 const MAX_EXPANSION: u64 = 1100;
-/// Largest accepted height. Its slope over 16384 texels can still be squared in 32 bits.
+/// The largest accepted height. With this limit, slopes over 16384 texels can still be squared in 32 bits.
 pub const MAX_HEIGHT: f32 = 1e12;
-/// Largest accepted radiance. Sums and products of three colours stay finite in 32 bits.
+/// The largest accepted radiance. Sums and products of three colours stay finite in 32 bits.
 pub const MAX_RADIANCE: f32 = 1e18;
-/// Lower bound of negative radiance that counts as rounding of a lossy codec or resampling filter and is read as 0.
+/// The lowest negative radiance that counts as rounding of a lossy codec or resampling filter and is read as 0.
 pub const NEGATIVE_NOISE: f32 = -0.01;
 
-/// Maximum ratio of negative to positive radiance. Up to this ratio, values below [`NEGATIVE_NOISE`] are also read as 0.
+/// The maximum ratio of the sum of negative radiance to the sum of positive radiance. Up to the maximum ratio, values below
+/// [`NEGATIVE_NOISE`] are also read as 0.
 pub const NEGATIVE_SHARE: f64 = 0.01;
 
-/// Checks a declared image size before allocation.
+/// Checks the image size in a header before memory is allocated.
 ///
 /// `bytes_per_texel` counts every channel that the decoder decompresses. `file_bytes` is the length of the file.
 pub(crate) fn check_size(width: u64, height: u64, bytes_per_texel: u64, file_bytes: usize) -> Result<(), MapFault> {
@@ -91,7 +93,7 @@ pub fn format_bytes(bytes: u64) -> String {
     }
 }
 
-/// Returns a zeroed buffer, or an error instead of aborting if memory runs out.
+/// Returns a zeroed buffer. If memory runs out, returns an error instead of aborting.
 pub fn zeroed<T: bytemuck::Zeroable + Copy>(len: usize) -> Result<Vec<T>, MapFault> {
     let mut buffer = Vec::new();
     buffer.try_reserve_exact(len).map_err(|_| {
@@ -120,7 +122,7 @@ pub fn read_start(path: &Path, most: u64) -> Result<Vec<u8>, MapFault> {
 
 /// Opens a regular file and returns its length in bytes.
 pub(crate) fn open(path: &Path) -> Result<(File, u64), MapFault> {
-    // The type is checked before opening, since opening a pipe would wait for its writer.
+    // The file type is checked first, because opening a pipe would wait for its writer.
     let metadata = std::fs::metadata(path).map_err(MapFault::io("cannot be found"))?;
     if !metadata.is_file() {
         return Err(MapFault::NotAFile);

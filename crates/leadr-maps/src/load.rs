@@ -1,4 +1,4 @@
-//! Loaders for images. The first bytes determine the format, not the file name.
+//! Loaders for images. The format is determined by the first bytes, not by the file name.
 
 use std::path::Path;
 
@@ -10,12 +10,12 @@ use super::srgb::linear_from_srgb;
 use super::{HeightMap, MapError, MapFault, Rgb8Image, RgbImage, exr_read, hdr, limits};
 use crate::shown::shown_path;
 
-/// Loads a height map from PNG or JPEG (8 or 16-bit, normalised to 0..1) or EXR (as stored, may be negative).
+/// Loads a height map from PNG or JPEG (8 or 16 bits, normalised to 0..1) or EXR (values as stored, which may be negative).
 ///
-/// In PNG and JPEG, the first channel (grey or red) is the height and alpha is ignored. In EXR, the height is the only channel,
-/// or else the first of `height`, `displacement`, `disp`, `Y`, `Z`, `R`, in upper or lower case, with or without a layer
-/// prefix. Fails on unreadable files, files over [`limits`], values that are not finite, and images that look like normal maps.
-/// Coloured images only log a warning.
+/// In PNG and JPEG, the first channel (grey or red) is the height and alpha is ignored. In EXR, the height is the only
+/// channel, or else the first of `height`, `displacement`, `disp`, `Y`, `Z`, `R`. The names may be in upper or lower case
+/// and may have a layer prefix. Fails on unreadable files, files over [`limits`], values that are not finite, and images
+/// that look like normal maps. Coloured images only log a warning.
 pub fn load_height_map(path: impl AsRef<Path>) -> Result<HeightMap, MapError> {
     let (map, class) = load(path.as_ref(), decode_heights)?;
     if class == ImageClass::Colors {
@@ -30,9 +30,10 @@ pub fn load_height_map(path: impl AsRef<Path>) -> Result<HeightMap, MapError> {
 /// Loads an equirectangular environment (linear radiance) from Radiance HDR or EXR.
 ///
 /// EXR channels are `R`, `G`, `B`, or those of the first layer with all three, or a single `Y` as grey. Fails on unreadable
-/// files, files over [`limits`], and values that are not finite or negative; the error gives channel and position. Negative
-/// values within [`limits::NEGATIVE_NOISE`] come from lossy compression and become 0. Larger negative values, from resampling
-/// or gamut conversion, also become 0 with a log warning if their sum is at most [`limits::NEGATIVE_SHARE`] of the light.
+/// files, files over [`limits`], and values that are not finite or are negative. The error gives the channel and position of
+/// the value. Negative values within [`limits::NEGATIVE_NOISE`] come from lossy compression and become 0. Larger negative
+/// values come from resampling or gamut conversion. If the sum of negative values is at most [`limits::NEGATIVE_SHARE`] of
+/// the light, all become 0, and a warning is logged.
 pub fn load_environment(path: impl AsRef<Path>) -> Result<RgbImage, MapError> {
     let (image, clamped) = load(path.as_ref(), decode_light)?;
     if let Some(clamped) = clamped {
@@ -41,8 +42,8 @@ pub fn load_environment(path: impl AsRef<Path>) -> Result<RgbImage, MapError> {
     Ok(image)
 }
 
-/// Loads a colour PNG as linear 0..1. Codes are decoded as sRGB regardless of a gamma chunk. Grey fills all three channels, and
-/// alpha is ignored. 16-bit files keep their precision.
+/// Loads a colour PNG as linear values from 0 to 1. The codes are decoded as sRGB, and a gamma chunk is ignored. Grey fills
+/// all three channels, and alpha is ignored. 16-bit files keep their precision.
 pub fn load_color(path: impl AsRef<Path>) -> Result<RgbImage, MapError> {
     load(path.as_ref(), decode_color)
 }
@@ -52,23 +53,23 @@ pub fn load_color_srgb8(path: impl AsRef<Path>) -> Result<Rgb8Image, MapError> {
     load(path.as_ref(), decode_color_srgb8)
 }
 
-/// A picture for comparison or display, from any supported format.
+/// A picture for comparison or display, loaded from any supported format.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
-    /// Image in linear Rec.709.
+    /// The image in linear Rec.709.
     pub image: RgbImage,
-    /// Whether the file contained display codes (PNG), which [`crate::tonemap::Tonemap::Clamp`] at exposure 1 reproduces.
-    /// Otherwise (EXR and HDR) the file contained radiance, which needs tonemapping.
+    /// Whether the file contained display codes (PNG). [`crate::tonemap::Tonemap::Clamp`] at exposure 1 reproduces the
+    /// codes. EXR and HDR files contain radiance instead, which needs tonemapping.
     pub display_referred: bool,
 }
 
-/// Loads a picture from PNG (like [`load_color`]), EXR or HDR (channels as in [`load_environment`]). Any value is accepted,
-/// since a render may contain NaN.
+/// Loads a picture from a PNG (like [`load_color`]) or from an EXR or HDR file (with the channels of [`load_environment`]).
+/// Any value is accepted, because a render may contain NaN.
 pub fn load_picture(path: impl AsRef<Path>) -> Result<Picture, MapError> {
     load(path.as_ref(), decode_picture)
 }
 
-/// Loads the raw texels of a PNG, JPEG or EXR (R, G, B or a single Y, as floats), without interpretation.
+/// Loads the uninterpreted texels of a PNG, JPEG or EXR file. An EXR gives the channels R, G, B or a single Y as floats.
 ///
 /// # Errors
 /// Fails if the file is unreadable, over [`limits`], or has values that are not finite.
@@ -97,7 +98,6 @@ pub fn decode_height_map(bytes: &[u8]) -> Result<HeightMap, MapFault> {
     decode_heights(bytes).map(|(map, _)| map)
 }
 
-/// Decodes heights, and classifies a three-channel image.
 fn decode_heights(bytes: &[u8]) -> Result<(HeightMap, ImageClass), MapFault> {
     if exr_read::is_exr(bytes) {
         let image = exr_read::decode(bytes, choose_height, "named height, displacement, disp, Y, Z or R")?;
@@ -137,7 +137,7 @@ pub fn decode_environment(bytes: &[u8]) -> Result<RgbImage, MapFault> {
     decode_light(bytes).map(|(image, _)| image)
 }
 
-/// Decodes an environment, and returns a warning about negative values that exceed the noise limit.
+/// Decodes an environment. Also returns a warning if negative values exceed the noise limit.
 fn decode_light(bytes: &[u8]) -> Result<(RgbImage, Option<String>), MapFault> {
     let mut image = decode_radiance(bytes, "a Radiance HDR (.hdr) or EXR environment")?;
     let (mut light, mut missing, mut count, mut least) = (0.0f64, 0.0f64, 0u64, 0.0f32);
@@ -204,7 +204,7 @@ fn decode_color_png(bytes: &[u8]) -> Result<Raster, MapFault> {
 fn srgb8_of(png: &Raster) -> Result<Rgb8Image, MapFault> {
     let texels = match png.samples() {
         Samples::U8(codes) => colors(codes, png.channels()).collect(),
-        // 65535 = 257 * 255, so this rounds to the nearest code.
+        // 65535 = 257 * 255, so the division rounds to the nearest 8-bit code.
         Samples::U16(codes) => {
             let nearest = |code: u16| ((u32::from(code) + 128) / 257) as u8;
             colors(codes, png.channels()).map(|t| t.map(nearest)).collect()
@@ -214,12 +214,12 @@ fn srgb8_of(png: &Raster) -> Result<Rgb8Image, MapFault> {
     Rgb8Image::new(png.width(), png.height(), texels)
 }
 
-/// Converts grey or RGB samples, with or without alpha, to RGB.
+/// Converts samples of grey or RGB images, with or without alpha, to RGB.
 fn colors<T: Copy>(samples: &[T], channels: usize) -> impl Iterator<Item = [T; 3]> {
     samples.chunks_exact(channels).map(move |t| if channels < 3 { [t[0]; 3] } else { [t[0], t[1], t[2]] })
 }
 
-/// Returns the channel name in lower case, without its layer.
+/// Returns the channel name in lower case, without the layer prefix.
 fn last_part(name: &str) -> String {
     name.rsplit('.').next().unwrap_or(name).to_ascii_lowercase()
 }
@@ -230,7 +230,7 @@ fn choose_height(names: &[String]) -> Option<Vec<usize>> {
     }
     let wanted = ["height", "displacement", "disp", "y", "z", "r"];
     let height = wanted.iter().find_map(|w| names.iter().position(|n| last_part(n) == *w))?;
-    // All three colours are selected, since they may form a normal map.
+    // All three colours are selected, because they may form a normal map.
     let colors = choose_rgb(names).filter(|rgb| rgb.first() == Some(&height));
     Some(colors.unwrap_or(vec![height]))
 }

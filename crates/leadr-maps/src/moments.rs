@@ -1,24 +1,24 @@
-//! Slope moments of a height map and their mip chain: the LEADR map (LEADR section 4; the operator of LEAN mapping). Bit-exact
-//! CPU equivalent of the moments pass.
+//! Slope moments of a height map and their mip chain, which form the LEADR map (LEADR section 4). Moments are computed as in
+//! LEAN mapping, and equal the moments pass to the last bit.
 //!
-//! Slopes are per unit texture coordinate: `x = dh/ds`, `y = dh/dt`, with `s` and `t` from 0 to 1 over the map. A height scale
-//! multiplies first moments, and its square multiplies second moments.
+//! Slopes are per unit texture coordinate: `x = dh/ds`, `y = dh/dt`, with `s` and `t` from 0 to 1 over the map. A height
+//! scale multiplies the first moments, and its square multiplies the second moments.
 //!
-//! **Surface.** The moments describe the drawn surface: triangles with a vertex at every texel centre, two in each cell between
-//! four texels. A texel stores their exact moments over its own square, averaged over the two ways to divide a cell
-//! ([`moments_of_corner`](leadr_reflectance::slopes::moments::moments_of_corner)). Let `a`, `a'` be the differences to the left
-//! and right neighbours and `b` the same differences in the rows above and below, times the number of texels. Then `E[x] = 3/8
-//! (a + a') + 1/16 Σb`, and `E[x^2]` is the same sum of the squared differences. Over a repeating map `E[x^2]` is the mean
-//! square of the differences between neighbours, so no slope of the triangles is lost. (Central differences, the usual choice,
-//! use only every second texel: they find 11 to 60 % less variance on scanned materials, and none for a checker of single
-//! texels.)
+//! **Surface.** The moments describe the drawn surface, which has a vertex at every texel centre and two triangles in each
+//! cell between four texels. A texel stores the exact moments of the triangles over its own square, averaged over the two
+//! ways to divide a cell ([`moments_of_corner`](leadr_reflectance::slopes::moments::moments_of_corner)). Let `a`, `a'` be
+//! the height differences to the left and right neighbours, and `b` the same differences in the rows above and below, all
+//! multiplied by the number of texels. The results are `E[x] = 3/8 (a + a') + 1/16 Σb`, and `E[x^2]` is the same sum of the
+//! squared differences. Over a repeating map `E[x^2]` is the mean square of the differences between neighbours, so no slope
+//! of the triangles is lost. The usual central differences ignore the texel itself. Central differences find 11 to 60 % less
+//! variance on scanned materials, and none on a checkerboard of single texels.
 //!
-//! **Compared with a smooth surface**, triangles are flatter at few texels per period. For a sine of `p` texels per period,
-//! `E[x^2]` is `sinc(pi / p)^2` of the exact value (p = 8 texels: 0.95, p = 32: 0.997; tested).
+//! **Compared with a smooth surface**, triangles are flatter at few texels per period. For a sine wave of `p` texels per
+//! period, `E[x^2]` is `sinc(pi / p)^2` of the exact value: 0.95 for 8 texels, and 0.997 for 32 texels.
 //!
 //! **Magnification.** A texel's variance describes the triangles inside it. The sampler interpolates moments between texel
-//! centres, so the mean slope varies smoothly and the remainder is variance. The sum of both is the same at every
-//! magnification.
+//! centres, so the mean slope varies smoothly, and the remaining slope becomes variance. The sum of squared slope and
+//! variance is the same at every magnification.
 
 use bytemuck::{Pod, Zeroable};
 use rayon::prelude::*;
@@ -27,7 +27,7 @@ use super::pyramid::{Pyramid, level_sizes};
 use super::{HeightMap, Image};
 use leadr_reflectance::limits::{at_least, within};
 
-/// Addressing outside a map.
+/// How texels outside a map are addressed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Wrap {
     /// The map repeats.
@@ -39,7 +39,7 @@ pub enum Wrap {
 }
 
 impl Wrap {
-    /// Returns the texel for `index`, which may be outside `0..len`.
+    /// Returns the texel that `index` addresses. The index may be outside `0..len`.
     pub(super) fn texel(self, index: i64, len: u32) -> usize {
         match self {
             Self::Repeat => index.rem_euclid(i64::from(len)) as usize,
@@ -48,23 +48,24 @@ impl Wrap {
     }
 }
 
-/// One texel of a LEADR map in texture space: six floats. The first four fields fit an RGBA texture, the last two an RG texture.
+/// One texel of a LEADR map in texture space, as six floats. The first four floats fit an RGBA texture, the last two an RG
+/// texture.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct Moments {
-    /// Mean slopes `E[x], E[y]` per unit of `s` and `t`.
+    /// The mean slopes `E[x], E[y]` per unit of `s` and `t`.
     pub mean_slope: [f32; 2],
-    /// Second moments `E[x^2], E[y^2]`.
+    /// The second moments `E[x^2], E[y^2]`.
     pub second: [f32; 2],
-    /// Mixed second moment `E[x y]`.
+    /// The mixed second moment `E[x y]`.
     pub cross: f32,
-    /// Mean height, in the unit of the map.
+    /// The mean height, in the unit of the map.
     pub height: f32,
 }
 
 impl Moments {
-    /// Returns `[sx^2, sy^2, cxy]`: variances and covariance, made positive semidefinite, since rounding can make the
-    /// subtraction negative.
+    /// Returns `[sx^2, sy^2, cxy]`, the variances and the covariance. The matrix is made positive semidefinite, because
+    /// rounding can make the subtraction negative.
     pub fn slope_covariance(&self) -> [f64; 3] {
         let [mx, my] = self.mean_slope.map(f64::from);
         let xx = at_least(f64::from(self.second[0]) - mx * mx, 0.0);
@@ -73,7 +74,7 @@ impl Moments {
         [xx, yy, within(f64::from(self.cross) - mx * my, limit)]
     }
 
-    /// Returns the moments after multiplying the heights by `scale`.
+    /// Returns the moments of the heights multiplied by `scale`.
     pub fn scaled(&self, scale: f32) -> Self {
         let square = scale * scale;
         Self {
@@ -88,19 +89,20 @@ impl Moments {
 /// One mip level.
 pub type MomentLevel = Image<Moments>;
 
-/// Moments of a height map with all mip levels down to 1 x 1. Each side is halved and rounded down, as in Vulkan.
+/// The moments of a height map with all mip levels down to 1 x 1. Each level has half the width and height of the previous
+/// one, rounded down, as in Vulkan.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LeadrMap {
-    /// Mip levels, level 0 first.
+    /// The mip levels. Level 0 comes first.
     pub levels: Vec<MomentLevel>,
 }
 
 impl LeadrMap {
-    /// Creates the map. Differences, products and box filter are computed in 32 bits, in the order of the moments pass, so
-    /// results are bit-exact.
+    /// Creates the map. Differences, products and the box filter are computed in 32 bits and in the order of the moments
+    /// pass, so the results are bit-exact.
     ///
-    /// Each level averages the finer level by area. At odd sizes every texel thus has the same weight, and the mean of every
-    /// moment is the same on all levels.
+    /// Each level is an area average of the finer level. All texels therefore have equal weights, even at odd sizes, and the
+    /// mean of every moment is equal on all levels.
     pub fn new(map: &HeightMap, wrap: Wrap) -> Self {
         let size = [map.width, map.height];
         let empty = |[width, height]: [u32; 2]| MomentLevel {
@@ -124,7 +126,7 @@ impl LeadrMap {
     }
 }
 
-/// Returns a row of level 0, with heights multiplied by `scale`.
+/// Returns a row of level 0. The heights are multiplied by `scale`.
 pub(super) fn row_moments(map: &HeightMap, wrap: Wrap, scale: f32, y: u32) -> Vec<[f32; 6]> {
     let (w, h) = (map.width as usize, map.height as usize);
     let at = |x: usize, y: usize| scale * map.texels[y * w + x];
@@ -148,8 +150,8 @@ pub(super) fn row_moments(map: &HeightMap, wrap: Wrap, scale: f32, y: u32) -> Ve
     (0..w).map(texel).collect()
 }
 
-/// Computes [`moments_of_corner`](leadr_reflectance::slopes::moments::moments_of_corner) in 32 bits like the pass. `signs` are
-/// the directions of the neighbours.
+/// Computes [`moments_of_corner`](leadr_reflectance::slopes::moments::moments_of_corner) in 32 bits, like the GPU pass.
+/// `signs` are the directions to the neighbours.
 fn corner([here, across, along, both]: [f32; 4], signs: [f32; 2]) -> [f32; 5] {
     let beside = [(across - here) * signs[0], (along - here) * signs[1]];
     let opposite = [(both - along) * signs[0], (both - across) * signs[1]];
@@ -159,10 +161,10 @@ fn corner([here, across, along, both]: [f32; 4], signs: [f32; 2]) -> [f32; 5] {
     [mean(0), mean(1), square(0), square(1), mixed]
 }
 
-/// Returns, for each of `to` texels, the covered texels of `from` with weights that sum to 1.
+/// Returns the texels of `from` that each of `to` texels covers, with weights that sum to 1.
 pub fn coverage(from: u32, to: u32) -> Vec<Vec<(usize, f64)>> {
     let (from, to) = (u64::from(from), u64::from(to));
-    // In units of 1/(from * to) of the side, all bounds are integers.
+    // In units of 1/(from * to) of the side, all bounds of texels are integers.
     let cover = |i: u64| {
         let (start, end) = (i * from, (i + 1) * from);
         (start / to..end.div_ceil(to))
@@ -189,7 +191,7 @@ mod tests {
         HeightMap::new(width, height, texels).unwrap()
     }
 
-    /// Returns the largest relative difference of the six means between `level` and level 0.
+    /// Returns the largest relative difference between the means of `level` and level 0, over all six moments.
     fn mean_error(leadr: &LeadrMap, level: usize) -> f64 {
         let mean = |l: &MomentLevel| {
             let mut sum = [0.0f64; 6];
@@ -214,10 +216,10 @@ mod tests {
                 assert!(m.slope_covariance().iter().all(|v| v.abs() < 1e-5), "{m:?}");
             }
         }
-        // Away from the clamped edge, level 1 is still a plane.
+        // Level 1 is still a plane, except at the clamped edge.
         let m = leadr.levels[1].texels[4 * 16 + 8];
         assert!((m.cross + 6.0).abs() < 1e-4 && m.slope_covariance().iter().all(|v| v.abs() < 1e-5), "{m:?}");
-        // An edge texel is half flat.
+        // Half of an edge texel is flat.
         let edge = leadr.levels[0].texels[5 * 32];
         assert!((edge.mean_slope[0] - 1.5).abs() < 1e-5 && (edge.second[0] - 4.5).abs() < 1e-4, "{edge:?}");
     }
@@ -252,14 +254,15 @@ mod tests {
         let k = TAU * 4.0;
         let m = LeadrMap::new(&map(128, 128, |s, t| 0.1 * (k * (s - t)).sin()), Wrap::Repeat).mean();
         let [xx, yy, xy] = m.slope_covariance();
-        // The variance is complete, except for cells divided across the crests.
+        // The variance is complete, except in cells whose diagonal runs across the wave crests.
         let straight = (0.5 * k / 128.0).cos().powi(2);
         assert!((xx / yy - 1.0).abs() < 1e-5 && (xy / xx + straight).abs() < 1e-5, "{m:?}");
     }
 
     #[test]
     fn steep_and_flat_slopes_keep_their_variance() {
-        // A slope of 100 has a ripple of slope variance 0.5. 16 bits would lose the ripple, but 32 bits must not.
+        // The ripple on a slope of 100 has slope variance 0.5. The variance would be lost in 16 bits, but must not be lost
+        // in 32 bits.
         let (n, k) = (512, TAU * 16.0);
         let leadr = LeadrMap::new(&map(n, 8, |s, _| 100.0 * s + (k * s).sin() / k), Wrap::Clamp);
         let level = &leadr.levels[5];

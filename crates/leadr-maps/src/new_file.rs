@@ -1,5 +1,5 @@
-//! Atomic file writes: a temporary file beside the target is renamed into place. A killed or failed run leaves the old file or
-//! the new one.
+//! Atomic file writes. A temporary file beside the target is renamed to the target. After a killed or failed run, the target
+//! is either the old or the new file.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File, Metadata};
@@ -45,8 +45,8 @@ pub fn undivided<T>(work: impl FnOnce() -> T) -> T {
 /// [`NewFile`] lists the files that are written in place instead.
 ///
 /// # Errors
-/// Fails if the folder or the disk cannot be written. The temporary file is then removed and an existing `path` stays
-/// unchanged.
+/// Fails if the folder or the disk cannot be written. The temporary file is then removed, and an existing file at `path`
+/// stays unchanged.
 pub fn write_atomic(path: impl AsRef<Path>, bytes: &[u8]) -> Result<(), MapError> {
     NewFile::create(path)?.write(bytes)
 }

@@ -1,10 +1,10 @@
-//! Periodic lattice noise: a pure function of seed and position. Coordinates are in lattice cells, with a period of `period`
-//! cells.
+//! Periodic lattice noise, which is a pure function of seed and position. Coordinates are in lattice cells, and the noise
+//! repeats after `period` cells.
 
-/// Source text of this module, part of cache keys: a change invalidates cached results.
+/// The source text of this module, which is part of cache keys.
 pub const SOURCE: &str = include_str!("noise.rs");
 
-/// Returns a 32-bit hash of a seed and a cell (Murmur's finaliser between the words).
+/// Returns a 32-bit hash of a seed and a cell. Murmur's finaliser is applied after each word.
 pub fn hash(seed: u32, x: i32, y: i32) -> u32 {
     let mix = |mut h: u32| {
         h = (h ^ (h >> 16)).wrapping_mul(0x85eb_ca6b);
@@ -21,7 +21,7 @@ pub fn unit(h: u32) -> f32 {
     (h >> 8) as f32 / (1 << 24) as f32
 }
 
-/// Hermite step: 0 below `low`, 1 above `high`, smooth between.
+/// Returns a smooth Hermite step: 0 below `low`, 1 above `high`.
 pub fn smoothstep(low: f32, high: f32, x: f32) -> f32 {
     let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
@@ -38,7 +38,8 @@ fn corner_gradient(seed: u32, x: i32, y: i32) -> [f32; 2] {
     [cos, sin]
 }
 
-/// Blends the gradients at the corners `(i, j)` of a cell, `i, j` 0 or 1, by a quintic. The result is scaled into -1..1.
+/// Blends the gradients at the corners `(i, j)` of a cell, where `i` and `j` are 0 or 1, by a quintic. The result is scaled
+/// into -1..1.
 fn blended(fx: f32, fy: f32, gradient: impl Fn(usize, usize) -> [f32; 2]) -> f32 {
     let corner = |i: usize, j: usize| {
         let [cos, sin] = gradient(i, j);
@@ -51,8 +52,8 @@ fn blended(fx: f32, fy: f32, gradient: impl Fn(usize, usize) -> [f32; 2]) -> f32
     value * std::f32::consts::SQRT_2
 }
 
-/// Gradient noise with unit gradients and quintic blending, scaled into -1..1, with mean 0. `Gradients` is faster for many
-/// positions.
+/// Returns gradient noise with unit gradients and quintic blending. The noise has mean 0 and is scaled into -1..1.
+/// `Gradients` is faster for many positions.
 pub fn gradient(seed: u32, x: f32, y: f32, period: i32) -> f32 {
     let (cx, cy) = (x.floor(), y.floor());
     blended(x - cx, y - cy, |i, j| {
@@ -60,13 +61,14 @@ pub fn gradient(seed: u32, x: f32, y: f32, period: i32) -> f32 {
     })
 }
 
-/// Octaves of [`gradient`], each with twice the frequency and `gain` times the amplitude. `Fractal` is faster for many positions.
+/// Returns a sum of octaves of [`gradient`]. Octaves double in frequency, and `gain` scales the amplitude of each octave.
+/// `Fractal` is faster for many positions.
 pub fn fractal(seed: u32, x: f32, y: f32, period: i32, octaves: u32, gain: f32) -> f32 {
     let octave = |k: u32, scale: f32| gradient(seed.wrapping_add(k), x * scale, y * scale, period << k);
     sum_of_octaves(octaves, gain, octave)
 }
 
-/// Sums octaves. `at` receives the octave's number and frequency.
+/// Returns a sum of octaves. `at` receives the number and frequency of an octave.
 fn sum_of_octaves(octaves: u32, gain: f32, at: impl Fn(u32, f32) -> f32) -> f32 {
     let (mut sum, mut amplitude) = (0.0, 1.0);
     for octave in 0..octaves {
@@ -118,22 +120,23 @@ impl Fractal {
     }
 }
 
-/// Like [`gradient`], but on a rotated lattice over the unit square, which is one period.
+/// Like [`gradient`], but on a rotated lattice. The period is the unit square.
 struct RotatedLattice {
-    /// Lattice steps `(a, b)` along one period in s.
+    /// The lattice steps `(a, b)` along one period in s.
     along: [i32; 2],
-    /// First corner of the table, and number of corners per row.
+    /// The first lattice corner of the table, and the number of corners per row.
     first: i32,
     width: usize,
     corners: Vec<[f32; 2]>,
 }
 
 impl RotatedLattice {
-    /// Creates a lattice with about `cells` cells per period, rotated by the periodic angle nearest to `degrees`.
+    /// Creates a lattice with about `cells` cells per period. The lattice is rotated by the angle nearest to `degrees` for
+    /// which the noise repeats.
     fn new(seed: u32, cells: i32, degrees: f32) -> Self {
         let (sin, cos) = degrees.to_radians().sin_cos();
         let [a, b] = [cos, sin].map(|part| (cells as f32 * part).round() as i32);
-        // Corners that differ by whole periods, (a, −b) and (b, a), are equal.
+        // Corners that differ by whole periods, (a, −b) or (b, a), have equal gradients.
         let count = a * a + b * b;
         let (reach, first) = (a.abs() + b.abs(), -(a.abs() + b.abs()) - 1);
         let width = (2 * reach + 4) as usize;
@@ -154,8 +157,8 @@ impl RotatedLattice {
     }
 }
 
-/// Isotropic gradient noise over the unit square, which is one period. The noise sums three rotated lattices, scaled to the
-/// amplitude of one, because a single lattice with few cells shows its rows.
+/// Isotropic gradient noise whose period is the unit square. The noise sums three rotated lattices, because a single lattice
+/// with few cells shows its rows. The sum is scaled to the amplitude of one lattice.
 pub(crate) struct RotatedGradients([RotatedLattice; 3]);
 
 impl RotatedGradients {
@@ -170,7 +173,8 @@ impl RotatedGradients {
     }
 }
 
-/// Octaves of [`RotatedGradients`] over the unit square, each with twice the frequency and `gain` times the amplitude.
+/// Octaves of [`RotatedGradients`], with the unit square as period. Octaves double in frequency, and `gain` scales the
+/// amplitude of each octave.
 pub(crate) struct RotatedFractal {
     octaves: Vec<RotatedGradients>,
     gain: f32,
@@ -186,8 +190,8 @@ impl RotatedFractal {
     }
 }
 
-/// Calls `visit` for the `(2 reach + 1)^2` cells around a position. Each cell has one random point. The arguments are the
-/// offset from the point to the position, in cells, and the cell's random number.
+/// Calls `visit` for the `(2 reach + 1)^2` cells around a position. Each cell contains one random point. The arguments are
+/// the offset in cells from the point to the position, and the cell's random number.
 pub fn features(seed: u32, x: f32, y: f32, period: i32, reach: i32, mut visit: impl FnMut([f32; 2], u32)) {
     let (cx, cy) = (x.floor() as i32, y.floor() as i32);
     for j in -reach..=reach {
@@ -203,7 +207,7 @@ pub fn features(seed: u32, x: f32, y: f32, period: i32, reach: i32, mut visit: i
 /// Like [`features`], but with a precomputed value per cell.
 pub(crate) struct Scattered<T> {
     period: usize,
-    /// Position of the point in its cell, and value of the cell.
+    /// The position of each cell's point within the cell, and the cell's value.
     cells: Vec<([f32; 2], T)>,
 }
 
@@ -218,7 +222,8 @@ impl<T> Scattered<T> {
         Self { period: period as usize, cells }
     }
 
-    /// Calls `visit` with offset and value for the points of the `(2 reach + 1)^2` cells around a position.
+    /// Calls `visit` for the points of the `(2 reach + 1)^2` cells around a position. The arguments are the offset to the
+    /// position and the cell's value.
     pub(crate) fn visit(&self, x: f32, y: f32, reach: i32, mut visit: impl FnMut([f32; 2], &T)) {
         let (cx, cy) = (x.floor() as i32, y.floor() as i32);
         let first = |c: i32| (c - reach).rem_euclid(self.period as i32) as usize;
@@ -235,7 +240,8 @@ impl<T> Scattered<T> {
         }
     }
 
-    /// Returns the distances to the nearest and second nearest points, in cells. The distances are equal on cell borders.
+    /// Returns the distances to the nearest and second nearest points, in cells. On cell borders the two distances are
+    /// equal.
     pub(crate) fn nearest_two(&self, x: f32, y: f32) -> [f32; 2] {
         let mut best = [f32::MAX; 2];
         self.visit(x, y, 2, |[dx, dy], _| {
@@ -266,7 +272,7 @@ mod tests {
                 for j in 0..n {
                     let (s, t) = (i as f32 / n as f32, j as f32 / n as f32);
                     let here = at(i, j);
-                    // Shifts by whole periods cause rounding.
+                    // A shift by whole periods causes rounding errors.
                     assert!((noise.at(s + 3.0, t - 2.0) - here).abs() < 1e-3);
                     let change = |ds: f32, dt: f32| f64::from(noise.at(s + ds, t + dt) - here).powi(2);
                     square += f64::from(here * here);

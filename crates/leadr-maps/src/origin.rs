@@ -1,7 +1,7 @@
-//! Provenance metadata of a picture: program, command, and a fingerprint of all inputs.
+//! Provenance metadata of a picture: the program, the command, and a fingerprint of all inputs.
 //!
-//! PNG stores the metadata in `iTXt` chunks before the pixels, EXR in layer attributes. Other programs display the registered
-//! PNG names `Software` and `Comment` and the standard EXR names `software` and `comments`.
+//! A PNG stores the metadata in `iTXt` chunks before the pixels. An EXR stores the metadata in layer attributes. Other
+//! programs display the registered PNG names `Software` and `Comment` and the standard EXR names `software` and `comments`.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -12,24 +12,24 @@ use exr::prelude::{LayerAttributes, Text};
 use png::text_metadata::{EncodableTextChunk, ITXtChunk};
 
 const FINGERPRINT: &str = "leadr-fingerprint";
-/// Metadata names in a PNG, in the order of the fields of [`Origin`].
+/// The metadata names in a PNG, in the order of the fields of [`Origin`].
 const PNG_NAMES: [&str; 3] = ["Software", "Comment", FINGERPRINT];
-/// Size in bytes of the signature and the `IHDR` chunk.
+/// The size in bytes of the signature and the `IHDR` chunk.
 const PNG_HEADER: usize = 8 + 25;
 
-/// Provenance of a picture.
+/// The provenance of a picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Origin {
     /// The program and its version.
     pub software: String,
     /// The command that reproduces the picture.
     pub command: String,
-    /// Fingerprint of the inputs. Two pictures have the same fingerprint only if all their inputs are equal.
+    /// A fingerprint of the inputs. Two pictures have the same fingerprint only if all their inputs are equal.
     pub fingerprint: String,
 }
 
 impl Origin {
-    /// Inserts this metadata into `png`, a complete, unanimated file.
+    /// Inserts this metadata into `png`, which is a complete file without animation.
     pub fn in_png(&self, mut png: Vec<u8>) -> Vec<u8> {
         let mut chunks = Vec::new();
         for (name, text) in PNG_NAMES.into_iter().zip([&self.software, &self.command, &self.fingerprint]) {
@@ -40,7 +40,7 @@ impl Origin {
         png
     }
 
-    /// Reads the metadata of a PNG. `None` if the metadata is incomplete.
+    /// Reads the metadata of a PNG. Returns `None` if the metadata is incomplete.
     pub fn of_png(bytes: &[u8]) -> Option<Self> {
         let reader = png::Decoder::new(Cursor::new(bytes)).read_info().ok()?;
         let texts = &reader.info().utf8_text;
@@ -49,8 +49,8 @@ impl Origin {
         Some(Self { software: software?, command: command?, fingerprint: fingerprint? })
     }
 
-    /// Returns the EXR attributes for this metadata. Only one is non-standard, because several would be written in random
-    /// order.
+    /// Returns the EXR attributes for the metadata. Only one attribute is non-standard, because the writer would store
+    /// several in random order.
     pub(super) fn exr_attributes(&self) -> LayerAttributes {
         let other = [(Text::from(FINGERPRINT), AttributeValue::Text(latin(&self.fingerprint)))].into_iter().collect();
         LayerAttributes {
@@ -61,7 +61,7 @@ impl Origin {
         }
     }
 
-    /// Reads the metadata of a single-layer EXR. `None` if the metadata is incomplete.
+    /// Reads the metadata of a single-layer EXR. Returns `None` if the metadata is incomplete.
     pub fn of_exr(path: &Path) -> Option<Self> {
         let meta = MetaData::read_from_file(path, false).ok()?;
         let [header] = meta.headers.as_slice() else { return None };
@@ -73,7 +73,7 @@ impl Origin {
     }
 }
 
-/// Converts text for EXR, which supports only Latin-1.
+/// Converts a text for EXR, which supports only Latin-1.
 fn latin(text: &str) -> Text {
     let escaped: String =
         text.chars().map(|c| if u32::from(c) < 256 { c.to_string() } else { c.escape_unicode().to_string() }).collect();

@@ -1,4 +1,4 @@
-//! Procedural height maps. All of them tile in both directions and are deterministic.
+//! Procedural height maps. All maps tile in both directions and are deterministic.
 //!
 //! Slopes are per unit texture coordinate, as in [`super::moments`]. All functions panic on a zero size.
 
@@ -12,10 +12,10 @@ use super::noise::{
 };
 use leadr_reflectance::random::Random;
 
-/// Source text of this module, part of cache keys: a change invalidates cached results.
+/// The source text of this module, which is part of cache keys.
 pub const SOURCE: &str = include_str!("procedural.rs");
 
-/// Evaluates `f(s, t)` at texel centres.
+/// Creates a map from the values of `f(s, t)` at the texel centres.
 fn fill(width: u32, height: u32, f: impl Fn(f32, f32) -> f32 + Sync) -> HeightMap {
     let mut texels = vec![0.0; width as usize * height as usize];
     texels.par_chunks_mut(width as usize).enumerate().for_each(|(y, row)| {
@@ -27,7 +27,7 @@ fn fill(width: u32, height: u32, f: impl Fn(f32, f32) -> f32 + Sync) -> HeightMa
     HeightMap::new(width, height, texels).expect("a positive size and finite formulas")
 }
 
-/// Stretches the heights to exactly 0..1. A flat map becomes 0.
+/// Stretches the heights to the range 0..1 exactly. A flat map becomes 0.
 fn normalised(mut map: HeightMap) -> HeightMap {
     let (low, high) = map.texels.iter().fold((f32::MAX, f32::MIN), |(a, b), &h| (a.min(h), b.max(h)));
     let range = if high > low { high - low } else { 1.0 };
@@ -35,12 +35,13 @@ fn normalised(mut map: HeightMap) -> HeightMap {
     map
 }
 
-/// Generates a Gaussian random surface: white noise blurred by a Gaussian of standard deviation `feature`, a fraction of the
-/// map's side (at least 2 texels to be resolved, at most 1/8).
+/// Generates a Gaussian random surface: white noise blurred by a Gaussian. The Gaussian's standard deviation `feature` is a
+/// fraction of the map's side. `feature` must be at most 1/8, and at least 2 texels to be resolved.
 ///
-/// Expected values: mean 0; Gaussian, uncorrelated slopes with `E[x^2] = E[y^2] = slope_sigma^2`; height variance `2
-/// (slope_sigma feature)^2`; height correlation `exp(-r^2 / (4 feature^2))`. The variances of one map have a relative standard
-/// deviation of about `2.5 feature`. The triangles have `1 - 1 / (8 w^2)` of the slope variance when `feature` is `w` texels.
+/// The heights have mean 0. The slopes are Gaussian and uncorrelated, with `E[x^2] = E[y^2] = slope_sigma^2`. The height
+/// variance is `2 (slope_sigma feature)^2`, and the height correlation at distance `r` is `exp(-r^2 / (4 feature^2))`. The
+/// variances of one map have a relative standard deviation of about `2.5 feature`. If `feature` is `w` texels, the triangles
+/// have `1 - 1 / (8 w^2)` of the slope variance.
 pub fn gaussian(width: u32, height: u32, seed: u32, slope_sigma: f32, feature: f32) -> HeightMap {
     let feature = feature.min(0.125);
     let white: Vec<f32> =
@@ -54,13 +55,14 @@ pub fn gaussian(width: u32, height: u32, seed: u32, slope_sigma: f32, feature: f
     HeightMap::new(width, height, texels).expect("a positive size and finite heights")
 }
 
-/// Returns a normally distributed number (Box and Muller) from one random word.
+/// Converts one random word to a normally distributed number (Box and Muller).
 fn normal(h: u32) -> f32 {
     let radius = (-2.0 * (1.0 - unit(h)).ln()).sqrt();
     radius * (TAU * unit(hash(h, 3, 5))).cos()
 }
 
-/// Blurs rows periodically by a Gaussian of `sigma` texels. The filter has unit energy, so white noise keeps variance 1.
+/// Blurs rows periodically by a Gaussian of `sigma` texels. The filter has unit energy, so white noise keeps its variance of
+/// 1.
 fn blur_rows(texels: &[f32], width: usize, sigma: f32) -> Vec<f32> {
     let reach = (4.0 * sigma).ceil() as i64;
     let mut kernel: Vec<f32> = (-reach..=reach).map(|i| (-0.5 * (i as f32 / sigma.max(1e-6)).powi(2)).exp()).collect();
@@ -68,7 +70,7 @@ fn blur_rows(texels: &[f32], width: usize, sigma: f32) -> Vec<f32> {
     kernel.iter_mut().for_each(|k| *k /= energy);
     let mut blurred = vec![0.0; texels.len()];
     blurred.par_chunks_mut(width).zip(texels.par_chunks(width)).for_each(|(out, row)| {
-        // The row is padded by its period at both ends, so that the inner loop needs no wrapping.
+        // Each row is padded by its period at both ends, so that the inner loop needs no wrapping.
         let wrapped: Vec<f32> =
             (-reach..width as i64 + reach).map(|i| row[i.rem_euclid(width as i64) as usize]).collect();
         for (x, value) in out.iter_mut().enumerate() {
@@ -78,20 +80,20 @@ fn blur_rows(texels: &[f32], width: usize, sigma: f32) -> Vec<f32> {
     blurred
 }
 
-/// Generates fractal gradient noise with `octaves` octaves. The first has `cells` lattice cells across the map, and each
-/// further one has twice the frequency and `gain` times the amplitude.
+/// Generates fractal gradient noise with `octaves` octaves. The first octave has `cells` lattice cells across the map. Each
+/// further octave has twice the frequency and `gain` times the amplitude.
 ///
-/// The mean is close to 0, and `|h| <= 1 + gain + gain^2 + ...`. The height variance of an octave is about 0.1 times its
-/// squared amplitude (measured for lattices of 8 cells and more).
+/// The mean is close to 0, and `|h| <= 1 + gain + gain^2 + ...`. The height variance of an octave is about 0.1 times the
+/// squared amplitude if the lattice has 8 cells or more (measured).
 pub fn fbm(width: u32, height: u32, seed: u32, cells: u32, octaves: u32, gain: f32) -> HeightMap {
     let noise = Fractal::new(seed, cells.max(1) as i32, octaves, gain);
     let cells = cells.max(1) as f32;
     fill(width, height, |s, t| noise.at(s * cells, t * cells))
 }
 
-/// Weathered rock: ridged fractal noise with a few sharp clefts. Heights span exactly 0 to 1.
+/// Generates weathered rock: ridged fractal noise with a few sharp clefts. Heights span 0 to 1 exactly.
 ///
-/// At 512 x 512, over seeds, the measured mean is 0.55 to 0.75 and the slope deviation 9 to 12 per axis.
+/// At 512 x 512 texels, over several seeds, the measured mean is 0.55 to 0.75, and the slope deviation is 9 to 12 per axis.
 pub fn rock(width: u32, height: u32, seed: u32) -> HeightMap {
     let warps = [0x51, 0x52].map(|k: u32| Fractal::new(seed ^ k, 6, 3, 0.5));
     let octaves: Vec<Gradients> = (0..6).map(|k| Gradients::new(seed.wrapping_add(100 + k), 6 << k)).collect();
@@ -109,8 +111,8 @@ pub fn rock(width: u32, height: u32, seed: u32) -> HeightMap {
     }))
 }
 
-/// A scratched plate with heights that span exactly 0 to 1: straight grooves in random directions, shallow and deep, with
-/// raised rims.
+/// Generates a scratched plate with straight grooves in random directions. The grooves are shallow or deep and have raised
+/// rims. Heights span 0 to 1 exactly.
 pub fn scratches(width: u32, height: u32, seed: u32, count: u32) -> HeightMap {
     let mut random = Random::stream(seed.into(), 0x5c7a);
     let grooves: Vec<[f32; 6]> = (0..count)
@@ -123,22 +125,22 @@ pub fn scratches(width: u32, height: u32, seed: u32, count: u32) -> HeightMap {
         .collect();
     normalised(fill(width, height, |s, t| {
         let depth = |&[x, y, cosine, sine, half_length, depth]: &[f32; 6]| {
-            // The offset is to the nearest periodic copy.
+            // The distance is measured to the nearest periodic copy.
             let [u, v] = [s - x, t - y].map(|d| d - d.round());
             let (along, across) = (u * cosine + v * sine, v * cosine - u * sine);
             let end = 1.0 - smoothstep(0.6, 1.0, along.abs() / half_length);
             let a = (across / 0.008).powi(2);
-            // The raised rims contain the displaced volume.
+            // The raised rims contain the material that the groove displaced.
             depth * end * (1.0 - a) * (-0.5 * a).exp()
         };
         -grooves.iter().map(depth).sum::<f32>()
     }))
 }
 
-/// Dry soil with heights that span exactly 0 to 1: soft undulation, half-buried pebbles of three sizes, cracks in patches, and
-/// grain. For a tile of about 2 m a height scale near 0.06 m looks natural.
+/// Generates dry soil with soft undulation, half-buried pebbles of three sizes, patches of cracks, and grain. Heights span 0
+/// to 1 exactly. For a tile of about 2 m a height scale near 0.06 m looks natural.
 ///
-/// At 1024 x 1024, over seeds, the measured mean is 0.4 to 0.6 and the slope deviation 9 to 16 per axis.
+/// At 1024 x 1024 texels, over several seeds, the measured mean is 0.4 to 0.6, and the slope deviation is 9 to 16 per axis.
 pub fn soil(width: u32, height: u32, seed: u32) -> HeightMap {
     let undulation = RotatedFractal::new(seed, 3, 5, 0.5);
     let fine = RotatedFractal::new(seed ^ 0x6a1, 96, 2, 0.6);
@@ -154,12 +156,12 @@ pub fn soil(width: u32, height: u32, seed: u32) -> HeightMap {
         let [u, v] = [0, 1].map(|k: usize| [s, t][k] * 7.0 + 0.25 * warps[k].at(s * 14.0, t * 14.0));
         let [f1, f2] = plates.nearest_two(u, v);
         let patches = smoothstep(-0.15, 0.35, cracked.at(s, t));
-        // Plates curl up slightly towards their cracks.
+        // Plates of dry soil curl up slightly towards their cracks.
         let rim = 0.04 * (1.0 - smoothstep(0.05, 0.35, f2 - f1));
         let crack = 0.26 * (1.0 - smoothstep(0.01, 0.07, f2 - f1));
 
         let stones = pebbles.iter().fold(0.0f32, |highest, (size, some)| highest.max(size * some.height(s, t)));
-        // A stone is embedded in the soil and bridges the cracks.
+        // A stone lies in the soil and bridges the cracks.
         let bare = 1.0 - smoothstep(0.0, 0.03, stones);
         ground + grain + patches * (rim - crack) * bare + stones
     }))
@@ -168,19 +170,19 @@ pub fn soil(width: u32, height: u32, seed: u32) -> HeightMap {
 struct Pebbles {
     cells: i32,
     shapes: Scattered<Option<Pebble>>,
-    /// Position offsets for irregular outlines, from noise finer than a pebble.
+    /// The offsets that make outlines irregular, from noise that is finer than a pebble.
     shifts: [Fractal; 2],
 }
 
 struct Pebble {
     radius: f32,
-    /// Cosine and sine of the long axis of a pebble.
+    /// The cosine and sine of the direction of a pebble's long axis.
     rotation: [f32; 2],
     aspect: f32,
 }
 
 impl Pebbles {
-    /// `share` is the fraction of cells with a pebble.
+    /// Creates the pebbles. `share` is the fraction of cells that contain a pebble.
     fn new(seed: u32, cells: i32, share: f32) -> Self {
         let shape = |id: u32| {
             let random = |k: i32| unit(hash(id, k, 0));
@@ -204,7 +206,7 @@ impl Pebbles {
             let across = (cos * py - sin * px) / (radius * aspect);
             let d2 = along * along + across * across;
             if d2 < 1.0 {
-                // A flattened dome with a steep rim of finite slope.
+                // A pebble is a flattened dome whose rim is steep but has a finite slope.
                 highest = highest.max(radius / 0.46 * (1.0 - d2) * (1.0 + 0.5 * d2));
             }
         });
@@ -217,7 +219,7 @@ mod tests {
     use super::super::{LeadrMap, Wrap};
     use super::*;
 
-    /// Returns the largest height step between neighbours, inside the map and across its seam.
+    /// Returns the largest height step between neighbours inside the map, and the largest step across its seam.
     fn steps(map: &HeightMap) -> (f32, f32) {
         let (w, h) = (map.width, map.height);
         let (mut inside, mut seam) = (0.0f32, 0.0f32);
@@ -273,7 +275,7 @@ mod tests {
                 |n: i32| map.texels.iter().map(|&h| f64::from(h).powi(n)).sum::<f64>() / map.texels.len() as f64;
             let (_, sigma) = mean_and_sigma(&map);
             let ratios = sigma.map(|s| (s / f64::from(slope)).powi(2));
-            // The tolerance is five standard deviations of one map.
+            // The tolerance is five standard deviations of the variance of one map.
             assert!(ratios.iter().all(|r| (r - 1.0).abs() < 5.0 * 2.5 * f64::from(feature)), "seed {seed}: {ratios:?}");
             slope_ratio += (ratios[0] + ratios[1]) / 2.0 / f64::from(seeds);
             height_ratio += moment(2) / (2.0 * f64::from(slope * feature).powi(2)) / f64::from(seeds);

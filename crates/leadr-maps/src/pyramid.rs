@@ -6,13 +6,13 @@ use rayon::prelude::*;
 
 use crate::MapFault;
 
-/// A row of texels, channels interleaved.
+/// A row of texels with interleaved channels.
 pub(super) type Row = Vec<f32>;
 
-/// Callback for finished rows, with arguments level, first row, and rows.
+/// A callback for finished rows. The arguments are the level, the first row, and the rows.
 pub(super) type Emit<'a> = dyn FnMut(usize, u32, &[Row]) -> Result<(), MapFault> + 'a;
 
-/// Returns the sizes of all levels: sides are halved and rounded down until both are 1.
+/// Returns the sizes of all levels. Sides are halved and rounded down until both are 1.
 pub(super) fn level_sizes(size: [u32; 2]) -> Vec<[u32; 2]> {
     let mut sizes = vec![size];
     while let Some(&[w, h]) = sizes.last().filter(|s| s[0] > 1 || s[1] > 1) {
@@ -21,7 +21,7 @@ pub(super) fn level_sizes(size: [u32; 2]) -> Vec<[u32; 2]> {
     sizes
 }
 
-/// Filter taps along one axis for a texel of the next level: the first source texel, and weights that sum to 1.
+/// The filter taps of a texel of the next level along one axis: the first source texel, and weights that sum to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Taps {
     pub first: usize,
@@ -30,7 +30,7 @@ pub(super) struct Taps {
 }
 
 impl Taps {
-    /// Returns the taps for every texel of the level below a level of `from` texels.
+    /// Returns the taps for every texel of the next level. `from` is the number of texels along this level.
     pub fn of_level(from: u32) -> Vec<Self> {
         let half = from / 2;
         let odd = |i: u32| [half - i, half, i + 1].map(|weight| weight as f32 * (1.0 / from as f32));
@@ -56,23 +56,22 @@ impl Taps {
     }
 }
 
-/// Downsampling state of one level.
+/// The downsampling state of one level.
 struct Step {
-    /// Taps for each column and row of the next level.
+    /// The taps for each column and row of the next level.
     columns: Vec<Taps>,
     rows: Vec<Taps>,
     pending: VecDeque<Row>,
-    /// Row index in this level of the first row in `pending`.
+    /// The row of this level that is first in `pending`.
     first: usize,
-    /// Index of the next row to emit.
+    /// The index of the next row to emit.
     next: usize,
 }
 
-/// Mip pyramid by area averages in the order of the moments pass, so results are bit-exact.
+/// A mip pyramid by area averages. Sums use the order of the moments pass, so results are bit-exact.
 pub(super) struct Pyramid {
     channels: usize,
     steps: Vec<Step>,
-    /// Number of finished rows per level.
     done: Vec<u32>,
 }
 
@@ -89,7 +88,7 @@ impl Pyramid {
         Self { channels, steps: sizes.windows(2).map(step).collect(), done: vec![0; sizes.len()] }
     }
 
-    /// Takes the next rows of level 0 and emits newly completed rows of every level.
+    /// Takes the next rows of level 0, and emits all rows of all levels that are now complete.
     pub(super) fn push(&mut self, mut rows: Vec<Row>, emit: &mut Emit<'_>) -> Result<(), MapFault> {
         for level in 0..self.done.len() {
             if rows.is_empty() {

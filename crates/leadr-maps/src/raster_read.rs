@@ -1,5 +1,6 @@
-//! PNG and JPEG to a [`Raster`] through the `image` crate. The size is checked before decompression. Palettes and greys of 1, 2
-//! or 4 bits expand to 8 bits. Interlacing and 16 bits are supported. Only the first frame of an animation is read.
+//! Decodes PNG and JPEG files to a [`Raster`] through the `image` crate. The size is checked before decompression. Palettes,
+//! and greys of 1, 2 or 4 bits, are expanded to 8 bits. Interlacing and 16 bits are supported. Only the first frame of an
+//! animation is read.
 
 use std::io::Cursor;
 
@@ -20,8 +21,8 @@ pub(super) fn is_raster(bytes: &[u8]) -> bool {
     is_jpeg(bytes) || is_png(bytes)
 }
 
-/// Whether the bytes start like a PNG. Only the letters `PNG` are checked, so that a signature damaged in transfer is reported
-/// as damage, not as an unknown format.
+/// Whether the bytes start like a PNG. Only the letters `PNG` are checked, so that a file whose signature was damaged in
+/// transfer is reported as damaged instead of unknown.
 pub(super) fn is_png(bytes: &[u8]) -> bool {
     bytes.len() >= 4 && &bytes[1..4] == b"PNG"
 }
@@ -34,7 +35,7 @@ fn is_jpeg(bytes: &[u8]) -> bool {
 /// bytes determine the format.
 ///
 /// # Errors
-/// Fails if the format is unsupported, the file is damaged, or it exceeds [`limits`].
+/// Fails if the format is unsupported, or if the file is damaged or exceeds [`limits`].
 pub fn decode_raster(bytes: &[u8]) -> Result<Raster, MapFault> {
     if is_jpeg(bytes) {
         return guarded("JPEG", || decode_jpeg(bytes));
@@ -74,7 +75,7 @@ pub(super) fn decode_png(bytes: &[u8]) -> Result<Raster, MapFault> {
 }
 
 fn decode_jpeg(bytes: &[u8]) -> Result<Raster, MapFault> {
-    // The decoder would fill missing rows with grey.
+    // The decoder fills missing rows with grey, so a truncated file is refused first.
     if !has_end(bytes) {
         return Err(MapFault::damaged("its JPEG data end early"));
     }
@@ -102,7 +103,7 @@ fn unpack(decoder: impl ImageDecoder, file_bytes: usize, remedy: &str) -> Result
     Raster::new(width, height, channels, samples)
 }
 
-/// Maps a decoder error to a `MapFault`. `remedy` is used for unsupported features.
+/// Converts a decoder error to a `MapFault`. `remedy` is used for unsupported features.
 fn fault(error: ImageError, remedy: &str) -> MapFault {
     match error {
         ImageError::Unsupported(reason) => MapFault::unsupported(one_line(&reason), remedy),
@@ -117,7 +118,7 @@ fn has_end(bytes: &[u8]) -> bool {
     let mut at = 2;
     while let Some(&[0xff, marker]) = bytes.get(at..at + 2) {
         match marker {
-            // After a start of scan, the data contain no markers except restarts.
+            // After a start of scan, the only markers in the data are restarts.
             0xda => return bytes[at..].windows(2).any(|pair| pair == [0xff, 0xd9]),
             0xff => at += 1,
             0x01 | 0xd0..=0xd8 => at += 2,

@@ -12,21 +12,21 @@ use super::checksum::checksum;
 
 type Record = Arc<Mutex<Vec<FileRead>>>;
 
-/// Records in progress, shared by all threads of the process.
+/// The records in progress, which all threads of the process share.
 static OPEN: Mutex<Vec<Record>> = Mutex::new(Vec::new());
 
 /// A file that was read.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct FileRead {
-    /// Path of the file.
+    /// The path of the file.
     pub path: PathBuf,
-    /// Checksum of the bytes that were read.
+    /// The checksum of the bytes that were read.
     pub checksum: u64,
 }
 
-/// Runs `work`. Returns its result and a sorted list of the files that any thread read meanwhile.
+/// Runs `work`. Returns its result, and a sorted list of the files that any thread read meanwhile.
 pub fn recorded<T>(work: impl FnOnce() -> T) -> (T, Vec<FileRead>) {
-    /// Guard that closes the record even if `work` panics.
+    /// A guard that closes the record even if `work` panics.
     struct Close(Record);
     impl Drop for Close {
         fn drop(&mut self) {

@@ -23,8 +23,8 @@ pub fn save_png_srgb8(path: impl AsRef<Path>, image: &Rgb8Image) -> Result<(), M
     write_atomic(path, &bytes)
 }
 
-/// Saves linear radiance as an 8-bit sRGB PNG through `tonemap`, times `exposure`. NaN texels become magenta
-/// ([`super::tonemap::display_srgb8`]).
+/// Saves linear radiance as an 8-bit sRGB PNG. The radiance is multiplied by `exposure` and converted by `tonemap`. NaN
+/// texels become magenta ([`super::tonemap::display_srgb8`]).
 pub fn save_png(path: impl AsRef<Path>, image: &RgbImage, exposure: f32, tonemap: Tonemap) -> Result<(), MapError> {
     save_png_srgb8(path, &display_image(image, exposure, tonemap))
 }
@@ -39,8 +39,8 @@ pub fn save_png_grey16(path: impl AsRef<Path>, map: &HeightMap, low: f32, high: 
 /// An EXR channel: a name such as `R`, `depth` or `color.R`, and `width * height` values.
 pub type Channel<'a> = (&'a str, &'a [f32]);
 
-/// Saves 32-bit float channels as an EXR (ZIP, scanlines). NaN and infinities are kept. Fails without channels, with empty or
-/// duplicate names or wrong lengths, or if the file cannot be written.
+/// Saves 32-bit float channels as an EXR (ZIP, scanlines). NaN and infinities are kept. Fails if there are no channels, if a
+/// name is empty or duplicate, if a length is wrong, or if the file cannot be written.
 pub fn save_exr(path: impl AsRef<Path>, width: u32, height: u32, channels: &[Channel<'_>]) -> Result<(), MapError> {
     let bytes = encode_exr(width, height, channels).map_err(|f| f.in_file(&path))?;
     write_atomic(path, &bytes)
@@ -60,7 +60,7 @@ pub fn encode_png_srgb8(image: &Rgb8Image) -> Result<Vec<u8>, MapFault> {
 /// Encodes the file of [`save_png_grey16`] in memory.
 pub fn encode_png_grey16(map: &HeightMap, low: f32, high: f32) -> Result<Vec<u8>, MapFault> {
     let scale = if high > low { 65535.0 / (f64::from(high) - f64::from(low)) } else { 0.0 };
-    // The float-to-integer cast saturates.
+    // The cast from float to integer saturates.
     let quantise = |h: f32| ((f64::from(h) - f64::from(low)) * scale).round() as u16;
     let samples: Vec<u8> = map.texels.iter().flat_map(|&h| quantise(h).to_ne_bytes()).collect();
     encode_png(&samples, [map.width, map.height], ExtendedColorType::L16)
@@ -113,7 +113,7 @@ fn encode_exr_with(
         let text = text.ok_or_else(|| refuse(format!("`{}` is not a valid channel name", shown(name))))?;
         list.push(AnyChannel::new(text, FlatSamples::F32(values.to_vec())));
     }
-    // Increasing line order and one thread make the bytes deterministic.
+    // Increasing line order and a single thread make the bytes deterministic.
     let encoding =
         Encoding { compression: Compression::ZIP16, blocks: Blocks::ScanLines, line_order: LineOrder::Increasing };
     let size = Vec2(width as usize, height as usize);

@@ -2,29 +2,29 @@
 
 use std::sync::LazyLock;
 
-/// Returns the display code, 0 to 1, of a linear value, clamped to 0..1.
+/// Returns the display code of a linear value, from 0 to 1. The value is clamped to 0..1.
 pub fn srgb_from_linear(x: f32) -> f32 {
     let x = x.clamp(0.0, 1.0);
     if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 }
 }
 
-/// Inverse of [`srgb_from_linear`] on 0 to 1.
+/// Returns the linear value of a display code. Inverse of [`srgb_from_linear`].
 pub fn linear_from_srgb(code: f32) -> f32 {
     let code = code.clamp(0.0, 1.0);
     if code <= 0.040_45 { code / 12.92 } else { ((code + 0.055) / 1.055).powf(2.4) }
 }
 
-/// Returns the nearest 8-bit display code of a linear value, clamped to 0..1.
+/// Returns the nearest 8-bit display code of a linear value. The value is clamped to 0..1.
 pub fn srgb8_from_linear(x: f32) -> u8 {
     let (codes, x) = (&*CODES, x.clamp(0.0, 1.0));
     let code = codes.first[((x * STEPS as f32) as usize).min(STEPS - 1)];
     code + u8::from(code < u8::MAX && x >= codes.least[usize::from(code) + 1])
 }
 
-/// Conversion table. Without it, `powf` for every channel of every texel would dominate saving.
+/// The conversion table. Without the table, a `powf` for every channel of every texel would dominate the time to save.
 static CODES: LazyLock<Codes> = LazyLock::new(Codes::new);
 
-/// Number of linear intervals in the table. No interval spans more than two codes.
+/// The number of linear intervals in the table. No interval spans more than two codes.
 const STEPS: usize = 4096;
 
 struct Codes {
@@ -35,7 +35,7 @@ struct Codes {
 impl Codes {
     fn new() -> Self {
         let code = |x: f32| (srgb_from_linear(x) * 255.0 + 0.5) as u8;
-        // Positive floats sort like their bit patterns.
+        // Positive floats have the same order as their bit patterns.
         let least = |wanted: usize| {
             let (mut below, mut above) = (0u32, 1f32.to_bits());
             while above - below > 1 {
@@ -67,7 +67,7 @@ mod tests {
             let x = i as f32 / 2e6 * 1.02 - 0.01;
             assert_eq!(srgb8_from_linear(x), of_curve(x), "{x}");
         }
-        // Test both sides of every code boundary.
+        // The test covers both sides of every code boundary.
         for least in CODES.least.into_iter().skip(1) {
             for x in [least.next_down(), least, least.next_up()] {
                 assert_eq!(srgb8_from_linear(x), of_curve(x), "{x}");

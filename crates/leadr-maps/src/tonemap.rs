@@ -3,21 +3,21 @@
 use super::srgb::srgb_from_linear;
 use super::{Rgb8Image, RgbImage};
 
-/// Filmic curve from linear 0..∞ to 0..1 per channel: Narkowicz's rational fit (2015) of the ACES reference rendering. The
-/// curve is monotone, with slope 0.03/0.14 at 0. It maps 0.18 to 0.267, 1 to 0.80, and negative values to 0.
+/// Maps linear 0..∞ to 0..1 per channel by a filmic curve, Narkowicz's rational fit (2015) of the ACES reference rendering.
+/// The curve is monotone and has slope 0.03/0.14 at 0. The curve maps 0.18 to 0.267, 1 to 0.80, and negative values to 0.
 pub fn filmic(x: f32) -> f32 {
-    // Beyond 1e4 the fraction equals its limit in 32 bits, and x² could overflow.
+    // Above 1e4 the 32-bit fraction equals its limit, and a much larger x² would overflow.
     let x = x.clamp(0.0, 1e4);
     (x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)).min(1.0)
 }
 
-/// Tonemapping operator. The numbers match the shader.
+/// A tonemapping operator, with the number that the shader uses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 #[repr(i32)]
 pub enum Tonemap {
-    /// Clamping to 0..1.
+    /// Clamps values to 0..1.
     Clamp = 0,
-    /// The [`filmic`] curve per channel. Image comparisons use it.
+    /// The [`filmic`] curve per channel, which image comparisons use.
     #[default]
     Filmic = 1,
     /// The [`aces`] operator.
@@ -27,13 +27,13 @@ pub enum Tonemap {
 }
 
 impl Tonemap {
-    /// Default operator for display.
+    /// The default operator for display.
     pub const SHOWN: Self = Self::Agx;
 
     /// All operators.
     pub const ALL: [Self; 4] = [Self::Agx, Self::Aces, Self::Filmic, Self::Clamp];
 
-    /// Returns the name on the command line.
+    /// Returns the name that the command line uses.
     pub fn name(self) -> &'static str {
         match self {
             Self::Clamp => "clamp",
@@ -53,7 +53,7 @@ impl Tonemap {
         }
     }
 
-    /// Converts linear radiance after exposure to linear display values, 0 to 1 per channel.
+    /// Converts linear radiance after exposure to linear display values from 0 to 1.
     pub fn display(self, color: [f32; 3]) -> [f32; 3] {
         match self {
             Self::Clamp => color.map(|v| v.clamp(0.0, 1.0)),
@@ -68,9 +68,9 @@ fn times(rows: [[f32; 3]; 3], color: [f32; 3]) -> [f32; 3] {
     rows.map(|row| row[0] * color[0] + row[1] * color[1] + row[2] * color[2])
 }
 
-/// Stephen Hill's fit of the ACES reference rendering and its sRGB output transform. The curve applies in wide primaries, so
-/// bright saturated colours desaturate instead of clipping per channel. The exposure matches [`filmic`], so 0.18 maps to about
-/// the same grey.
+/// Applies Stephen Hill's fit of the ACES reference rendering and its sRGB output transform. The curve is applied in wide
+/// primaries, so bright saturated colours desaturate instead of clipping per channel. The exposure matches [`filmic`], so
+/// 0.18 maps to about the same grey.
 pub fn aces(color: [f32; 3]) -> [f32; 3] {
     const INTO: [[f32; 3]; 3] = [[0.59719, 0.35458, 0.04823], [0.07600, 0.90834, 0.01566], [0.02840, 0.13383, 0.83777]];
     const OUT: [[f32; 3]; 3] =
@@ -80,11 +80,11 @@ pub fn aces(color: [f32; 3]) -> [f32; 3] {
     times(OUT, wide.map(curve)).map(|v| v.clamp(0.0, 1.0))
 }
 
-/// Exposure that makes [`aces`] as bright as [`filmic`] at 0.18.
+/// The exposure at which [`aces`] is as bright as [`filmic`] at 0.18.
 const ACES_EXPOSURE: f32 = 2.01;
 
-/// Troy Sobotka's AgX in Benjamin Wrensch's polynomial form, with the "punchy" look: a logarithmic curve over 16.5 stops.
-/// Primaries are compressed before the curve and expanded after it.
+/// Applies Troy Sobotka's AgX with the "punchy" look, in Benjamin Wrensch's polynomial form. A logarithmic curve covers 16.5
+/// stops. Primaries are compressed before the curve and expanded after it.
 pub fn agx(color: [f32; 3]) -> [f32; 3] {
     const INTO: [[f32; 3]; 3] = [
         [0.842_479_06, 0.078_433_6, 0.079_223_745],
@@ -105,18 +105,17 @@ pub fn agx(color: [f32; 3]) -> [f32; 3] {
     let strong = even.map(|v| v.max(0.0).powf(AGX_POWER));
     let grey = 0.2126 * strong[0] + 0.7152 * strong[1] + 0.0722 * strong[2];
     let vivid = strong.map(|v| grey + AGX_SATURATION * (v - grey));
-    // The output is encoded for a display gamma of 2.2.
+    // The result is encoded for a display gamma of 2.2 and must be decoded.
     times(OUT, vivid).map(|v| v.clamp(0.0, 1.0).powf(2.2))
 }
 
-/// Exponent of the punchy look.
 const AGX_POWER: f32 = 1.35;
 const AGX_SATURATION: f32 = 1.4;
-/// Exposure that makes [`agx`] as bright as [`filmic`] at 0.18.
+/// The exposure at which [`agx`] is as bright as [`filmic`] at 0.18.
 const AGX_EXPOSURE: f32 = 2.24;
 
-/// Returns the sRGB codes of a linear colour times `exposure` (a factor, not stops). A texel with a NaN channel becomes
-/// magenta, so that it is visible. Infinity becomes white.
+/// Returns the sRGB codes of a linear colour multiplied by `exposure`, which is not in stops. A colour with a NaN channel
+/// becomes magenta, which makes it visible. Infinity becomes white.
 pub fn display_srgb8(color: [f32; 3], exposure: f32, tonemap: Tonemap) -> [u8; 3] {
     rounded_srgb8(color, exposure, tonemap, [0.0; 3])
 }

@@ -1,4 +1,4 @@
-//! Image types and checks of their texels.
+//! Image types, and checks of the texel values.
 
 use super::limits::{MAX_HEIGHT, MAX_RADIANCE};
 use super::srgb::linear_of_srgb8;
@@ -7,26 +7,26 @@ use super::{MapFault, Wrap};
 /// A row-major image with row 0 on top.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Image<T> {
-    /// Width in texels.
+    /// The width in texels.
     pub width: u32,
-    /// Height in texels.
+    /// The height in texels.
     pub height: u32,
-    /// `width * height` texels, row-major.
+    /// The `width * height` texels in row-major order.
     pub texels: Vec<T>,
 }
 
-/// Heights over texture space. PNG heights are 0 to 1, and EXR heights are as stored and may be negative. All heights are
-/// finite, and there is at least one texel.
+/// A map of heights over texture space. PNG heights are from 0 to 1. EXR heights are as stored and may be negative. All
+/// heights are finite, and there is at least one texel.
 pub type HeightMap = Image<f32>;
 
-/// Image of linear Rec.709 colours or radiance.
+/// An image of linear Rec.709 colours or radiance.
 pub type RgbImage = Image<[f32; 3]>;
 
-/// Image of 8-bit sRGB codes.
+/// An image of 8-bit sRGB codes.
 pub type Rgb8Image = Image<[u8; 3]>;
 
 impl<T> Image<T> {
-    /// Refuses empty images and texel counts that do not match `width` x `height`.
+    /// Creates an image. Refuses empty images, and texel counts that are not `width * height`.
     fn filled(width: u32, height: u32, texels: Vec<T>) -> Result<Self, MapFault> {
         if width == 0 || height == 0 {
             return Err(MapFault::Empty { width: width.into(), height: height.into() });
@@ -40,7 +40,7 @@ impl<T> Image<T> {
 }
 
 impl<T: Copy> Image<T> {
-    /// Returns the texel at column `x`, row `y`. Panics outside the image.
+    /// Returns the texel at column `x` and row `y`. Panics outside the image.
     pub fn at(&self, x: u32, y: u32) -> T {
         assert!(x < self.width, "column {x} of an image {} wide", self.width);
         self.texels[(y * self.width + x) as usize]
@@ -57,8 +57,8 @@ impl HeightMap {
         (self.texels.iter().map(|&h| f64::from(h)).sum::<f64>() / self.texels.len() as f64) as f32
     }
 
-    /// Creates a height map. Fails if a side is 0, the length is not `width * height`, or a height is not finite or exceeds
-    /// [`MAX_HEIGHT`]; the error gives its position.
+    /// Creates a height map. Fails if a side is 0, if the length is not `width * height`, or if a height is not finite or
+    /// exceeds [`MAX_HEIGHT`]. The error gives the position of the height.
     pub fn new(width: u32, height: u32, texels: Vec<f32>) -> Result<Self, MapFault> {
         let map = Self::filled(width, height, texels)?;
         match map.texels.iter().position(|h| !(-MAX_HEIGHT..=MAX_HEIGHT).contains(h)) {
@@ -78,18 +78,19 @@ impl HeightMap {
 }
 
 impl RgbImage {
-    /// Creates an image of linear colours. Fails if a side is 0 or the length is not `width * height`. Values are not checked,
-    /// since a render may contain NaN; see [`RgbImage::check_radiance`].
+    /// Creates an image of linear colours. Fails if a side is 0 or the length is not `width * height`. Values are not
+    /// checked, because a render may contain NaN. [`RgbImage::check_radiance`] checks them.
     pub fn new(width: u32, height: u32, texels: Vec<[f32; 3]>) -> Result<Self, MapFault> {
         Self::filled(width, height, texels)
     }
 
-    /// Fails with the position of the first value that is not finite.
+    /// Checks that all values are finite. The error gives the position of the first other value.
     pub fn check_finite(&self) -> Result<(), MapFault> {
         self.check(|v| v.is_finite(), "every value must be finite")
     }
 
-    /// Fails with the position of the first value that is not finite, negative, or above [`MAX_RADIANCE`].
+    /// Checks that all values are finite, not negative, and at most [`MAX_RADIANCE`]. The error gives the position of the
+    /// first other value.
     pub fn check_radiance(&self) -> Result<(), MapFault> {
         let remedy = "radiance must be finite, not negative and at most 1e18";
         self.check(|v| (0.0..=MAX_RADIANCE).contains(&v), remedy)
@@ -121,7 +122,7 @@ impl Rgb8Image {
         Self::filled(width, height, texels)
     }
 
-    /// Converts the colours to linear values, 0 to 1.
+    /// Converts the colours to linear values from 0 to 1.
     pub fn to_linear(&self) -> RgbImage {
         let table = linear_of_srgb8();
         let texels = self.texels.iter().map(|t| t.map(|code| table[code as usize])).collect();

@@ -1,15 +1,15 @@
-//! Fitted materials as JSON files, written by `leadr fit` and read by every command.
+//! Stores fitted materials as JSON files. `leadr fit` writes the files, and every command reads them.
 //!
 //! | field | content |
 //! |---|---|
 //! | `format`, `version` | `"leadr fit"`, 1 |
-//! | `masking` | `smith`, `vgroove` or `normal-map`: masking model of the fit |
-//! | `diffuse` | albedo of the diffuse base, linear RGB |
-//! | `fresnel` | reflectances of the facets at even steps of the difference angle from 0 to 90°, linear RGB |
-//! | `density` | densities of facet normals at `θ = (i/n)² 90°`; if anisotropic, one row per azimuth `k/rows` of a turn |
-//! | `lobes` | Gaussian lobes of the same slopes: `share` and `covariance` `[xx, yy, xy]` |
+//! | `masking` | the masking model of the fit: `smith`, `vgroove` or `normal-map` |
+//! | `diffuse` | the albedo of the diffuse base, in linear RGB |
+//! | `fresnel` | the reflectances of the facets at even steps of the difference angle from 0 to 90°, in linear RGB |
+//! | `density` | the densities of facet normals at `θ = (i/n)² 90°`; if anisotropic, one row per azimuth `k/rows` of a turn |
+//! | `lobes` | the Gaussian lobes of the same slopes: `share` and `covariance` `[xx, yy, xy]` |
 //!
-//! Other fields (roughness, errors) are informative only.
+//! All other fields, such as roughness and errors, are informative only.
 
 use std::path::Path;
 
@@ -51,7 +51,7 @@ pub fn masking_name(masking: Masking) -> &'static str {
 }
 
 impl FitFile {
-    /// Returns the stored fields as JSON; callers may add informative fields.
+    /// Returns the stored fields as JSON. Callers may add informative fields.
     pub fn to_json(&self) -> Value {
         let facets = &self.brdf.facets;
         let step = std::f64::consts::FRAC_PI_2 / (FRESNEL_ANGLES - 1) as f64;

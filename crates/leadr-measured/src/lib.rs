@@ -1,4 +1,4 @@
-//! Measured materials on the CPU: reads the files of reflectance databases and evaluates them as a [`Brdf`].
+//! Evaluates measured materials on the CPU. The crate reads the files of reflectance databases, and evaluates them as a [`Brdf`].
 //!
 //! | file | database | content |
 //! |---|---|---|
@@ -7,7 +7,7 @@
 //! | `.bin` | UTIA (Filip and Vávra 2014) | anisotropic, every 15° and 7.5° ([`utia`]) |
 //! | `.csv` | any program | backscattering, or half and difference angles ([`table`]) |
 //!
-//! Directions follow [`leadr_reflectance`]; values are `f_r` in linear RGB per steradian, at least 0.
+//! Directions follow the conventions of [`leadr_reflectance`]. Values are `f_r` in linear RGB per steradian, at least 0.
 
 pub mod fit_file;
 pub mod merl;
@@ -99,7 +99,7 @@ fn has_extension(file: &Path, wanted: &str) -> bool {
     file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(wanted))
 }
 
-/// Returns the most specific fault for the file's name and length.
+/// Returns the most specific fault that the file's name and length allow.
 fn unrecognised(file: &Path, bytes: &[u8]) -> MapFault {
     let what = if has_extension(file, "binary") {
         merl::fault_of_start(bytes)

@@ -1,8 +1,8 @@
 //! The MERL database (Matusik, Pfister, Brand and McMillan 2003).
 //!
 //! A file holds three planes of doubles (R, G, B) over `θ_h`, `θ_d` and `φ_d`. Entry `(i, j, k)` is at `θ_h = (i/90)² 90°`, `θ_d = j°` and
-//! `φ_d = k°`. The units of R, G and B are 1/1500, 1.15/1500 and 1.66/1500. Entries for directions below the horizon are negative;
-//! interpolation uses only measured entries. Swapping the directions shifts `φ_d` by 180°, so only half a turn is stored.
+//! `φ_d = k°`. The units of R, G and B are 1/1500, 1.15/1500 and 1.66/1500. Entries for directions below the horizon are negative.
+//! Interpolation uses only measured entries. Swapping the directions shifts `φ_d` by 180°, so only half a turn is stored.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -22,7 +22,7 @@ const SCALE: [f64; 3] = [1.0 / 1500.0, 1.15 / 1500.0, 1.66 / 1500.0];
 /// A material of the MERL database.
 #[derive(Clone, Debug)]
 pub struct Merl {
-    /// The linear RGB values, negative if unmeasured.
+    /// The linear RGB values. Unmeasured values are negative.
     values: Vec<[f32; 3]>,
 }
 
@@ -76,7 +76,7 @@ impl Merl {
         let axes = [0, 1, 2].map(|axis| {
             let (coordinate, size) = (coordinates[axis], SIZE[axis]);
             let low = (coordinate.max(0.0) as usize).min(size - 1);
-            // φ_d is periodic; the other axes are clamped.
+            // φ_d is periodic, and the other axes are clamped.
             let high = if axis == 2 { (low + 1) % size } else { (low + 1).min(size - 1) };
             (size, [low, high], (coordinate - low as f64).clamp(0.0, 1.0))
         });
@@ -135,7 +135,7 @@ mod tests {
             // A shift of φ_d by half a turn swaps the directions.
             assert!((merl.value(wi, wo) - found).length() < 1e-6, "{h} {d} {p}");
         }
-        // Unmeasured entries use their neighbours.
+        // Unmeasured entries take the values of their measured neighbours.
         let (wo, wi) = directions(79.5, 2.0, 20.0);
         assert!((merl.value(wo, wi).x - entry(79.0, 2.0, 20.0)).abs() < 1e-4);
         let (wo, wi) = directions(80.0, 2.0, 20.0);

@@ -4,7 +4,7 @@
 //! visible normals are uniform:
 //!
 //! ```text
-//! f_r(wi, wo) cos θ_o = value(u) D(wm) / (4 σ(wi)),   u: the cumulative share of visible normals up to wm, along θ and φ
+//! f_r(wi, wo) cos θ_o = value(u) D(wm) / (4 σ(wi)),   where u is the cumulative share of visible normals up to wm, along θ and φ
 //! ```
 //!
 //! The file also has arrays for `D`, `σ` and the visible normals, all over `√(θ · 2/π)` and `(φ + π) / 2π`.
@@ -19,7 +19,7 @@ use leadr_maps::MapFault;
 use leadr_maps::shown::shown;
 
 const MAGIC: &[u8] = b"tensor_file\0";
-/// The maximum number of arrays in a file, larger than in any file of the database.
+/// The maximum number of arrays in a file. No file of the database has as many.
 const MOST_FIELDS: u32 = 64;
 const MOST_AXES: u16 = 8;
 
@@ -29,14 +29,14 @@ pub struct Rgl {
     description: String,
     phi_i: Vec<f64>,
     theta_i: Vec<f64>,
-    /// The symmetry factor of the light's azimuth: 1 if the file covers a full turn, 2 for half a turn and 4 for a quarter.
+    /// The symmetry factor of the light's azimuth. It is 1 if the file covers a full turn, 2 for half a turn, and 4 for a quarter turn.
     reduction: u32,
     jacobian: bool,
     ndf: Grid,
     sigma: Grid,
     /// The visible normals for each light direction.
     visible: Vec<Warp>,
-    /// The R, G and B grids in sequence, for each light direction.
+    /// The grids of each light direction, with its R, G and B grids in sequence.
     values: Vec<Grid>,
 }
 
@@ -45,7 +45,7 @@ pub fn is_rgl(bytes: &[u8]) -> bool {
     bytes.starts_with(MAGIC)
 }
 
-/// Bilinear values over the unit square, with at least 2 × 2 entries.
+/// A grid of at least 2 × 2 values over the unit square, with bilinear interpolation.
 #[derive(Clone, Debug)]
 struct Grid {
     width: usize,
@@ -61,7 +61,7 @@ impl Grid {
         f64::from(self.values[y * self.width + x])
     }
 
-    /// Returns the indices of the lower entries and the fractions beyond them.
+    /// Returns the column and row of the cell around a position, and the fractions of the position within the cell.
     fn cell(&self, at: DVec2) -> (usize, usize, f64, f64) {
         let along = |t: f64, n: usize| {
             let cell = if t > 0.0 { t.min(1.0) } else { 0.0 } * (n - 1) as f64;
@@ -110,8 +110,8 @@ impl Warp {
         Self { density, before, rows_before }
     }
 
-    /// Returns cumulative sums at a position: the square before its row, its row before the position, and its whole row. They are linear in
-    /// the density, so sums of several densities can be blended.
+    /// Returns three cumulative sums at a position: over the square before its row, over its row before the position, and over its whole
+    /// row. The sums are linear in the density, so the sums of several densities can be blended.
     fn shares(&self, at: DVec2) -> DVec3 {
         let (x, y, fx, fy) = self.density.cell(at);
         let w = self.density.width;
@@ -284,7 +284,7 @@ impl<'a> Fields<'a> {
         if first != leading || height < 2 || width < 2 {
             return Err(wrong());
         }
-        // Out-of-gamut colours may be negative; densities may not.
+        // Out-of-gamut colours may be negative, but densities may not.
         if name != "rgb" && floats.iter().any(|v| *v < -1e-3) {
             return Err(MapFault::damaged(format!("its array '{name}' has negative values")));
         }

@@ -1,10 +1,10 @@
-//! Measurements as `.csv` text, one per line, after a header line with the column names.
+//! Measurements in `.csv` text. A header line has the column names, and every other line has one measurement.
 //!
-//! * `theta,r,g,b` or `theta,value`: backscattering `f_r(o, o)` at angles to the normal. Other directions are not measured.
-//! * `theta_h,theta_d`, optionally `phi_d`, and then `r,g,b` or `value`: half and difference angles, as a full grid in any order. Without
-//!   `phi_d`, values do not depend on it.
+//! * `theta,r,g,b` or `theta,value`: the backscattering `f_r(o, o)` at angles to the normal. Such a table has no other directions.
+//! * `theta_h,theta_d`, optionally `phi_d`, and then `r,g,b` or `value`: half and difference angles, which form a full grid in any order.
+//!   Without `phi_d`, values do not depend on it.
 //!
-//! Angles are in degrees. Lines that start with `#` are comments. Values are interpolated linearly and stay constant beyond the ends.
+//! Angles are in degrees. Lines that start with `#` are comments. Values are interpolated linearly, and are constant beyond the ends.
 
 use glam::DVec3;
 
@@ -109,7 +109,7 @@ impl Table {
         let p = directions_to_half_difference(wo, wi);
         let mut phi = p.wd.y.atan2(p.wd.x).to_degrees().rem_euclid(360.0);
         let most = self.axes[2].last().copied().unwrap_or(0.0);
-        // Swapping the directions shifts φ_d by half a turn, so tables may omit the other half.
+        // Swapping the directions shifts φ_d by half a turn, so a table may omit the second half turn.
         if most <= 180.0 {
             phi = phi.rem_euclid(180.0);
         }
@@ -122,7 +122,7 @@ impl Table {
     }
 }
 
-/// Returns the angle in each leading column, and the number of channels.
+/// Returns which angle each leading column holds, and the number of channels.
 fn columns(names: &[&str]) -> Result<(Vec<usize>, usize), MapFault> {
     let (angles, rest): (&[usize], &[&str]) = match names {
         ["theta", rest @ ..] => (&[0], rest),

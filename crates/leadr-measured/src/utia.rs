@@ -1,8 +1,9 @@
 //! The UTIA database of anisotropic materials (Filip and Vávra 2014).
 //!
 //! A file holds three planes of doubles (R, G, B) over `θ` and `φ` of the light and of the viewer. `θ` has steps of 15° up to 75°, and `φ`
-//! has steps of 7.5°; the viewer's `φ` varies fastest. A value is 140 times the sRGB code of `f_r / 100`, decoded after interpolation as in
-//! the database's own programs. Beyond 75°, values are extrapolated from 60° and 75°. The few negative values become 0.
+//! has steps of 7.5°. The viewer's `φ` varies fastest. A value is 140 times the sRGB code of `f_r / 100`. As in the database's own
+//! programs, values are interpolated before they are decoded. Beyond 75°, values are extrapolated from 60° and 75°. The few negative values
+//! become 0.
 
 use glam::DVec3;
 
@@ -62,7 +63,7 @@ fn phi(w: DVec3) -> Axis {
     (PHIS, [low, (low + 1) % PHIS], at - low as f64)
 }
 
-/// Converts sRGB to linear; the curve continues above 1.
+/// Converts an sRGB code to a linear value. The curve continues above 1.
 fn decode(code: f64) -> f64 {
     if code <= 0.0 {
         0.0
@@ -98,7 +99,7 @@ mod tests {
         let utia = Utia::read(&bytes).unwrap();
         for (ti, pi, tv, pv) in [(0.0, 30.0, 15.0, 60.0), (20.0, 100.0, 40.0, 3.0), (74.0, 200.0, 80.0, 351.0)] {
             let found = utia.value(direction(tv, pv), direction(ti, pi));
-            // The normal direction has the azimuth 0.
+            // A direction along the normal has the azimuth 0.
             let expected = code(ti, if ti == 0.0 { 0.0 } else { pi }, tv, pv);
             assert!((found.x - SCALE * decode(expected)).abs() < 1e-3 * found.x, "{found} {expected}");
             assert!((found.z - SCALE * decode(expected / 3.0)).abs() < 1e-3 * found.z);

@@ -1,11 +1,11 @@
-//! Table values and interpolation.
+//! Reads and interpolates table values.
 
 use glam::DVec3;
 
 use super::bytes::doubles;
 use leadr_maps::{MapFault, limits};
 
-/// Returns the two indices around `at` in ascending `values`, and the fraction between them, clamped at the ends.
+/// Returns the two indices around `at` in ascending `values`, and the fraction between the two. Positions beyond the ends are clamped.
 pub fn bracket(values: &[f64], at: f64) -> (usize, usize, f64) {
     let last = values.len() - 1;
     let high = values.partition_point(|&v| v <= at).min(last);
@@ -14,9 +14,9 @@ pub fn bracket(values: &[f64], at: f64) -> (usize, usize, f64) {
     (low, high, if width > 0.0 { ((at - values[low]) / width).clamp(0.0, 1.0) } else { 0.0 })
 }
 
-/// Validates a reflectance, which must be finite and below any specular peak. Negative noise becomes 0.
+/// Validates a reflectance, which must be finite and at most 1e9. Negative noise becomes 0.
 pub fn reflectance(value: f64, location: impl FnOnce() -> String) -> Result<f64, MapFault> {
-    /// The bound is above the specular peak of α = 0.001.
+    /// The bound is higher than the specular peak of α = 0.001.
     const MOST: f64 = 1e9;
     if value.is_finite() && value <= MOST {
         Ok(value.max(0.0))
@@ -42,7 +42,7 @@ pub fn planes(
 /// A position along a grid axis: the number of entries, the two neighbouring entries, and the fraction between them.
 pub type Axis = (usize, [usize; 2], f64);
 
-/// Returns the grid entries around a position, last axis fastest, with their weights.
+/// Returns the grid entries around a position and their weights, for a grid whose last axis varies fastest.
 pub fn around<const N: usize>(axes: [Axis; N]) -> impl Iterator<Item = (usize, f64)> {
     (0..1usize << N).map(move |corner| {
         axes.iter().enumerate().fold((0, 1.0), |(index, share), (axis, &(entries, ends, t))| {

@@ -1,72 +1,73 @@
-//! Animations: curves over time, and the node properties that the curves drive.
+//! Animations. A curve gives values over time, and drives a property of a node.
 
 use glam::Quat;
 
 /// An animation.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Animation {
-    /// Name, empty if missing.
+    /// The name, or an empty string.
     pub name: String,
-    /// Animated properties. Each property of a node occurs at most once.
+    /// The animated properties. Each property of a node occurs at most once.
     pub channels: Vec<Channel>,
-    /// Curves that the channels refer to.
+    /// The curves that the channels refer to.
     pub curves: Vec<Curve>,
-    /// Time of the last key in seconds.
+    /// The time of the last key in seconds.
     pub duration: f32,
 }
 
 /// A property of a node that follows a curve.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Channel {
-    /// Index of the node.
+    /// The index of the node.
     pub node: usize,
     /// The animated property.
     pub property: Property,
-    /// Index in the animation's list of curves.
+    /// The index in the animation's list of curves.
     pub curve: usize,
 }
 
 /// An animated node property.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Property {
-    /// Translation: 3 numbers in metres.
+    /// The translation, as 3 numbers in metres.
     Translation,
-    /// Rotation: 4 numbers, a unit quaternion x y z w.
+    /// The rotation, as the 4 numbers of a unit quaternion x y z w.
     Rotation,
-    /// Scale: 3 factors.
+    /// The scale, as 3 factors.
     Scale,
-    /// Morph weights: one number per target of the node's mesh.
+    /// The morph weights, with one number per target of the node's mesh.
     Weights,
 }
 
-/// Interpolation between keys.
+/// How values between keys are interpolated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Interpolation {
-    /// Constant from each key to the next.
+    /// The value is constant from each key to the next.
     Step,
-    /// Linear interpolation. Rotations take the shorter arc at constant speed.
+    /// Values are interpolated linearly. Rotations take the shorter arc at constant speed.
     #[default]
     Linear,
-    /// Cubic Hermite spline. Rotations are normalised.
+    /// Values follow a cubic Hermite spline. Rotations are normalised.
     Cubic,
 }
 
-/// Values over time.
+/// A curve of values over time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
-    /// Interpolation between keys.
+    /// How values between keys are interpolated.
     pub interpolation: Interpolation,
-    /// Times of the keys in seconds: one or more, at least 0, increasing.
+    /// The times of the keys in seconds, in increasing order. There is at least one key, and no time is negative.
     pub times: Vec<f32>,
-    /// Count of numbers per value.
+    /// How many numbers form a value.
     pub width: usize,
-    /// One value per key. Cubic curves have three: in-tangent per second, value, out-tangent per second.
+    /// The values at the keys. Each key of a cubic curve has three: the in-tangent per second, the value, and the
+    /// out-tangent per second.
     pub values: Vec<f32>,
 }
 
 impl Curve {
-    /// Returns the value at a time, `width` numbers. Before the first and after the last key the value is constant. Rotations
-    /// are normalised.
+    /// Returns the value at a time as `width` numbers. Before the first key and after the last key the value is constant.
+    /// Rotations are normalised.
     ///
     /// # Panics
     /// Panics if `rotation` is set for a curve without four numbers per value.
@@ -79,7 +80,7 @@ impl Curve {
             return self.unit(self.value(if after == 0 { 0 } else { last }).to_vec(), rotation);
         }
         let (start, end) = (self.times[after - 1], self.times[after]);
-        // The fraction is 0 at the previous key and 1 at the next.
+        // The fraction is 0 at the previous key and 1 at the next key.
         let part = (seconds - start) / (end - start);
         let [before, next] = [after - 1, after].map(|key| self.value(key));
         let value = match self.interpolation {
@@ -105,7 +106,7 @@ impl Curve {
         &self.values[number * self.width..][..self.width]
     }
 
-    /// Interpolates between a key and the next key, `seconds` later.
+    /// Interpolates between a key and the next key, which is `seconds` later.
     fn spline(&self, key: usize, t: f32, seconds: f32) -> Vec<f32> {
         let (t2, t3) = (t * t, t * t * t);
         let (from, leave) = (2.0 * t3 - 3.0 * t2 + 1.0, (t3 - 2.0 * t2 + t) * seconds);

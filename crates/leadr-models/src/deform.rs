@@ -1,4 +1,4 @@
-//! Vertices of a posed model: morph targets, then joints, then the node transform.
+//! Computes the vertices of a posed model. Morph targets apply first, then joints, then the node transform.
 
 use glam::{DVec3, Mat3, Mat4, Vec3};
 
@@ -6,17 +6,17 @@ use super::mesh::{Influences, MorphTarget, Primitive};
 use super::model::Model;
 use super::pose::Pose;
 
-/// Vertices of a posed primitive in model space.
+/// The vertices of a posed primitive in model space.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PosedVertices {
-    /// Positions in metres.
+    /// The positions in metres.
     pub positions: Vec<[f32; 3]>,
-    /// Unit normals.
+    /// The unit normals.
     pub normals: Vec<[f32; 3]>,
-    /// Tangents in the format of the primitive; empty if missing.
+    /// The tangents in the format of the primitive, or an empty list if it has none.
     pub tangents: Vec<[f32; 4]>,
-    /// Whether the matrix mirrors, so that triangles are clockwise when seen from the front. For skinned vertices, the first
-    /// joint decides.
+    /// Whether the matrix mirrors. Triangles are then clockwise when seen from the front. For skinned vertices, the matrix
+    /// of the first joint decides.
     pub mirrored: bool,
 }
 
@@ -47,7 +47,7 @@ impl Model {
     /// Normals are transformed by the inverse transpose. Normals of flat primitives are recomputed.
     ///
     /// # Panics
-    /// Panics if the node has no mesh, the mesh has no such primitive, or the pose belongs to another model.
+    /// Panics if the node has no mesh, if the mesh has no such primitive, or if the pose belongs to another model.
     pub fn posed_vertices(&self, pose: &Pose, node: usize, primitive: usize) -> PosedVertices {
         let mirrored = self.is_mirrored(pose, node, primitive);
         let (primitive, joints) = self.rigged(pose, node, primitive);
@@ -104,10 +104,10 @@ fn morphed<'a>(
     sums
 }
 
-/// Transforms a normal by the cofactors of a matrix. Cofactors equal the inverse transpose times the determinant, but exist for
-/// singular matrices too. The sign is corrected for mirroring.
+/// Transforms a normal by the cofactors of a matrix. Cofactors equal the inverse transpose times the determinant, but also
+/// exist for singular matrices. The sign is corrected if the matrix mirrors.
 fn carried_normal(matrix: Mat3, normal: Vec3) -> Vec3 {
-    // The matrix is scaled first, since products of very small or large columns exceed 32 bits.
+    // The matrix is scaled first, because products of very small or very large columns exceed the range of 32 bits.
     let size = matrix.to_cols_array().into_iter().fold(0.0, |most: f32, v| most.max(v.abs()));
     let [x, y, z] = [matrix.x_axis, matrix.y_axis, matrix.z_axis].map(|column| column / size.max(f32::MIN_POSITIVE));
     let cofactors = Mat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
@@ -115,7 +115,7 @@ fn carried_normal(matrix: Mat3, normal: Vec3) -> Vec3 {
     carried.normalize_or(normal.normalize_or(Vec3::Z))
 }
 
-/// Returns the plane normals of triangles with unshared vertices, or +z for degenerate triangles.
+/// Returns the plane normals of triangles that share no vertices. The normal of a degenerate triangle is +z.
 pub(super) fn flat_normals(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Vec<[f32; 3]> {
     let mut normals = vec![[0.0, 0.0, 1.0]; positions.len()];
     for triangle in triangles {
@@ -125,7 +125,7 @@ pub(super) fn flat_normals(positions: &[[f32; 3]], triangles: &[[u32; 3]]) -> Ve
     normals
 }
 
-/// Returns the normal of a triangle times twice its area.
+/// Returns the normal of a triangle, multiplied by twice the triangle's area.
 pub(super) fn plane_normal(corners: [[f32; 3]; 3]) -> DVec3 {
     let [a, b, c] = corners.map(|corner| Vec3::from(corner).as_dvec3());
     (b - a).cross(c - a)

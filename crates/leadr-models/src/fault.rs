@@ -1,4 +1,4 @@
-//! Faults of models: one-line messages with the location in the file and the remedy.
+//! Faults of models. Each fault has a one-line message with the location in the file and the remedy.
 
 use std::path::PathBuf;
 
@@ -6,7 +6,7 @@ use leadr_maps::MapFault;
 pub(super) use leadr_maps::shown::shown;
 use leadr_maps::shown::shown_path;
 
-/// A fault and its file, displayed as one line: `FILE: what is wrong; remedy`.
+/// A fault together with its file. The message is one line: `FILE: what is wrong; remedy`.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: {fault}", shown_path(file))]
 pub struct ModelError {
@@ -29,7 +29,7 @@ pub enum ModelFault {
         #[source]
         source: std::io::Error,
     },
-    /// A directory, pipe or device where the model was expected.
+    /// The path is a directory, pipe or device instead of a model file.
     #[error("is not a regular file; give the path of a .glb or .gltf file")]
     NotAFile,
     /// The first bytes are neither a GLB header nor a JSON object.
@@ -38,15 +38,15 @@ pub enum ModelFault {
     /// The container or the JSON text cannot be read.
     #[error("is damaged: {what}; export or download it again")]
     Damaged {
-        /// The violation.
+        /// A description of the violation.
         what: String,
     },
     /// A part of the model violates a rule of glTF beyond repair.
     #[error("{location}: {what}; correct it with the help of a glTF validator, or export the model again")]
     Invalid {
-        /// The invalid part, such as `mesh 2, primitive 0`.
+        /// The location of the invalid part, such as `mesh 2, primitive 0`.
         location: String,
-        /// The rule and its violation.
+        /// The rule, and how the model violates the rule.
         what: String,
     },
     /// The model is valid but needs an unsupported feature.
@@ -54,7 +54,7 @@ pub enum ModelFault {
     Unsupported {
         /// The unsupported feature.
         what: String,
-        /// A supported alternative.
+        /// A supported alternative to the feature.
         remedy: String,
     },
     /// The model exceeds a limit of [`crate::limits`], or declares more data than the file can contain.
@@ -66,9 +66,9 @@ pub enum ModelFault {
     /// A file of the model is missing or may not be read.
     #[error("{location}: the file \"{uri}\" {what}; put it into the model's folder, or pack the model into one .glb")]
     Missing {
-        /// The part that refers to the file.
+        /// The location of the part that refers to the file.
         location: String,
-        /// Name of the file as written in the model.
+        /// The name of the file as written in the model.
         uri: String,
         /// The reason why the file cannot be read.
         what: String,
@@ -87,7 +87,7 @@ pub enum ModelFault {
     Image {
         /// The location of the image, with its name if it has one.
         location: String,
-        /// The fault of the image.
+        /// The fault of the image file.
         #[source]
         fault: MapFault,
     },

@@ -1,6 +1,6 @@
 //! Models on the CPU: reads untrusted glTF 2.0 files, poses them, and computes vertex positions.
 //!
-//! A [`Model`] is plain data in glTF coordinates (metres, y up, counter-clockwise fronts). Its materials are those of
+//! A [`Model`] is plain data in glTF coordinates (metres, y up, counter-clockwise fronts). The materials are those of
 //! [`leadr_maps::material`]. The crate does not depend on Vulkan.
 //!
 //! ```no_run

@@ -5,27 +5,27 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::fault::ModelFault;
 
-/// Maximum bytes of all buffers together, including files and data URIs.
+/// The maximum size in bytes of all buffers together, including files and data URIs.
 pub const MAX_BUFFER_BYTES: u64 = 1 << 30;
-/// Maximum number of JSON objects in a model. A node, accessor or animation channel takes one to three objects.
+/// The maximum number of JSON objects in a model. A node, accessor or animation channel takes one to three objects.
 pub const MAX_OBJECTS: usize = 1 << 20;
-/// Maximum number of values in all JSON arrays and objects.
+/// The maximum number of values in all JSON arrays and objects.
 pub const MAX_VALUES: usize = 1 << 23;
-/// Maximum number of joints of a skin: the range of 16-bit vertex indices.
+/// The maximum number of joints of a skin, which is the range of 16-bit vertex indices.
 pub const MAX_JOINTS: usize = 1 << 16;
-/// Maximum number of morph targets of a mesh.
+/// The maximum number of morph targets of a mesh.
 pub const MAX_TARGETS: usize = 1 << 12;
-/// Maximum size of unpacked vertices, triangles and animation in bytes.
+/// The maximum size in bytes of unpacked vertices, triangles and animations.
 pub const MAX_UNPACKED_BYTES: u64 = 4 << 30;
-/// Unpacked bytes that any file may claim. Accessors without data are zeros, and parts may share data.
+/// The number of unpacked bytes that any file may request. Accessors without data are zeros, and parts may share data.
 const FREE_UNPACKED_BYTES: u64 = 128 << 20;
-/// Additional unpacked bytes allowed per byte of the buffers.
+/// The number of further unpacked bytes that are allowed per byte of the buffers.
 const MAX_EXPANSION: u64 = 64;
 /// Largest accepted coordinate, offset or scale. Squares and products of three stay finite in 32 bits.
 pub const MAX_COORDINATE: f32 = 1e12;
 pub(super) const COORDINATES: RangeInclusive<f32> = -MAX_COORDINATE..=MAX_COORDINATE;
 
-/// Remaining bytes that a model may unpack, shared by all threads.
+/// The number of bytes that a model may still unpack, shared by all threads.
 pub(super) struct Budget {
     left: AtomicU64,
     fault: String,

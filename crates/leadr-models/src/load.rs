@@ -1,4 +1,4 @@
-//! Loading of a [`Model`] from a path or from bytes.
+//! Loads a [`Model`] from a path or from bytes.
 
 use std::path::Path;
 
@@ -12,8 +12,9 @@ use leadr_maps::limits::{MAX_FILE_BYTES, format_bytes, read_file};
 /// Options for loading a model.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LoadOptions {
-    /// Whether missing or damaged images are replaced, with a message in [`Model::remarks`], instead of refusing the model.
-    /// Colours become a magenta check and numbers become their factor. Directions and heights are omitted.
+    /// Whether missing or damaged images are replaced, with a message in [`Model::remarks`]. Without `lenient`, the model is
+    /// refused. Colour images become a magenta checkerboard, and data images become the material's factor. Directions and
+    /// heights are omitted.
     pub lenient: bool,
     /// Treatment of links in the model's folder that lead out of it.
     pub links: OutsideLinks,
@@ -24,8 +25,8 @@ impl Model {
     /// files in the model's folder or its subfolders. [`LoadOptions::links`] allows links out of the folder.
     ///
     /// # Errors
-    /// Fails if the model or one of its files cannot be read, violates glTF beyond repair, requires an extension outside
-    /// [`super::EXTENSIONS_READ`], or exceeds [`super::limits`]. [`Model::remarks`] lists repairs.
+    /// Fails if the model or one of its files cannot be read. Also fails if the model violates glTF beyond repair, requires
+    /// an extension outside [`super::EXTENSIONS_READ`], or exceeds [`super::limits`]. [`Model::remarks`] lists repairs.
     pub fn load(path: impl AsRef<Path>, options: LoadOptions) -> Result<Self, ModelError> {
         let path = path.as_ref();
         let folder = path.parent().unwrap_or(Path::new(""));
@@ -36,7 +37,7 @@ impl Model {
             .map_err(|fault| ModelError { file: path.to_path_buf(), fault })
     }
 
-    /// Like [`Model::load`], but from the bytes of a file called `name`. Other files are read from `folder`, if given.
+    /// Like [`Model::load`], but decodes the bytes of a file called `name`. Other files are read from `folder`, if given.
     ///
     /// # Errors
     /// Returns the errors of [`Model::load`].

@@ -6,25 +6,26 @@ use super::animation::Animation;
 use super::mesh::Mesh;
 use leadr_maps::material::Material;
 
-/// Validated content of a model file. Every index is in range, every number is finite, and the nodes form a forest.
+/// The validated content of a model file. Every index is in range, every number is finite, and the nodes form a forest.
 ///
-/// Units are metres and radians, right-handed, y up. The front of a model faces +z. Triangles are counter-clockwise when seen
-/// from the front, except under mirroring matrices. Texture coordinates start at the top left.
+/// Lengths are in metres and angles in radians. The axes are right-handed with y up, and the front of a model faces +z.
+/// Triangles are counter-clockwise when seen from the front, except under mirroring matrices. Texture coordinates start at
+/// the top left.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Model {
-    /// File name without extension.
+    /// The file name without its extension.
     pub name: String,
     /// Scenes.
     pub scenes: Vec<SceneRoots>,
-    /// Default scene, if the file defines one.
+    /// The index of the default scene, if the file defines one.
     pub default_scene: Option<usize>,
     /// All nodes, in file order.
     pub nodes: Vec<Node>,
-    /// Node indices in an order with parents before children.
+    /// The node indices in an order with parents before children.
     pub order: Vec<usize>,
-    /// Meshes; several nodes may share one.
+    /// The meshes. Several nodes may share one mesh.
     pub meshes: Vec<Mesh>,
-    /// Materials of the file, followed by glTF's default material if a primitive needs it.
+    /// The materials of the file, followed by glTF's default material if a primitive needs it.
     pub materials: Vec<Material>,
     /// Skins.
     pub skins: Vec<Skin>,
@@ -34,55 +35,55 @@ pub struct Model {
     pub lights: Vec<Light>,
     /// Animations.
     pub animations: Vec<Animation>,
-    /// Messages for the user, one for each repair or ignored content.
+    /// Messages for the user, one for each repair or for each kind of ignored content.
     pub remarks: Vec<String>,
 }
 
 /// A scene.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SceneRoots {
-    /// Name, empty if missing.
+    /// The name, or an empty string.
     pub name: String,
-    /// Root nodes. Their descendants belong to the scene too.
+    /// The root nodes, whose descendants also belong to the scene.
     pub roots: Vec<usize>,
 }
 
 /// A node of the hierarchy.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Node {
-    /// Name, empty if missing.
+    /// The name, or an empty string.
     pub name: String,
-    /// Parent node.
+    /// The index of the parent node.
     pub parent: Option<usize>,
-    /// Child nodes.
+    /// The indices of the child nodes.
     pub children: Vec<usize>,
-    /// Default transform relative to the parent.
+    /// The default transform relative to the parent.
     pub transform: Transform,
-    /// Mesh of the node.
+    /// The index of the node's mesh.
     pub mesh: Option<usize>,
-    /// Skin of the mesh. A skinned mesh follows only its joints; the node's transform has no effect on it.
+    /// The index of the skin of the mesh. A skinned mesh follows only its joints, and ignores the node's transform.
     pub skin: Option<usize>,
-    /// Camera at this node, looking along -z with +y up.
+    /// The index of the camera at this node. The camera looks along -z with +y up.
     pub camera: Option<usize>,
-    /// Light at this node, shining along -z if it is directional.
+    /// The index of the light at this node. A directional light shines along -z.
     pub light: Option<usize>,
-    /// Default weights of the morph targets, one per target.
+    /// The default weights of the morph targets, one per target.
     pub weights: Vec<f32>,
 }
 
-/// Transform of a node relative to its parent.
+/// The transform of a node relative to its parent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Transform {
-    /// Scale, then rotation, then translation. Only nodes in this form can be animated.
+    /// A scale, then a rotation, then a translation. Only nodes with separate parts can be animated.
     Parts {
-        /// Translation in metres.
+        /// The translation in metres.
         translation: Vec3,
-        /// Unit quaternion.
+        /// The rotation as a unit quaternion.
         rotation: Quat,
-        /// Scale factors. Negative factors mirror.
+        /// The scale factors. Negative factors mirror the node.
         scale: Vec3,
     },
-    /// An affine matrix, `parent_from_node`.
+    /// The affine matrix `parent_from_node`.
     Matrix(Mat4),
 }
 
@@ -104,42 +105,42 @@ impl Transform {
 /// A skin.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Skin {
-    /// Name, empty if missing.
+    /// The name, or an empty string.
     pub name: String,
-    /// Joint nodes. Vertices refer to joints by the index in this list.
+    /// The joint nodes. A vertex refers to a joint by its index in this list.
     pub joints: Vec<usize>,
-    /// Affine matrix from mesh vertex space to joint space, for each joint.
+    /// The affine matrix of each joint from mesh vertex space to joint space.
     pub inverse_bind: Vec<Mat4>,
 }
 
-/// A camera, looking along -z with +y up.
+/// A camera, which looks along -z with +y up.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Camera {
-    /// Name, empty if missing.
+    /// The name, or an empty string.
     pub name: String,
-    /// Projection.
+    /// The projection.
     pub projection: Projection,
-    /// Near distance in metres, above 0 for perspective cameras.
+    /// The near distance in metres, which is above 0 for perspective cameras.
     pub near: f32,
-    /// Far distance in metres. `None` is infinite.
+    /// The far distance in metres. `None` means infinite.
     pub far: Option<f32>,
 }
 
-/// Projection of a camera.
+/// The projection of a camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
-    /// Perspective projection.
+    /// A perspective projection.
     Perspective {
-        /// Vertical field of view in radians, above 0 and below π.
+        /// The vertical field of view in radians, above 0 and below π.
         vertical_angle: f32,
-        /// Aspect ratio, width over height. `None` uses that of the picture.
+        /// The aspect ratio, width over height. `None` means the aspect ratio of the picture.
         aspect: Option<f32>,
     },
-    /// Orthographic projection.
+    /// An orthographic projection.
     Orthographic {
-        /// Half of the visible width in metres, not 0.
+        /// Half of the visible width in metres, which is not 0.
         half_width: f32,
-        /// Half of the visible height in metres, not 0.
+        /// Half of the visible height in metres, which is not 0.
         half_height: f32,
     },
 }
@@ -147,36 +148,37 @@ pub enum Projection {
 /// A light.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Light {
-    /// Name, empty if missing.
+    /// The name, or an empty string.
     pub name: String,
-    /// Linear Rec.709 colour, 0 or more.
+    /// The linear Rec.709 colour, whose components are at least 0.
     pub color: [f32; 3],
-    /// Luminous intensity in candela, or illuminance in lux for directional lights; at least 0.
+    /// The luminous intensity in candela, or the illuminance in lux for directional lights, at least 0.
     pub intensity: f32,
-    /// Type of light.
+    /// The type of light.
     pub kind: LightKind,
-    /// Distance in metres beyond which the light may be omitted. `None` is unlimited.
+    /// The distance in metres beyond which the light may be omitted. `None` means unlimited.
     pub range: Option<f32>,
 }
 
-/// Type of light.
+/// The type of a light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightKind {
-    /// Directional light along -z.
+    /// A directional light, which shines along -z.
     Directional,
-    /// Point light in all directions.
+    /// A point light, which shines in all directions.
     Point,
-    /// Spot light, a cone about -z.
+    /// A spot light, which shines in a cone about -z.
     Spot {
-        /// Angle from the axis in radians where the intensity starts to decrease, below `outer_angle`.
+        /// The angle from the axis, in radians and below `outer_angle`, where the intensity starts to decrease.
         inner_angle: f32,
-        /// Angle from the axis in radians where the light ends, at most π/2.
+        /// The angle from the axis, in radians and at most π/2, where the light ends.
         outer_angle: f32,
     },
 }
 
 impl Model {
-    /// Returns the visible nodes: those of the default scene, else of the first scene, else all. Parents precede children.
+    /// Returns the visible nodes, with parents before children: the nodes of the default scene, else of the first scene,
+    /// else all nodes.
     pub fn shown_nodes(&self) -> Vec<usize> {
         let Some(scene) = self.scenes.get(self.default_scene.unwrap_or(0)) else { return self.order.clone() };
         let mut shown = vec![false; self.nodes.len()];

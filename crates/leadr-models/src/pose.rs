@@ -1,24 +1,24 @@
-//! Pose of a model at one time: node transforms, morph weights and joint transforms.
+//! The pose of a model at one time: node transforms, morph weights and joint transforms.
 
 use glam::{Mat4, Quat, Vec3};
 
 use super::animation::Property;
 use super::model::{Model, Transform};
 
-/// Pose of a model at one time.
+/// The pose of a model at one time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pose {
-    /// Matrix from node space to model space, for each node.
+    /// The matrix of each node from node space to model space.
     pub world_from_node: Vec<Mat4>,
-    /// Weights of the morph targets of each node's mesh.
+    /// The weights of the morph targets of each node's mesh.
     pub weights: Vec<Vec<f32>>,
-    /// Matrix from mesh vertex space to model space, for each skin and each joint.
+    /// The matrix of each joint of each skin from mesh vertex space to model space.
     pub world_from_bind: Vec<Vec<Mat4>>,
 }
 
 impl Model {
-    /// Returns the pose at a time of an animation, or at rest. Outside its keys a curve keeps its first or last value. To loop,
-    /// pass `seconds` modulo the duration.
+    /// Returns the pose at a time of an animation, or the rest pose without an animation. A curve is constant before its
+    /// first key and after its last key. To loop, pass `seconds` modulo the duration.
     ///
     /// # Panics
     /// Panics if the animation does not exist.

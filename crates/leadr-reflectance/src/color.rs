@@ -1,4 +1,4 @@
-//! Colours in linear Rec. 709 RGB.
+//! Functions for colours in linear Rec. 709 RGB.
 
 use glam::DVec3;
 

@@ -27,12 +27,12 @@ pub fn frame_about(z: DVec3) -> Frame {
     Frame { x: DVec3::new(1.0 - z.x * z.x * a, xy, -z.x), y: DVec3::new(xy, 1.0 - z.y * z.y * a, -z.y), z }
 }
 
-/// Returns the frame coordinates of a world direction.
+/// Returns the coordinates of a world direction in the frame.
 pub fn to_frame(f: &Frame, world: DVec3) -> DVec3 {
     DVec3::new(world.dot(f.x), world.dot(f.y), world.dot(f.z))
 }
 
-/// Returns the world direction of frame coordinates.
+/// Returns the world direction that has these frame coordinates.
 pub fn from_frame(f: &Frame, local: DVec3) -> DVec3 {
     f.x * local.x + f.y * local.y + f.z * local.z
 }

@@ -1,8 +1,8 @@
-//! The mathematics of LEADR mapping and microfacet theory, in `f64`. This crate is the reference for the shaders and
-//! documents every equation. "LEADR" is the paper by Dupuy et al. (2013); "thesis" is Dupuy's thesis of 2015.
+//! The mathematics of LEADR mapping and microfacet theory, in `f64`. This crate is the reference for the shaders and documents every
+//! equation. "LEADR" means the paper by Dupuy et al. (2013), and "thesis" means Dupuy's thesis of 2015.
 //!
-//! Each module that the shaders need has an `f32` GLSL counterpart of the same name under `shaders-glsl/leadr`. Probes under
-//! `shaders-glsl/probes` compare their results. Function names and argument order are the same in both languages.
+//! Each module that the shaders need has an `f32` GLSL counterpart of the same name under `shaders-glsl/leadr`. Probe shaders under
+//! `shaders-glsl/probes` compare the results of the two versions. Function names and the order of arguments are the same in both languages.
 //!
 //! Start with [`shading`], which has one function for a light and one for an environment, and with [`prelude`]:
 //!
@@ -21,8 +21,8 @@
 //! # Conventions
 //!
 //! Directions are unit vectors pointing away from the surface, in the tangent frame of the macrosurface with z along the displacement
-//! direction: `wo` points to the viewer, `wi` to the light, `wh` is the half vector and `wn` the micronormal. A slope is
-//! `(-n.x / n.z, -n.y / n.z)`. `m` is the mean slope; `s` is the slope covariance as `(s_xx, s_yy, s_xy)`; `a` is a roughness matrix of
+//! direction: `wo` points to the viewer, `wi` points to the light, `wh` is the half vector, and `wn` is the micronormal. A slope is
+//! `(-n.x / n.z, -n.y / n.z)`. `m` is the mean slope, and `s` is the slope covariance as `(s_xx, s_yy, s_xy)`. `a` is a roughness matrix of
 //! `α²` terms in the same order, with `α² = 2σ²` for Gaussian slopes. Every function returns finite values for finite inputs, whether the
 //! surface is rough or smooth, front-facing or back-facing. The bounds in [`limits`] guarantee this.
 //!
@@ -78,7 +78,7 @@
 //! or the order-2 harmonics of the environment replace specular reflection (eq. 20–23; [`integrals::diffuse`], [`integrals::sh`],
 //! [`integrals::sh_projection`]). Three methods are more accurate than the grid: closed forms of the visible slopes ([`visible::slopes`]),
 //! two exponential terms for diffuse facets ([`visible::diffuse`]), and a few probes for specular facets ([`visible::specular`]). The
-//! quadrature studies of `leadr-lab` measure them all. [`mod@integrals::reference`] computes the converged integrals by [`quadrature`];
+//! quadrature studies of `leadr-lab` measure them all. [`mod@integrals::reference`] computes the converged integrals by [`quadrature`], and
 //! [`frame`] converts between frames.
 
 pub mod color;

@@ -1,4 +1,4 @@
-//! Types and functions that most programs need, including vectors: `use leadr_reflectance::prelude::*`.
+//! The types and functions that most programs need, including vectors. Import them with `use leadr_reflectance::prelude::*`.
 
 pub use super::facets::beckmann::Beckmann;
 pub use super::facets::fresnel::Fresnel;

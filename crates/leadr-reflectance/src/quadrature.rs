@@ -1,4 +1,4 @@
-//! Gauss–Legendre nodes, for reference integrals.
+//! Gauss–Legendre quadrature rules for reference integrals.
 
 /// Returns the `(node, weight)` pairs of the `n`-point Gauss–Legendre rule on `[−1, 1]`, in ascending order.
 pub fn gauss_legendre(n: usize) -> Vec<(f64, f64)> {

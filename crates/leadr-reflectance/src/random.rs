@@ -8,7 +8,8 @@ use std::f64::consts::TAU;
 pub struct Random(pub u64);
 
 impl Random {
-    /// Returns stream `index` of `seed`. Neighbouring indices give unrelated streams, so threads may draw numbers in any order.
+    /// Creates the stream with this `index` among the streams of `seed`. Neighbouring indices give unrelated streams, so threads may draw
+    /// numbers in any order.
     pub fn stream(seed: u64, index: u64) -> Self {
         let mixed = Self(seed ^ 0x5851_f42d_4c95_7f2d).bits();
         Self(Self(mixed ^ index.wrapping_mul(0xd605_1ccb_05a6_2b0f)).bits())
@@ -30,7 +31,7 @@ impl Random {
         low + (high - low) * self.unit()
     }
 
-    /// Draws a log-uniform number in `[low, high)`; both bounds must be positive.
+    /// Draws a log-uniform number in `[low, high)`. Both bounds must be positive.
     pub fn log(&mut self, low: f64, high: f64) -> f64 {
         self.range(low.ln(), high.ln()).exp()
     }
@@ -47,7 +48,7 @@ impl Random {
         [radius * cos, radius * sin]
     }
 
-    /// Draws a unit vector, uniform on the sphere.
+    /// Draws a unit vector that is uniformly distributed on the sphere.
     pub fn on_sphere(&mut self) -> DVec3 {
         let (z, phi) = (self.range(-1.0, 1.0), self.range(0.0, TAU));
         let r = (1.0 - z * z).max(0.0).sqrt();
@@ -95,7 +96,7 @@ mod tests {
             square += a * a / n as f64;
             cross += a * b / n as f64;
         }
-        // Four standard errors of the mean.
+        // The tolerance is four standard errors of the mean.
         assert!(mean.abs() < 4.0 * (1.0 / 12.0 / n as f64).sqrt(), "{mean}");
         assert!((square * 12.0 - 1.0).abs() < 4.0 * (0.8 / n as f64).sqrt(), "{square}");
         assert!(cross.abs() < 4.0 / 12.0 / (n as f64).sqrt(), "{cross}");

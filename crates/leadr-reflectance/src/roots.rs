@@ -1,6 +1,6 @@
-//! Roots of increasing functions of one variable.
+//! Finds roots of increasing functions of one variable.
 
-/// Returns the point between `low` and `high` where `below` stops holding, after `steps` bisections.
+/// Returns the point between `low` and `high` where `below` becomes false, after `steps` bisections.
 pub(crate) fn bisect(mut low: f64, mut high: f64, steps: u32, below: impl Fn(f64) -> bool) -> f64 {
     for _ in 0..steps {
         let middle = 0.5 * (low + high);
@@ -9,7 +9,8 @@ pub(crate) fn bisect(mut low: f64, mut high: f64, steps: u32, below: impl Fn(f64
     0.5 * (low + high)
 }
 
-/// Returns the root `x` in `[low, high]` of an increasing `f`, to rounding error, or the nearer end if it has none.
+/// Returns the root `x` in `[low, high]` of an increasing `f`, to rounding error. If the interval has no root, the result is the nearer
+/// end.
 ///
 /// The method is regula falsi with the Illinois modification (Dowell and Jarratt 1971). The bracket always holds the root, and nearly
 /// linear functions take a few steps. Bisection takes over if regula falsi stalls.
@@ -17,7 +18,7 @@ pub(crate) fn increasing_root(low: f64, high: f64, f: impl Fn(f64) -> f64) -> f6
     let (mut a, mut b) = (low, high);
     let (mut fa, mut fb) = (f(a), f(b));
     let mut above = None;
-    // NaN compares false here, so the function returns the upper end.
+    // A comparison with NaN is false, so the function then returns the upper end.
     if fa >= 0.0 {
         return low;
     }
@@ -31,7 +32,7 @@ pub(crate) fn increasing_root(low: f64, high: f64, f: impl Fn(f64) -> f64) -> f6
         if y == 0.0 || x <= a || x >= b || (b - a) <= 2.0 * f64::EPSILON * x.abs() {
             return x;
         }
-        // If one end stays for two steps, halve its function value to move the next chord away from it.
+        // If one end of the bracket stays for two steps, halve its function value. The next chord then ends further from this end.
         let again = above == Some(y > 0.0);
         above = Some(y > 0.0);
         if y > 0.0 {

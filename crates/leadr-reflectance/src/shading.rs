@@ -2,8 +2,8 @@
 //!
 //! Both functions use the masking and shadowing of [`Shadowing::Correlated`] and the two-term diffuse closed form of [`visible::diffuse`].
 //! The specular environment uses 16 probes ([`visible::shadowed_specular`]), and the diffuse environment uses a bent normal
-//! ([`visible::shadowed_environment`]). The renderer does the same by default. For other methods, call those modules directly.
-//! `leadr/shading.glsl` has the function for a light. In shaders, an environment needs texture lookups between the calls, as
+//! ([`visible::shadowed_environment`]). The renderer does the same by default. For other methods, call the functions of these modules
+//! directly. `leadr/shading.glsl` has the function for a light. In shaders, an environment needs texture lookups between the calls, as
 //! `leadr/visible/shadowed_specular.glsl` explains.
 //!
 //! ```
@@ -54,13 +54,13 @@ const PROBES: u32 = 16;
 pub struct Surface {
     /// The mean slope.
     pub mean_slope: DVec2,
-    /// The covariance `(s_xx, s_yy, s_xy)` of the relief's slopes, without the base material's roughness; clamped by [`clamp_covariance`].
+    /// The covariance `(s_xx, s_yy, s_xy)` of the relief's slopes, without the base material's roughness. [`clamp_covariance`] clamps it.
     pub slope_covariance: DVec3,
-    /// The Beckmann roughness `α` of the base material's specular term, ≥ 0.
+    /// The Beckmann roughness `α` of the base material's specular term, at least 0.
     pub roughness: f64,
-    /// The diffuse albedo: the re-emitted fraction of the light that enters the surface, in linear RGB, 0..1.
+    /// The diffuse albedo: the re-emitted fraction of the light that enters the surface, in linear RGB from 0 to 1.
     pub albedo: DVec3,
-    /// The reflectance at normal incidence, in linear RGB, 0..1.
+    /// The reflectance at normal incidence, in linear RGB from 0 to 1.
     pub f0: DVec3,
 }
 
@@ -72,8 +72,8 @@ impl Surface {
     }
 }
 
-/// Returns the radiance towards `wo` under one light from `wi`, in linear RGB per unit of the light's irradiance on a plane that faces it.
-/// `wo` and `wi` are unit vectors in the tangent frame, pointing away from the surface.
+/// Returns the radiance towards `wo` under one light from `wi`, in linear RGB per unit of the light's irradiance on a plane that faces the
+/// light. `wo` and `wi` are unit vectors in the tangent frame, pointing away from the surface.
 ///
 /// The diffuse term is `albedo (1 − F)`, where `F` is the mean Fresnel reflectance of the visible facets, because reflected light does not
 /// enter the surface. With an environment, the mean can also come from the probes of [`environment`], as in the renderer.
@@ -91,8 +91,8 @@ pub fn light(surface: &Surface, wo: DVec3, wi: DVec3) -> DVec3 {
 /// Returns the radiance towards `wo` under an environment, in linear RGB. `wo` is a unit vector in the tangent frame, and `frame` is the
 /// tangent frame in the world.
 ///
-/// `radiance` looks up a prefiltered cube map for a world direction and a kernel variance per axis, in radians²; see
-/// [`kernel_lod`](super::visible::kernel::kernel_lod). `harmonics` are the environment's radiance coefficients in the world, from
+/// `radiance` looks up a prefiltered cube map for a world direction and a kernel variance per axis, in radians² (see
+/// [`kernel_lod`](super::visible::kernel::kernel_lod)). `harmonics` are the environment's radiance coefficients in the world, from
 /// [`sh_projection`](super::integrals::sh_projection).
 ///
 /// ```
@@ -161,7 +161,7 @@ mod tests {
         assert!((light(&flat, wo, wi) / expected - DVec3::ONE).length() < 1e-3);
     }
 
-    /// No facet is shadowed if the viewer looks along the light. Both terms then equal the terms with masking alone; the diffuse term
+    /// No facet is shadowed if the viewer looks along the light. Both terms then equal the terms with masking alone. The diffuse term
     /// differs by the error of its two exponentials.
     #[test]
     fn along_the_light_nothing_is_shadowed() {

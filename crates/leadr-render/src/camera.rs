@@ -6,15 +6,15 @@ use glam::{Mat4, Quat, Vec2, Vec3};
 /// A pinhole camera in a z-up world with lengths in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// Position of the camera.
+    /// The position of the camera.
     pub position: Vec3,
     /// The point at the centre of the image, moved by `shift`.
     pub target: Vec3,
-    /// Up direction, which need not be perpendicular to the line of sight.
+    /// The up direction, which need not be perpendicular to the line of sight.
     pub up: Vec3,
-    /// Vertical field of view in radians, in `(0, π)`.
+    /// The vertical field of view in radians, between 0 and π.
     pub fov_y: f32,
-    /// Distance of the near plane, above 0.
+    /// The distance of the near plane, which must be above 0.
     pub near: f32,
     /// Offset of the image from the centre, in halves of its width and height, positive to the right and down. Zero puts the target
     /// at the centre.
@@ -28,21 +28,22 @@ impl Camera {
         Self { position, target, up: Vec3::Z, fov_y: fov_degrees.to_radians(), near, shift: Vec2::ZERO }
     }
 
-    /// Moves the camera along its line of sight to another distance from the target.
+    /// Moves the camera along its line of sight, so that the target is at another distance.
     pub fn at_distance(&self, distance: f32) -> Self {
         let direction = (self.position - self.target).normalize_or(Vec3::X);
         let near = (distance * 0.02).clamp(1e-3, 0.1);
         Self { position: self.target + direction * distance, near, ..*self }
     }
 
-    /// Orbits the camera about the vertical axis through its target, by an angle in degrees, counter-clockwise seen from above.
+    /// Orbits the camera about the vertical axis through its target. The angle is in degrees, counter-clockwise seen from above.
     pub fn rotated(&self, degrees: f32) -> Self {
         let rotation = Quat::from_rotation_z(degrees.to_radians());
         Self { position: self.target + rotation * (self.position - self.target), up: rotation * self.up, ..*self }
     }
 
-    /// Returns the matrix from world to Vulkan clip space (y down, depth 1 at the near plane and 0 at infinity) for an image of
-    /// `size` pixels. `jitter` is the offset of the sample in pixels, in `[-½, ½]²`, positive to the right and down.
+    /// Returns the matrix from world to Vulkan clip space for an image of `size` pixels. In clip space, y points down, and depth is
+    /// 1 at the near plane and 0 at infinity. `jitter` is the offset of the sample in pixels, in `[-½, ½]²`, positive to the right
+    /// and down.
     pub fn clip_from_world(&self, size: (u32, u32), jitter: Vec2) -> Mat4 {
         let aspect = size.0 as f32 / size.1 as f32;
         let (forward, up) = self.axes();
@@ -52,9 +53,9 @@ impl Camera {
         Mat4::from_translation(shift.extend(0.0)) * projection * view
     }
 
-    /// Returns the rays through the image, `[x, y, z]`. A point at `ndc` has the world direction `z + ndc.x · x + ndc.y · y`, whose
-    /// component along the line of sight is 1. A point of depth `d` lies at `near / d` times this direction from the camera. For
-    /// the arguments, see [`clip_from_world`](Self::clip_from_world).
+    /// Returns the rays through the image as three vectors `[x, y, z]`. A point at `ndc` has the world direction `z + ndc.x · x +
+    /// ndc.y · y`, whose component along the line of sight is 1. A point of depth `d` lies at `near / d` times this direction from
+    /// the camera. The arguments are those of [`clip_from_world`](Self::clip_from_world).
     pub fn rays(&self, size: (u32, u32), jitter: Vec2) -> [Vec3; 3] {
         let (forward, up) = self.axes();
         let right = forward.cross(up).normalize();
@@ -74,7 +75,7 @@ impl Camera {
         (forward, if level { forward.any_orthogonal_vector() } else { self.up })
     }
 
-    /// Returns the scale from lengths to pixels in an image that is `height` pixels high.
+    /// Returns the factor from lengths at unit distance to pixels, in an image that is `height` pixels high.
     pub fn lens(&self, height: u32) -> Lens {
         let focal_pixels = height as f32 / (2.0 * (self.fov_y * 0.5).tan());
         Lens { eye: self.position, focal_pixels, near: self.near }

@@ -1,4 +1,4 @@
-//! The renderer: surfaces, light, render passes, and the frame that orders the passes.
+//! The renderer, with its surfaces, light and render passes, and the frame that runs the passes in order.
 //!
 //! [`open_gpu`] opens a device with the renderer's shaders. A [`frame::Renderer`] draws a [`scene::FrameState`] of
 //! [`scene::Object`]s under an [`light::environment::Environment`].
@@ -20,10 +20,10 @@ use std::sync::Arc;
 use leadr_gpu::{Gpu, GpuError, GpuOptions};
 pub use leadr_shaders::constants;
 
-/// Opens a device. The renderer's shaders and descriptor sets are added to the ones in `options`.
+/// Opens a device. The shaders and descriptor sets of the renderer are added to those in `options`.
 ///
 /// # Errors
-/// Fails without a matching device, if the device lacks a required feature, or if a Vulkan call fails.
+/// Returns an error if no device matches, if the device lacks a required feature, or if a Vulkan call fails.
 pub fn open_gpu(options: &GpuOptions) -> Result<Arc<Gpu>, GpuError> {
     let mut options = options.clone();
     options.shaders.push(leadr_shaders::SHADERS);

@@ -12,9 +12,9 @@ pub struct PixelArea {
     pub left: u32,
     /// The first row.
     pub top: u32,
-    /// The column after the last one.
+    /// The column after the last column.
     pub right: u32,
-    /// The row after the last one.
+    /// The row after the last row.
     pub bottom: u32,
 }
 
@@ -38,9 +38,9 @@ impl PixelArea {
                 return Self::whole(size);
             }
             for (axis, ray) in [x, y].into_iter().enumerate() {
-                // Lengths are in units of half the image, at depth 1.
+                // Lengths are in units of half the image, on the plane at depth 1.
                 let (middle, radius_here) = (to.dot(ray) / ray.length_squared(), radius / ray.length());
-                // The nearest point of the sphere projects farthest out.
+                // The nearest point of the sphere is projected farthest outwards.
                 let seen =
                     |edge: f32, outward: f32| edge / if edge * outward > 0.0 { depth - radius } else { depth + radius };
                 low[axis] = low[axis].min(seen(middle - radius_here, -1.0));
@@ -56,12 +56,12 @@ impl PixelArea {
         Self { left: first.x, top: first.y, right: last.x, bottom: last.y }
     }
 
-    /// Counts the columns and rows.
+    /// Returns the numbers of columns and rows.
     pub fn size(&self) -> [u32; 2] {
         [self.right - self.left, self.bottom - self.top]
     }
 
-    /// Returns the scissor rectangle (x, y, width, height) of these pixels in an image with `grid` × `grid` samples per pixel.
+    /// Returns the scissor rectangle (x, y, width and height) for these pixels, in an image with `grid` × `grid` samples per pixel.
     pub fn scissor(&self, grid: u32) -> [u32; 4] {
         let [width, height] = self.size();
         [self.left, self.top, width, height].map(|v| v * grid)

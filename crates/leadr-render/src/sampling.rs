@@ -1,7 +1,7 @@
 //! Sample positions in a pixel.
 //!
-//! Every set is point-symmetric about the pixel centre, so the offsets sum to exactly zero and never shift the image. Each of its
-//! `count` columns and rows holds one sample.
+//! Every set of samples is point-symmetric about the centre of the pixel. The offsets therefore sum to exactly zero, and never
+//! shift the image. Each of the `count` columns and rows of the pixel holds one sample.
 
 use std::cell::Cell;
 use std::collections::BTreeSet;
@@ -10,12 +10,13 @@ use glam::Vec2;
 use leadr_reflectance::random::{Random, unit_of_bits};
 
 /// Returns the offset of sample `index` of `samples` from the pixel centre, in `(-½, ½)²`. A single sample lies at the centre. Each
-/// seed gives a different set.
+/// seed gives a different set of offsets.
 pub fn jitter(index: u32, samples: u32, seed: u64) -> Vec2 {
     let count = samples.max(1);
     let (index, opposite) = (index % count, count - 1 - index % count);
     let lattice = Lattice::known(count, seed);
-    // The sample is jittered within its column and row, and the opposite sample is mirrored. Seed 0 is the unjittered lattice.
+    // Each sample is jittered within its column and row, and the opposite sample is its mirror image. Seed 0 gives the lattice
+    // without jitter.
     let within = |axis: u64| {
         let noise = |i: u32| unit_of_bits(mix(seed ^ mix(u64::from(i) << 1 | axis)));
         if seed == 0 { 0.0 } else { 0.5 * (noise(index) - noise(opposite)) / f64::from(count) }
@@ -25,15 +26,16 @@ pub fn jitter(index: u32, samples: u32, seed: u64) -> Vec2 {
     Vec2::new((flip(0) * (x + within(0))) as f32, (flip(1) * (y + within(1))) as f32)
 }
 
-/// Returns a seed with different light samples and sample positions from `seed`. Small counts have few lattices: 8 samples have
-/// only four sets of cells. Two random seeds would often have the same set, and their images would have correlated errors.
+/// Returns a seed whose light samples and sample positions differ from those of `seed`. There are few lattices for small counts.
+/// For example, 8 samples can only be in four sets of cells. Two random seeds would often have the same set, and the errors of
+/// their images would be correlated.
 pub fn independent_seed(samples: u32, seed: u64) -> u64 {
     let cells = |seed: u64| -> Vec<[i32; 2]> {
         (0..samples)
             .map(|i| ((jitter(i, samples, seed) + 0.5) * samples as f32).floor().as_ivec2().to_array())
             .collect()
     };
-    // A set ignores the order of the samples.
+    // The sets are compared without regard to order.
     let taken: BTreeSet<[i32; 2]> = cells(seed).into_iter().collect();
     let shared = |other: u64| cells(other).iter().filter(|cell| taken.contains(*cell)).count();
     let others = (1..=TRIED).map(|k| seed ^ k << 32);
@@ -42,21 +44,21 @@ pub fn independent_seed(samples: u32, seed: u64) -> u64 {
 }
 
 /// Returns the offset of edge sample `index` of `count` in one cell of a pixel's grid, in cells, `[-½, ½]²`. The edge samples are
-/// shifted by the `offset` of the pixel's own sample and wrap around in the cell. Their offsets also sum to zero over all samples
-/// of a pixel.
+/// shifted by `offset`, the offset of the pixel's own sample, and wrap around in the cell. The offsets of edge samples also sum to
+/// zero over all samples of a pixel.
 pub fn edge_jitter(offset: Vec2, index: u32, count: u32) -> Vec2 {
     let count = count.max(1);
     let [x, y] = Lattice::known(count, 0).point(index % count);
     let moved = |position: f64, offset: f32| {
         let position = position + f64::from(offset);
         let wrapped = position - position.round();
-        // A point on the border belongs to the side of the offset, so the mirrored offset puts it on the opposite side.
+        // A point on the border is put on the side of the offset. The mirrored offset then puts it on the opposite side.
         (if wrapped.abs() == 0.5 { 0.5f64.copysign(f64::from(offset)) } else { wrapped }) as f32
     };
     Vec2::new(moved(x, offset.x), moved(y, offset.y))
 }
 
-/// The points `i (a, b) / (count + 1)` of a rank-1 lattice, without the point of `i = 0`. Each of `count` columns and rows holds
+/// The points `i (a, b) / (count + 1)` of a rank-1 lattice, without the point for `i = 0`. Each of `count` columns and rows holds
 /// one point. The set contains `-i` for every `i`, so it is symmetric about its centre.
 #[derive(Clone, Copy)]
 struct Lattice {
@@ -69,12 +71,12 @@ thread_local! {
     static LAST: Cell<Option<(u64, Lattice)>> = const { Cell::new(None) };
 }
 
-/// The steps of the R2 sequence: the reciprocals of the plastic number and its square. R2 spreads any number of points well, and is
-/// independent of similar sequences, such as the sequence of the reference's lights.
+/// The steps of the R2 sequence, which are the reciprocals of the plastic number and of its square. R2 spreads any number of points
+/// well, and is independent of similar sequences, such as the one that selects the lights of the reference.
 const STEPS: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_2];
-/// Number of candidate seeds per search.
+/// The number of seeds that one search tries.
 const TRIED: u64 = 16;
-/// Largest number of samples with an exhaustive search for the best lattice.
+/// The largest number of samples for which the best lattice is searched exhaustively.
 const SEARCHED: u32 = 256;
 
 impl Lattice {
@@ -100,7 +102,7 @@ impl Lattice {
         };
         let [across, down] = STEPS.map(near);
         let pairs = || across.iter().flat_map(|&a| down.iter().map(move |&b| [a, b]));
-        // For large sets only the first points are compared. R2 keeps further points equally far apart.
+        // For large sets, only the first points are compared. R2 keeps the further points equally far apart.
         let score = |steps: [u64; 2]| shortest(steps, modulus, count.min(SEARCHED) / 2);
         let scored: Vec<([u64; 2], f64)> = pairs().map(|steps| (steps, score(steps))).collect();
         let best = scored.iter().map(|&(_, score)| score).fold(0.0, f64::max);
@@ -124,7 +126,7 @@ impl Lattice {
     }
 }
 
-/// Returns the smallest squared distance between two points of a periodic lattice with indices that differ by at most `reach`.
+/// Returns the smallest squared distance between two points of a periodic lattice whose indices differ by at most `reach`.
 fn shortest(steps: [u64; 2], modulus: u64, reach: u32) -> f64 {
     let along = |i: u64, step: u64| {
         let position = i * step % modulus;
@@ -134,7 +136,7 @@ fn shortest(steps: [u64; 2], modulus: u64, reach: u32) -> f64 {
     (1..=u64::from(reach.max(1))).map(square).fold(f64::INFINITY, f64::min)
 }
 
-/// Returns pseudorandom bits computed from a number.
+/// Returns pseudorandom bits that are computed from a number.
 fn mix(number: u64) -> u64 {
     Random(number).bits()
 }
@@ -154,7 +156,7 @@ mod tests {
             for count in (1..=130).chain([256, 999, 4096]) {
                 let points: Vec<Vec2> = (0..count).map(|i| jitter(i, count, seed)).collect();
                 assert!(points.iter().all(|p| p.abs().max_element() < 0.5));
-                // Each sample has an exact opposite, so the offsets sum to zero at any precision.
+                // Each sample has an exact opposite. The offsets therefore sum to zero at any precision.
                 for i in 0..count as usize {
                     assert_eq!(points[i], -points[count as usize - 1 - i], "{count} {seed}");
                 }
@@ -210,7 +212,7 @@ mod tests {
                 (0..6).map(|seed| (0..count).map(|i| jitter(i, count, seed)).collect()).collect();
             for a in 0..6 {
                 for b in 0..a {
-                    // Counts points that nearly coincide with a point of the second set.
+                    // Counts the points that nearly coincide with a point of the second set.
                     let near = |p: &&Vec2| sets[b].iter().any(|q| p.distance(*q) < 0.02 / (count as f32).sqrt());
                     assert!(sets[a].iter().filter(near).count() <= count as usize / 4, "{count}: {a} and {b}");
                 }

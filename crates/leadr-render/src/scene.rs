@@ -1,4 +1,4 @@
-//! The input of the renderer: objects, uploaded once, and the state of each frame.
+//! The input of the renderer: objects, which are uploaded once, and the state of each frame.
 
 use std::sync::Arc;
 
@@ -17,24 +17,24 @@ use leadr_maps::cache::MapCache;
 use leadr_maps::material::TextureWrap;
 use leadr_reflectance::materials::fitted_table::FittedTable;
 
-/// A surface property over texture coordinates.
+/// A property of a surface, stored over texture coordinates.
 #[derive(Clone, Debug)]
 pub struct PropertyMap<T> {
-    /// Texels per row.
+    /// The number of texels per row.
     pub width: u32,
-    /// Number of rows.
+    /// The number of rows.
     pub height: u32,
     /// The texels, row by row.
     pub texels: Vec<T>,
-    /// Wrap modes across and down, which an atlas ignores.
+    /// The horizontal and vertical wrap modes. An atlas ignores them.
     pub wrap: [TextureWrap; 2],
 }
 
-/// Texture coordinates of a triangle's corners, for each type of image in the `CHART_` constants.
+/// The texture coordinates of a triangle's corners, for each type of image in the `CHART_` constants.
 pub type TriangleCharts = [[Vec2; 3]; CHARTS as usize];
 
 impl Cutout {
-    /// Returns the opacity map of either variant.
+    /// Returns the opacity map, which both variants have.
     pub const fn map(&self) -> &PropertyMap<f32> {
         match self {
             Self::Mask(map) | Self::Share(map) => map,
@@ -45,119 +45,123 @@ impl Cutout {
 /// The material of a surface over its texture coordinates.
 #[derive(Clone, Debug, Default)]
 pub struct MaterialMap {
-    /// Texels per row.
+    /// The number of texels per row.
     pub width: u32,
-    /// Number of rows.
+    /// The number of rows.
     pub height: u32,
-    /// sRGB-encoded albedo in rgb. a: [code](leadr_maps::material::alpha_code) of the Beckmann roughness `α`.
+    /// The sRGB-encoded albedo in rgb. The alpha channel is the [code](leadr_maps::material::alpha_code) of the Beckmann roughness
+    /// `α`.
     pub colors: Vec<[u8; 4]>,
-    /// sRGB-encoded reflectance at normal incidence, at the resolution of `colors`. Replaces the object's own value.
+    /// The sRGB-encoded reflectance at normal incidence, at the resolution of `colors`, which replaces the object's own value.
     pub f0: Option<Vec<[u8; 4]>>,
-    /// Roughness `α` from which texels count as rough. Rough texels are filtered as a separate class with its own specular lobe
-    /// ([`mixed_roughness`](leadr_reflectance::facets::mixed_roughness)), at extra cost.
+    /// The roughness `α` from which texels count as rough. Rough texels are filtered as a separate class with its own specular lobe
+    /// ([`mixed_roughness`](leadr_reflectance::facets::mixed_roughness)), at an extra cost.
     pub two_lobes: Option<f32>,
-    /// The facets of a measured material. The facets' slopes are scaled where the roughness differs from [its
-    /// own](FittedTable::alpha).
+    /// The facets of a measured material, whose slopes are scaled where the roughness of a texel differs from [the
+    /// material's](FittedTable::alpha).
     pub fit: Option<Arc<FittedTable>>,
-    /// Wrap modes of the colours and the reflectance.
+    /// The wrap modes of the colours and of the reflectance.
     pub wrap: [TextureWrap; 2],
-    /// Linear emitted radiance, which each frame multiplies by [`FrameState::emission_scale`].
+    /// The linear emitted radiance. Each frame multiplies it by [`FrameState::emission_scale`].
     pub emission: Option<PropertyMap<[f32; 3]>>,
-    /// Large-scale ambient accessibility, from 0 (hidden) to 1 (open), which multiplies the accessibility of the vertices.
+    /// The ambient accessibility at a large scale, from 0 (hidden) to 1 (open), which multiplies the accessibility of the vertices.
     pub occlusion: Option<PropertyMap<f32>>,
-    /// Cones of ambient visibility, used instead of `occlusion` alone. xyz: mean open direction in the frame of `s`, `-t` and the
-    /// normal, longer for narrower cones; w: accessibility
+    /// Cones of ambient visibility, which are used instead of `occlusion` alone. The mean open direction is in xyz, in the frame of
+    /// `s`, `-t` and the normal, and it is longer for narrower cones. The accessibility is in w
     /// ([`Cone::of_vector`](leadr_reflectance::masking::occlusion::Cone::of_vector)). Tile atlases do not support cones. A surface
     /// with cones gets no horizon from its heights.
     pub cones: Option<PropertyMap<[f32; 4]>>,
-    /// Alpha mask or partial coverage.
+    /// The alpha mask or the partial coverage.
     pub opacity: Option<Cutout>,
 }
 
-/// The cutout of a surface.
+/// The cutout of a surface, as a mask or as coverage.
 #[derive(Clone, Debug)]
 pub enum Cutout {
-    /// Alpha mask, interpolated between texels. Values below one half are cut out.
+    /// An alpha mask, which is interpolated between texels. Values below one half are cut out.
     Mask(PropertyMap<f32>),
-    /// Partial coverage: the fraction of the samples that hit the surface, 0 to 1.
+    /// Partial coverage, as the fraction of the samples that hit the surface, from 0 to 1.
     Share(PropertyMap<f32>),
 }
 
 impl MaterialMap {
-    /// Creates a material of albedo and roughness, with one lobe per pixel.
+    /// Creates a material from albedo and roughness, with one lobe per pixel.
     pub fn new(width: u32, height: u32, colors: Vec<[u8; 4]>) -> Self {
         Self { width, height, colors, ..Self::default() }
     }
 }
 
-/// The coordinates of a [`Detail`].
+/// The coordinates that a [`Detail`] uses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DetailMapping {
-    /// The texture coordinates of the mesh. Tile atlases cannot use them, because their coordinates end at each patch.
+    /// The detail uses the texture coordinates of the mesh. Tile atlases do not support it, because their coordinates end at each
+    /// patch.
     Texcoords,
-    /// Triplanar mapping: rest positions are projected along the three axes, and blended by the normal. The value is the number of
-    /// metres per unit of the coordinates.
+    /// The detail uses triplanar mapping. The positions at rest are projected along the three axes, and the projections are blended
+    /// by the normal. The value is the number of metres per unit of the coordinates.
     Triplanar(f32),
 }
 
-/// How the colours and roughness of a [`Detail`] combine with the surface.
+/// How the colours and the roughness of a [`Detail`] are combined with those of the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DetailColors {
-    /// The detail's colours, divided by their mean, multiply the surface's colours. The detail's roughness replaces the surface's.
+    /// The detail's colours, divided by their mean, multiply the surface's colours. The detail's roughness replaces the surface's
+    /// roughness.
     Vary,
-    /// The detail's colours and roughness, and this reflectance at normal incidence, replace the surface's.
+    /// The detail's colours and roughness replace those of the surface. The value replaces the surface's reflectance at normal
+    /// incidence.
     Cover(f32),
 }
 
-/// The amount of a [`Detail`] over the surface.
+/// How much of a [`Detail`] is applied at each point of the surface.
 #[derive(Clone, Debug)]
 pub struct DetailMask {
-    /// Texels per row.
+    /// The number of texels per row.
     pub width: u32,
-    /// Number of rows.
+    /// The number of rows.
     pub height: u32,
-    /// Factors on the detail's slopes and coverage, 0 to 1.
+    /// Factors for the slopes and the coverage of the detail, from 0 to 1.
     pub texels: Vec<f32>,
-    /// Transform from the surface's coordinates to the mask's coordinates.
+    /// The transform from the surface's coordinates to the mask's coordinates.
     pub transform: Affine2,
 }
 
-/// A tiling relief that is finer than the surface's own. Its slopes are added for shading, without displacement.
+/// A tiling relief that is finer than the surface's own. The slopes of the detail are added for shading, without displacement.
 #[derive(Clone, Debug)]
 pub struct Detail {
-    /// Repeating heights in metres.
+    /// The repeating heights, in metres.
     pub heights: HeightField,
-    /// Slopes in metres per unit of the detail's coordinates, one per texel of `heights`. They replace the slopes computed from
-    /// `heights`.
+    /// The slopes in metres per unit of the detail's coordinates, one per texel of `heights`, which replace the slopes computed
+    /// from `heights`.
     pub slopes: Option<Vec<[f32; 2]>>,
-    /// The detail's material, over its own coordinates. `None` keeps the surface's colours.
+    /// The detail's material, over the detail's own coordinates. `None` keeps the surface's colours.
     pub material: Option<(MaterialMap, DetailColors)>,
-    /// The coordinates that the detail follows.
+    /// The coordinates to which the detail is attached.
     pub mapping: DetailMapping,
-    /// Transform from the coordinates of `mapping` to the detail's own, which repeat with period 1.
+    /// The transform from the coordinates of `mapping` to the detail's own coordinates, which repeat with period 1.
     pub transform: Affine2,
-    /// The amount of detail over the surface. `None` applies the full detail everywhere.
+    /// How much of the detail is applied at each point of the surface. `None` applies all of it everywhere.
     pub mask: Option<DetailMask>,
 }
 
 /// How repeating maps cover a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Tiling {
-    /// Plain repetition.
+    /// The maps simply repeat.
     #[default]
     Repeats,
-    /// Tiling by example, which blends pieces of the maps and preserves their mean and covariance
-    /// ([`leadr_reflectance::slopes::tiling`]). Adjacent pieces are never neighbours in the map. This requires a quad mesh without
-    /// seams, texture coordinates that agree where patches meet, and repeating maps on these coordinates. Other meshes use
-    /// [`Repeats`](Self::Repeats).
+    /// The maps are tiled by example, which blends pieces of the maps and preserves their mean and covariance
+    /// ([`leadr_reflectance::slopes::tiling`]). Adjacent pieces are never neighbours in the map. The mesh must consist of quads
+    /// without seams, its texture coordinates must agree where patches meet, and the maps on these coordinates must repeat. Other
+    /// meshes use [`Repeats`](Self::Repeats).
     ByExample,
-    /// Plain repetition by the shaders of [`ByExample`](Self::ByExample), for the same meshes. A scene with this mode and
-    /// `ByExample` needs fewer pipelines.
+    /// The maps simply repeat, but use the shaders of [`ByExample`](Self::ByExample), for the same meshes. A scene that contains
+    /// this mode and `ByExample` needs fewer pipelines.
     OneVariant,
-    /// Like [`ByExample`](Self::ByExample), but fixed in the world when the mesh moves within its own surface: exactly on planes,
-    /// and in steps of whole repeats on other meshes.
+    /// Like [`ByExample`](Self::ByExample), but the tiling is fixed in the world when the mesh moves within its own surface. The
+    /// tiling is fixed exactly on planes, and in steps of whole repeats on other meshes.
     ByExampleInWorld,
-    /// Like `ByExampleInWorld`, with the drifts and paths of open ground, and only for planes.
+    /// Like `ByExampleInWorld`, but with the drifts and paths of open ground. Only planes support it.
     Ground,
 }
 
@@ -169,56 +173,57 @@ pub struct Object {
     /// The patches of the surface.
     pub mesh: PatchMesh,
     /// The same surface in fewer patches, with the same joints and texture coordinates. A smooth surface uses the coarse mesh where
-    /// the patches of `mesh` are smaller than pixels. A displaced surface uses it wherever it can be divided finely enough.
-    /// Atlases, triplanar details, and materials with their own charts belong to the patches of one mesh, and cannot have a coarse
-    /// mesh.
+    /// the patches of `mesh` are smaller than pixels. A displaced surface uses it wherever its patches can be divided finely
+    /// enough. Atlases, triplanar details, and materials with their own charts belong to the patches of one mesh, so they do not
+    /// allow a coarse mesh.
     pub coarse_mesh: Option<PatchMesh>,
-    /// Heights along the patch normals, or `None` for a smooth surface.
+    /// The heights along the patch normals, or `None` for a smooth surface.
     pub heights: Option<HeightField>,
-    /// Slopes over texture coordinates in the heights' unit, one per texel of `heights`, for example from a normal map finer than
-    /// the heights. The heights still displace. On triangles the slopes are rise over run, because their texture coordinates have
-    /// any scale.
+    /// The slopes over texture coordinates in the unit of the heights, one per texel of `heights`, for example from a normal map
+    /// that is finer than the heights. The surface is still displaced by the heights. On triangles, the slopes are rise over run,
+    /// because their texture coordinates have any scale.
     pub slopes: Option<Vec<[f32; 2]>>,
     /// Precomputed slope moments of all levels, as in a baked file, which replace the moments computed from `heights` or `slopes`.
     /// The moments contain the same heights as `heights`, which wrap like a single map.
     pub moments: Option<LeadrMap>,
     /// Additional slope variance `(ss, tt, st)` in squared slope units, one per texel of `slopes`, for an anisotropic base.
     pub slope_spread: Option<Vec<[f32; 3]>>,
-    /// How the maps cover the surface.
+    /// How repeating maps cover the surface.
     pub tiling: Tiling,
     /// A finer relief that repeats over the surface.
     pub detail: Option<Detail>,
-    /// Displacement in metres per unit of `heights` (`η`), which each frame multiplies by its own factor.
+    /// The displacement in metres per unit of `heights` (`η`). Each frame multiplies it by its own factor.
     pub height_scale: f32,
-    /// The material. `None` uses the vertex colours.
+    /// The material, or `None` to use the vertex colours.
     pub material: Option<MaterialMap>,
-    /// Texture coordinates of each triangle in the material's images, if they differ from the mesh's. The mesh's coordinates then
-    /// apply to the slopes only. Only triangle meshes support this.
+    /// The texture coordinates of each triangle in the material's images, if they differ from those of the mesh. The mesh's
+    /// coordinates then apply to the slopes only. Only triangle meshes support this.
     pub charts: Option<Vec<TriangleCharts>>,
-    /// Reflectance at normal incidence. With an `f0` map, it applies to the diffuse base only. Below 0.02 the reflection fades at
-    /// all angles, and 0 disables it.
+    /// The reflectance at normal incidence. If there is an `f0` map, this value applies to the diffuse base only. Below 0.02, the
+    /// reflection fades at all angles, and 0 disables it.
     pub specular_f0: f32,
-    /// Edge tint of a conductor: how far the reflectance falls below Schlick's form between normal and grazing incidence
-    /// ([`fresnel_edge_tint`](leadr_reflectance::facets::fresnel::fresnel_edge_tint)). The tint ranges from 0 to 4, in steps of
-    /// 4/31. Use it only for surfaces of a single metal, since a dielectric's reflectance would become negative.
+    /// The edge tint of a conductor, which is how far the reflectance falls below Schlick's form between normal and grazing
+    /// incidence ([`fresnel_edge_tint`](leadr_reflectance::facets::fresnel::fresnel_edge_tint)). The tint ranges from 0 to 4, in
+    /// steps of 4/31. Use it only for surfaces of a single metal, because the reflectance of a dielectric would become negative.
     pub edge_tint: [f32; 3],
-    /// Wrap modes of the slopes, across and down. `None` follows the border of the heights.
+    /// The horizontal and vertical wrap modes of the slopes. `None` uses the border rule of the heights.
     pub slope_wrap: Option<[TextureWrap; 2]>,
     /// Whether the vertex colours multiply the emission.
     pub tints_emission: bool,
-    /// Whether only the front side is drawn, where triangles run counter-clockwise. Both sides cast shadows.
+    /// Whether only the front side is drawn, on which triangles run counter-clockwise. Both sides of a surface cast shadows.
     pub front_only: bool,
-    /// Whether to store weighted means of the material, so colours that follow the relief can be filtered with it. See
+    /// Whether to store weighted means of the material, so that colours can be filtered together with the relief. See
     /// [`ShadingOptions::relief_color`](crate::settings::ShadingOptions::relief_color).
     pub follows_relief: bool,
     /// Whether the object casts a shadow.
     pub casts_shadow: bool,
-    /// Number of times the object is drawn, each with its own pose. Instances share the mesh and the maps on the device.
+    /// The number of times that the object is drawn, each time with its own pose. Instances share the mesh and the maps on the
+    /// device.
     pub instances: u32,
 }
 
 impl Object {
-    /// Creates a smooth surface with vertex colours and the reflectance of common dielectrics. It casts a shadow.
+    /// Creates a smooth surface with vertex colours and the reflectance of common dielectrics, which casts a shadow.
     pub fn new(name: impl Into<String>, mesh: PatchMesh) -> Self {
         Self {
             name: name.into(),
@@ -244,25 +249,25 @@ impl Object {
         }
     }
 
-    /// Draws the object in this many poses.
+    /// Sets how many times the object is drawn, each time with its own pose.
     #[must_use]
     pub fn with_instances(self, instances: u32) -> Self {
         Self { instances, ..self }
     }
 
-    /// Prepares the colours for [`ShadingOptions::relief_color`](crate::settings::ShadingOptions::relief_color).
+    /// Stores what the colours need for [`ShadingOptions::relief_color`](crate::settings::ShadingOptions::relief_color).
     #[must_use]
     pub fn with_relief_color(self) -> Self {
         Self { follows_relief: true, ..self }
     }
 
-    /// Adds a [coarser mesh](Self::coarse_mesh), which is drawn where it suffices.
+    /// Adds a [coarser mesh](Self::coarse_mesh), which is drawn wherever it is fine enough.
     #[must_use]
     pub fn with_coarse_mesh(self, mesh: PatchMesh) -> Self {
         Self { coarse_mesh: Some(mesh), ..self }
     }
 
-    /// Displaces the surface along the patch normals by `scale` times the heights.
+    /// Displaces the surface along the patch normals, by `scale` times the heights.
     #[must_use]
     pub fn with_heights(self, heights: HeightField, scale: f32) -> Self {
         Self { heights: Some(heights), height_scale: scale, ..self }
@@ -286,19 +291,19 @@ impl Object {
         Self { slope_spread: Some(spread), ..self }
     }
 
-    /// Sets the tiling of the maps.
+    /// Sets how repeating maps cover the surface.
     #[must_use]
     pub fn with_tiling(self, tiling: Tiling) -> Self {
         Self { tiling, ..self }
     }
 
-    /// Adds a finer relief that repeats.
+    /// Adds a finer relief that repeats over the surface.
     #[must_use]
     pub fn with_detail(self, detail: Detail) -> Self {
         Self { detail: Some(detail), ..self }
     }
 
-    /// Adds a material, which multiplies the albedo and roughness of the vertices.
+    /// Adds a material, whose albedo and roughness are multiplied by those of the vertices.
     #[must_use]
     pub fn with_material(self, map: MaterialMap) -> Self {
         Self { material: Some(map), ..self }
@@ -322,7 +327,7 @@ impl Object {
         Self { edge_tint, ..self }
     }
 
-    /// Disables shadows cast on other surfaces.
+    /// Stops the object from casting shadows on other surfaces.
     #[must_use]
     pub fn without_shadow(self) -> Self {
         Self { casts_shadow: false, ..self }
@@ -336,21 +341,21 @@ pub struct Scene {
     pub objects: Vec<Object>,
     /// The sea, if there is one.
     pub ocean: Option<Ocean>,
-    /// Cache for map data that is slow to compute. `None` disables caching.
+    /// A cache for map data that is slow to compute. `None` disables caching.
     pub cache: Option<MapCache>,
-    /// Storage format of the mesh slopes.
+    /// The format in which the slopes of meshes are stored.
     pub map_precision: MomentFormat,
 }
 
 impl From<Vec<Object>> for Scene {
-    /// Creates a scene of objects without a sea.
+    /// Creates a scene with objects and without a sea.
     fn from(objects: Vec<Object>) -> Self {
         Self { objects, ..Self::default() }
     }
 }
 
 impl From<Ocean> for Scene {
-    /// Creates a scene of the open sea without objects.
+    /// Creates a scene of the open sea, without objects.
     fn from(ocean: Ocean) -> Self {
         Self { ocean: Some(ocean), ..Self::default() }
     }
@@ -359,20 +364,20 @@ impl From<Ocean> for Scene {
 /// The pose of an object in one frame.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Pose {
-    /// A rigid transform from rest to world space.
+    /// The pose is a rigid transform from rest to world space.
     Rigid(Affine3A),
-    /// Linear blend skinning, with one matrix per joint from rest to world space.
+    /// The pose is given by linear blend skinning, with one matrix per joint from rest to world space.
     Skinned(Vec<Mat4>),
-    /// The world positions and unit normals of all vertices.
+    /// The pose is given by the world positions and the unit normals of all vertices.
     Vertices(PosedVertices),
 }
 
 /// A directional light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sun {
-    /// Unit direction toward the sun.
+    /// The unit direction toward the sun.
     pub direction: Vec3,
-    /// Irradiance on a plane that faces the sun, linear rgb.
+    /// The irradiance on a plane that faces the sun, as linear rgb.
     pub irradiance: Vec3,
 }
 
@@ -391,31 +396,31 @@ impl Sun {
 /// A point light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointLight {
-    /// World position.
+    /// The position in world space, in metres.
     pub position: Vec3,
-    /// Radiant intensity in linear rgb, which equals the irradiance at a distance of 1 m.
+    /// The radiant intensity in linear rgb, which equals the irradiance at a distance of 1 m.
     pub intensity: Vec3,
-    /// The cone of a spot light, or `None` for a light in all directions.
+    /// The cone of a spot light, or `None` for a light that shines in all directions.
     pub cone: Option<Cone>,
-    /// Distance in metres at which the light fades to zero, as in `KHR_lights_punctual`. `None` means no limit.
+    /// The distance in metres at which the light fades to zero, as in `KHR_lights_punctual`. `None` means that there is no limit.
     pub range: Option<f32>,
-    /// Radius in metres, which sets the width of the penumbrae. Shading treats the light as a point.
+    /// The radius in metres, which only sets the width of the penumbrae. Shading treats the light as a point.
     pub radius: f32,
 }
 
 /// The cone of a spot light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cone {
-    /// Unit axis of the cone.
+    /// The axis of the cone, as a unit vector.
     pub axis: Vec3,
-    /// Angle from the axis in radians up to which the light has full intensity. It is less than `outer_angle`.
+    /// The angle from the axis, in radians, up to which the light has its full intensity, less than `outer_angle`.
     pub inner_angle: f32,
-    /// Angle from the axis in radians at which the light ends, at most π/2.
+    /// The angle from the axis, in radians, at which the light ends, at most π/2.
     pub outer_angle: f32,
 }
 
 impl PointLight {
-    /// Creates a point light in all directions, without a range.
+    /// Creates a point light that shines in all directions and has no range.
     pub const fn new(position: Vec3, intensity: Vec3) -> Self {
         Self { position, intensity, cone: None, range: None, radius: 0.0 }
     }
@@ -426,8 +431,8 @@ impl PointLight {
         Self { radius, ..self }
     }
 
-    /// Returns the coefficients of the cone's falloff. For a unit direction `d` away from the light, the factor is `clamp(d · xyz +
-    /// w, 0, 1)²`.
+    /// Returns the coefficients of the cone's falloff. If `d` is a unit direction away from the light, the factor is `clamp(d · xyz
+    /// + w, 0, 1)²`.
     pub(super) fn falloff(&self) -> [f32; 4] {
         let Some(Cone { axis, inner_angle, outer_angle }) = self.cone else { return [0.0, 0.0, 0.0, 1.0] };
         let (inner, outer) = (inner_angle.cos(), outer_angle.cos());
@@ -441,36 +446,36 @@ impl PointLight {
     }
 }
 
-/// Maximum number of point lights in a frame.
+/// The maximum number of point lights in a frame.
 pub const MAX_POINT_LIGHTS: usize = super::constants::MAX_POINT_LIGHTS as usize;
 
 /// The state of one frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrameState {
-    /// Time of the waves in seconds.
+    /// The time of the waves in seconds.
     pub time: f64,
     /// The camera.
     pub camera: Camera,
     /// One pose for each instance of each object, in scene order. Instances without a pose are not drawn.
     pub poses: Vec<Pose>,
-    /// A world position that moves with the subject of the view.
+    /// A position in world space that moves with the subject of the view.
     pub anchor: Vec3,
-    /// The sky, if the environment is a sky. It determines the cube map, the sun and the exposure.
+    /// The sky, if the environment is a sky. The sky determines the cube map, the sun and the exposure.
     pub sky: Option<Sky>,
-    /// A directional light that replaces the sky's sun.
+    /// A directional light that replaces the sun of the sky.
     pub sun: Option<Sun>,
-    /// Point lights, at most [`MAX_POINT_LIGHTS`].
+    /// The point lights. There are at most [`MAX_POINT_LIGHTS`].
     pub point_lights: Vec<PointLight>,
-    /// Factor on the height scale of every object.
+    /// A factor for the height scale of every object.
     pub height_scale: f32,
-    /// Radiance of an emission value of 1.
+    /// The radiance of an emission value of 1.
     pub emission_scale: f32,
-    /// Metered exposure factor for a frame without a sky.
+    /// The metered exposure factor, for a frame without a sky.
     pub metered: f32,
 }
 
 impl FrameState {
-    /// Creates the view of `camera` at time 0, with unscaled heights, lit by the renderer's environment alone.
+    /// Creates the view of `camera` at time 0. The heights are not scaled, and only the renderer's environment lights the scene.
     pub fn new(camera: Camera, poses: Vec<Pose>) -> Self {
         Self {
             time: 0.0,
@@ -486,18 +491,19 @@ impl FrameState {
         }
     }
 
-    /// Adds a sky and its sun.
+    /// Sets the sky, whose sun then lights the frame.
     #[must_use]
     pub fn under(self, sky: &Sky) -> Self {
         Self { sky: Some(*sky), sun: None, ..self }
     }
 
-    /// Returns the frame's own directional light, or else the sun of the sky.
+    /// Returns the frame's own directional light or, if there is none, the sun of the sky.
     pub fn sun(&self) -> Option<Sun> {
         self.sun.or_else(|| self.sky.as_ref().map(Sun::of))
     }
 
-    /// Returns the exposure factor for viewing the image, from the sky's sun, or the metered value without a sky.
+    /// Returns the exposure factor for displaying the image. The factor comes from the sun of the sky, or is the metered value
+    /// without a sky.
     pub fn exposure(&self) -> f32 {
         self.sky.as_ref().map_or(self.metered, exposure::exposure)
     }
@@ -507,7 +513,7 @@ impl Pose {
     /// The rest pose.
     pub const REST: Self = Self::Rigid(Affine3A::IDENTITY);
 
-    /// Poses a mesh. Joints that the pose lacks are ignored.
+    /// Poses a mesh. Joints that the pose does not have are ignored.
     pub fn apply(&self, mesh: &PatchMesh) -> PosedVertices {
         match self {
             Self::Rigid(world) => {

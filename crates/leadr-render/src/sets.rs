@@ -1,10 +1,10 @@
 //! The renderer's descriptor sets, grouped by lifetime. Set 0 is pushed, and holds the inputs and outputs of a pass. A frame has
-//! one set for its light, and each object has one set for its maps.
+//! one set for its light, and an object has one set for its mesh and maps.
 
 use leadr_gpu::SetLayout;
 use leadr_gpu::shaders::ResourceKind::{Sampled, Storage, Uniform};
 
-/// The light of a scene, shared by all surfaces: `layout(set = 1)` in `passes/shade`.
+/// The light of a scene, which all surfaces share: `layout(set = 1)` in `passes/shade`.
 pub static SCENE: SetLayout = SetLayout {
     number: 1,
     name: "scene",
@@ -22,8 +22,8 @@ pub static SCENE: SetLayout = SetLayout {
     ],
 };
 
-/// The mesh and maps of an object: `layout(set = 2)` in `passes/geometry` and `passes/filter`. Missing maps are replaced by
-/// placeholders.
+/// The mesh and the maps of an object: `layout(set = 2)` in `passes/geometry` and `passes/filter`. Placeholders replace missing
+/// maps.
 pub static OBJECT: SetLayout = SetLayout {
     number: 2,
     name: "object",

@@ -1,4 +1,4 @@
-//! One image of a scene, and how its samples map to pixels.
+//! One image of a scene, and how the samples of the image map to pixels.
 
 use glam::{Mat4, Vec2, Vec3};
 
@@ -8,16 +8,16 @@ use super::surfaces::tessellation::Lens;
 /// How the samples of an image map to pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Samples {
-    /// One sample per pixel, which selects the surface that the pixel shades.
+    /// There is one sample per pixel, which selects the surface that the pixel shades.
     Pixels,
-    /// Multisampled geometry, where each surface that covers a sample of the pixel is shaded once.
+    /// The geometry is multisampled. Each surface that covers a sample of the pixel is shaded once.
     Multisampled {
-        /// Geometry samples per pixel, a power of two.
+        /// The number of geometry samples per pixel, which is a power of two.
         count: u32,
     },
-    /// A grid of edge samples in every pixel.
+    /// There is a grid of edge samples in every pixel.
     Edges {
-        /// Edge samples along a side of a pixel.
+        /// The number of edge samples along one side of a pixel.
         grid: u32,
     },
 }
@@ -27,16 +27,16 @@ pub enum Samples {
 pub struct View {
     /// The camera.
     pub camera: Camera,
-    /// Width and height in pixels.
+    /// The width and height in pixels.
     pub picture: (u32, u32),
     /// How the samples map to the pixels of the image.
     pub samples: Samples,
-    /// Offset of each sample from the centre of its grid cell, in cells, `[-½, ½)²`.
+    /// The offset of each sample from the centre of its grid cell, in units of cells, in `[-½, ½)²`.
     pub offset: Vec2,
 }
 
 impl View {
-    /// Counts the samples along a side of a pixel.
+    /// Returns the number of samples along one side of a pixel.
     pub fn grid(&self) -> u32 {
         match self.samples {
             Samples::Pixels | Samples::Multisampled { .. } => 1,
@@ -44,7 +44,7 @@ impl View {
         }
     }
 
-    /// Counts the samples across and down the image.
+    /// Returns the numbers of samples across and down the image.
     pub fn size(&self) -> (u32, u32) {
         let (width, height) = self.picture;
         (self.grid() * width, self.grid() * height)
@@ -60,7 +60,7 @@ impl View {
         self.camera.rays(self.size(), self.offset)
     }
 
-    /// Returns the scale from lengths to pixels, which does not depend on the number of samples per pixel.
+    /// Returns the factor from lengths at unit distance to pixels, independent of the number of samples per pixel.
     pub fn lens(&self) -> Lens {
         self.camera.lens(self.picture.1)
     }

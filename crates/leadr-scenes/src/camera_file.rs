@@ -1,6 +1,6 @@
 //! Reads a camera from JSON: `{"position": [x, y, z], "target": [x, y, z], "up": [0, 0, 1], "fov_degrees": 40}`.
 //!
-//! Metres with z up; `up` and `fov_degrees` are optional. The file is untrusted.
+//! Positions are in metres, with z up. `up` and `fov_degrees` are optional. The file is untrusted input.
 
 use std::path::Path;
 
@@ -11,15 +11,15 @@ use leadr_maps::MapFault;
 use leadr_maps::limits::read_start;
 use leadr_maps::shown::shown_path;
 
-/// Size limit for a camera file, bytes.
+/// The largest accepted size of a camera file, in bytes.
 const MAX_BYTES: u64 = 64 * 1024;
-/// Example of a camera file for error messages.
+/// An example of a camera file, for error messages.
 const EXAMPLE: &str = r#"{"position": [6, -8, 5], "target": [0, 0, 2]}"#;
 
 /// Reads and checks a camera file.
 ///
 /// # Errors
-/// If the file cannot be read, is too long, is not JSON of the form above, or holds no valid camera.
+/// If the file cannot be read, is too long, is not JSON of the form in the module documentation, or holds no valid camera.
 pub fn read(path: &Path) -> Result<CameraPose, String> {
     let bytes = read_start(path, MAX_BYTES + 1).map_err(|fault| match fault {
         MapFault::Io { doing, source } => format!("it {doing} ({source})"),

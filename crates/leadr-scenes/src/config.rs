@@ -29,41 +29,41 @@ use leadr_render::settings::{RenderSettings, Shading, ShadingOptions, Technique}
 use leadr_render::surfaces::moments::MomentFormat;
 use leadr_render::surfaces::tessellation::TessellationSettings;
 
-/// Input files for the material of the plane or sphere.
+/// The input files for the material of the plane or sphere.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct MaterialFiles {
-    /// Folder of a downloaded material. Individual files override its files.
+    /// The folder of a downloaded material. The individual files below override the files of the folder.
     #[serde(rename = "material")]
     pub folder: Option<PathBuf>,
-    /// Base colour map.
+    /// The base colour map.
     pub color_map: Option<PathBuf>,
-    /// Normal map.
+    /// The normal map.
     pub normal_map: Option<PathBuf>,
-    /// Perceptual roughness map.
+    /// The perceptual roughness map.
     pub roughness_map: Option<PathBuf>,
-    /// Ambient occlusion map.
+    /// The ambient occlusion map.
     pub occlusion_map: Option<PathBuf>,
-    /// Map of ambient occlusion cones.
+    /// The map of ambient occlusion cones.
     pub cone_map: Option<PathBuf>,
-    /// Direction of the normal map's green channel; `None` detects it from the file name or the slopes.
+    /// The direction of the normal map's green channel; with `None`, it is detected from the file name or the slopes.
     pub normal_y: Option<NormalY>,
-    /// Metal that replaces the material's colours and metalness.
+    /// The metal that replaces the material's colours and metalness.
     pub metal: Option<&'static str>,
-    /// Anisotropy strength, 0 to 1.
+    /// The anisotropy strength, 0 to 1.
     pub anisotropy: Option<f32>,
-    /// Counter-clockwise rotation of the anisotropy direction, degrees.
+    /// The counter-clockwise rotation of the anisotropy direction in degrees.
     pub anisotropy_rotation: f32,
-    /// Detail that repeats more often than the base material.
+    /// The detail, which repeats more often than the base material.
     #[serde(flatten)]
     pub detail: DetailFiles,
 }
 
 named_enum! {
-    /// Direction of a normal map's green channel.
+    /// The direction of a normal map's green channel.
     pub enum NormalY {
-        /// Up, as in OpenGL and glTF.
+        /// The green channel points up, as in OpenGL and glTF.
         Up = "up", "Up, as in OpenGL and glTF";
-        /// Down, as in DirectX.
+        /// The green channel points down, as in DirectX.
         Down = "down", "Down, as in DirectX";
     }
 }
@@ -77,18 +77,18 @@ impl From<NormalY> for GreenAxis {
     }
 }
 
-/// Files of a detail over the plane's or sphere's material.
+/// The files of a detail over the material of the plane or sphere.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DetailFiles {
-    /// A material folder, a height map or a normal map.
+    /// A material folder, a height map or a normal map of the detail.
     pub detail: Option<PathBuf>,
-    /// Repeats of the detail per repeat of the material.
+    /// The number of repeats of the detail per repeat of the material.
     pub detail_repeat: f32,
-    /// Counter-clockwise rotation of the detail, degrees.
+    /// The counter-clockwise rotation of the detail in degrees.
     pub detail_rotation: f32,
-    /// Scale factor for the slopes of the detail.
+    /// The factor on the slopes of the detail.
     pub detail_height_scale: f32,
-    /// Mask of the area that shows the detail.
+    /// The mask of the area that shows the detail.
     pub detail_mask: Option<PathBuf>,
 }
 
@@ -155,7 +155,7 @@ impl MaterialFiles {
         Ok(Some(material))
     }
 
-    /// Loads the files over `material`. A folder replaces every property, but keeps the existing heights if it has none.
+    /// Loads the files over `material`. A folder replaces every property. If the folder has no heights, the existing heights are kept.
     ///
     /// # Errors
     /// If a file is missing, damaged, too large or of the wrong type.
@@ -211,7 +211,7 @@ impl MaterialFiles {
         Ok(material)
     }
 
-    /// Opens the folder; `None` if it cannot be read.
+    /// Opens the folder. Returns `None` if it cannot be read.
     fn opened(&self) -> Option<MaterialFolder> {
         let folder = self.folder.as_ref().filter(|path| !path.is_file())?;
         // Only names matter here. Loading checks the links.
@@ -235,7 +235,7 @@ impl MaterialFiles {
     }
 }
 
-/// Correlation of height and normal slopes below which the maps probably show different surfaces.
+/// The correlation of the slopes of heights and normals below which the two maps probably show different surfaces.
 const SAME_SURFACE: f64 = 0.5;
 
 /// Logs how well the heights and normals of a material agree.
@@ -248,36 +248,36 @@ fn log_slope_agreement(material: &Material) {
     }
 }
 
-/// Default MSAA samples of pictures with one sample per pixel and no other edge antialiasing.
+/// The default number of MSAA samples, for pictures with one sample per pixel and without other edge antialiasing.
 pub const DEFAULT_MSAA: u32 = 4;
 
-/// Settings that can change without a rebuild of the scene.
+/// The settings that can change without a rebuild of the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Picture {
-    /// Filtering and shading technique.
+    /// The filtering and shading technique.
     pub technique: Technique,
-    /// Shading options. Options that the technique does not support are kept for other techniques.
+    /// Shading options. If the technique does not support an option, the option is kept for other techniques.
     pub options: ShadingOptions,
     /// Whether heights displace the surface.
     pub displacement: bool,
-    /// Scale factor for the displacement, 0 or more.
+    /// The factor on the displacement, 0 or more.
     pub height_scale: f32,
-    /// Factor, above 0, that stretches all objects along x and compresses them along z.
+    /// The factor by which all objects are stretched along x and compressed along z; above 0.
     pub stretch: f32,
-    /// Screen pixels per triangle.
+    /// The number of screen pixels per triangle.
     pub triangle_pixels: f32,
-    /// Number of samples per pixel.
+    /// The number of samples per pixel.
     pub samples: u32,
-    /// Exposure of a PNG or a window, in stops above the value for the sun's elevation.
+    /// The exposure of a PNG file or a window, in stops above the exposure for the sun's elevation.
     pub exposure: f32,
-    /// Tone mapping curve.
+    /// The tone mapping curve.
     pub tonemap: Tonemap,
     /// Whether 8-bit codes are dithered, so that skies show no bands.
     pub dither: bool,
 }
 
 impl Default for Picture {
-    /// Returns the command's defaults.
+    /// Returns the default values of the command.
     fn default() -> Self {
         Self {
             technique: Technique::Leadr,
@@ -323,7 +323,7 @@ impl Picture {
         }
     }
 
-    /// Returns `base` with these picture settings.
+    /// Returns `base` with its picture settings replaced by these.
     pub fn settings(&self, base: &RenderSettings) -> RenderSettings {
         let tessellation = TessellationSettings { pixels_per_triangle: self.triangle_pixels, ..base.tessellation };
         let (samples, displacement) = (self.samples, self.displacement);
@@ -332,23 +332,23 @@ impl Picture {
 }
 
 impl Serialize for Picture {
-    /// Uses the flag names as JSON keys.
+    /// Serialises the settings with the flag names as JSON keys.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let json = |option: &SceneOption| Some((option.spec.json_key(), option.json(self)?));
         serializer.collect_map(SceneOption::all().iter().filter_map(json))
     }
 }
 
-/// The configuration of one picture. Its JSON fields have the names of the command's flags.
+/// The configuration of one picture. The JSON fields of the configuration have the names of the command's flags.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SceneConfig {
     /// The selected scene.
     pub scene: &'static NamedScene,
-    /// The glTF file; only for model scenes.
+    /// The glTF file, for model scenes only.
     pub model: Option<PathBuf>,
-    /// Name of the animation to play; `None` plays the first.
+    /// The name of the animation to play; `None` plays the first animation.
     pub animation: Option<String>,
-    /// Name or number of the camera in the file; `None` uses the first.
+    /// The name or number of the camera in the file; `None` uses the first camera.
     pub model_camera: Option<String>,
     /// Whether placeholders replace missing and damaged images of the model.
     pub lenient: bool,
@@ -356,11 +356,11 @@ pub struct SceneConfig {
     pub follow_links: bool,
     /// Height maps for the model's materials.
     pub displacements: Vec<Displacement>,
-    /// Measured materials that replace materials of the model.
+    /// The measured materials that replace materials of the model.
     pub measured: Vec<MeasuredMaterial>,
-    /// Height map of the plane or sphere.
+    /// The height map of the plane or sphere.
     pub height_map: Option<PathBuf>,
-    /// Files of the plane's or sphere's material.
+    /// The files of the plane's or sphere's material.
     #[serde(flatten)]
     pub material: MaterialFiles,
     /// How the maps are tiled on the plane.
@@ -370,47 +370,48 @@ pub struct SceneConfig {
     pub bare: bool,
     /// The waves of the ocean.
     pub waves: Waves,
-    /// Height from map value 0 to 1 of the plane or sphere, metres, 0 or more; `None` uses the files' scale or the default.
+    /// The height difference between map values 0 and 1 on the plane or sphere, in metres, 0 or more; `None` uses the files' scale or the
+    /// default.
     pub height: Option<f32>,
-    /// Width of one repeat of the maps, metres, above 0; `None` uses the scene's default.
+    /// The width of one repeat of the maps, in metres, above 0; `None` uses the scene's default.
     pub repeat: Option<f32>,
-    /// Environment light.
+    /// The environment light.
     pub environment: EnvironmentChoice,
-    /// Counter-clockwise rotation of an environment image, seen from above, degrees.
+    /// The counter-clockwise rotation of an environment image when seen from above, in degrees.
     pub environment_rotation: f32,
     /// How lights are extracted from an environment image.
     #[serde(flatten)]
     pub environment_lights: LightExtraction,
-    /// Direction to the sun at time 0.
+    /// The direction to the sun at time 0.
     pub sun: SunDirection,
-    /// Hour of the day at time 0; overrides `sun`.
+    /// The hour of the day at time 0; overrides `sun`.
     pub time_of_day: Option<f32>,
-    /// Seconds per orbit of the sun; `None` if the sun stands still.
+    /// The duration of an orbit of the sun, in seconds; `None` if the sun stands still.
     pub day_length: Option<f32>,
-    /// Settings that can change without a rebuild of the scene.
+    /// The settings that can change without a rebuild of the scene.
     #[serde(flatten)]
     pub picture: Picture,
     /// The camera view.
     pub view: ViewChoice,
-    /// Path of a camera file, not yet read.
+    /// The path of a camera file that is not yet read.
     #[serde(skip)]
     pub camera_file: Option<PathBuf>,
-    /// Distance to the camera's target, metres; `None` keeps the view's distance.
+    /// The distance to the camera's target in metres; `None` keeps the view's distance.
     pub distance: Option<f32>,
-    /// Size of the picture in pixels.
+    /// The size of the picture in pixels.
     pub size: Size,
-    /// MSAA samples per pixel: 1, 2, 4 or 8.
+    /// The number of MSAA samples per pixel: 1, 2, 4 or 8.
     pub msaa: u32,
-    /// Seed for the sample positions.
+    /// The seed for the sample positions.
     pub seed: u64,
-    /// Whether the exposure follows the environment image's irradiance on level ground. Otherwise it is 1.
+    /// Whether the exposure follows the irradiance of the environment image on level ground; if not, the exposure is 1.
     pub auto_exposure: bool,
-    /// Edge length of an atlas tile in texels: a power of two, 8 to 128.
+    /// The edge length of an atlas tile in texels: a power of two, 8 to 128.
     pub atlas_tile: u32,
-    /// Storage format of map slopes on the device.
+    /// The storage format of slope moments on the device.
     #[serde(serialize_with = "name_of_format")]
     pub map_precision: MomentFormat,
-    /// Beckmann roughness of the displaced surfaces; `None` keeps the scene's roughness.
+    /// Beckmann roughness of the displaced surfaces; `None` keeps the roughness of the scene.
     pub roughness: Option<f32>,
 }
 
@@ -423,7 +424,7 @@ fn name_of_format<S: Serializer>(format: &MomentFormat, serializer: S) -> Result
 }
 
 impl Default for SceneConfig {
-    /// Returns the first scene with the command's defaults.
+    /// Returns the first scene with the default values of the command.
     fn default() -> Self {
         Self {
             scene: &SCENES[0],

@@ -1,7 +1,7 @@
-//! Applies a material to a mesh: evaluates its textures per texel into the maps that the renderer filters.
+//! Applies a material to a mesh. The textures are evaluated per texel into the maps that the renderer filters.
 //!
-//! Colours and roughness keep the resolution of the finest texture. The slopes of a normal map are added to the heights, or to a flat
-//! relief if there are none. Heights without a unit get the scale that agrees best with the normals.
+//! Colours and roughness keep the resolution of the finest texture. The slopes of a normal map are added to the slopes of the heights, or
+//! to a flat relief if there are no heights. If the unit of the heights is unknown, their scale is fitted to the normals.
 
 use std::sync::Arc;
 
@@ -20,14 +20,14 @@ use leadr_reflectance::facets::mixed_roughness::two_classes;
 use leadr_reflectance::materials::fitted_table::FittedTable;
 use leadr_render::scene::{Cutout, MaterialMap, PropertyMap};
 
-/// Maximum height of a relief without scale and normals, as a fraction of its repeat.
+/// The largest height of a relief without scale and normals, as a fraction of its repeat.
 pub const USUAL_HEIGHT: f32 = 0.06;
 
-/// Maximum RMS slope of a relief without scale and normals; limits the height of fine-grained maps. At 6 % height, scanned leather would be
-/// steeper than 80° on average, and black from masking.
+/// The largest RMS slope of a relief without scale and normals. The limit matters for fine-grained maps: with a height of 6 %, scanned
+/// leather would be steeper than 80° on average, and masking would make it black.
 pub const USUAL_SLOPE: f32 = 0.5;
 
-/// Image for bilinear lookups.
+/// An image for bilinear lookups.
 struct Plate<const N: usize> {
     width: u32,
     height: u32,
@@ -64,13 +64,13 @@ impl<const N: usize> Plate<N> {
     }
 }
 
-/// Snaps a texel position to the texel centre within rounding error.
+/// Moves a texel position to the texel centre if they differ only by rounding error.
 fn on_centre(position: f32) -> f32 {
     let centre = position.round();
     if (position - centre).abs() < 1e-3 { centre } else { position }
 }
 
-/// A material property, sampled by texture coordinate.
+/// A property of the material, sampled by texture coordinate.
 struct Property<const N: usize> {
     factor: [f32; N],
     plate: Option<Plate<N>>,
@@ -91,7 +91,7 @@ fn number(input: &Input<f32>) -> Property<1> {
 
 fn color(input: &Input<[f32; 3]>) -> Property<3> {
     let plate = |texture: &Texture| {
-        // A table, because a million powers would be slow.
+        // A table is used, because a million powers would be slow.
         let table = linear_of_srgb8();
         let raster = &texture.raster;
         let of_codes = matches!(raster.samples(), leadr_maps::material::Samples::U8(_));
@@ -113,7 +113,7 @@ fn texels_of(texture: &Texture) -> (u32, u32) {
     (texels(texture.transform.matrix2.x_axis), texels(texture.transform.matrix2.y_axis))
 }
 
-/// Maximum side of a resampled image, texels; smaller images keep their size.
+/// The largest side of a resampled image, in texels. Smaller images keep their size.
 const MOST_TEXELS: u32 = 8192;
 
 /// Returns the slopes `dh/ds, dh/dt` (`t` down) of a normal map, as rise over run.
@@ -121,7 +121,7 @@ fn slopes(map: &NormalMap) -> Plate<2> {
     Plate::new(&map.texture, |x, y| map.slope(x, y).map(|v| v as f32))
 }
 
-/// Returns occlusion cones: directions with y up, in -1 to 1, and the visible fraction.
+/// Returns occlusion cones: directions with y up, whose coordinates are from -1 to 1, and the visible fraction.
 fn cones(texture: &Texture) -> Plate<4> {
     let raster = &texture.raster;
     Plate::new(texture, |x, y| {
@@ -131,7 +131,7 @@ fn cones(texture: &Texture) -> Plate<4> {
     })
 }
 
-/// Returns the positive RMS slope of a height map, in heights per repeat.
+/// Returns the positive RMS slope of a height map, in units of height per repeat.
 fn steepness(map: &HeightMap) -> f32 {
     let [w, h] = [map.width, map.height].map(|n| n as usize);
     let at = |x: usize, y: usize| f64::from(map.texels[y % h * w + x % w]);
@@ -148,7 +148,8 @@ fn usual_scale(map: &HeightMap) -> f32 {
     USUAL_HEIGHT.min(USUAL_SLOPE / steepness(map))
 }
 
-/// Returns the scale that agrees with the normals, in texture repeats per unit of height; `None` without correlation.
+/// Returns the scale that agrees with the normals, in texture repeats per unit of height, or `None` if heights and normals are not
+/// correlated.
 fn agreed_scale(material: &Material) -> Option<f32> {
     let relief = material.relief.as_ref()?;
     if relief.in_widths {
@@ -159,30 +160,30 @@ fn agreed_scale(material: &Material) -> Option<f32> {
     Some((found.scale_texels / f64::from(relief.map.width)) as f32)
 }
 
-/// Anisotropy, sampled by texture coordinate.
+/// The anisotropy, sampled by texture coordinate.
 struct SampledAnisotropy {
     strength: Property<1>,
-    /// Counter-clockwise rotation from the tangent, radians.
+    /// The counter-clockwise rotation from the tangent, in radians.
     rotation: f32,
     direction: Option<Plate<2>>,
 }
 
-/// Anisotropy at one point.
+/// The anisotropy at one point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AnisotropySample {
-    /// Unit direction from the tangent towards the bitangent, which points up in images.
+    /// The unit direction from the tangent towards the bitangent, which points up in images.
     pub along: Vec2,
-    /// Slope variance along this direction in excess of the base's `α`: `(α_t² − α²)/2`.
+    /// The slope variance along this direction, in excess of the variance due to the base's `α`: `(α_t² − α²)/2`.
     pub variance: f32,
 }
 
-/// A material that can be sampled at its first texture coordinates.
+/// A material that can be sampled at its first set of texture coordinates.
 pub struct SampledMaterial {
     base_color: Property<3>,
     metalness: Property<1>,
     roughness: Property<1>,
     meaning: RoughnessMeaning,
-    /// Facet distribution of a measured material.
+    /// The facet distribution of a measured material.
     fit: Option<Arc<FittedTable>>,
     f0: Property<3>,
     specular: Property<1>,
@@ -194,32 +195,32 @@ pub struct SampledMaterial {
     slopes: Option<Plate<2>>,
     anisotropy: Option<SampledAnisotropy>,
     heights: Option<Plate<1>>,
-    /// Map height that coincides with the mesh.
+    /// The map height at which the surface coincides with the mesh.
     pub middle: f32,
     scale: Option<f32>,
-    /// Texture repeats per unit of height for files without a scale: fitted to the normals, or the default.
+    /// The number of texture repeats per unit of height for files without a scale, fitted to the normals or from the default.
     agreed: f32,
-    /// Resolution of the finest texture, texels across and down.
+    /// The resolution of the finest texture, in texels across and down.
     pub size: (u32, u32),
-    /// Resolutions of the emission, the accessibility (or its cones) and the opacity.
+    /// The resolutions of the emission, the accessibility (or the cones), and the opacity.
     sizes: [(u32, u32); 3],
 }
 
-/// Material properties of one texel.
+/// The material properties of one texel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Texel {
-    /// Linear albedo.
+    /// The linear albedo.
     pub albedo: [f32; 3],
-    /// Roughness `α`.
+    /// The roughness `α`.
     pub alpha: f32,
-    /// Reflectance at normal incidence.
+    /// The reflectance at normal incidence.
     pub f0: [f32; 3],
-    /// Mean F0 of the dielectric layer.
+    /// The mean F0 of the dielectric layer.
     pub diffuse_f0: f32,
 }
 
 impl Texel {
-    /// Adds another texel multiplied by `weight`; weights need not sum to one.
+    /// Adds another texel multiplied by `weight`. The weights need not sum to one.
     #[must_use]
     pub fn plus(self, weight: f32, other: Self) -> Self {
         let sum = |a: [f32; 3], b: [f32; 3]| std::array::from_fn(|i| a[i] + weight * b[i]);
@@ -234,18 +235,18 @@ impl Texel {
     }
 }
 
-/// Returns the texel centre in the image's unit square, `t` down.
+/// Returns the centre of a texel in the image's unit square, with `t` down.
 fn texel_centre(index: usize, (width, height): (u32, u32)) -> Vec2 {
     let [x, y] = [index % width as usize, index / width as usize].map(|k| k as f32 + 0.5);
     Vec2::new(x / width as f32, y / height as f32)
 }
 
-/// Evaluates `at` at each texel centre of an image, row by row.
+/// Evaluates `at` at each texel centre of an image, in the order of rows.
 pub fn per_texel<T: Send>(size: (u32, u32), at: impl Fn(Vec2) -> T + Sync) -> Vec<T> {
     (0..size.0 as usize * size.1 as usize).into_par_iter().map(|index| at(texel_centre(index, size))).collect()
 }
 
-/// Returns a material that reflects nothing.
+/// Returns a material that reflects no light.
 fn black(name: &str) -> Material {
     Material {
         base_color: Input::constant([0.0; 3]),
@@ -338,7 +339,7 @@ impl SampledMaterial {
         self.emission.factor != [0.0; 3]
     }
 
-    /// Returns the emitted radiance at a texture coordinate, `t` down.
+    /// Returns the emitted radiance at a texture coordinate, with `t` down.
     pub fn emission(&self, texcoord: Vec2) -> [f32; 3] {
         self.emission.at(texcoord)
     }
@@ -363,27 +364,27 @@ impl SampledMaterial {
         self.opacity.is_some()
     }
 
-    /// Returns the opacity at a texture coordinate. An alpha mask is remapped to put its cutoff at one half.
+    /// Returns the opacity at a texture coordinate. An alpha mask is remapped so that its cutoff is at one half.
     pub fn opacity(&self, texcoord: Vec2) -> f32 {
         let Some((property, cutoff)) = &self.opacity else { return 1.0 };
         let [value] = property.at(texcoord).map(|v| v.clamp(0.0, 1.0));
         match cutoff {
             None => value,
-            // A cutoff of 0 passes every value, and one above 1 passes none.
+            // A cutoff of 0 passes every value, and a cutoff above 1 passes none.
             Some(cutoff) if *cutoff <= 0.0 => 1.0,
-            // An equal slope on both sides keeps the interpolated edge at the edge of the mask.
+            // With an equal slope on both sides, the edge of the mask remains in place under interpolation.
             Some(cutoff) => 0.5 + 0.5 * (value - cutoff) / cutoff.max(1.0 - cutoff),
         }
     }
 
-    /// Returns the cutout for values of [`opacity`](Self::opacity).
+    /// Returns the cutout for a map of [`opacity`](Self::opacity) values.
     pub fn cutout(&self, map: PropertyMap<f32>) -> Option<Cutout> {
         let (_, cutoff) = self.opacity.as_ref()?;
         Some(if cutoff.is_some() { Cutout::Mask(map) } else { Cutout::Share(map) })
     }
 
-    /// Adds emission, ambient occlusion and cutouts to a material map, each in its own chart and wrap. `to_texcoord` maps a chart's
-    /// coordinates to the material's.
+    /// Adds emission, ambient occlusion and cutouts to a material map. Each of them has its own chart and wrap mode. `to_texcoord` maps the
+    /// coordinates of a chart to those of the material.
     pub fn with_light(
         &self,
         map: MaterialMap,
@@ -419,12 +420,12 @@ impl SampledMaterial {
         self.slopes.is_some()
     }
 
-    /// Returns the colour, roughness and reflectance at a texture coordinate, `t` down.
+    /// Returns the colour, roughness and reflectance at a texture coordinate, with `t` down.
     pub fn texel(&self, texcoord: Vec2) -> Texel {
         let ([metal], [roughness]) = (self.metalness.at(texcoord), self.roughness.at(texcoord));
         let (base, metal, [specular]) =
             (self.base_color.at(texcoord), metal.clamp(0.0, 1.0), self.specular.at(texcoord));
-        // An F0 below that of real dielectrics fades reflection at all angles.
+        // If F0 is below that of real dielectrics, reflection is weaker at all angles.
         let f0 = self.f0.at(texcoord).map(|c| c.min(1.0) * specular);
         Texel {
             albedo: base.map(|c| (c * (1.0 - metal)).clamp(0.0, 1.0)),
@@ -435,23 +436,24 @@ impl SampledMaterial {
     }
 
     /// Evaluates [`texel`](Self::texel) for an image of the material's [`size`](Self::size). `to_texcoord` maps image to texture
-    /// coordinates. `fills` replaces texels in cutouts by the mean of the nearest opaque ones.
+    /// coordinates. With `fills`, the mean of the nearest opaque texels replaces each texel in a cutout.
     pub fn texels(&self, fills: bool, to_texcoord: impl Fn(Vec2) -> Vec2 + Sync) -> Vec<Texel> {
         let texels = per_texel(self.size, |at| self.texel(to_texcoord(at)));
         if !fills || !self.has_cutouts() {
             return texels;
         }
-        // Minimum opacity at which a texel's colour counts.
+        // The smallest opacity at which the colour of a texel counts.
         let least = if matches!(self.opacity, Some((_, None))) { 1.0 / 255.0 } else { 0.5 };
         filled(&texels, self.size.into(), |index| self.opacity(to_texcoord(texel_centre(index, self.size))) >= least)
     }
 
-    /// Returns the height at a texture coordinate, in the map's unit; the middle height without a map.
+    /// Returns the height at a texture coordinate, in the unit of the map. Without a map, it is the middle height.
     pub fn height(&self, texcoord: Vec2) -> f32 {
         self.heights.as_ref().map_or(self.middle, |plate| plate.at(texcoord)[0])
     }
 
-    /// Returns the normal map slope, rise over run by `s` and `t` (down), at a texture coordinate; 0 without a normal map.
+    /// Returns the slope of the normal map at a texture coordinate, as rise over run by `s` and `t` (down). Without a normal map, the slope
+    /// is 0.
     pub fn slope(&self, texcoord: Vec2) -> Vec2 {
         self.slopes.as_ref().map_or(Vec2::ZERO, |plate| Vec2::from(plate.at(texcoord)))
     }
@@ -474,8 +476,8 @@ impl SampledMaterial {
         AnisotropySample { along, variance: 0.5 * (more * more - alpha * alpha) }
     }
 
-    /// Returns the relief slope at a texture coordinate: the normal map's, or central differences of heights `scale` high over a repeat of
-    /// 1.
+    /// Returns the relief slope at a texture coordinate. The slope comes from the normal map, or from central differences of heights that
+    /// are multiplied by `scale`, for a repeat of 1.
     pub fn relief_slope(&self, texcoord: Vec2, scale: f32) -> Vec2 {
         let Some(heights) = self.heights.as_ref().filter(|_| self.slopes.is_none()) else {
             return self.slope(texcoord);
@@ -485,8 +487,8 @@ impl SampledMaterial {
         Vec2::new(across(step * Vec2::X), across(step * Vec2::Y))
     }
 
-    /// Returns the texture repeats per unit of height, for repeats of `repeat` metres: from the file's scale, the fit to the normals, or
-    /// the default ([`USUAL_HEIGHT`], limited by [`USUAL_SLOPE`]).
+    /// Returns the number of texture repeats per unit of height, for repeats of `repeat` metres. This scale comes from the file's scale,
+    /// the fit to the normals, or the default ([`USUAL_HEIGHT`], limited by [`USUAL_SLOPE`]).
     pub fn unit(&self, repeat: f32) -> f32 {
         self.scale.map_or(self.agreed, |metres| metres / repeat)
     }
@@ -504,9 +506,9 @@ impl SampledMaterial {
             counts[usize::from(texel[3])] += 1.0;
         }
         let alphas: Vec<f64> = (0..=u8::MAX).map(|code| f64::from(alpha_of(code)).max(1e-4)).collect();
-        // A measured material brings its own facet distribution.
+        // A measured material has its own facet distribution.
         let two_lobes = two_classes(&alphas, &counts).map(|alpha| alpha as f32).filter(|_| self.fit.is_none());
-        // The object holds the dielectric reflectance.
+        // The dielectric reflectance is stored with the object.
         let own = opaque([texels[0].diffuse_f0; 3]);
         let f0 = f0.iter().any(|texel| *texel != own).then_some(f0);
         MaterialMap { f0, two_lobes, fit: self.fit.clone(), ..MaterialMap::new(width, height, colors) }
@@ -535,12 +537,12 @@ mod tests {
             material.relief = Some(Relief { map, scale: None, in_widths: false, middle: 0.5 });
             material
         };
-        // The default height limits maps with few waves, and the default slope limits maps with many.
+        // The default height limits the relief of maps with few waves. The default slope limits the relief of maps with many waves.
         assert_eq!(SampledMaterial::new(&waves(1.0)).unit(2.0), USUAL_HEIGHT);
         let many = SampledMaterial::new(&waves(20.0));
         let slope = many.unit(2.0) * 20.0 * std::f32::consts::PI * 0.5f32.sqrt();
         assert!((slope / USUAL_SLOPE - 1.0).abs() < 0.03, "{slope}");
-        // A scale from the file is used unchanged.
+        // If the file has a scale, it is used unchanged.
         let mut stored = waves(20.0);
         stored.relief.as_mut().unwrap().scale = Some(0.3);
         assert_eq!(SampledMaterial::new(&stored).unit(2.0), 0.15);

@@ -1,16 +1,16 @@
-//! Fills cutouts with colours. Files often leave cutouts black, and mipmaps would blend this black into the opaque areas.
+//! Fills cutouts with colours. Cutouts are often black in files, and mipmaps would blend this black into the opaque areas.
 
 use super::cover::Texel;
 
-/// A mip level with the mean of the covered texels.
+/// A mip level whose texels are means of the covered texels.
 struct TexelLevel {
     size: [usize; 2],
-    /// Texels of the level; `None` where none is covered.
+    /// The texels of the level, or `None` where nothing is covered.
     texels: Vec<Option<Texel>>,
 }
 
 impl TexelLevel {
-    /// Computes the next coarser level.
+    /// Computes the next coarser mip level.
     fn coarser(&self) -> Self {
         let [width, height] = self.size;
         let size = self.size.map(|side| side.div_ceil(2));
@@ -29,8 +29,8 @@ impl TexelLevel {
     }
 }
 
-/// Replaces uncovered texels by the mean of the nearest `covered` ones; rows stay in order. The mean over a square of 2ⁿ × 2ⁿ texels is
-/// therefore the mean of its covered texels.
+/// Replaces uncovered texels by the mean of the nearest `covered` texels. The texels are in the order of rows. The mean over a square of 2ⁿ
+/// × 2ⁿ texels is then the mean of its covered texels.
 pub fn filled(texels: &[Texel], [width, height]: [u32; 2], covered: impl Fn(usize) -> bool) -> Vec<Texel> {
     let size = [width as usize, height as usize];
     let there = texels.iter().enumerate().map(|(index, texel)| covered(index).then_some(*texel)).collect();
@@ -65,11 +65,11 @@ mod tests {
         let red = |texels: &[Texel]| texels.iter().map(|t| t.albedo[0]).sum::<f32>() / texels.len() as f32;
         let one = filled(&texels, [4, 4], |index| index == 5);
         assert!((red(&one) - 0.8).abs() < 1e-6, "{}", red(&one));
-        // Two texels of the right half that lie in different squares.
+        // The two covered texels of the right half lie in different squares.
         let two = filled(&texels, [4, 4], |index| index == 5 || index == 7);
         assert!((two[0].albedo[0] - 0.8).abs() < 1e-6 && (two[3].albedo[0] - 0.1).abs() < 1e-6);
         assert!((red(&two) - 0.45).abs() < 1e-6, "{}", red(&two));
-        // An image of odd size without covered texels.
+        // The image has an odd size and no covered texels.
         assert_eq!(
             filled(&texels[..15], [5, 3], |_| false),
             texels[..15].iter().map(|_| texels[0]).collect::<Vec<_>>()

@@ -1,10 +1,10 @@
-//! The sun's orbit on a day in late spring at 40° north; world +y is north and +x east.
+//! The sun's orbit on a day in late spring at 40° north. World +y is north and +x is east.
 
 use glam::{Quat, Vec3};
 
 use leadr_render::scene::FrameState;
 
-/// Latitude and declination of the sun, radians. The sun rises at about half past five, and its elevation at noon is 60°.
+/// The latitude and the declination of the sun, in radians. The sun rises at about half past five, and is 60° high at noon.
 const LATITUDE: f32 = 0.698;
 const DECLINATION: f32 = 0.175;
 
@@ -16,14 +16,14 @@ pub fn at_hour(hour: f64) -> Vec3 {
     after(noon, hour - 12.0)
 }
 
-/// Returns the direction of the sun `hours` after it was in `direction`, by a rotation about the celestial pole.
+/// Returns the direction of the sun `hours` after it was in `direction`. The function rotates `direction` about the celestial pole.
 pub fn after(direction: Vec3, hours: f64) -> Vec3 {
     let (sl, cl) = LATITUDE.sin_cos();
     let angle = -std::f64::consts::TAU * (hours / 24.0).rem_euclid(1.0);
     Quat::from_axis_angle(Vec3::new(0.0, cl, sl), angle as f32) * direction
 }
 
-/// Advances only the sky of a frame by `hours`. Frames lit by an image do not change.
+/// Advances the sky of a frame by `hours`. A frame that is lit by an image does not change.
 pub fn pass(state: &mut FrameState, hours: f64) {
     if let Some(sky) = state.sky.as_mut().filter(|_| hours != 0.0) {
         sky.sun_direction = after(sky.sun_direction, hours);

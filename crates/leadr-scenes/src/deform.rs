@@ -1,5 +1,5 @@
-//! Surfaces that deform while their LEADR maps stay the same (LEADR section 4.3, eq. 12 and Figure 5): a quad, a sphere and a cylinder that
-//! are stretched, sheared or flattened.
+//! Surfaces that deform while their LEADR maps stay the same (LEADR section 4.3, eq. 12 and Figure 5): a quad, a sphere and a cylinder are
+//! stretched, sheared or flattened.
 
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
@@ -22,26 +22,26 @@ pub enum Deformation {
     /// Stretches sideways and compresses vertically by the same factor, up to [`STRETCH`]. Slopes flatten along one direction and steepen
     /// along another.
     Stretch,
-    /// Shears by up to [`SHEAR`] of the height.
+    /// Shears the surface by up to [`SHEAR`] of its height.
     Shear,
-    /// Flattens the bumps until the surface is smooth.
+    /// Lowers the bumps until the surface is smooth.
     HeightScale,
 }
 
-/// Duration of one deformation and its return, seconds.
+/// The duration of one deformation and its reversal, in seconds.
 pub const PERIOD: f64 = 6.0;
-/// Maximum factor of [`Deformation::Stretch`].
+/// The maximum factor of [`Deformation::Stretch`].
 pub const STRETCH: f32 = 1.8;
-/// Maximum factor of [`Deformation::Shear`].
+/// The maximum factor of [`Deformation::Shear`].
 pub const SHEAR: f32 = 0.9;
 
-/// Returns the progress of the deformation at `time` seconds, 0 to 1 and back.
+/// Returns the progress of the deformation at `time` seconds, which rises from 0 to 1 and falls back to 0.
 pub fn progress(time: f64) -> f32 {
     (0.5 - 0.5 * (TAU * time / PERIOD).cos()) as f32
 }
 
 impl Deformation {
-    /// Returns the linear map at `progress` from 0 to 1, in axes with x sideways and z up.
+    /// Returns the linear map at a `progress` from 0 to 1. The x axis points sideways and z points up.
     #[must_use]
     pub fn map(self, progress: f32) -> Mat3 {
         match self {
@@ -51,7 +51,7 @@ impl Deformation {
         }
     }
 
-    /// Returns the displacement factor at `progress`.
+    /// Returns the factor on the displacement at `progress`.
     pub fn relief(self, progress: f32) -> f32 {
         if self == Self::HeightScale { (1.0 - progress).max(0.0) } else { 1.0 }
     }
@@ -66,15 +66,16 @@ impl Deformation {
     }
 }
 
-/// Valid stretch factors.
+/// The valid stretch factors.
 pub const FACTORS: RangeInclusive<f32> = 0.2..=5.0;
 
-/// Stretches sideways by `factor` and compresses vertically.
+/// Stretches sideways by `factor`, and compresses vertically by the same factor.
 fn stretching(factor: f32) -> Mat3 {
     Mat3::from_diagonal(Vec3::new(factor, 1.0, 1.0 / factor))
 }
 
-/// Stretches all objects and lamps of a frame along x by `factor`, above 0, and compresses them along z by as much. The anchor is fixed.
+/// Stretches all objects and lamps of a frame along x by `factor`, above 0, and compresses them along z by the same factor. The anchor does
+/// not move.
 pub fn stretch(state: &mut FrameState, factor: f32) {
     if factor == 1.0 {
         return;
@@ -105,7 +106,7 @@ pub const FLOOR: f32 = -HALF;
 const REPEAT: f32 = 2.0;
 const TEXELS: u32 = 512;
 
-/// Returns Gaussian bumps about 9 cm wide, with slopes of standard deviation 0.45.
+/// Returns Gaussian bumps that are about 9 cm wide and whose slopes have a standard deviation of 0.45.
 fn bumps() -> HeightField {
     let mut map = procedural::gaussian(TEXELS, TEXELS, 11, 0.45, 1.0 / 64.0);
     map.texels.iter_mut().for_each(|h| *h *= REPEAT);
@@ -118,7 +119,7 @@ fn cylinder(n: u32, color: [f32; 4]) -> PatchMesh {
     const EXPONENT: f32 = 9.0;
     let mut mesh = cube_sphere(n, color);
     for (p, normal) in mesh.positions.iter_mut().zip(&mut mesh.normals) {
-        // Moves the edges of the cube to the rims: |r / R|ᵉ + |z / H|ᵉ = 1.
+        // The edges of the cube are moved to the rims of the cylinder: |r / R|ᵉ + |z / H|ᵉ = 1.
         let side = Vec3::new(p.x, p.y, 0.0);
         let (r, z) = (side.length(), p.z * HALF / RADIUS);
         let (a, b) = (r / RADIUS, z.abs() / HALF);
@@ -130,7 +131,7 @@ fn cylinder(n: u32, color: [f32; 4]) -> PatchMesh {
     mesh
 }
 
-/// Builds the stage: quad, sphere and cylinder from left to right.
+/// Builds the stage with quad, sphere and cylinder from left to right.
 pub fn stage(deformation: Deformation) -> Stage {
     let (color, specular_f0) = deformation.material();
     let map = bumps();
@@ -147,7 +148,7 @@ pub fn stage(deformation: Deformation) -> Stage {
 
     let motion = move |time: f64| {
         let map = deformation.map(progress(time));
-        // Stretched objects stay on the floor and clear of their neighbours.
+        // Stretched objects stay on the floor and do not touch their neighbours.
         let room = 1.25 * (map * Vec3::X).length().max(1.0) * HALF + 0.1 + 0.5 * (map * Vec3::Z).x.abs();
         let upright = Mat3::from_rotation_x(80f32.to_radians());
         let pose_at = |x: f32, linear: Mat3| {
@@ -170,7 +171,7 @@ mod tests {
     use leadr_render::surfaces::patch_mesh::PosedVertices;
     use leadr_render::surfaces::topology::Topology;
 
-    /// Vertices and normals move alike in every pose. Two stretches by the square root of a factor equal one stretch by the factor.
+    /// Vertices and normals move consistently in every pose. Two stretches by the square root of a factor equal one stretch by the factor.
     #[test]
     fn frames_stretch_about_their_anchor() {
         let mesh = cube_sphere(2, [1.0; 4]);

@@ -8,11 +8,11 @@ use leadr_maps::material::{MaterialDetail, Texture};
 use leadr_render::scene::{Detail, DetailColors, DetailMapping, DetailMask, MaterialMap};
 use leadr_render::surfaces::displacement::HeightField;
 
-/// Converts the detail of a surface with a repeat of `metres`. In texture coordinates t points up; in axis projections it points down.
+/// Converts the detail of a surface that repeats every `metres`. In texture coordinates t points up, and in axis projections t points down.
 pub fn detail(layer: &MaterialDetail, mapping: DetailMapping, metres: f32) -> Detail {
     let sampled = SampledMaterial::new(&layer.material);
     let (width, height) = sampled.size;
-    // Metres per repeat of the detail, and per unit of height.
+    // The number of metres per repeat of the detail, and per unit of height.
     let repeat = metres / layer.repeat;
     let unit = if sampled.has_heights() { sampled.unit(repeat) * repeat } else { 1.0 };
     let scale = unit * layer.height_scale;
@@ -26,7 +26,7 @@ pub fn detail(layer: &MaterialDetail, mapping: DetailMapping, metres: f32) -> De
         let f0 = texels.iter().map(|texel| texel.f0.iter().sum::<f32>() / 3.0).sum::<f32>() / texels.len() as f32;
         (map, if layer.mask.is_some() { DetailColors::Cover(f0) } else { DetailColors::Vary })
     });
-    // A counter-clockwise rotation of the image rotates the lookup clockwise; t points down.
+    // A counter-clockwise rotation of the image rotates the lookup clockwise. In images, t points down.
     let flipped = Mat2::from_diagonal(Vec2::new(1.0, -1.0));
     let (to_up, onto_mask) = match mapping {
         DetailMapping::Texcoords => (Mat2::IDENTITY, Affine2 { matrix2: flipped, translation: Vec2::Y }),

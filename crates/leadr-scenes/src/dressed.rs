@@ -14,13 +14,13 @@ use leadr_render::surfaces::patch::PatchPoint;
 use leadr_render::surfaces::patch_mesh::{PatchMesh, TileLayout};
 use leadr_render::surfaces::triplanar;
 
-/// Vertex albedo and roughness that leave the material's unchanged.
+/// The vertex albedo and roughness that leave the material unchanged.
 const UNTINTED: [f32; 4] = [1.0; 4];
 
-/// Minimum memory per texel for a material on the plane, bytes: the texel, its codes and its height.
+/// The memory per texel for a material on the plane, in bytes, at least: the texel, its codes and its height.
 pub const DRESSING: u64 = size_of::<Texel>() as u64 + 8 + 4;
 
-/// Returns a plane with the material's map sizes but no map contents.
+/// Returns a plane whose maps have the sizes of the material's maps but no contents.
 pub fn placeholder_plane(material: &Material) -> Object {
     let (width, height) = finest(material);
     let object = Object::new("plane", PatchMesh::default()).with_material(MaterialMap::new(width, height, Vec::new()));
@@ -30,7 +30,8 @@ pub fn placeholder_plane(material: &Material) -> Object {
     object.with_heights(HeightField::repeating(HeightMap { width, height, texels: Vec::new() }), 1.0)
 }
 
-/// Builds an 8 m plane with a material, upright seen from above with `+y` on top. It repeats every `repeat` metres; default 2.
+/// Builds an 8 m plane with a material. Seen from above with `+y` on top, the material is upright. The material repeats every `repeat`
+/// metres, or every 2 metres by default.
 pub fn plane_stage(material: &Material, repeat: Option<f32>) -> Stage {
     let metres = repeat.unwrap_or(PLANE_REPEAT);
     let sampled = SampledMaterial::new(material);
@@ -42,12 +43,12 @@ pub fn plane_stage(material: &Material, repeat: Option<f32>) -> Stage {
     let mut object =
         Object::new("plane", mesh).with_specular_f0(texels[0].diffuse_f0).with_edge_tint(material.edge_tint);
     let mut map = sampled.with_light(sampled.map(sampled.size, &texels), [[TextureWrap::Repeat; 2]; 3], upright);
-    // The surface's t is the image's y, so the y of the cones is flipped too.
+    // The surface's t is the image's y, so the y coordinate of the cones is flipped as well.
     map.cones.iter_mut().flat_map(|cones| &mut cones.texels).for_each(|cone| cone[1] = -cone[1]);
     object = object.with_material(with_relief_maps(&sampled, map));
     if has_relief {
         object.coarse_mesh = coarse;
-        // Heights in texture repeats, as in baked files, have the slopes of the normals.
+        // Heights in texture repeats, as in baked files, have the same slopes as the normals.
         let unit = sampled.unit(metres);
         let heights = per_texel(sampled.size, |at| sampled.height(upright(at)) * unit - sampled.middle * unit);
         let field = HeightField::repeating(HeightMap { width, height, texels: heights });
@@ -69,13 +70,14 @@ pub fn plane_stage(material: &Material, repeat: Option<f32>) -> Stage {
     Stage::still(vec![object], plane_views())
 }
 
-/// Returns the slope variance of the anisotropy. `units` converts a direction to slopes by texture coordinate in the heights' unit.
+/// Returns the slope variance that the anisotropy adds. `units` converts a direction to slopes by texture coordinate, in the unit of the
+/// heights.
 fn spread_of(sample: AnisotropySample, units: impl Fn(Vec2) -> Vec2) -> [f32; 3] {
     let along = units(sample.along);
     [along.x * along.x, along.y * along.y, along.x * along.y].map(|square| square * sample.variance)
 }
 
-/// Material data of one texel of a sphere tile.
+/// The material data of one texel in a tile of the sphere.
 #[derive(Clone, Copy, Default)]
 struct Baked {
     texel: Texel,
@@ -94,7 +96,7 @@ const SHARPNESS: i32 = 4;
 pub fn sphere_stage(material: &Material, repeat: Option<f32>, tile: u32) -> Stage {
     let metres = repeat.unwrap_or(SPHERE_REPEAT);
     let sampled = SampledMaterial::new(material);
-    // Texture repeats per unit of height, as in baked files.
+    // The number of texture repeats per unit of height, as in baked files.
     let unit = sampled.unit(metres);
     let smooth = material.relief.as_ref().map(|relief| {
         let mut field = HeightField::repeating(relief.map.clone());
@@ -102,11 +104,11 @@ pub fn sphere_stage(material: &Material, repeat: Option<f32>, tile: u32) -> Stag
         field
     });
     let mut mesh = cube_sphere(16, UNTINTED);
-    // Scale from patch parameters to texture coordinates.
+    // The scale from patch parameters to texture coordinates.
     let layout = TileLayout::new(mesh.patches.len() as u32, tile);
     let (width, height) = layout.size();
     let per_patch = Vec2::new(width as f32, height as f32) / layout.inner() as f32;
-    // Converts a tangent-space slope vector to slopes by texture coordinate, in the heights' unit.
+    // Converts a slope vector of the tangent space to slopes by texture coordinate, in the unit of the heights.
     let by_texcoord =
         |slope: Vec3, point: &PatchPoint| Vec2::new(slope.dot(point.du), slope.dot(point.dv)) * per_patch / metres;
     let (_, baked) = bake_patches(&mut mesh, tile, |_, _, point| {
@@ -123,13 +125,13 @@ pub fn sphere_stage(material: &Material, repeat: Option<f32>, tile: u32) -> Stag
             baked.emission = std::array::from_fn(|i| baked.emission[i] + share * emission[i]);
             baked.accessibility += share * sampled.accessibility(at);
             baked.opacity += share * sampled.opacity(at);
-            // This weight keeps the variance of the blended relief.
+            // With this weight, the blended relief has the variance of the original relief.
             let weight = seen.weight / squares.sqrt();
             baked.height += weight * smooth.as_ref().map_or(0.0, |field| field.bicubic(at) - sampled.middle * unit);
             let slope = sampled.relief_slope(at, unit) * weight;
             gradient += slope.x * seen.s + slope.y * seen.t;
             if sampled.is_anisotropic() {
-                // Anisotropy follows the rotation of a lathe, from east to north.
+                // The anisotropy follows the rotation of a lathe, from east to north.
                 let east = Vec3::Z.cross(point.normal).normalize_or(Vec3::X);
                 let north = point.normal.cross(east);
                 let spread =
@@ -140,13 +142,13 @@ pub fn sphere_stage(material: &Material, repeat: Option<f32>, tile: u32) -> Stag
         baked.slope = by_texcoord(gradient, &point).to_array();
         baked
     });
-    // Unused tiles copy a real texel; otherwise they would count as a second surface class.
+    // Unused tiles copy a real texel, so that they do not count as a second class of surface.
     let first = baked[0].texel;
     let texels: Vec<Texel> = baked.iter().map(|b| if b.texel == Texel::default() { first } else { b.texel }).collect();
     let mut object = Object::new("sphere", mesh).with_specular_f0(first.diffuse_f0).with_edge_tint(material.edge_tint);
     let map = MaterialMap {
         emission: sampled.emits().then(|| property(layout, &baked, |b| b.emission)),
-        // Tiles hold the accessibility but no cones.
+        // Tiles store the accessibility, but no cones.
         occlusion: sampled.is_occluded().then(|| property(layout, &baked, |b| b.accessibility)),
         opacity: sampled
             .has_cutouts()
@@ -169,13 +171,13 @@ pub fn sphere_stage(material: &Material, repeat: Option<f32>, tile: u32) -> Stag
     Stage::still(vec![object], sphere_views())
 }
 
-/// Extracts one property of the tiles' texels.
+/// Extracts one property from the texels of the tiles.
 fn property<T>(layout: TileLayout, baked: &[Baked], of: impl Fn(&Baked) -> T) -> PropertyMap<T> {
     let (width, height) = layout.size();
     PropertyMap { width, height, texels: baked.iter().map(of).collect(), wrap: [TextureWrap::Clamp; 2] }
 }
 
-/// Drops the occlusion map of a surface with heights. The relief's self-occlusion already follows from the heights.
+/// Removes the occlusion map of a surface with heights, because the relief's self-occlusion already follows from the heights.
 fn with_relief_maps(sampled: &SampledMaterial, map: MaterialMap) -> MaterialMap {
     MaterialMap { occlusion: map.occlusion.filter(|_| !sampled.has_heights()), ..map }
 }

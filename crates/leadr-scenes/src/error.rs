@@ -1,4 +1,4 @@
-//! Errors in building a scene.
+//! Errors that occur when a scene is built.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use leadr_maps::MapError;
 use leadr_maps::shown::shown_path;
 use leadr_models::ModelError;
 
-/// A failure to build or upload a scene. Each message is one sentence.
+/// A failure to build or upload a scene. Each message is a single sentence.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
     /// The tile size of the T-rex is not a power of two from 8 to 128 texels.
@@ -28,11 +28,11 @@ pub enum SceneError {
         binary(*needs), binary(*left)
     )]
     Memory {
-        /// Name of the object that needs memory.
+        /// The name of the object that needs memory.
         what: String,
-        /// Required memory, bytes.
+        /// The required memory in bytes.
         needs: u64,
-        /// Free memory, bytes.
+        /// The free memory in bytes.
         left: u64,
         /// A configuration that needs less memory.
         remedy: &'static str,

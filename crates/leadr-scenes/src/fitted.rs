@@ -1,5 +1,5 @@
-//! Converts a material measured by `leadr fit` to tables and lobes of its facets. Techniques without these use a roughness and Schlick's
-//! Fresnel term.
+//! Converts a material measured by `leadr fit` to tables and lobes of its facets. Techniques that do not support them use a roughness and
+//! Schlick's Fresnel term.
 
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use leadr_reflectance::facets::gaussian_mixture::Lobe;
 use leadr_reflectance::masking::variants::Masking;
 use leadr_reflectance::materials::fitted_table::{FittedTable, lobe_alpha};
 
-/// Maximum angle of the Fresnel fit, as a fraction of 90°; instruments measure little beyond 75°.
+/// The largest angle of the Fresnel fit, as a fraction of 90°. Instruments measure little beyond 75°.
 const FRESNEL_END: f64 = 75.0 / 90.0;
 
 /// Builds the material of a fit file.
@@ -24,7 +24,8 @@ pub fn material_of(fit: &FitFile, name: &str) -> Material {
     material
 }
 
-/// Replaces a material's facets and diffuse term by measured ones. A roughness texture scales the measured slopes about its mean.
+/// Replaces the facets and the diffuse term of a material by measured ones. A roughness texture scales the measured slopes, relative to the
+/// mean of the texture.
 pub fn apply_fit(fit: &FitFile, material: &mut Material) {
     let masking = fit.brdf.facets.masking;
     if masking != Masking::SmithCorrelated {
@@ -41,7 +42,7 @@ pub fn apply_fit(fit: &FitFile, material: &mut Material) {
     material.f0 = rgb(schlick_f0(&fit.brdf.facets.fresnel));
     material.specular = Input::constant(1.0);
     material.edge_tint = [0.0; 3];
-    // The roughness is quantised as in the renderer, so that the measured slopes are not scaled.
+    // The roughness is quantised as in the renderer, so that the renderer does not scale the measured slopes.
     material.fit = Some(Arc::new(FittedTable::new(&fit.brdf, &fit.lobes, alpha_of(alpha_code(alpha as f32)))));
     material.anisotropy = anisotropy_of(&fit.lobes, alpha);
     let mean = mean_alpha(material);
@@ -57,7 +58,7 @@ pub fn apply_fit(fit: &FitFile, material: &mut Material) {
     }
 }
 
-/// Returns the RMS `α` of a roughness texture with factor 1; 1 without a texture.
+/// Returns the RMS `α` of a roughness texture with factor 1, or 1 without a texture.
 fn mean_alpha(material: &Material) -> f32 {
     let Some(texture) = &material.roughness.texture else { return 1.0 };
     let (raster, channel) = (&texture.raster, material.roughness.channel);
@@ -70,21 +71,21 @@ fn mean_alpha(material: &Material) -> f32 {
     (sum / f64::from(raster.width()) / f64::from(raster.height())).sqrt().max(1e-4) as f32
 }
 
-/// Returns one roughness for all lobes (LEADR section 4.1), from their mean variance across the anisotropy.
+/// Returns one roughness for all lobes (LEADR section 4.1), from the mean variance of the lobes across the anisotropy.
 fn joint_alpha(lobes: &[Lobe]) -> f64 {
     let all: f64 = lobes.iter().map(|lobe| lobe.share).sum();
     let squares: f64 = lobes.iter().map(|lobe| lobe.share * lobe_alpha(lobe).powi(2)).sum();
     (squares / all.max(1e-9)).sqrt()
 }
 
-/// Returns the larger half-axis of a lobe, the smaller one, and the angle of the larger.
+/// Returns the larger half-axis of a lobe, the smaller half-axis, and the angle of the larger one.
 fn axes(lobe: &Lobe) -> (f64, f64, f64) {
     let ellipse = ellipse_from_roughness(2.0 * lobe.covariance);
     let angle = if ellipse.radii.x >= ellipse.radii.y { ellipse.angle } else { ellipse.angle + FRAC_PI_2 };
     (ellipse.radii.max_element(), ellipse.radii.min_element(), angle)
 }
 
-/// Returns the anisotropy of the lobes beyond their smaller half-axis, in the form of `KHR_materials_anisotropy`.
+/// Returns the anisotropy of the lobes in excess of their smaller half-axis, in the form of `KHR_materials_anisotropy`.
 fn anisotropy_of(lobes: &[Lobe], alpha: f64) -> Option<Anisotropy> {
     let all: f64 = lobes.iter().map(|lobe| lobe.share).sum();
     let beyond = |lobe: &Lobe| {
@@ -112,7 +113,7 @@ fn schlick_f0(fresnel: &Fresnel) -> DVec3 {
         let theta = (f64::from(i) + 0.5) / f64::from(STEPS) * FRAC_PI_2 * FRESNEL_END;
         let (sine, cosine) = theta.sin_cos();
         let rest = 1.0 - schlick_weight(cosine);
-        // Schlick: F = f0 rest + (1 − rest).
+        // Schlick's term is F = f0 rest + (1 − rest).
         up += sine * cosine * rest * (fresnel.at(cosine) - DVec3::splat(1.0 - rest));
         down += sine * cosine * rest * rest;
     }
@@ -145,7 +146,7 @@ mod tests {
 
     #[test]
     fn a_stretched_lobe_is_anisotropic_along_its_length() {
-        // The lobe has `α` 0.4 along the diagonal, 0.1 across.
+        // The lobe has an `α` of 0.4 along the diagonal, and of 0.1 across it.
         let (a, b) = (0.08, 0.005);
         let lobe = Lobe { share: 1.0, covariance: DVec3::new(0.5 * (a + b), 0.5 * (a + b), 0.5 * (a - b)) };
         let alpha = joint_alpha(&[lobe]);

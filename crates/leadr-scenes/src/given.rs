@@ -1,4 +1,4 @@
-//! A command line and the checked configuration of its options.
+//! A command line, and the checked configuration that results from its options.
 
 use std::ffi::{OsStr, OsString};
 use std::fmt;
@@ -9,10 +9,10 @@ use super::options::{SceneOption, Sets, Under};
 use super::view::ViewChoice;
 use leadr_reflectance::masking::shadowing::Shadowing;
 
-/// Mutually exclusive options.
+/// Pairs of options that exclude each other.
 pub const EXCLUSIVE: [(&str, &str); 3] = [("grid", "probes"), ("sun", "time-of-day"), ("occlusion-map", "cone-map")];
 
-/// Options that require another option.
+/// Pairs of an option and the option that it requires.
 const NEEDS: [(&str, &str); 5] = [
     ("anisotropy-rotation", "anisotropy"),
     ("detail-repeat", "detail"),
@@ -21,7 +21,7 @@ const NEEDS: [(&str, &str); 5] = [
     ("detail-mask", "detail"),
 ];
 
-/// Flags with their values, in order, for editing and printing.
+/// A list of flags with their values, in order, which can be edited and printed.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CommandLine {
     flags: Vec<(String, Option<OsString>)>,
@@ -33,7 +33,7 @@ impl CommandLine {
         self.flags.push((flag.to_owned(), value));
     }
 
-    /// Sets a flag to a value, or removes it for `None`.
+    /// Sets a flag to a value. If the value is `None`, the flag is removed.
     pub fn set(&mut self, flag: &str, value: Option<impl Into<OsString>>) {
         self.remove(flag);
         self.flags.extend(value.map(|value| (flag.to_owned(), Some(value.into()))));
@@ -44,7 +44,7 @@ impl CommandLine {
         self.flags.retain(|(known, _)| known != flag);
     }
 
-    /// Returns the value of a flag if it is set; empty for a flag without a value.
+    /// Returns the value of a flag if it is set. The value of a flag that takes none is empty.
     pub fn value(&self, flag: &str) -> Option<&OsStr> {
         let found = self.flags.iter().rev().find(|(known, _)| known == flag);
         found.map(|(_, value)| value.as_deref().unwrap_or_default())
@@ -55,13 +55,13 @@ impl CommandLine {
         self.value(&format!("--{option}")).is_some()
     }
 
-    /// Switches to another scene.
+    /// Switches the command line to another scene.
     pub fn enter(&mut self, scene: impl Into<OsString>) {
         SceneOption::all().iter().filter(|option| option.is_of_one_scene()).for_each(|o| self.remove(&o.spec.flag()));
         self.flags.insert(0, ("--scene".to_owned(), Some(scene.into())));
     }
 
-    /// Drops options that the scene, light or technique would refuse. The window keeps them for later.
+    /// Removes options that the scene, light or technique would refuse. The window keeps them for later.
     pub fn honoured(&self) -> Self {
         let mut line = self.clone();
         let mut config = SceneConfig::default();
@@ -85,7 +85,7 @@ impl CommandLine {
         line
     }
 
-    /// Resolves the options to a configuration. A camera file is not read yet.
+    /// Resolves the options to a configuration. The camera file is not read yet.
     ///
     /// # Errors
     /// If an option is invalid, or not supported by the scene or the technique.
@@ -100,13 +100,13 @@ impl CommandLine {
         }
         self.check(&config)?;
         let options = &mut config.picture.options;
-        // Relief shadows already include the sky occlusion.
+        // Relief shadows already include the occlusion of the sky.
         options.sky_occlusion &= self.has("sky-occlusion") || !options.relief_shadows;
         let (heights, traced) = (config.height_map.as_deref(), options.relief_shadows);
         if !self.has("shadowing") && !traced && config.material.is_normal_map_alone(heights) {
             options.shadowing = Shadowing::NormalMap;
         }
-        // Extra samples antialias edges without MSAA.
+        // If there are several samples, they antialias edges, so MSAA is not needed.
         let once = config.picture.samples == 1 && options.edge_samples == 1;
         if !self.has("msaa") && once && !config.picture.technique.is_reference() {
             config.msaa = DEFAULT_MSAA;
@@ -175,7 +175,7 @@ impl CommandLine {
             "--relief-shadows already includes occlusion by large shapes: remove --sky-occlusion"
         } else if self.has("detail") {
             "--relief-shadows needs displaced geometry, and --detail is shading only: remove one of them"
-        // On the sphere, the facets come from the maps.
+        // On the sphere, the facets come from the maps, so `--anisotropy` is allowed there.
         } else if config.scene.name == "plane"
             && config.material.anisotropy.is_some()
             && config.material.is_displaced(config.height_map.as_deref())
@@ -189,12 +189,12 @@ impl CommandLine {
 }
 
 impl fmt::Display for CommandLine {
-    /// Formats the flags in shell syntax, each after a space.
+    /// Formats the flags in shell syntax. A space precedes each flag.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (name, value) in &self.flags {
             write!(f, " {name}")?;
             let Some(value) = value.as_ref().map(|value| value.to_string_lossy()) else { continue };
-            // A value with a leading minus sign could be parsed as a flag.
+            // Without `=`, a value with a leading minus sign could be parsed as a flag.
             let joint = if value.starts_with('-') { "=" } else { " " };
             let plain = |c: char| c.is_ascii_alphanumeric() || "-_.,:/+=@%".contains(c);
             if !value.is_empty() && value.chars().all(plain) {

@@ -1,4 +1,4 @@
-//! Dry ground that extends to the horizon: displaced soil, tiled by example without repeats, under dust drifts and trodden paths.
+//! Dry ground that extends to the horizon. Displaced soil is tiled by example, and dust drifts and trodden paths cover it.
 
 use super::plane::{plane, toward_horizon};
 use super::sphere::color_code;
@@ -8,21 +8,21 @@ use leadr_maps::{HeightMap, procedural};
 use leadr_render::scene::{MaterialMap, Object, Tiling};
 use leadr_render::surfaces::displacement::HeightField;
 
-/// Width of ground that the soil map covers, metres.
+/// The width of ground that one repeat of the soil map covers, in metres.
 const REPEAT: f32 = 5.0;
-/// Height from the lowest crack to the highest pebble, metres.
+/// The height from the lowest crack to the highest pebble, in metres.
 pub const RELIEF: f32 = 0.10;
-/// Beckmann roughness of the soil.
+/// The Beckmann roughness of the soil.
 const SOIL_ROUGHNESS: f32 = 0.78;
-/// Half the side of the ground, metres. At this distance the rim is 0.02° below a standing viewer's horizon.
+/// Half the side of the ground, in metres. At this distance, the rim is 0.02° below the horizon of a standing viewer.
 const HALF: f32 = 6000.0;
-/// Resolution of the soil map along one repeat, texels.
+/// The resolution of the soil map along one repeat in texels.
 const TEXELS: u32 = 1024;
 
-/// Step in metres by which the ground follows the viewer. Its features stay fixed in the world ([`Tiling::Ground`]).
+/// The step in metres in which the ground mesh follows the viewer. The features of the ground stay fixed in the world ([`Tiling::Ground`]).
 pub const STEP: f32 = 40.0;
 
-/// Returns the soil heights without broad swells.
+/// Returns the heights of the soil, without broad swells.
 fn soil() -> Vec<f32> {
     let programs = [include_str!("ground.rs"), procedural::SOURCE, leadr_maps::noise::SOURCE];
     cached(
@@ -62,7 +62,8 @@ pub fn ground() -> Object {
         .without_shadow()
 }
 
-/// Removes features wider than about `radius` texels from a repeating map, because blended pieces with broad swells would not fit together.
+/// Removes features wider than about `radius` texels from a repeating map. Tiling by example blends pieces of the map, and pieces with
+/// broad swells would not fit together.
 fn flatten(texels: &mut [f32], width: usize, radius: usize) {
     let mut swell = texels.to_vec();
     for _ in 0..2 {
@@ -74,7 +75,7 @@ fn flatten(texels: &mut [f32], width: usize, radius: usize) {
     }
 }
 
-/// Returns the running means over `2 · radius + 1` texels of repeating rows.
+/// Returns the running means over `2 · radius + 1` texels, for rows that repeat.
 fn blur_rows(texels: &[f32], width: usize, radius: usize) -> Vec<f32> {
     let count = (2 * radius + 1) as f64;
     texels
@@ -97,7 +98,7 @@ mod tests {
 
     #[test]
     fn the_ground_follows_by_whole_repeats() {
-        // With this step, lattice shifts are integers and exact at any distance.
+        // With this step, shifts of the lattice are integers and exact at any distance.
         assert_eq!(STEP % REPEAT, 0.0);
     }
 

@@ -1,4 +1,4 @@
-//! Scenes: pure functions of time that produce render inputs.
+//! Scenes, as pure functions of time that produce the inputs of the renderer.
 
 pub mod camera_file;
 pub mod config;

@@ -10,20 +10,21 @@ use super::studio::studio;
 use leadr_maps::RgbImage;
 use leadr_render::settings::numbers::finite;
 
-/// Environment light besides the sun.
+/// The environment light, in addition to the sun.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum EnvironmentChoice {
     /// The analytic sky with its sun.
     Sky,
-    /// A generated photo studio with no sun.
+    /// A generated photo studio, without a sun.
     Studio,
-    /// An equirectangular image, `.hdr` or `.exr`.
+    /// An equirectangular image in a `.hdr` or `.exr` file.
     File(PathBuf),
 }
 
 impl EnvironmentChoice {
-    /// Loads the equirectangular radiance, rotated by `degrees` counter-clockwise from above; `None` for the analytic sky.
+    /// Loads the equirectangular radiance, rotated by `degrees` counter-clockwise when seen from above. Returns `None` for the analytic
+    /// sky.
     ///
     /// # Errors
     /// If the file is missing, damaged, too large or of the wrong type.
@@ -55,11 +56,11 @@ impl FromStr for EnvironmentChoice {
     }
 }
 
-/// Rotates a panorama, counter-clockwise from above. It shifts whole texels and interpolates the remaining fraction of a texel, so every
-/// row keeps its power.
+/// Rotates a panorama counter-clockwise when seen from above. The function shifts whole texels and interpolates the remaining fraction of a
+/// texel, so every row keeps its power.
 fn rotated(picture: RgbImage, degrees: f32) -> RgbImage {
     let width = picture.width as usize;
-    // Azimuth decreases with the column.
+    // The azimuth decreases with the column.
     let columns = (f64::from(degrees) / 360.0).rem_euclid(1.0) * width as f64;
     let (whole, rest) = if (columns - columns.round()).abs() < 1e-4 {
         (columns.round() as usize % width, 0.0)
@@ -78,12 +79,12 @@ fn rotated(picture: RgbImage, degrees: f32) -> RgbImage {
     RgbImage { texels, ..picture }
 }
 
-/// Direction to the sun.
+/// The direction to the sun.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SunDirection {
-    /// Azimuth, degrees counter-clockwise from +x, seen from above.
+    /// The azimuth in degrees, counter-clockwise from +x when seen from above.
     pub azimuth: f32,
-    /// Elevation, degrees above the horizon, −90 to 90.
+    /// The elevation in degrees above the horizon, from −90 to 90.
     pub elevation: f32,
 }
 
@@ -94,7 +95,7 @@ impl SunDirection {
         Self { azimuth: vector.y.atan2(vector.x).to_degrees(), elevation }
     }
 
-    /// Returns the unit vector toward the sun, z up.
+    /// Returns the unit vector toward the sun, with z up.
     #[must_use]
     pub fn vector(self) -> Vec3 {
         let (azimuth, elevation) = (self.azimuth.to_radians(), self.elevation.to_radians());
@@ -124,7 +125,7 @@ mod tests {
 
     #[test]
     fn panoramas_rotate_counter_clockwise_and_keep_their_power() {
-        // Columns run clockwise from -x, so the centre of the first of four columns is at 135 degrees.
+        // The columns run clockwise from -x, so the centre of the first of four columns is at 135 degrees.
         let texels = [1.0, 2.0, 4.0, 8.0, 3.0, 3.0, 3.0, 5.0].map(|v| [v, 0.0, 2.0 * v]).to_vec();
         let picture = RgbImage::new(4, 2, texels).unwrap();
         let red = |degrees| rotated(picture.clone(), degrees).texels.iter().map(|t| t[0]).collect::<Vec<_>>();

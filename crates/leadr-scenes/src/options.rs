@@ -1,4 +1,4 @@
-//! All options of a scene picture, one per row; shading options come from [`ShadingOptions::ALL`].
+//! All options of a scene picture, with one option per row. The shading options come from [`ShadingOptions::ALL`].
 
 use std::ffi::OsStr;
 use std::path::PathBuf;
@@ -22,21 +22,21 @@ use leadr_render::surfaces::moments::MomentFormat;
 
 /// An option of a scene picture.
 pub struct SceneOption {
-    /// Name, syntax and help text.
+    /// The name, the syntax and the help text.
     pub spec: Spec,
     /// The setting that the option changes.
     pub sets: Sets,
-    /// The choice that a scene must offer to support the option; `None` if every scene supports it.
+    /// The choice that a scene must offer if it supports the option; `None` if every scene supports it.
     pub choice: Option<Choice>,
-    /// The environment that the option requires; `None` for any.
+    /// The environment that the option requires; `None` if it works with any environment.
     pub under: Option<Under>,
     /// Whether the option may be repeated.
     pub repeats: bool,
-    /// Names and descriptions of the values, for options with few values.
+    /// Returns the names and descriptions of the values, for options with few values.
     pub names: fn() -> Vec<(&'static str, &'static str)>,
 }
 
-/// The setting that an option changes, and how its value is parsed.
+/// The setting that an option changes, and the way in which its value is parsed.
 pub enum Sets {
     /// A flag without a value.
     Flag(fn(&mut SceneConfig)),
@@ -93,7 +93,7 @@ impl SceneOption {
     const fn formerly(self, name: &'static str) -> Self { Self { spec: self.spec.formerly(name), ..self } }
     const fn key(self, key: &'static str) -> Self { Self { spec: self.spec.key(key), ..self } }
     const fn panel(self, panel: Panel) -> Self { Self { spec: self.spec.panel(panel), ..self } }
-    /// Restricts the option to scenes that offer a choice.
+    /// Restricts the option to scenes that offer this choice.
     const fn of(self, choice: Choice) -> Self { Self { choice: Some(choice), ..self } }
     const fn called(self, label: &'static str) -> Self { Self { spec: self.spec.called(label), ..self } }
     const fn under(self, under: Under) -> Self { Self { under: Some(under), ..self } }
@@ -101,7 +101,7 @@ impl SceneOption {
     const fn values(self, names: fn() -> Vec<(&'static str, &'static str)>) -> Self { Self { names, ..self } }
 }
 
-/// All options except shading options.
+/// All options except the shading options.
 #[rustfmt::skip]
 const OPTIONS: [SceneOption; 57] = [
     option(SCENE, "scene", "NAME|FILE.glb|FILE.gltf", "Draw this scene, or a glTF model on open ground",
@@ -195,7 +195,7 @@ const OPTIONS: [SceneOption; 57] = [
     material("height", "METRES", "Set the height difference in metres between black (0) and white (1) in the height map",
         Text(|c, text| not_negative(text).map(|metres| c.height = Some(metres))))
         .default("the height that fits the normals of the material; 0.12 without normals"),
-    // With smaller repeats, texture coordinates on the 8 m plane lose precision.
+    // With smaller repeats, texture coordinates on the 8 m plane would lose precision.
     material("repeat", "METRES", "Set the width of one repeat of height maps and materials, 0.01 to 1000",
         Text(|c, text| within(text, 0.01, 1000.0).map(|metres| c.repeat = Some(metres as f32))))
         .default("2 on the plane, 1.2 on the sphere"),
@@ -316,7 +316,7 @@ impl SceneOption {
         Self::all().iter().find(|option| option.spec.name == name)
     }
 
-    /// Parses a value into a configuration, and refuses invalid text.
+    /// Parses a value and stores it in a configuration. Refuses invalid text.
     pub fn set(&self, config: &mut SceneConfig, value: &OsStr) -> Result<(), String> {
         let text = || value.to_str().ok_or_else(|| "the value is not UTF-8".to_owned());
         match &self.sets {
@@ -329,7 +329,7 @@ impl SceneOption {
         Ok(())
     }
 
-    /// Formats the value as text, for picture settings; empty for a flag without a value.
+    /// Formats the value of a picture setting as text. The text is empty for a flag without a value.
     pub fn write(&self, picture: &Picture) -> Option<String> {
         match &self.sets {
             Sets::Picture(field) => field.write(*picture),
@@ -338,7 +338,7 @@ impl SceneOption {
         }
     }
 
-    /// Returns the value as JSON, for picture settings.
+    /// Returns the value of a picture setting as JSON.
     pub fn json(&self, picture: &Picture) -> Option<Json> {
         match &self.sets {
             Sets::Picture(field) => field.json(*picture),
@@ -361,7 +361,7 @@ impl SceneOption {
         !self.spec.value_name.is_empty()
     }
 
-    /// Whether the option describes the surface of one scene, and is dropped on a scene change.
+    /// Whether the option describes the surface of one scene. Such an option is dropped when the scene changes.
     pub fn is_of_one_scene(&self) -> bool {
         matches!(self.spec.heading, SCENE | MATERIAL | SEA)
     }
@@ -372,7 +372,7 @@ impl SceneOption {
         of_technique && self.choice.is_none_or(|choice| scene.offers(choice))
     }
 
-    /// Returns the help text with the supporting scenes and techniques and the default.
+    /// Returns the help text, including the default and the scenes and techniques that support the option.
     pub fn help(&self) -> String {
         let mut help = self.spec.help.to_owned();
         if let Some(choice) = self.choice.filter(|choice| !matches!(choice, Choice::Model | Choice::Folder)) {
@@ -400,7 +400,7 @@ fn factor(text: &str) -> Result<f32, String> {
     within(text, *FACTORS.start(), *FACTORS.end())
 }
 
-/// Selects the scene of this name, or a model, with its default sea.
+/// Selects the scene of this name, or a model, with the scene's default sea.
 fn enter(config: &mut SceneConfig, name: &str) -> Result<(), String> {
     let file = PathBuf::from(name);
     let extension = file.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase);

@@ -1,5 +1,5 @@
-//! A quilted cushion on a floor (after LEADR Figure 9). Seams and buttons form diamonds on woven cloth with a twisted cord at the rim. All
-//! of these are displaced.
+//! A quilted cushion on a floor (after LEADR Figure 9). Seams and buttons form diamonds on woven cloth, and the rim has a twisted cord.
+//! Seams, buttons, threads and cord are displaced.
 
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
@@ -13,24 +13,25 @@ use leadr_render::camera::Camera;
 use leadr_render::scene::{Object, Pose};
 use leadr_render::surfaces::patch_mesh::PatchMesh;
 
-/// Half the width of the cushion, metres.
+/// Half the width of the cushion in metres.
 const HALF: f32 = 0.25;
 /// Height of the upper face above the rim, and of the rim above the floor, metres.
 const THICKNESS: f32 = 0.1;
 const LOWER: f32 = 0.026;
 /// Patches along a side of each face.
 const PATCHES: u32 = 12;
-/// Metres of cloth per unit of the parameters `(s, t)`.
+/// The number of metres of cloth per unit of the parameters `(s, t)`.
 const CLOTH: f32 = HALF * 1.25;
 /// Albedo and roughness of the floor.
 const FLOOR: [f32; 4] = [0.46, 0.42, 0.37, 0.45];
 /// Side and height of a diamond, metres.
 const DIAMOND: f32 = 0.092;
 const PUFF: f32 = 0.013;
-/// Width of a thread, metres.
+/// The width of a thread in metres.
 const THREAD: f32 = 0.0055;
 
-/// Returns the cushion at `(s, t)` in `[-1, 1]²`, `side` 1 above and −1 below. Its sides are concave between pointed corners.
+/// Returns the point of the cushion at `(s, t)` in `[-1, 1]²`. `side` is 1 on the upper face and −1 on the lower face. The outline is
+/// concave between pointed corners.
 fn shape(s: f32, t: f32, side: f32) -> Vec3 {
     let (a, b) = ((FRAC_PI_2 * s).sin(), (FRAC_PI_2 * t).sin());
     let (ca, cb) = ((FRAC_PI_2 * s).cos(), (FRAC_PI_2 * t).cos());
@@ -40,7 +41,7 @@ fn shape(s: f32, t: f32, side: f32) -> Vec3 {
     Vec3::new(HALF * a * pinch(cb), HALF * b * pinch(ca), depth)
 }
 
-/// Builds the two faces, with shared vertices at the rim.
+/// Builds the two faces, which share their vertices at the rim.
 fn mesh() -> PatchMesh {
     let n = PATCHES;
     let mut mesh = PatchMesh::default();
@@ -55,8 +56,8 @@ fn mesh() -> PatchMesh {
                 let e = 1e-3;
                 let ds = shape(s + e, t, side) - shape(s - e, t, side);
                 let dt = shape(s, t + e, side) - shape(s, t - e, side);
-                // The surface continues on the other face beyond the rim, so derivatives at the rim are smooth. They vanish at the pointed
-                // corners.
+                // The surface continues on the other face beyond the rim, so derivatives at the rim are smooth. The derivatives vanish at
+                // the pointed corners.
                 let corner = (i == 0 || i == n) && (j == 0 || j == n);
                 let normal = if corner { Vec3::new(s, t, 0.0) } else { ds.cross(dt) * side };
                 mesh.normals.push(normal.normalize());
@@ -67,7 +68,7 @@ fn mesh() -> PatchMesh {
             for i in 0..n {
                 let mut patch = [vertex(i, j), vertex(i + 1, j), vertex(i + 1, j + 1), vertex(i, j + 1)];
                 if side < 0.0 {
-                    // The lower face is visible from below.
+                    // The lower face is visible from below, so its orientation is reversed.
                     patch.swap(1, 3);
                 }
                 mesh.patches.push(patch);
@@ -75,7 +76,7 @@ fn mesh() -> PatchMesh {
         }
     }
     mesh.colors = vec![[1.0; 4]; mesh.positions.len()];
-    // The floor hides the lower hemisphere.
+    // The floor hides the lower hemisphere from points that face it.
     mesh.accessibility = mesh.normals.iter().map(|n| 0.55 + 0.45 * n.z).collect();
     mesh
 }
@@ -88,18 +89,18 @@ fn parameters(patch: usize, uv: Vec2) -> Vec2 {
     (Vec2::new((cell % PATCHES) as f32, (cell / PATCHES) as f32) + uv) * (2.0 / PATCHES as f32) - 1.0
 }
 
-/// The cloth at a point.
+/// The properties of the cloth at a point.
 #[derive(Clone, Copy, Debug)]
 struct Cloth {
-    /// Height above the smooth cushion, metres.
+    /// The height above the smooth cushion, in metres.
     height: f32,
-    /// Linear albedo.
+    /// The linear albedo.
     color: Vec3,
     /// Beckmann roughness.
     roughness: f32,
 }
 
-/// Evaluates two crossing threads of a plain weave: height in `[0, 1]`, and whether the warp is on top.
+/// Evaluates two crossing threads of a plain weave. Returns the height in `[0, 1]`, and whether the warp is on top.
 fn weave(p: Vec2) -> (f32, bool) {
     let cell = (p / THREAD).floor();
     let local = p / THREAD - cell - 0.5;
@@ -109,13 +110,13 @@ fn weave(p: Vec2) -> (f32, bool) {
 }
 
 fn cloth(parameter: Vec2) -> Cloth {
-    // Points beyond the rim are on the other face.
+    // Points beyond the rim lie on the other face.
     let parameter = parameter.clamp(Vec2::NEG_ONE - 0.1, Vec2::ONE + 0.1);
     let p = parameter * CLOTH;
     let inside = (1.0 - parameter.abs()) * CLOTH;
     let rim = inside.min_element();
 
-    // Seams along u and v bound the diamonds; the quilting starts a little inside the cord.
+    // Seams along u and v are the sides of the diamonds. The quilting starts a little inside the cord.
     let (u, v) = ((p.x + p.y) / DIAMOND + 0.5, (p.x - p.y) / DIAMOND + 0.5);
     let quilted = smoothstep(0.012, 0.05, rim);
     let puff = (PI * u).sin().abs() * (PI * v).sin().abs();
@@ -191,14 +192,14 @@ pub fn stage(tile: u32) -> Stage {
     Stage::moving(vec![pillow, floor()], views, still, |_| Vec3::ZERO).with_albedo_below([r, g, b])
 }
 
-/// Builds a pale floor, darkened under the cushion.
+/// Builds a pale floor that is darker under the cushion.
 fn floor() -> Object {
     let mut mesh = plane(400.0, 112, 1.0, FLOOR, |t| (9.0 * t).sinh() / 9.0f32.sinh());
     mesh.accessibility = mesh
         .positions
         .iter()
         .map(|p| {
-            // The occlusion approximates a disc just above the floor.
+            // The occlusion is approximately that of a disc just above the floor.
             let outside = ((p.x.powi(4) + p.y.powi(4)).powf(0.25) - 0.7 * HALF).max(0.0);
             1.0 - 0.85 * (-(outside / 0.06).powi(2)).exp() - 0.12 * (-(outside / 0.3)).exp()
         })

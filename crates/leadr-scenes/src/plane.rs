@@ -1,4 +1,4 @@
-//! A square of patches in the plane z = 0 with a repeating height map: the ground, and the `plane` scene.
+//! A square of patches in the plane z = 0 with a repeating height map, for floors and for the `plane` scene.
 
 use glam::Vec3;
 use leadr_render::scene::Object;
@@ -9,8 +9,8 @@ pub fn floor(mesh: PatchMesh) -> Object {
     Object::new("floor", mesh).without_shadow()
 }
 
-/// Builds a square plane of half width `half` with `n × n` patches. Their spacing is `spacing(t)`, `t ∈ [-1, 1] → [-1, 1]`, so the middle
-/// can have smaller patches. One repeat of the map covers `repeat` metres.
+/// Builds a square plane of half width `half` with `n × n` patches. `spacing` maps evenly spaced positions in `[-1, 1]` to positions in
+/// `[-1, 1]`, so the middle can have smaller patches. One repeat of the map covers `repeat` metres.
 pub fn plane(half: f32, n: u32, repeat: f32, color: [f32; 4], spacing: impl Fn(f32) -> f32) -> PatchMesh {
     let mut mesh = PatchMesh { flat_repeat: Some(repeat), ..PatchMesh::default() };
     let at = |i: u32| half * spacing(2.0 * i as f32 / n as f32 - 1.0);
@@ -28,19 +28,19 @@ pub fn plane(half: f32, n: u32, repeat: f32, color: [f32; 4], spacing: impl Fn(f
     mesh
 }
 
-/// Returns the patches of a vertex grid with `columns` by `rows` patches.
+/// Returns the patches of a grid of vertices, which has `columns` by `rows` patches.
 pub fn grid(columns: u32, rows: u32) -> Vec<[u32; 4]> {
     let width = columns + 1;
     let first = |j: u32| (0..columns).map(move |i| j * width + i);
     (0..rows).flat_map(first).map(|v| [v, v + 1, v + width + 1, v + width]).collect()
 }
 
-/// Uniform spacing for [`plane`].
+/// Returns positions of even spacing for [`plane`].
 pub fn even(t: f32) -> f32 {
     t
 }
 
-/// Spacing for a wide ground, whose patches are a thousand times smaller at the centre than at the rim.
+/// Returns positions for a wide ground, whose patches are a thousand times smaller at the centre than at the rim.
 pub fn toward_horizon(t: f32) -> f32 {
     let steepness = 7.6f32;
     (steepness * t).sinh() / steepness.sinh()
@@ -58,7 +58,7 @@ mod tests {
             let p = patch.map(|v| mesh.positions[v as usize]);
             assert!((p[1] - p[0]).cross(p[3] - p[0]).z > 0.0);
         }
-        // Each direction has 8 × 9 edges, and the 32 rim edges have one patch each.
+        // Each direction has 8 × 9 edges. Each of the 32 edges at the rim belongs to a single patch.
         let topology = Topology::new(&mesh.patches);
         assert_eq!(topology.edges.len(), 144);
         assert_eq!(topology.irregular_edges(), 32);

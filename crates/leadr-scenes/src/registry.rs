@@ -1,4 +1,4 @@
-//! The table of scenes; each row declares name, help line, choices and constructor.
+//! The table of scenes. Each row declares a name, a help line, choices and a constructor.
 //!
 //! The command line, its help, the reports and the bench use this table. A new scene needs a source file and a row here.
 
@@ -27,7 +27,7 @@ use leadr_render::surfaces::budget::Room;
 /// A property of a scene that the user can choose.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Choice {
-    /// A height map or a material in place of the generated ones.
+    /// A height map or a material that replaces the generated ones.
     HeightMap,
     /// The roughness of the displaced surfaces.
     Roughness,
@@ -35,7 +35,7 @@ pub enum Choice {
     AtlasTile,
     /// Whether a relief displaces the surfaces, and its height.
     Relief,
-    /// Triangulation, maps and shading of objects. Waves do not support curvature under a pixel, relief shadows and occlusion.
+    /// The triangulation, maps and shading of objects. Waves do not support curvature under a pixel, relief shadows and occlusion.
     Objects,
     /// The stretch of the objects.
     Stretch,
@@ -52,7 +52,7 @@ pub enum Choice {
 }
 
 impl Choice {
-    /// Returns the reason why a scene does not offer this choice, to complete a sentence about the scene.
+    /// Returns the reason why a scene does not offer this choice, in a form that completes a sentence about the scene.
     fn lacking(self) -> &'static str {
         match self {
             Self::HeightMap => "has its own surfaces",
@@ -70,39 +70,40 @@ impl Choice {
     }
 }
 
-/// Inputs of the scene constructors.
+/// The inputs of the scene constructors.
 #[derive(Clone, Debug)]
 pub struct SceneOptions {
-    /// One repeat of the heights, for scenes with [`Choice::HeightMap`]; `None` generates them.
+    /// One repeat of the heights, for scenes with [`Choice::HeightMap`]; with `None`, heights are generated.
     pub height_map: Option<HeightMap>,
-    /// Slope moments and height unit of a baked file.
+    /// The slope moments and the height unit of a baked file.
     pub baked: Option<BakedRelief>,
     /// A complete material that replaces `height_map`.
     pub material: Option<Material>,
-    /// The model of the model scene.
+    /// The model of a model scene.
     pub model: Option<ModelChoice>,
-    /// Height from map value 0 to 1, metres; `None` uses the file's scale or the default. Materials have their own.
+    /// The height difference between map values 0 and 1, in metres; `None` uses the file's scale or the default. Materials have a height of
+    /// their own.
     pub height: Option<f32>,
-    /// Width of one repeat of heights and materials, metres; `None` uses the scene's default.
+    /// The width of one repeat of heights and materials in metres; `None` uses the scene's default.
     pub repeat: Option<f32>,
     /// How maps are tiled, for scenes with [`Choice::Tiling`].
     pub tiling: Tiling,
-    /// Whether scenes with [`Choice::Bare`] omit the setting around the surface.
+    /// Whether scenes with [`Choice::Bare`] leave out the setting around the surface.
     pub bare: bool,
-    /// Texels along an atlas tile, for scenes with [`Choice::AtlasTile`]: a power of two, 8 to 128.
+    /// The number of texels along an atlas tile, for scenes with [`Choice::AtlasTile`]: a power of two, 8 to 128.
     pub atlas_tile: u32,
     /// The sea of scenes with [`Choice::Waves`]; `None` uses the scene's default.
     pub waves: Option<Waves>,
-    /// Memory limit for the maps, checked before slow bakes.
+    /// The memory limit for the maps. The limit is checked before slow bakes.
     pub room: Option<Room>,
 }
 
-/// Memory per texel for the bake of the T-rex's atlas, bytes: 4.5 GB in total with tiles of 128.
+/// The memory in bytes per texel that the bake of the T-rex's atlas needs. Tiles of 128 texels need 4.5 GB in total.
 const TREX_BAKING: u64 = 46;
 
 impl SceneOptions {
-    /// Refuses an object whose maps exceed the device memory, or whose construction exceeds the machine's. `making`: bytes per height
-    /// texel. Only the sizes of the maps are used.
+    /// Refuses an object whose maps exceed the memory of the device, or whose construction exceeds the memory of the machine. `making` is
+    /// the memory for the construction in bytes per height texel. Only the sizes of the maps are used.
     fn room_for(&self, object: Object, making: u64, remedy: &'static str) -> Result<(), SceneError> {
         let Some(room) = self.room else { return Ok(()) };
         let texels =
@@ -123,7 +124,7 @@ impl SceneOptions {
 }
 
 impl Default for SceneOptions {
-    /// Generated heights, fine tiles and the default sea.
+    /// Returns options with generated heights, fine tiles and the default sea.
     fn default() -> Self {
         Self {
             height_map: None,
@@ -141,20 +142,20 @@ impl Default for SceneOptions {
     }
 }
 
-/// Callback for the completed fraction of a scene, 0 to 1, from any thread.
+/// A callback that receives the completed fraction of a scene, from 0 to 1, from any thread.
 pub type Progress<'a> = &'a (dyn Fn(f32) + Sync);
 
-/// A scene, declared by one row of [`SCENES`].
+/// A scene that is declared by one row of [`SCENES`].
 pub struct NamedScene {
-    /// Name of the scene on the command line and in reports.
+    /// The name of the scene on the command line and in reports.
     pub name: &'static str,
-    /// Description for the command's help.
+    /// The description of the scene for the command's help.
     pub help: &'static str,
-    /// Properties of the scene that the user can choose.
+    /// The properties of the scene that the user can choose.
     pub choices: &'static [Choice],
     /// The default sea of the scene, if it has one.
     pub sea: Option<fn() -> Waves>,
-    /// Label of the slow construction step, shown with its progress.
+    /// The label of the slow construction step, which is shown with its progress.
     pub making: Option<&'static str>,
     make: fn(SceneOptions, Progress<'_>) -> Result<Stage, SceneError>,
 }
@@ -168,7 +169,7 @@ const fn scene(
     NamedScene { name, help, choices, sea: None, making: None, make }
 }
 
-/// All scenes in the order of the help; the first is the default.
+/// All scenes in the order of the help. The first scene is the default.
 pub static SCENES: [NamedScene; 11] = [
     NamedScene {
         making: MAKING_THE_TREX,
@@ -185,7 +186,7 @@ pub static SCENES: [NamedScene; 11] = [
             let (bare, tiling) = (options.bare, options.tiling);
             let mut stage = match &options.material {
                 Some(material) => {
-                    // Memory is checked before resampling to the finest texels.
+                    // The memory is checked before the material is resampled to the finest texels.
                     options.room_for(dressed::placeholder_plane(material), dressed::DRESSING, "smaller maps")?;
                     dressed::plane_stage(material, options.repeat)
                 }
@@ -242,7 +243,7 @@ pub static SCENES: [NamedScene; 11] = [
     },
 ];
 
-/// Choices of scenes with displaced objects. The longer list adds atlas tiles.
+/// The choices of scenes with displaced objects. The longer list also includes atlas tiles.
 const SHAPES: [Choice; 4] = [Relief, Objects, Stretch, Roughness];
 const IN_TILES: [Choice; 5] = [AtlasTile, Relief, Objects, Stretch, Roughness];
 
@@ -280,7 +281,7 @@ impl NamedScene {
     /// Refuses a `flag` if the scene does not offer its choice.
     ///
     /// # Errors
-    /// A sentence that names the scenes that offer the choice.
+    /// Returns a sentence that names the scenes that offer the choice.
     pub fn check_offers(&self, flag: &str, choice: Choice) -> Result<(), String> {
         if self.offers(choice) {
             return Ok(());
@@ -293,13 +294,13 @@ impl NamedScene {
         Err(format!("{flag} is for the scenes {names}{models}; {} {}", self.name, choice.lacking()))
     }
 
-    /// Returns the default sea; the open sea for scenes without one.
+    /// Returns the default sea. For scenes without a default sea, returns the open sea.
     pub fn waves(&self) -> Waves {
         self.sea.map_or_else(Waves::default, |waves| waves())
     }
 
-    /// Returns the tile size of a quick first picture, before tiles of `tile` texels are ready. Finer relief becomes roughness, so small
-    /// bumps look the same. `None` without an atlas, or if the finer atlas is not cached.
+    /// Returns the tile size of a quick first picture, before tiles of `tile` texels are ready. The finer relief becomes roughness, so
+    /// small bumps look the same. Returns `None` if the scene has no atlas, or if the finer atlas is not cached.
     pub fn first_tile(&self, tile: u32) -> Option<u32> {
         let at_hand = self.making.is_none() || Trex::is_kept(tile);
         (self.offers(AtlasTile) && tile > FIRST_TILE && at_hand).then_some(FIRST_TILE)
@@ -347,9 +348,9 @@ mod tests {
     fn first_pictures_have_coarser_atlases() {
         let first = |name: &str, tile: u32| NamedScene::find(name).unwrap().first_tile(tile);
         assert_eq!(first("sphere", 64), Some(FIRST_TILE));
-        // These scenes have no atlas, or no coarser one.
+        // These scenes have no atlas, or no coarser atlas.
         assert_eq!([first("plane", 64), first("sphere", FIRST_TILE)], [None, None]);
-        // An uncached atlas is baked before the first picture, and no cache has tiles of this size.
+        // An atlas that is not cached is baked before the first picture. No cache has tiles of this size.
         assert_eq!(first("trex", 1024), None);
     }
 

@@ -1,4 +1,4 @@
-//! Loads and uploads the scene of a configuration: objects, light and view.
+//! Loads and uploads the scene of a configuration, with its objects, light and view.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -31,18 +31,18 @@ use leadr_render::scene::FrameState;
 use leadr_render::settings::RenderSettings;
 use leadr_render::surfaces::budget::Room;
 
-/// The input files of a scene, loaded and checked.
+/// The input files of a scene. They are loaded and checked.
 #[derive(Debug)]
 pub struct Inputs {
-    /// Heights of the plane or sphere.
+    /// The heights of the plane or sphere.
     pub height_map: Option<HeightMap>,
-    /// Slope moments and unit of a baked height file.
+    /// The slope moments and the height unit of a baked file.
     pub baked: Option<BakedRelief>,
-    /// Material of the plane or sphere, including its heights.
+    /// The material of the plane or sphere, including its heights.
     pub material: Option<Material>,
     /// The model, for model scenes.
     pub model: Option<ModelChoice>,
-    /// Equirectangular radiance; `None` for the analytic sky.
+    /// The equirectangular radiance of the environment; `None` for the analytic sky.
     pub environment: Option<RgbImage>,
 }
 
@@ -76,7 +76,7 @@ impl Inputs {
             }
         }
         if let (Some(material), Some(alpha)) = (&mut material, config.roughness) {
-            // The anisotropy adds to this roughness.
+            // The anisotropy is added to this roughness.
             material.roughness = Input::constant(alpha);
             material.roughness_meaning = RoughnessMeaning::Alpha;
         }
@@ -136,16 +136,16 @@ fn check_kinds(config: &SceneConfig) -> Result<(), MapError> {
 /// Progress of setting up a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SetUp {
-    /// A named step starts.
+    /// The step of this name starts.
     Begins(&'static str),
-    /// Completed fraction of the step, 0 to 1.
+    /// The completed fraction of the step, from 0 to 1.
     Share(f32),
 }
 
-/// Callback for the progress of setting up a scene, from any thread.
+/// A callback that receives the progress while a scene is set up, from any thread.
 pub type Watch<'a> = &'a (dyn Fn(SetUp) + Sync);
 
-/// Sets the relief height of a material in metres. Refuses materials without heights, and heights measured in map widths.
+/// Sets the height of a material's relief in metres. Refuses materials without heights, and heights in widths of the map.
 fn set_height(
     metres: f32,
     config: &SceneConfig,
@@ -179,35 +179,35 @@ pub type Animation = Box<dyn Fn(f64) -> FrameState + Send>;
 
 /// A scene on the device.
 pub struct Set {
-    /// Renderer that holds the uploaded objects.
+    /// The renderer that holds the uploaded objects.
     pub renderer: Renderer,
-    /// Returns the scene at any time, seen by `camera`, which follows moving objects.
+    /// Returns the scene at any time, seen by `camera`. The camera follows moving objects.
     pub animation: Animation,
     /// The initial camera, relative to the followed object.
     pub camera: Camera,
     /// The standard views of the scene, relative to the followed object.
     pub views: Views,
-    /// Resolution of the largest height map, texels across and down, if any.
+    /// The resolution of the largest height map, in texels across and down, if there is one.
     pub map_size: Option<(u32, u32)>,
-    /// Factory for other environments of the scene.
+    /// The factory for other environments of the scene.
     pub surroundings: SkyOrPicture,
 }
 
-/// Factory for environments: the sky over a scene, or an image whose brightest spots become lights.
+/// A factory for environments. An environment is the sky over a scene, or an image whose brightest spots become lights.
 #[derive(Clone, Debug)]
 pub struct SkyOrPicture {
     /// The sky over the scene.
     pub sky: Sky,
-    /// Settings for the extraction of lights.
+    /// The settings for the extraction of lights.
     pub lights: LightExtraction,
-    /// Counter-clockwise rotation of images, seen from above, degrees.
+    /// The counter-clockwise rotation of images when seen from above, in degrees.
     pub rotation: f32,
     /// Whether the exposure of images follows their irradiance on level ground.
     pub auto_exposure: bool,
 }
 
 impl SkyOrPicture {
-    /// Uses this sky, for images without exposure or rotation.
+    /// Creates a factory with this sky. Images have neither exposure nor rotation.
     pub fn under(sky: Sky) -> Self {
         Self { sky, lights: LightExtraction::default(), rotation: 0.0, auto_exposure: false }
     }
@@ -217,7 +217,7 @@ impl SkyOrPicture {
         picture.filter(|_| self.auto_exposure).map_or(1.0, exposure::metered)
     }
 
-    /// Builds the environment of an equirectangular `picture`; `None` uses the sky.
+    /// Builds the environment of an equirectangular `picture`; with `None`, the sky is used.
     pub fn make(&self, gpu: &Arc<Gpu>, picture: Option<&RgbImage>) -> Result<Environment, GpuError> {
         match picture {
             Some(picture) => Environment::from_panorama(gpu, Environment::FACE_SIZE, picture, self.lights),
@@ -226,8 +226,8 @@ impl SkyOrPicture {
     }
 }
 
-/// Uploads the scene of `config` and reports progress to `watch`. `first`: settings of the first frames, whose pipelines are compiled
-/// meanwhile.
+/// Uploads the scene of `config` and reports progress to `watch`. `first` has the settings of the first frames. The pipelines of these
+/// frames are compiled during the upload.
 ///
 /// # Errors
 /// If the scene cannot be built or the device fails.
@@ -271,7 +271,7 @@ pub fn set(
     let metered = surroundings.metered(inputs.environment.as_ref());
     watch(SetUp::Begins("filtering the environment light"));
     let environment = surroundings.make(gpu, inputs.environment.as_ref())?;
-    // The suns of an environment image replace the sky's.
+    // The suns of an environment image replace the sun of the sky.
     let sky = inputs.environment.is_none().then_some(sky);
     let views = stage.views;
     let own = stage.own_camera.take();
@@ -307,7 +307,7 @@ pub fn set(
 }
 
 impl Set {
-    /// Returns the scene at `time` seconds, seen from another view in a picture of this size.
+    /// Returns the scene at `time` seconds, seen from another view, for a picture of this size.
     pub fn state_from(&self, time: f64, view: ViewChoice, size: Size) -> FrameState {
         let state = (self.animation)(time);
         // The animation's camera moves with the object that it follows.
@@ -318,7 +318,7 @@ impl Set {
     }
 }
 
-/// Moves the camera back for pictures narrower than 4:3, so that they show the full width of the middle views.
+/// Moves the camera back for pictures narrower than 4:3, so that they show the full width of the middle view.
 fn fitted(camera: Camera, size: Size) -> Camera {
     let narrower = (4.0 / 3.0) * size.height as f32 / size.width as f32;
     camera.at_distance(camera.position.distance(camera.target) * narrower.clamp(1.0, 4.0))
@@ -394,7 +394,7 @@ mod tests {
             ..SceneConfig::default()
         };
         assert_eq!(scale(&of_folder), Ok(Some(0.03)));
-        // Heights without a material go directly to the scene.
+        // Heights without a material are passed directly to the scene.
         let alone = SceneConfig {
             height_map: Some(file("x_Displacement.png")),
             material: MaterialFiles::default(),

@@ -88,8 +88,8 @@ fn square() -> Vec<Sector> {
     (0..4).map(|k| [k, k + 1].map(|end| (corner(end), normal(k)))).collect()
 }
 
-/// Sweeps an outline around the z axis. The pieces list radii and heights, outward and down over the top. Edges are between pieces, and
-/// each piece is smooth.
+/// Sweeps an outline around the z axis. Each piece lists radii and heights, from the top outward and down. A piece is smooth, and there are
+/// sharp edges between pieces.
 fn revolved(pieces: &[&[[f32; 2]]], sectors: &[Sector]) -> PatchMesh {
     let mut mesh = PatchMesh::default();
     for piece in pieces {

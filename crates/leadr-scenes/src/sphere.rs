@@ -1,4 +1,4 @@
-//! A patch sphere without poles or seams, for any height map. Triplanar projections are blended into one tile per patch.
+//! A sphere of patches without poles or seams, which works with any height map. Triplanar projections are blended into one tile per patch.
 
 use glam::{Vec2, Vec3};
 use leadr_maps::HeightMap;
@@ -11,7 +11,7 @@ use leadr_render::surfaces::patch_mesh::{PatchMesh, TileLayout};
 use leadr_render::surfaces::triplanar;
 use rayon::prelude::*;
 
-/// Builds a unit sphere of `6 · n²` patches from a cube whose edges are divided into equal angles. Texture coordinates cover `[0, 1]²` on
+/// Builds a unit sphere of `6 · n²` patches from a cube, whose edges are divided into equal angles. Texture coordinates cover `[0, 1]²` on
 /// each face, so the twelve cube edges are texture seams.
 pub fn cube_sphere(n: u32, color: [f32; 4]) -> PatchMesh {
     let mut mesh = PatchMesh::default();
@@ -19,7 +19,7 @@ pub fn cube_sphere(n: u32, color: [f32; 4]) -> PatchMesh {
     for face in 0..6usize {
         let mut vertex = |i: u32, j: u32| {
             let angle = |k: u32| (2 * k) as f32 / n as f32 - 1.0;
-            // Integer keys weld the cube faces exactly.
+            // Integer keys identify vertices that the cube faces share exactly.
             let (a, b) = (2 * i as i32 - n as i32, 2 * j as i32 - n as i32);
             let key = face_axes(face, n as i32, a, b);
             *index.entry(key).or_insert_with(|| {
@@ -61,8 +61,8 @@ pub fn layout_tiles(mesh: &mut PatchMesh, tile: u32) -> TileLayout {
     layout
 }
 
-/// Gives each patch of `mesh` a tile and fills it with `value(position, normal)` on the smooth surface. Returns the layout and the atlas,
-/// row by row. Tile gutters continue the surface beyond the patch.
+/// Gives each patch of `mesh` a tile and fills it with `value(position, normal)` on the smooth surface. Returns the layout and the rows of
+/// the atlas. The gutters of the tiles continue the surface beyond the patch.
 pub fn bake_tiles<T: Copy + Default + Send + Sync>(
     mesh: &mut PatchMesh,
     tile: u32,
@@ -71,7 +71,8 @@ pub fn bake_tiles<T: Copy + Default + Send + Sync>(
     bake_patches(mesh, tile, |_, _, point| value(point.position, point.normal))
 }
 
-/// Like [`bake_tiles`], but calls `value(patch, uv, point)` with the patch index and the point in `[0, 1]²` plus gutters.
+/// Like [`bake_tiles`], but calls `value(patch, uv, point)` with the patch index and the point's parameters `uv`, which are in `[0, 1]²`
+/// or, in gutters, slightly outside.
 pub fn bake_patches<T: Copy + Default + Send + Sync>(
     mesh: &mut PatchMesh,
     tile: u32,
@@ -92,7 +93,7 @@ pub fn bake_patches<T: Copy + Default + Send + Sync>(
     (layout, atlas)
 }
 
-/// Fills an atlas of `count` tiles row by row; `tile(index)` returns the texels of a tile, row by row.
+/// Fills an atlas of `count` tiles, in rows of texels. `tile(index)` returns the rows of one tile.
 pub fn fill_tiles<T: Copy + Default + Send + Sync>(
     layout: &TileLayout,
     count: usize,
@@ -111,13 +112,13 @@ pub fn fill_tiles<T: Copy + Default + Send + Sync>(
     atlas
 }
 
-/// Wraps tiles as a height field.
+/// Converts tiles to a height field.
 pub fn tiled(layout: TileLayout, texels: Vec<f32>) -> HeightField {
     let (width, height) = layout.size();
     HeightField { map: HeightMap { width, height, texels }, border: Border::Tiles(layout) }
 }
 
-/// Builds an object with tiled heights in metres and tiled colours.
+/// Builds an object with heights in metres and colours, both stored in tiles.
 pub fn tiled_object(
     name: &str,
     mesh: PatchMesh,
@@ -136,8 +137,8 @@ pub fn color_code(albedo: [f32; 3], alpha: f32) -> [u8; 4] {
     [r, g, b, alpha_code(alpha)]
 }
 
-/// Builds a unit sphere displaced by a repeating map, one repeat of which covers `repeat` metres. Heights are in the map's units, relative
-/// to its mean.
+/// Builds a unit sphere that is displaced by a repeating map. One repeat covers `repeat` metres. Heights are in the units of the map,
+/// relative to the mean of the map.
 pub fn displaced_sphere(
     field: &HeightField,
     repeat: f32,
@@ -175,7 +176,7 @@ mod tests {
         let bumps = HeightField::repeating(HeightMap { width: 16, height: 16, texels });
         let (mesh, field) = displaced_sphere(&bumps, 1.5, 4, 32, [0.5; 4]);
         let topology = Topology::new(&mesh.patches);
-        // The texel beyond an edge continues the neighbour, so the reconstructed heights on both sides agree.
+        // The texel beyond an edge continues into the neighbour, so the reconstructed heights on both sides agree.
         let Border::Tiles(layout) = field.border else { panic!() };
         let read = |patch: usize, side: usize, t: f32| {
             let c = layout.texcoords(patch as u32);

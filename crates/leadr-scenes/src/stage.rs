@@ -1,4 +1,4 @@
-//! A scene ready to render: its objects, and their poses at any time.
+//! A scene that is ready to render, with its objects and their poses at any time.
 
 use glam::Vec3;
 
@@ -15,28 +15,28 @@ use leadr_render::surfaces::ocean::Ocean;
 use leadr_render::surfaces::patch_mesh::PatchMesh;
 use leadr_render::surfaces::tessellation::MAX_FACTOR;
 
-/// Standard views of a scene.
+/// The standard views of a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Views {
-    /// Camera close enough to show single bumps.
+    /// A camera that is close enough to show single bumps.
     pub near: Camera,
-    /// Camera whose picture the scene fills.
+    /// A camera whose picture is filled by the scene.
     pub mid: Camera,
-    /// Camera that shows the scene small.
+    /// A camera in whose picture the scene is small.
     pub far: Camera,
 }
 
-/// Distances of a receding camera, where each step multiplies the distance by the same factor.
+/// The distances of a receding camera. Each step multiplies the distance by the same factor.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct Sweep {
-    /// Distance at the first step, metres, above 0.
+    /// The distance at the first step in metres, above 0.
     pub near: f32,
-    /// Distance at the last step, metres, above 0.
+    /// The distance at the last step in metres, above 0.
     pub far: f32,
 }
 
 impl Sweep {
-    /// Returns the metres at `step` of `steps`; the first distance for a single step.
+    /// Returns the distance in metres at `step` of `steps`. With a single step, the result is the first distance.
     pub fn distance(&self, step: u32, steps: u32) -> f32 {
         let share = f64::from(step) / f64::from(steps.max(2) - 1);
         (f64::from(self.near) * (f64::from(self.far) / f64::from(self.near)).powf(share)) as f32
@@ -48,7 +48,7 @@ impl Sweep {
     }
 }
 
-/// Returns the degrees of a camera orbit at `step` of `steps` per turn; the step after a turn equals the first.
+/// Returns the angle of a camera orbit in degrees at `step` of `steps` per turn. The step after a full turn equals the first step.
 pub fn turntable_degrees(step: u32, steps: u32) -> f32 {
     (360.0 * f64::from(step) / f64::from(steps.max(1))) as f32
 }
@@ -61,7 +61,7 @@ impl Views {
     }
 }
 
-/// The lights of a stage besides its environment image.
+/// The lights of a stage, in addition to its environment image.
 #[derive(Clone, Debug)]
 pub struct Lights {
     /// The analytic sky with its sun, unless the environment is an image.
@@ -70,7 +70,7 @@ pub struct Lights {
     pub sun: Option<Sun>,
     /// Point lights.
     pub points: Vec<PointLight>,
-    /// Exposure factor for stages without a sky, metered from an image or 1.
+    /// The exposure factor for stages without a sky, which is metered from an image, or 1.
     pub metered: f32,
 }
 
@@ -93,27 +93,27 @@ type Timed<T> = Box<dyn Fn(f64) -> T + Send>;
 
 /// The objects of a scene and their motion.
 pub struct Stage {
-    /// Objects for the renderer.
+    /// The objects for the renderer.
     pub objects: Vec<Object>,
-    /// Standard views relative to the anchor.
+    /// The standard views, relative to the anchor.
     pub views: Views,
     /// The scene's own lights, in addition to the sky.
     pub points: Vec<PointLight>,
-    /// The sea for the renderer, if any.
+    /// The sea for the renderer, if there is one.
     pub ocean: Option<Ocean>,
-    /// Linear albedo below the horizon of the sky.
+    /// The linear albedo below the horizon of the sky.
     pub below_horizon: [f32; 3],
     motion: Timed<Vec<Pose>>,
     anchor: Timed<Vec3>,
     relief: Timed<f32>,
     lamps: Timed<Vec<PointLight>>,
-    /// Camera of the model file, which does not follow the anchor.
+    /// The camera of the model file, which does not follow the anchor.
     pub own_camera: Option<Timed<Camera>>,
 }
 
 impl Stage {
-    /// Creates a stage whose objects move by `motion` (one pose per object) around the point of interest `anchor`, both functions of the
-    /// time in seconds.
+    /// Creates a stage whose objects move by `motion` (one pose per object) around the point of interest `anchor`. `motion` and `anchor`
+    /// are functions of the time in seconds.
     pub fn moving(
         objects: Vec<Object>,
         views: Views,
@@ -172,13 +172,13 @@ impl Stage {
         Self { ocean: Some(ocean), ..self }
     }
 
-    /// Adds point lights; together with those of the [`Lights`], at most four.
+    /// Adds point lights. Together with the point lights of the [`Lights`], there are at most four.
     #[must_use]
     pub fn with_points(self, points: Vec<PointLight>) -> Self {
         Self { points, ..self }
     }
 
-    /// Adds lamps in units of emission: a surface of albedo 1 under an irradiance of π is as bright as an emission of 1. Lamps are a
+    /// Adds lamps in units of emission: under an irradiance of π, a surface of albedo 1 is as bright as an emission of 1. The lamps are a
     /// function of the time in seconds.
     #[must_use]
     pub fn with_lamps(self, lamps: impl Fn(f64) -> Vec<PointLight> + Send + 'static) -> Self {
@@ -192,7 +192,7 @@ impl Stage {
     }
 
     /// Sets the Beckmann roughness of every displaced object to `alpha`, in `(0, 1]`. Smooth objects (eyes, teeth, the floor under the
-    /// spheres) keep theirs.
+    /// spheres) keep their roughness.
     pub fn set_roughness(&mut self, alpha: f32) {
         for object in self.objects.iter_mut().filter(|object| object.heights.is_some()) {
             let meshes = std::iter::once(&mut object.mesh).chain(&mut object.coarse_mesh);
@@ -205,17 +205,17 @@ impl Stage {
         }
     }
 
-    /// Moves the objects and the sea out of the stage, for a renderer with the user's cache.
+    /// Moves the objects and the sea out of the stage, for a renderer that uses the user's cache.
     pub fn take_scene(&mut self) -> Scene {
         let objects = std::mem::take(&mut self.objects);
         Scene { objects, ocean: self.ocean.take(), cache: MapCache::of_user(), ..Scene::default() }
     }
 
-    /// Returns the state at `time`, seen by `camera`, whose coordinates are relative to the anchor.
+    /// Returns the state at `time`, seen by `camera`. The coordinates of the camera are relative to the anchor.
     pub fn state(&self, time: f64, camera: &Camera, lights: &Lights) -> FrameState {
         let anchor = (self.anchor)(time);
-        // Emission and lamps are relative to the white of the picture, whose radiance depends on the initial exposure, so lamps show in the
-        // evening.
+        // Emission and lamps are relative to the white of the picture. The radiance of white depends on the initial exposure, so lamps are
+        // visible in the evening.
         let white = lights.sky.as_ref().map_or(lights.metered, exposure).recip();
         let lamps = (self.lamps)(time).into_iter();
         let lamps = lamps.map(|lamp| PointLight { intensity: lamp.intensity * white, ..lamp });
@@ -235,34 +235,35 @@ impl Stage {
     }
 }
 
-/// Default height from map value 0 to 1, metres.
+/// The default height difference between map values 0 and 1, in metres.
 pub const USUAL_RELIEF: f32 = 0.12;
-/// Height factor for generated rock, which is steeper than most scans.
+/// The height factor for generated rock, which is steeper than most scans.
 pub const GENERATED_HEIGHT: f32 = 0.6;
 
-/// Slope moments and height unit of a baked file.
+/// The slope moments and the height unit of a baked file.
 #[derive(Clone, Debug)]
 pub struct BakedRelief {
-    /// Slope moments of all mip levels.
+    /// The slope moments of all mip levels.
     pub moments: LeadrMap,
-    /// Whether heights are in widths of the map, not in an unknown unit.
+    /// Whether heights are in widths of the map, and not in an unknown unit.
     pub in_widths: bool,
 }
 
-/// Material and relief of the `plane` and `sphere` scenes.
+/// The material and the relief of the `plane` and `sphere` scenes.
 #[derive(Clone, Debug)]
 pub struct ReliefOptions {
     /// One repeat of the heights, as an image with its first row on top; `None` uses a generated rock.
     pub map: Option<HeightMap>,
-    /// Slope moments and height unit of a baked file.
+    /// The slope moments and the height unit of a baked file.
     pub baked: Option<BakedRelief>,
-    /// Height from map value 0 to 1, metres, before the frame's factor; `None` uses the baked file's scale or the default.
+    /// The height difference between map values 0 and 1, in metres, before the frame's factor; `None` uses the baked file's scale or the
+    /// default.
     pub height: Option<f32>,
-    /// Width of one repeat of the map, metres; `None` uses the scene's default.
+    /// The width of one repeat of the map in metres; `None` uses the scene's default.
     pub repeat: Option<f32>,
-    /// Beckmann roughness `α` of the base material.
+    /// The Beckmann roughness `α` of the base material.
     pub roughness: f32,
-    /// Texels along a tile of the sphere's atlas.
+    /// The number of texels along a tile of the sphere's atlas.
     pub tile: u32,
 }
 
@@ -286,7 +287,7 @@ fn rock() -> HeightMap {
 }
 
 impl ReliefOptions {
-    /// Returns the metres per unit of the map, for a repeat of `repeat` metres.
+    /// Returns the number of metres per unit of the map's heights, if the map repeats every `repeat` metres.
     fn metres_per_unit(&self, repeat: f32) -> f32 {
         let usual = match &self.baked {
             Some(baked) if baked.in_widths => repeat,
@@ -314,12 +315,12 @@ impl ReliefOptions {
     }
 }
 
-/// Default repeat of maps on the plane, metres.
+/// The default repeat of maps on the plane in metres.
 pub const PLANE_REPEAT: f32 = 2.0;
-/// Default repeat of maps on the sphere, metres.
+/// The default repeat of maps on the sphere in metres.
 pub const SPHERE_REPEAT: f32 = 1.2;
 
-/// Builds a unit sphere with the relief, which repeats every 1.2 m by default. Moments are computed from the sphere's tiles.
+/// Builds a unit sphere with the relief, which repeats every 1.2 m by default. The moments are computed from the tiles of the sphere.
 pub fn sphere_stage(mut relief: ReliefOptions) -> Stage {
     let repeat = relief.repeat.unwrap_or(SPHERE_REPEAT);
     let metres = relief.metres_per_unit(repeat);
@@ -334,7 +335,7 @@ pub fn sphere_views() -> Views {
     Views { near: from(2.2), mid: from(4.8), far: from(36.0) }
 }
 
-/// Largest map size for which the reference plane has a vertex per texel.
+/// The size of the largest map for which the reference plane has a vertex per texel.
 pub const LARGEST_PLANE_MAP: u32 = 4096;
 
 /// Reverses the order of image rows. The top of an image lies toward `+y` of the plane, and so does the end of its texture coordinate `t`.
@@ -364,13 +365,13 @@ pub fn plane_stage(mut relief: ReliefOptions) -> Stage {
     Stage::still(vec![object], plane_views())
 }
 
-/// Half the side of the plane, metres.
+/// Half the side of the plane in metres.
 const PLANE_HALF: f32 = 4.0;
-/// Patches along the plane that pictures need at least.
+/// The smallest number of patches along the plane that pictures need.
 const PLANE_PATCHES: u32 = 32;
 
-/// Builds plane meshes for a map of `texels` per side (or 0) that repeats every `repeat` metres: one that allows a vertex per texel, and a
-/// coarser one if pictures need less.
+/// Builds plane meshes for a map of `texels` per side (or 0) that repeats every `repeat` metres: one mesh that allows a vertex per texel,
+/// and a coarser mesh if pictures need less.
 pub fn plane_meshes(texels: u32, repeat: f32, color: [f32; 4]) -> (PatchMesh, Option<PatchMesh>) {
     let mesh = |patches| plane(PLANE_HALF, patches, repeat, color, even);
     let most = 2.0 * PLANE_HALF / PLANE_REPEAT * LARGEST_PLANE_MAP.div_ceil(MAX_FACTOR as u32) as f32;
@@ -453,7 +454,7 @@ mod tests {
         assert_eq!(metres.mesh.patches.len(), 80 * 80);
         let [first, second, ..] = metres.mesh.texcoords[0];
         assert!(((second - first).length() - 0.1 / 0.5).abs() < 1e-5);
-        // The patch limit of the largest map also holds for tiny repeats.
+        // The limit of patches for the largest map also applies to tiny repeats.
         let most = stage(ReliefOptions { repeat: Some(0.01), ..ReliefOptions::default() }).mesh.patches.len();
         assert_eq!(most, 264 * 264);
         assert_eq!(ReliefOptions::default().metres_per_unit(PLANE_REPEAT), GENERATED_HEIGHT * USUAL_RELIEF);

@@ -1,5 +1,5 @@
-//! A photo studio environment with sharp soft boxes, a strip light, broad gradients on walls and floor, and small bulbs. Rough surfaces
-//! must blur these features; smooth surfaces must not.
+//! A photo studio environment with soft boxes that have sharp edges, a strip light, broad gradients on walls and floor, and small bulbs.
+//! Rough surfaces must blur these features, and smooth surfaces must not.
 
 use std::f32::consts::{PI, TAU};
 
@@ -9,18 +9,18 @@ use rayon::prelude::*;
 use super::light::SunDirection;
 use leadr_maps::RgbImage;
 
-/// Width of the panorama in texels, which is twice its height.
+/// The width of the panorama in texels. The height is half the width.
 pub const WIDTH: u32 = 1024;
 
 /// A flat lamp on a sphere around the viewer, shaped as a rounded rectangle.
 struct Lamp {
-    /// Azimuth (counter-clockwise from +x) and elevation of the lamp's centre, degrees.
+    /// The azimuth (counter-clockwise from +x) and elevation of the lamp's centre in degrees.
     at: Vec2,
-    /// Half the width and height of the lamp, as tangents of angles.
+    /// Half the width and half the height of the lamp, as tangents of angles.
     half: Vec2,
-    /// Radius of the lamp's corners.
+    /// The radius of the lamp's corners.
     corner: f32,
-    /// Radiance of the lamp.
+    /// The radiance of the lamp.
     color: Vec3,
 }
 
@@ -28,12 +28,12 @@ const fn lamp(azimuth: f32, elevation: f32, half: [f32; 2], corner: f32, color: 
     Lamp { at: Vec2::new(azimuth, elevation), half: Vec2::from_array(half), corner, color: Vec3::from_array(color) }
 }
 
-/// Lamps for cameras that look along +y, for which the centre of a sphere reflects −y.
+/// The lamps for cameras that look along +y. The centre of a sphere then reflects −y.
 const LAMPS: [Lamp; 7] = [
-    // The key light is up and left behind the viewer, with a large cool fill light to the right.
+    // The key light is above and to the left, behind the viewer. A large cool fill light is on the right.
     lamp(-128.0, 38.0, [0.42, 0.42], 0.06, [9.0, 8.4, 7.4]),
     lamp(-38.0, 16.0, [0.34, 0.62], 0.06, [1.7, 2.3, 3.1]),
-    // A strip above, a warm strip low on the left, and a rim light on each side behind the subject.
+    // A strip is above, a warm strip is low on the left, and a rim light is on each side behind the subject.
     lamp(-90.0, 76.0, [0.9, 0.1], 0.1, [6.0, 6.0, 6.0]),
     lamp(-165.0, -4.0, [0.07, 0.8], 0.07, [5.5, 2.6, 0.9]),
     // They stand high, so that cameras that look level do not show them.
@@ -43,12 +43,12 @@ const LAMPS: [Lamp; 7] = [
     lamp(-72.0, -22.0, [0.05, 0.05], 0.05, [16.0, 13.0, 8.0]),
 ];
 
-/// Exposure for an irradiance of about π on a plane facing up, where white cloth has the brightness of paper.
+/// The exposure that gives an irradiance of about π on a plane facing up. White cloth on this plane has the brightness of paper.
 const EXPOSURE: f32 = 0.62;
 
 /// Returns the radiance toward a unit direction, z up.
 fn radiance(d: Vec3) -> Vec3 {
-    // The walls are lighter above; the key light makes a pool on the warm floor.
+    // The walls are lighter above. The key light makes a bright spot on the warm floor.
     let wall = Vec3::new(0.16, 0.18, 0.22).lerp(Vec3::new(0.5, 0.52, 0.56), (0.5 + 0.5 * d.z).powi(2));
     let pool = (-(d + Vec3::Z * 0.9 + Vec3::Y * 0.3).length_squared() * 2.5).exp();
     let floor = Vec3::new(0.14, 0.11, 0.09) + pool * Vec3::new(0.55, 0.47, 0.38);
@@ -62,7 +62,7 @@ fn radiance(d: Vec3) -> Vec3 {
             let p = Vec2::new(d.dot(right), d.dot(right.cross(towards))) / depth;
             let corner = Vec2::splat(lamp.corner);
             let outside = (p.abs() - lamp.half + corner).max(Vec2::ZERO).length() - lamp.corner;
-            // Lamps have an edge two texels wide, and cloth that is brighter at the centre.
+            // A lamp has an edge two texels wide. The cloth of the lamp is brighter at the centre.
             let edge = (0.5 - outside / (4.0 * PI / WIDTH as f32)).clamp(0.0, 1.0);
             let cloth = 1.0 - 0.35 * (p / lamp.half).length_squared().min(2.0) / 2.0;
             sum = sum.lerp(lamp.color * cloth, edge);
@@ -71,7 +71,8 @@ fn radiance(d: Vec3) -> Vec3 {
     sum * EXPOSURE
 }
 
-/// Builds the panorama in the convention of `render::equirect`: z up, +x at the centre, columns clockwise seen from above.
+/// Builds the panorama in the convention of `render::equirect`: z is up, +x is at the centre, and columns run clockwise when seen from
+/// above.
 pub fn studio() -> RgbImage {
     let (width, height) = (WIDTH, WIDTH / 2);
     let texels = (0..width * height)

@@ -1,4 +1,4 @@
-//! Command-line syntax of camera views.
+//! The command-line syntax of camera views.
 
 use std::path::PathBuf;
 
@@ -6,7 +6,7 @@ use super::config::SceneConfig;
 use super::view::{CameraPose, ViewChoice};
 use leadr_render::settings::numbers::finite;
 
-/// Parses `X,Y,Z:X,Y,Z` with an optional `:DEGREES`. Returns `None` if `text` has another form.
+/// Parses `X,Y,Z:X,Y,Z` with `:DEGREES` as an optional suffix. Returns `None` if `text` has another form.
 fn pose(text: &str) -> Option<Result<CameraPose, String>> {
     let parts: Vec<&str> = text.split(':').collect();
     let numbers: Option<Vec<Vec<f32>>> =
@@ -23,7 +23,7 @@ fn pose(text: &str) -> Option<Result<CameraPose, String>> {
     Some(pose.check().map(|()| pose))
 }
 
-/// Sets the view of `config` from `text`; a camera file is not read yet.
+/// Sets the view of `config` from `text`. A camera file is not read yet.
 ///
 /// # Errors
 /// A sentence that lists all forms of a camera.

@@ -8,23 +8,23 @@ use serde::{Serialize, Serializer};
 
 use leadr_render::camera::Camera;
 
-/// Size of a picture in pixels.
+/// The size of a picture in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Size {
-    /// Pixels across, at least 1.
+    /// The number of pixels across, at least 1.
     pub width: u32,
-    /// Pixels down, at least 1.
+    /// The number of pixels down, at least 1.
     pub height: u32,
 }
 
 impl Size {
-    /// Maximum side of a picture in pixels, which every Vulkan 1.3 GPU (and lavapipe) can render.
+    /// The largest side of a picture in pixels. Every Vulkan 1.3 GPU (and lavapipe) can render it.
     pub const MAX_SIDE: u32 = 16_384;
-    /// Maximum number of pixels; linear colours take 16 bytes per pixel.
+    /// The largest number of pixels. Linear colours take 16 bytes per pixel.
     pub const MAX_PIXELS: u64 = 1 << 26;
 }
 
-/// Accepted separators in a size such as `800x600`.
+/// The separators that are accepted in a size such as `800x600`.
 pub const TIMES: [char; 3] = ['x', 'X', '×'];
 
 impl FromStr for Size {
@@ -66,50 +66,50 @@ impl fmt::Display for Size {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ViewChoice {
-    /// The scene from close by.
+    /// A view of the scene from close by.
     Near,
-    /// The whole scene, filling the picture.
+    /// A view in which the whole scene fills the picture.
     Mid,
-    /// The scene from far away.
+    /// A view of the scene from far away.
     Far,
     /// A camera of the model's file.
     Model,
-    /// A pose from the user.
+    /// A pose that the user gives.
     Pose(CameraPose),
 }
 
-/// A perspective camera that looks at a point, in metres with z up.
+/// A perspective camera that looks at a point. Coordinates are in metres, with z up.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct CameraPose {
-    /// Position of the eye, metres.
+    /// The position of the eye in metres.
     pub position: [f32; 3],
-    /// The point at the centre of the picture, metres; not equal to `position`.
+    /// The point at the centre of the picture in metres, which must differ from `position`.
     pub target: [f32; 3],
-    /// The up direction of the picture; not parallel to the view direction.
+    /// The up direction of the picture, which must not be parallel to the view direction.
     pub up: [f32; 3],
-    /// Vertical field of view, degrees, 1 to 170.
+    /// The vertical field of view in degrees, from 1 to 170.
     pub fov_degrees: f32,
 }
 
 impl CameraPose {
-    /// Maximum coordinate, metres. Beyond it, 32-bit coordinates lose millimetres.
+    /// The largest coordinate in metres. Larger 32-bit coordinates lose millimetres.
     pub const MAX_METRES: f32 = 100_000.0;
-    /// Default vertical field of view, degrees.
+    /// The default vertical field of view in degrees.
     pub const FOV_DEGREES: f32 = 35.0;
 
-    /// Returns the default up direction: +z, or +y for views along z, as on a map.
+    /// Returns the default up direction, which is +z, or +y for views along z, as on a map.
     pub fn usual_up(position: [f32; 3], target: [f32; 3]) -> [f32; 3] {
         let view = (Vec3::from_array(target) - Vec3::from_array(position)).normalize_or_zero();
         if view.cross(Vec3::Z).length() < Self::ALONG { [0.0, 1.0, 0.0] } else { [0.0, 0.0, 1.0] }
     }
 
-    /// Sine of the angle below which two directions count as parallel.
+    /// The sine of the angle below which two directions count as parallel.
     const ALONG: f32 = 1e-3;
 
     /// Checks that the pose is a valid camera.
     ///
     /// # Errors
-    /// A sentence that gives the reason.
+    /// Returns a sentence that gives the reason.
     pub fn check(&self) -> Result<(), String> {
         let most = Self::MAX_METRES;
         let (position, target, up) =

@@ -1,4 +1,4 @@
-//! Reads the results of other programs (`crates/leadr-testing/data`), and compares them with the library's.
+//! Reads the results of other programs (`crates/leadr-testing/data`), and compares them with the results of this library.
 
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
@@ -9,15 +9,16 @@ use std::path::Path;
 use glam::DVec3;
 use serde_json::Value;
 
-/// Collects comparisons. The worst comparison per name is printed; values outside their tolerance fail the test.
+/// A collection of comparisons. [`Comparison::finish`] prints the worst comparison of each name, and fails the test if a value is outside
+/// its tolerance.
 #[derive(Default)]
 pub struct Comparison {
     worst: BTreeMap<String, Worst>,
-    /// List with one line for each value outside its tolerance.
+    /// The failures, with one line for each value outside its tolerance.
     pub failures: String,
 }
 
-/// Largest error among the comparisons of one name.
+/// The largest error among the comparisons of one name.
 struct Worst {
     error: f64,
     id: String,
@@ -74,22 +75,22 @@ pub fn oracle(file: &str) -> Value {
     serde_json::from_str(&text).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
 }
 
-/// Returns a list in an oracle file.
+/// Returns a list from an oracle file.
 pub fn rows(value: &Value) -> &[Value] {
     value.as_array().unwrap_or_else(|| panic!("{value} is not a list"))
 }
 
-/// Returns a number in an oracle file.
+/// Returns a number from an oracle file.
 pub fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("{value} is not a number"))
 }
 
-/// Returns a vector of three numbers in an oracle file.
+/// Returns a vector of three numbers from an oracle file.
 pub fn vector(value: &Value) -> DVec3 {
     DVec3::new(number(&value[0]), number(&value[1]), number(&value[2]))
 }
 
-/// Evaluates the environment that the files call `smooth`, a radiance of order 2.
+/// Evaluates the environment that the oracle files call `smooth`. Its radiance is of order 2.
 pub fn smooth(d: DVec3) -> f64 {
     1.0 + 0.4 * d.x - 0.25 * d.y + 0.3 * d.z + 0.2 * d.y * d.z + 0.15 * (d.x * d.x - d.y * d.y)
 }

@@ -1,4 +1,4 @@
-//! Reads back cube maps, with directions and solid angles of texels in 64 bits, derived independently of the shaders.
+//! Reads back cube maps. The directions and solid angles of texels are in 64 bits, and are derived independently of the shaders.
 
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
@@ -60,7 +60,8 @@ pub fn read_image_level(image: &Image, mip: u32) -> Vec<(DVec3, f64, DVec3)> {
     all
 }
 
-/// Returns directions of the texel centres of a panorama twice as wide as high, row-major (convention of `render::equirect`).
+/// Returns the directions of the texel centres of a panorama that is twice as wide as high. The order is row-major, by the convention of
+/// `render::equirect`.
 fn panorama_directions(width: u32) -> Vec<DVec3> {
     let height = width / 2;
     let mut directions = Vec::new();

@@ -1,4 +1,4 @@
-//! A device with validation for tests, and the probe runner.
+//! Opens a test device with validation, and runs probes on it.
 //!
 //! # A test with a device
 //!
@@ -33,9 +33,9 @@
 //! }
 //! ```
 //!
-//! `run_probe(&gpu, "probes/<name>.comp", &inputs, OUT)` takes one `[f32; IN]` per invocation and returns `OUT` floats for each,
-//! in order. Both buffers and the push constant must be declared as above and used. Loops of an invocation must stay below 65,535
-//! iterations in total, because lavapipe silently truncates them.
+//! `run_probe(&gpu, "probes/<name>.comp", &inputs, OUT)` takes one `[f32; IN]` per invocation and returns `OUT` floats for each, in order.
+//! A probe must declare both buffers and the push constant as above, and use all three. The loops of one invocation must have fewer than
+//! 65,535 iterations in total, because lavapipe silently stops after this number.
 
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
@@ -45,14 +45,14 @@ use std::sync::Arc;
 use leadr_gpu::{Buffer, ComputePipeline, Descriptor, Gpu, GpuOptions, Memory, SharedStruct, SpecValue, StructLayout};
 
 leadr_gpu::shared_struct! {
-    /// Push constants of every probe.
+    /// The push constants of every probe.
     pub struct Count for "P" {
-        /// Number of invocations that have an item.
+        /// The number of invocations that have an item.
         pub count: u32,
     }
 }
 
-/// A device with validation. Dropping it asserts that there were no validation messages.
+/// A test device with validation. Dropping the device asserts that there were no validation messages.
 pub struct TestGpu(Arc<Gpu>);
 
 impl Deref for TestGpu {
@@ -79,11 +79,11 @@ impl Drop for TestGpu {
     }
 }
 
-/// Opens the test device: `LEADR_DEVICE` (a name or an index) or the best device. Returns `None` and prints the reason if there is no
-/// device and `LEADR_SKIP_GPU=1` is set.
+/// Opens the test device, which is `LEADR_DEVICE` (a name or an index) or otherwise the best device. Returns `None` and prints the reason
+/// if there is no device and `LEADR_SKIP_GPU=1` is set.
 ///
 /// # Panics
-/// If there is no device and `LEADR_SKIP_GPU=1` is not set, with the reason.
+/// If there is no device and `LEADR_SKIP_GPU=1` is not set. The message has the reason.
 pub fn test_gpu() -> Option<TestGpu> {
     let options = GpuOptions {
         device: std::env::var("LEADR_DEVICE").ok(),
@@ -127,7 +127,7 @@ pub fn run_probe_with<const N: usize>(
     further: &[(&str, Descriptor<'_>)],
     structs: &[StructLayout],
 ) -> Vec<f32> {
-    // The number of items is below every device's limits of 65,535 work groups (of 64) and 128 MiB per storage buffer.
+    // The number of items stays within two limits of every device: 65,535 work groups (of 64 items) and 128 MiB per storage buffer.
     const ITEMS: usize = 1 << 18;
     let fail = |error| -> ! { panic!("probe {shader} on {}: {error}", gpu.device_name()) };
     let pipeline =
@@ -142,7 +142,7 @@ pub fn run_probe_with<const N: usize>(
             let mut descriptors = vec![("In", Descriptor::Storage(&input)), ("Out", Descriptor::Storage(&output))];
             descriptors.extend_from_slice(further);
             gpu.submit(shader, |cmd| {
-                // NaN reveals values that the probe does not write.
+                // The NaNs reveal values that the probe does not write.
                 cmd.fill_buffer(&output, f32::NAN.to_bits());
                 cmd.full_barrier();
                 cmd.bind(&pipeline, &descriptors);

@@ -5,7 +5,7 @@
 
 use leadr_maps::{HeightMap, Wrap};
 
-/// A height field in texels, linear along edges between neighbours.
+/// A height field in units of texels. Heights are linear along the edges between neighbours.
 pub struct HeightRays {
     width: i64,
     height: i64,
@@ -15,7 +15,7 @@ pub struct HeightRays {
 }
 
 impl HeightRays {
-    /// Creates the height field. `scale` is the factor from heights to texture widths.
+    /// Creates the height field. `scale` converts heights to texture widths.
     pub fn new(map: &HeightMap, scale: f32, wrap: Wrap) -> Self {
         let texels: Vec<f32> = map.texels.iter().map(|h| h * scale * map.width as f32).collect();
         let highest = texels.iter().fold(f32::MIN, |a, &b| a.max(b)).into();
@@ -39,7 +39,7 @@ impl HeightRays {
         let (x, y) = (i64::from(x), i64::from(y));
         let own = self.texel(x, y);
         let end = (self.highest - own) / dz;
-        // The ray is tested at its crossings with columns, then with rows.
+        // The ray is tested at its crossings with the columns of texels, then with the rows.
         let crossings = |along: f64, across: f64, height: &dyn Fn(i64, f64) -> f64| {
             if along == 0.0 {
                 return true;
@@ -67,7 +67,7 @@ impl HeightRays {
         })
     }
 
-    /// Computes the unoccluded fraction of `n`² cosine-distributed directions about a normal of any length.
+    /// Returns the fraction of `n`² cosine-distributed directions about a normal of any length that are unoccluded.
     pub fn visibility(&self, x: u32, y: u32, normal: [f64; 3], n: u32) -> f64 {
         let length = normal.iter().map(|v| v * v).sum::<f64>().sqrt();
         let [a, b, c] = normal.map(|v| v / length);

@@ -1,4 +1,4 @@
-//! Code shared by several test binaries.
+//! Code that several test binaries share.
 
 pub mod comparison;
 #[cfg(feature = "gpu")]

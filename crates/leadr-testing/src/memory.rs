@@ -1,4 +1,4 @@
-//! Counts allocations. A test that measures runs alone, even if all tests share one process.
+//! Counts allocations. A test that measures memory runs alone, even if all tests share one process.
 //!
 //! A measuring binary declares `#[global_allocator] static ALLOCATOR: Counting = Counting;`.
 
@@ -7,7 +7,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{RwLock, RwLockReadGuard, RwLockWriteGuard};
 use std::time::{Duration, Instant};
 
-/// Counts live bytes and their peak. Zeroed requests count in full, although the system may not back them yet.
+/// An allocator that counts the live bytes and their peak. Zeroed requests count in full, although the system may not back them with memory
+/// yet.
 pub struct Counting;
 
 static LIVE: AtomicUsize = AtomicUsize::new(0);
@@ -50,12 +51,12 @@ pub fn alone() -> RwLockWriteGuard<'static, ()> {
     MEASURING.write().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
-/// Returns the lock for all other tests of the binary, which may run at the same time as each other.
+/// Returns the lock for the tests that do not measure. These tests may run at the same time as each other.
 pub fn unmeasured() -> RwLockReadGuard<'static, ()> {
     MEASURING.read().unwrap_or_else(|poisoned| poisoned.into_inner())
 }
 
-/// Runs `work` and returns its result, the peak of bytes allocated during it, and its duration.
+/// Runs `work`. Returns its result, the peak number of bytes that it allocated, and its duration.
 pub fn measured<T>(work: impl FnOnce() -> T) -> (T, usize, Duration) {
     let before = LIVE.load(Ordering::Relaxed);
     PEAK.store(before, Ordering::Relaxed);

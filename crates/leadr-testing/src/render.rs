@@ -26,17 +26,18 @@ pub fn in_room(gpu: &Arc<Gpu>, objects: Vec<Object>, radiance: [f32; 3]) -> Rend
     Renderer::new(gpu, objects, Environment::from_equirect(gpu, 16, &image).unwrap()).unwrap()
 }
 
-/// Creates a renderer of a stage's sea and objects under the default sky. The objects are moved out of the stage.
+/// Creates a renderer of a stage's sea and objects under the default sky. The function moves the objects out of the stage.
 pub fn stage_under_sky(gpu: &Arc<Gpu>, stage: &mut Stage, face: u32) -> Renderer {
     under_sky(gpu, stage.take_scene(), face)
 }
 
-/// Creates a renderer of the sea alone under the default sky.
+/// Creates a renderer of the sea without objects under the default sky.
 pub fn seascape(gpu: &Arc<Gpu>, sea: Ocean) -> Renderer {
     under_sky(gpu, sea, 16)
 }
 
-/// Returns repeating Gaussian bumps with slope deviation 1 and a width of `bump` texels, on `size`² texels.
+/// Returns a repeating height field of `size`² texels with Gaussian bumps. The bumps are `bump` texels wide, and their slope deviation
+/// is 1.
 pub fn bumps(size: u32, bump: f32, seed: u32) -> HeightField {
     HeightField::repeating(procedural::gaussian(size, size, seed, 1.0, bump / size as f32))
 }

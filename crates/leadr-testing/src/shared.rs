@@ -1,4 +1,4 @@
-//! Finds third-party data outside the repository: maps, environments, damaged files.
+//! Finds third-party data outside the repository, such as maps, environments and damaged files.
 
 #![allow(dead_code, reason = "each test binary uses its own part")]
 

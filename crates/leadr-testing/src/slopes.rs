@@ -10,25 +10,25 @@ use leadr_reflectance::facets::slope_distribution::SlopeDistribution;
 use leadr_reflectance::quadrature::composite_gauss;
 use leadr_reflectance::slopes::grid::{normal_of_slope, slope_cholesky};
 
-/// A slope distribution and a square root of its covariance or roughness matrix.
+/// A slope distribution, together with a square root of its covariance or roughness matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slopes {
-    /// Slope distribution of either kind.
+    /// The slope distribution, which is Gaussian or GGX.
     pub kind: Kind,
-    /// Square root of the covariance or roughness matrix.
+    /// The square root of the covariance or roughness matrix.
     pub root: DMat2,
 }
 
 /// A slope distribution of one of two kinds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
-    /// Gaussian distribution.
+    /// A Gaussian distribution.
     Beckmann(Beckmann),
-    /// GGX distribution.
+    /// A GGX distribution.
     Ggx(Ggx),
 }
 
-/// Constructor from mean, two standard deviations and correlation.
+/// A constructor of [`Slopes`] from the mean, two standard deviations and the correlation.
 pub type New = fn(DVec2, f64, f64, f64) -> Slopes;
 
 impl Slopes {
@@ -94,14 +94,14 @@ impl SlopeDistribution for Slopes {
     }
 }
 
-/// Returns the direction at `degrees` from z.
+/// Returns the direction at the angle `degrees` from z, and at the azimuth in radians.
 pub fn direction(degrees: f64, azimuth: f64) -> DVec3 {
     let (sin, cos) = degrees.to_radians().sin_cos();
     DVec3::new(sin * azimuth.cos(), sin * azimuth.sin(), cos)
 }
 
-/// Computes `∫ f(wi) dwi` over the sphere, for an `f` with the lobe of the distribution. It integrates over whitened slopes of visible half
-/// vectors, in polar coordinates `m + C k tan ψ (cos φ, sin φ)` that end where facets face away.
+/// Computes `∫ f(wi) dwi` over the sphere, for an `f` that has the lobe of the distribution. The quadrature is over the whitened slopes of
+/// visible half vectors, in polar coordinates `m + C tan ψ (cos φ, sin φ)`. The coordinates end where facets face away from the viewer.
 pub fn integrate_directions(slopes: &Slopes, wo: DVec3, panels: usize, f: impl Fn(DVec3) -> DVec3) -> DVec3 {
     let m = slopes.mean_slope();
     let towards = slopes.root.transpose() * wo.xy();
@@ -111,7 +111,7 @@ pub fn integrate_directions(slopes: &Slopes, wo: DVec3, panels: usize, f: impl F
     let mut sum = DVec3::ZERO;
     for (from, to) in [(-FRAC_PI_2, FRAC_PI_2), (FRAC_PI_2, 3.0 * FRAC_PI_2)] {
         for (phi, wp) in composite_gauss(from, to, panels, 8) {
-            // Slopes are visible where a − b r cos φ > 0.
+            // A slope is visible if a − b r cos φ > 0.
             let slope = b * phi.cos();
             let edge = if slope == 0.0 { f64::INFINITY } else { a / slope };
             let (low, high) = match (slope > 0.0, a > 0.0) {
@@ -137,8 +137,8 @@ pub fn integrate_directions(slopes: &Slopes, wo: DVec3, panels: usize, f: impl F
     sum
 }
 
-/// Computes polar coordinates `(theta_h, phi)` of `wi` about `wo`, by the half angle, in `[0, π/2) × [0, 2π)`. The solid angle is `dwi = 4
-/// cos θ_h sin θ_h dθ_h dφ`.
+/// Returns the polar coordinates `(theta_h, phi)` of `wi` about `wo`, in `[0, π/2) × [0, 2π)`. `theta_h` is half the angle between `wi` and
+/// `wo`. The solid angle is `dwi = 4 cos θ_h sin θ_h dθ_h dφ`.
 pub fn polar_about(wo: DVec3, wi: DVec3) -> (f64, f64) {
     let frame = leadr_reflectance::frame::frame_about(wo);
     let w = leadr_reflectance::frame::to_frame(&frame, wi);

@@ -8,23 +8,23 @@ use glam::DVec3;
 
 use super::comparison::{number, oracle, rows};
 
-/// Width and height of the pictures, pixels.
+/// The width and the height of the pictures, in pixels.
 pub const SIZE: u32 = 128;
-/// Radius of the sphere as a fraction of half the picture.
+/// The radius of the sphere, as a fraction of half the width of the picture.
 pub const RADIUS: f64 = 0.97;
 
-/// Pictures of a sphere under several lights.
+/// Pictures of one sphere under several lights.
 pub struct SphereOracle {
-    /// Slope covariance `(σ_x², σ_y², c_xy)` of the sphere's surface.
+    /// The slope covariance `(σ_x², σ_y², c_xy)` of the sphere's surface.
     pub covariance: DVec3,
     pictures: BTreeMap<String, Picture>,
 }
 
-/// One picture, which has every other pixel of every other row.
+/// A picture of the sphere, which holds every other pixel of every other row.
 pub struct Picture {
-    /// Radiance of the pixel at `y · SIZE + x`, or NaN outside the sphere and for omitted pixels.
+    /// The radiance of the pixel `(x, y)` at the index `y · SIZE + x`. Omitted pixels and pixels outside the sphere are NaN.
     pub radiance: Vec<f64>,
-    /// RMS of the pixels' standard errors.
+    /// The rms value of the pixels' standard errors.
     pub noise: f64,
 }
 
@@ -66,7 +66,7 @@ pub fn side_light() -> DVec3 {
     DVec3::new(0.6, 0.5, 0.62).normalize()
 }
 
-/// Evaluates the diffuse environment of the pictures, a radiance of order 2.
+/// Evaluates the environment of the diffuse pictures. Its radiance is of order 2.
 pub fn gradient(d: DVec3) -> f64 {
     1.0 + 0.3 * d.x + 0.5 * d.y + 0.2 * d.z + 0.2 * d.y * d.z + 0.15 * (d.x * d.x - d.y * d.y)
 }

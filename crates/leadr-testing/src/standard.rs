@@ -1,5 +1,6 @@
 //! Represents slopes in unit-surface coordinates, rotated to the viewer's azimuth, for integrals and histograms of visible normals. In
-//! these coordinates, all distributions of a family have the same shape. This change of coordinates is independent of the library's.
+//! these coordinates, all distributions of a family have the same shape. This code is independent of the library's own change of
+//! coordinates.
 
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
@@ -12,13 +13,13 @@ use leadr_reflectance::facets::slope_distribution::SlopeDistribution;
 pub struct Seen<'a> {
     /// The slope distribution.
     pub distribution: &'a (dyn SlopeDistribution + Sync),
-    /// Unit vector to the viewer.
+    /// The unit vector towards the viewer.
     pub wo: DVec3,
-    /// Linear map from unit coordinates to slopes, relative to the mean slope.
+    /// The linear map from unit coordinates to slopes relative to the mean slope.
     factor: DMat2,
     /// Whether the unit surface is GGX.
     ggx: bool,
-    /// Upper bound of the visible slopes along the first coordinate.
+    /// The upper bound of the visible slopes along the first coordinate.
     pub nu: f64,
 }
 
@@ -44,7 +45,7 @@ impl<'a> Seen<'a> {
         Self { distribution, wo, factor: factor * DMat2::from_cols(e, DVec2::new(-e.y, e.x)), ggx, nu }
     }
 
-    /// Returns the normal at unit coordinates, and the solid angle per unit of their area.
+    /// Returns the normal at unit coordinates, and the solid angle per unit area of these coordinates.
     pub fn normal(&self, p: DVec2) -> (DVec3, f64) {
         let slope = self.distribution.mean_slope() + self.factor * p;
         let n = DVec3::new(-slope.x, -slope.y, 1.0).normalize();
@@ -56,8 +57,8 @@ impl<'a> Seen<'a> {
         self.factor.inverse() * (DVec2::new(-n.x, -n.y) / n.z - self.distribution.mean_slope())
     }
 
-    /// Maps the square `[0, 1]²` to visible coordinates, and also returns the Jacobian. Points are dense where the density is large, for
-    /// every `ν`.
+    /// Maps the square `[0, 1]²` to visible coordinates, and also returns the Jacobian. For every `ν`, points are dense where the density
+    /// is large.
     pub fn from_square(&self, q: DVec2) -> (DVec2, f64) {
         if self.ggx {
             // With x = tan t and y = √(1 + x²) tan p, all terms are polynomials in sines and cosines.
@@ -85,7 +86,7 @@ impl<'a> Seen<'a> {
         q.clamp(DVec2::ZERO, DVec2::splat(1.0 - 1e-12))
     }
 
-    /// Returns the top and length of the visible range of a Gaussian.
+    /// Returns the upper end and the length of the visible range of a Gaussian.
     fn extent(&self) -> (f64, f64) {
         let top = self.nu.min(8.0);
         (top, if top > 0.0 { top + 8.0 } else { 40.0 / (5.0 - top) })
@@ -98,7 +99,7 @@ pub fn direction(theta: f64, phi: f64) -> DVec3 {
     DVec3::new(st * cp, st * sp, ct)
 }
 
-/// Returns surfaces from isotropic to a correlation of nearly one, with mean slopes up to several times the roughness.
+/// Returns surfaces that range from isotropic to a correlation of nearly one, with mean slopes of up to several times the roughness.
 pub fn surfaces() -> Vec<(DVec2, DVec3)> {
     let mut all = Vec::new();
     for (x, y, r) in [

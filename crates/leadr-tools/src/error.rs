@@ -10,18 +10,18 @@ use leadr_maps::MapError;
 use leadr_maps::shown::shown_path;
 use leadr_scenes::error::SceneError;
 
-/// A failed measurement, as one sentence with the failure and its reason.
+/// A failed measurement, with a message of one sentence that gives the failure and the reason.
 #[derive(Debug, Error)]
 #[error("{0}")]
 pub struct LabError(pub String);
 
 impl LabError {
-    /// Creates the error of a failure to read or write `path`: `cannot {verb} 'path': reason`.
+    /// Creates the error for a failure to read or write `path`: `cannot {verb} 'path': reason`.
     pub fn io(verb: &str, path: &Path, reason: impl Display) -> Self {
         Self(format!("cannot {verb} '{}': {reason}", shown_path(path)))
     }
 
-    /// Creates the error of a result that cannot be serialised as JSON.
+    /// Creates the error for a result that cannot be serialised as JSON.
     pub fn json(reason: &serde_json::Error) -> Self {
         Self(format!("cannot write JSON: {reason}"))
     }

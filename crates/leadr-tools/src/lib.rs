@@ -1,5 +1,5 @@
-//! Shared code of the `leadr` command and `leadr-lab`: image metrics, the bench, pictures of fits, HTML pages, and shared code of
-//! commands (results, progress, errors, device flags).
+//! Shared code of the `leadr` and `leadr-lab` commands: image metrics, the bench, pictures of fits, HTML pages, results,
+//! progress, errors and device flags.
 
 pub mod bench;
 pub mod command;

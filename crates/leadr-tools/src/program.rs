@@ -1,4 +1,4 @@
-//! Version, commit and memory use of the running program.
+//! The version, commit and memory use of the running program.
 
 use std::sync::OnceLock;
 use std::time::UNIX_EPOCH;
@@ -7,14 +7,14 @@ use serde::Serialize;
 
 static COMMIT: OnceLock<&str> = OnceLock::new();
 
-/// Sets the commit that the program was built from. Call it once, at the start.
+/// Sets the commit of this build. Call `set_commit` once, at the start.
 pub fn set_commit(commit: &'static str) {
-    // A second call comes from the same program, with the same commit.
+    // A second call comes from the same program and has the same commit.
     let _ = COMMIT.set(commit);
 }
 
-/// Returns the commit that the program was built from, or `unknown` without [`set_commit`]. `-dirty` and `-dev` mark builds that
-/// may differ from their commit.
+/// Returns the commit that the program was built from, or `unknown` if [`set_commit`] was not called. `-dirty` and `-dev`
+/// mark builds that may differ from their commit.
 pub fn commit() -> &'static str {
     COMMIT.get().copied().unwrap_or("unknown")
 }
@@ -22,11 +22,11 @@ pub fn commit() -> &'static str {
 /// The version of this program.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// Schema version of JSON results (docs/guide/json.md). It increases when a field is removed or changes its meaning, but not for new
-/// fields.
+/// The schema version of JSON results (docs/guide/json.md). The version increases when a field is removed or changes its
+/// meaning, but not when a field is added.
 pub const SCHEMA: u32 = 1;
 
-/// A JSON result with the schema, version and commit of the program.
+/// A JSON result together with the schema, version and commit of the program.
 #[derive(Debug, Serialize)]
 pub struct Stamped<'a, R> {
     schema: u32,
@@ -43,7 +43,7 @@ impl<'a, R> Stamped<'a, R> {
     }
 }
 
-/// Returns version and commit. For builds that may differ from their commit, it appends the size and time of the executable.
+/// Returns the version and commit. If the build may differ from its commit, the size and time of the executable follow.
 pub fn build() -> String {
     let commit = commit();
     if commit != "unknown" && !commit.contains('-') {
@@ -57,8 +57,8 @@ pub fn build() -> String {
     format!("{VERSION} {commit}, {}", stamp().unwrap_or_default())
 }
 
-/// Returns the memory of this process in bytes, from a line of `/proc/self/status`: `VmRSS:` (resident) or `VmHWM:` (peak
-/// resident). Returns `None` except on Linux.
+/// Returns the memory of this process in bytes, from a line of `/proc/self/status`. `VmRSS:` is the resident memory, and
+/// `VmHWM:` the peak of resident memory. Returns `None` except on Linux.
 pub fn memory_of_process(line: &str) -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let value = status.lines().find_map(|text| text.strip_prefix(line))?;

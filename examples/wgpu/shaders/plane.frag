@@ -5,20 +5,20 @@
 #include "leadr/visible/shadowed_environment.glsl"
 #include "leadr/visible/shadowed_specular.glsl"
 
-// A plane z = 0 with a baked material under a sun and a sky.
+// Draws a plane z = 0 with a baked material under a sun and a sky.
 
 layout(set = 0, binding = 0) uniform View {
-    vec4 eye;        // metres
+    vec4 eye;        // position of the camera in metres
     vec4 corner;     // ray through the centre of the top left pixel
-    vec4 across;     // its change per pixel, right and down
+    vec4 across;     // change of the ray per pixel, to the right and down
     vec4 down;
-    vec4 sun;        // direction to it
-    vec4 irradiance; // on a plane that faces it
-    vec4 sky[9];     // spherical harmonics of its radiance
-    vec4 scales;     // repeat of the material, metres; metres per unit of height
+    vec4 sun;        // direction to the sun
+    vec4 irradiance; // irradiance on a plane that faces the sun
+    vec4 sky[9];     // spherical harmonics of the sky's radiance
+    vec4 scales;     // repeat of the material in metres; metres per unit of height
 };
 layout(set = 0, binding = 1) uniform Baked {
-    vec4 scale[3];   // factors on the file's values: first layer, second, colour
+    vec4 scale[3];   // factors on the values of the file: first layer, second layer, colour
     vec4 color_layer;
 };
 layout(set = 0, binding = 2) uniform texture2DArray baked;
@@ -30,13 +30,13 @@ const int TAPS = 16;
 const int PROBES = 16;
 const vec3 F0 = vec3(0.04);
 
-// The sky blurred by a kernel of this variance, radians squared. Harmonics of order l decay as in heat diffusion, those of order
-// 2 slightly less.
+// Returns the sky blurred by a kernel of this variance, in radians squared. Harmonics of order l decay as in heat diffusion. Harmonics of
+// order 2 decay slightly less.
 vec3 blurred_sky(vec3 c[9], vec3 direction, float variance) {
     return max(sh_radiance(c, normalize(direction) * exp(-variance)), 0.0);
 }
 
-// Means of the baked channels over a pixel: boxes along its longer side.
+// The means of the baked channels over a pixel. The means are averages of boxes along the pixel's longer side.
 struct Footprint {
     vec4 first;
     vec4 second;
@@ -58,7 +58,7 @@ Footprint footprint(vec2 texcoord, vec2 ds, vec2 dt, vec2 size) {
     return Footprint(sum.first * scale[0] * per, sum.second * scale[1] * per, sum.color * scale[2].rgb * per);
 }
 
-// Sky light on the surface: specular term by probes, diffuse term by one irradiance lookup.
+// Returns the light of the sky on the surface. The specular term uses probes, and the diffuse term uses one irradiance lookup.
 vec3 environment(LeadrSurface surface, vec3 wo, Frame frame, vec3 c[9]) {
     vec2 m = surface.mean_slope;
     vec3 relief = clamp_covariance(surface.slope_covariance);
@@ -91,7 +91,7 @@ void main() {
         radiance = vec4(blurred_sky(c, ray, 0.0), 1.0);
         return;
     }
-    // Intersection of the ray with the plane, and its change per pixel. Rows of the map run along -y.
+    // The intersection of the ray with the plane, and its change per pixel, are in texture coordinates. The rows of the map run along -y.
     vec2 per_metre = vec2(1.0, -1.0) / scales.x;
     float back = -eye.z / ray.z;
     vec2 texcoord = per_metre * (eye.xy + back * ray.xy);
@@ -105,7 +105,7 @@ void main() {
     LeadrSurface surface;
     surface.mean_slope = map_mean_slope(map, scales.y * seen.first.xy);
     surface.slope_covariance = map_covariance(map, scale_height(covariance, scales.y));
-    surface.roughness = sqrt(max(seen.second.z, 0.0)); // LEADR 4.1: alpha squared is averaged
+    surface.roughness = sqrt(max(seen.second.z, 0.0)); // alpha squared is averaged (LEADR 4.1)
     surface.albedo = seen.color;
     surface.f0 = F0;
     vec3 wo = -normalize(ray);

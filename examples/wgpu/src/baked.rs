@@ -1,32 +1,32 @@
-//! Reader for `leadr bake` files with the `ktx2` crate and the keys in `crates/leadr-maps/README.md#baked-files`.
+//! Reads files of `leadr bake` with the `ktx2` crate and the keys that are listed in `crates/leadr-maps/README.md#baked-files`.
 
 use std::path::Path;
 
 /// A LEADR map with roughness and colour.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Baked {
-    /// Width and height of level 0 in texels.
+    /// The width and height of level 0 in texels.
     pub size: [u32; 2],
-    /// Number of four-channel layers.
+    /// The number of four-channel layers.
     pub layers: u32,
-    /// Index of the colour layer.
+    /// The index of the colour layer.
     pub color_layer: u32,
-    /// Whether numbers have 16 bits instead of 32.
+    /// Whether numbers have 16 bits instead of 32 bits.
     pub half: bool,
-    /// Factors on the channels of the first two layers and of the colour.
+    /// The factors on the channels of the first two layers and of the colour layer.
     pub scale: [[f32; 4]; 3],
-    /// Bytes of each level, largest first, layer by layer.
+    /// The bytes of each level, from the largest level on, layer by layer.
     pub levels: Vec<Vec<u8>>,
 }
 
-/// The required channels, in their slots.
+/// The required channels, in the order of their slots.
 const CHANNELS: [&str; 8] = ["x", "y", "xx", "yy", "xy", "height", "alpha2", "alpha4"];
 
 impl Baked {
     /// Reads a file.
     ///
     /// # Errors
-    /// A message with the file's name.
+    /// Returns a message that includes the name of the file.
     pub fn load(path: &Path) -> Result<Self, String> {
         let named = |error: String| format!("{}: {error}", path.display());
         let bytes = std::fs::read(path).map_err(|error| named(error.to_string()))?;
@@ -36,7 +36,7 @@ impl Baked {
     /// Reads a file from memory.
     ///
     /// # Errors
-    /// A message.
+    /// Returns a message with the reason.
     pub fn decode(bytes: &[u8]) -> Result<Self, String> {
         let reader = ktx2::Reader::new(bytes).map_err(|error| format!("not a KTX2 file: {error:?}"))?;
         let header = reader.header();

@@ -4,11 +4,11 @@ use std::collections::HashSet;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-/// The text of `file` with every `#include "NAME"` replaced by that file, each file once. Names are relative to the including
-/// file or, if not found there, to `root`, the folder that contains `leadr`.
+/// Returns the text of `file`, in which the content of a file replaces each `#include "NAME"`. Each file is included only once. Names are
+/// relative to the including file. If there is no such file, they are relative to `root`, the folder that contains `leadr`.
 ///
 /// # Errors
-/// If a file cannot be read; the message contains it and the including file.
+/// If a file cannot be read; the message names this file and the including file.
 pub fn expand(root: &Path, file: &Path) -> Result<String, String> {
     let mut text = String::new();
     append(root, file, &mut HashSet::new(), &mut text)?;
@@ -33,7 +33,7 @@ fn append(root: &Path, file: &Path, seen: &mut HashSet<PathBuf>, text: &mut Stri
     Ok(())
 }
 
-/// The included name of a line.
+/// Returns the file name that a line includes.
 fn included(line: &str) -> Option<&str> {
     line.trim_start().strip_prefix("#include")?.trim().strip_prefix('"')?.strip_suffix('"')
 }

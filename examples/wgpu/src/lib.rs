@@ -1,5 +1,5 @@
-//! A tiny wgpu renderer of a plane to the horizon under a sun and a sky. From leadr-vk it uses only what any engine could: the
-//! shader includes, read by naga, and a file of `leadr bake`, read by the `ktx2` crate.
+//! A tiny wgpu renderer of a plane that extends to the horizon, under a sun and a sky. The renderer uses only parts of leadr-vk that any
+//! engine could use: the shader includes, which naga reads, and a file of `leadr bake`, which the `ktx2` crate reads.
 
 pub mod baked;
 pub mod includes;

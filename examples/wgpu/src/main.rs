@@ -15,7 +15,7 @@ use leadr_wgpu::baked::Baked;
 use leadr_wgpu::picture::draw;
 use leadr_wgpu::view::View;
 
-/// Rows of the light panorama.
+/// The number of rows of the light's panorama.
 const LIGHT_ROWS: u32 = 512;
 
 fn run(arguments: &[String]) -> Result<(), String> {

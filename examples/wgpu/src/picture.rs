@@ -9,19 +9,19 @@ use crate::baked::Baked;
 use crate::includes::expand;
 use crate::view::View;
 
-/// Row-major linear radiance.
+/// A picture of linear radiance, in rows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Picture {
-    /// Width and height in pixels.
+    /// The width and height in pixels.
     pub size: [u32; 2],
-    /// Red, green, blue, and 1.
+    /// Red, green, blue, and 1 for each pixel.
     pub pixels: Vec<[f32; 4]>,
 }
 
-/// Draws `view` of `baked`. `shaders`: the folder that contains `leadr`, the includes.
+/// Draws `view` of `baked`. `shaders` is the folder that contains `leadr`, the folder of includes.
 ///
 /// # Errors
-/// A message: no Vulkan driver, no filtering of 32-bit floats, or a missing shader.
+/// Returns a message if there is no Vulkan driver, if the device cannot filter 32-bit floats, or if a shader is missing.
 pub fn draw(baked: &Baked, view: &View, shaders: &Path) -> Result<Picture, String> {
     pollster::block_on(drawn(baked, view, shaders))
 }
@@ -184,7 +184,8 @@ fn upload(device: &wgpu::Device, queue: &wgpu::Queue, baked: &Baked) -> wgpu::Te
 }
 
 impl Picture {
-    /// Saves linear radiance to `.exr`. Other formats get a soft shoulder after multiplication by `exposure`.
+    /// Saves linear radiance to an `.exr` file. For other formats, the radiance is multiplied by `exposure`, and a soft shoulder is
+    /// applied.
     ///
     /// # Errors
     /// If the file cannot be written.

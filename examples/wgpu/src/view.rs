@@ -4,31 +4,31 @@ use glam::{Vec3, Vec4};
 
 use crate::picture::Picture;
 
-/// Camera and light; metres, z up.
+/// A camera and the light. Lengths are in metres, and z is up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
-    /// Camera position, above the plane.
+    /// The position of the camera, above the plane.
     pub eye: Vec3,
-    /// Point at the centre of the picture.
+    /// The point at the centre of the picture.
     pub target: Vec3,
-    /// Vertical field of view, degrees.
+    /// The vertical field of view in degrees.
     pub fov_degrees: f32,
-    /// Width and height in pixels.
+    /// The width and height in pixels.
     pub size: [u32; 2],
-    /// Repeat distance of the material, metres.
+    /// The distance at which the material repeats, in metres.
     pub repeat: f32,
-    /// Metres per unit of the map's heights.
+    /// The height in metres of one unit of the map.
     pub height_scale: f32,
-    /// Unit vector towards the sun.
+    /// The unit vector towards the sun.
     pub sun: Vec3,
-    /// Irradiance of the sun on a plane that faces it.
+    /// The irradiance of the sun on a plane that faces it.
     pub irradiance: Vec3,
-    /// Spherical harmonics of the sky's radiance: L00, L1-1, L10, L11, L2-2, L2-1, L20, L21, L22.
+    /// The spherical harmonics of the sky's radiance, in the order L00, L1-1, L10, L11, L2-2, L2-1, L20, L21, L22.
     pub sky: [Vec3; 9],
 }
 
 impl View {
-    /// Close bumps in front, the horizon above, and a morning sun from the side.
+    /// Returns a view of close bumps in front of the horizon, with a morning sun from the side.
     pub fn morning(size: [u32; 2]) -> Self {
         Self {
             eye: Vec3::new(0.0, -2.2, 0.75),
@@ -43,7 +43,7 @@ impl View {
         }
     }
 
-    /// Ray through the centre of the top left pixel, and its change per pixel to the right and down.
+    /// Returns the ray through the centre of the top left pixel, and the change of the ray per pixel to the right and down.
     pub fn rays(&self) -> [Vec3; 3] {
         let forward = (self.target - self.eye).normalize();
         let right = forward.cross(Vec3::Z).normalize();
@@ -54,8 +54,8 @@ impl View {
         [forward - across * (0.5 * width - 0.5) - down * (0.5 * height - 0.5), across, down]
     }
 
-    /// The light as a panorama with twice as many columns as rows, for other renderers: the top row is up, the middle faces +x,
-    /// columns run clockwise seen from above. The sun is one texel.
+    /// Returns the light as a panorama for other renderers, with twice as many columns as rows. The top row is up, the middle faces +x, and
+    /// columns run clockwise when seen from above. The sun is one texel.
     pub fn panorama(&self, rows: u32) -> Picture {
         let step = std::f32::consts::PI / rows as f32;
         let direction = |index: u32| {
@@ -74,13 +74,13 @@ impl View {
         Picture { size: [2 * rows, rows], pixels }
     }
 
-    /// Radiance of the sky without its sun.
+    /// Returns the radiance of the sky without the sun.
     fn sky_in(&self, d: Vec3) -> Vec3 {
         let sum: Vec3 = self.sky.iter().zip(basis(d)).map(|(c, basis)| *c * basis).sum();
         sum.max(Vec3::ZERO)
     }
 
-    /// The uniform block of the shader.
+    /// Returns the uniform block of the shader.
     pub fn block(&self) -> ViewBlock {
         let [corner, across, down] = self.rays();
         ViewBlock {
@@ -96,7 +96,7 @@ impl View {
     }
 }
 
-/// `View` of `plane.frag`, std140.
+/// The block `View` of `plane.frag` in std140 layout.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct ViewBlock {
@@ -110,7 +110,7 @@ pub struct ViewBlock {
     scales: Vec4,
 }
 
-/// A morning sky over slightly reflective ground.
+/// Returns the radiance of a morning sky over slightly reflective ground.
 fn clear_sky(d: Vec3) -> Vec3 {
     let haze = Vec3::new(1.05, 0.92, 0.78).lerp(Vec3::new(0.22, 0.40, 0.75), d.z.max(0.0).powf(0.45));
     let glow = Vec3::new(1.6, 1.0, 0.5) * (d.dot(Vec3::new(0.8, 0.35, 0.2).normalize()).max(0.0)).powi(6);
@@ -118,7 +118,7 @@ fn clear_sky(d: Vec3) -> Vec3 {
     (haze + glow).lerp(ground, (0.5 - 8.0 * d.z).clamp(0.0, 1.0))
 }
 
-/// Spherical harmonics of a radiance up to order 2, by the midpoint rule over the sphere.
+/// Returns the spherical harmonics of a radiance up to order 2, by the midpoint rule over the sphere.
 pub fn harmonics(radiance: impl Fn(Vec3) -> Vec3) -> [Vec3; 9] {
     const RINGS: u32 = 128;
     let mut sums = [Vec3::ZERO; 9];
@@ -134,7 +134,7 @@ pub fn harmonics(radiance: impl Fn(Vec3) -> Vec3) -> [Vec3; 9] {
     sums
 }
 
-/// Spherical harmonics up to order 2 for a unit direction.
+/// Returns the spherical harmonics up to order 2 for a unit direction.
 fn basis(d: Vec3) -> [f32; 9] {
     [
         0.282_094_79,

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-// Provides the linked archives; see that crate.
+// This crate provides the archives that are linked.
 use leadr_shaderc_debian as _;
 use leadr_wgpu::includes::expand;
 
@@ -11,7 +11,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shaders-glsl")
 }
 
-/// The files of the library.
+/// Returns the files of the library.
 fn library() -> Vec<PathBuf> {
     let mut folders = vec![root().join("leadr")];
     let mut files = Vec::new();
@@ -26,10 +26,10 @@ fn library() -> Vec<PathBuf> {
     files
 }
 
-/// A fragment shader that includes a library file without using it.
+/// Returns a fragment shader that includes a library file without using it.
 fn shader(version: &str, library: &str) -> String {
     let precision = if version.ends_with("es") { "precision highp float;\nprecision highp int;\n" } else { "" };
-    // Required macros of the includer: access to measured materials and energies.
+    // The includer must define these macros, which access measured materials and energies.
     let includer = "#define LEADR_FITTED_WORD(i) float(i)\n#define LEADR_ENERGY_TEXEL(x, y) vec2(float(x), float(y))\n";
     format!(
         "#version {version}\n{precision}{includer}{library}\nout vec4 color;\nvoid main() {{ color = vec4(1.0); }}\n"
@@ -72,7 +72,7 @@ fn glslang_for_opengl() {
     shaderc("310 es", shaderc::TargetEnv::OpenGL, shaderc::EnvVersion::OpenGL4_5);
 }
 
-/// Versions without SPIR-V: glslang's own program checks them like a driver.
+/// For these versions there is no SPIR-V. glslang's own program checks them like a driver.
 #[test]
 fn glslang_as_a_driver_of_opengl() {
     let folder = tempfile::tempdir().unwrap();
@@ -97,7 +97,7 @@ fn naga() {
         let flags = naga::valid::ValidationFlags::all();
         let mut validator = naga::valid::Validator::new(flags, naga::valid::Capabilities::empty());
         let info = validator.validate(&module).map_err(|error| format!("{error:?}"))?;
-        // The module must also be expressible in WGSL.
+        // The compiler must also be able to write the module in WGSL.
         let written = naga::back::wgsl::write_string(&module, &info, naga::back::wgsl::WriterFlags::empty());
         written.map(|_| ()).map_err(|error| format!("{error:?}"))
     });

@@ -22,7 +22,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// The bricks of `assets/`, filtered by `leadr bake`.
+/// Filters the bricks of `assets/` with `leadr bake`.
 fn baked(precision: Precision) -> (tempfile::TempDir, PathBuf) {
     let material = MaterialFolder::open(root().join("assets/bricks")).unwrap();
     let picture = |role| material.picture(role).unwrap();
@@ -48,7 +48,7 @@ fn drawn(file: &Path, view: &View) -> Picture {
     draw(&Baked::load(file).unwrap(), view, &root().join("shaders-glsl")).unwrap()
 }
 
-/// Bilinear sample of a repeating level.
+/// Returns a bilinear sample of a repeating level.
 fn bilinear(level: &BakedLevel, at: DVec2) -> [[f64; 4]; 3] {
     let size = [level.width, level.height];
     let p = at * DVec2::new(f64::from(size[0]), f64::from(size[1])) - 0.5;
@@ -67,7 +67,7 @@ fn bilinear(level: &BakedLevel, at: DVec2) -> [[f64; 4]; 3] {
     sum
 }
 
-/// Means of the map over a pixel, as in `plane.frag`.
+/// Returns the means of the map over a pixel, as in `plane.frag`.
 fn footprint(map: &BakedMap, texcoord: DVec2, ds: DVec2, dt: DVec2) -> [[f64; 4]; 3] {
     const TAPS: u32 = 16;
     let [width, height] = [map.levels[0].width, map.levels[0].height].map(f64::from);
@@ -88,7 +88,8 @@ fn footprint(map: &BakedMap, texcoord: DVec2, ds: DVec2, dt: DVec2) -> [[f64; 4]
     sum
 }
 
-/// Radiance of a pixel by `leadr_reflectance::shading`. `relief`: factor on the slopes, 1 for the picture's own.
+/// Returns the radiance of a pixel by `leadr_reflectance::shading`. `relief` is a factor on the slopes, which is 1 for the slopes of the
+/// picture.
 fn shaded(map: &BakedMap, view: &View, pixel: [u32; 2], relief: f64) -> DVec3 {
     let [corner, across, down] = view.rays().map(|ray| ray.as_dvec3());
     let (eye, sky) = (view.eye.as_dvec3(), view.sky.map(|c| c.as_dvec3()));
@@ -121,8 +122,8 @@ fn shaded(map: &BakedMap, view: &View, pixel: [u32; 2], relief: f64) -> DVec3 {
     lit + shading::environment(&surface, wo, &frame, &sky, lookup)
 }
 
-/// The largest channel difference between a picture and the equations, relative to the expected radiance but at least to 1, and
-/// its pixel.
+/// Returns the largest channel difference between a picture and the equations, and its pixel. The difference is divided by the expected
+/// radiance, or by 1 if the radiance is smaller.
 fn worst(picture: &Picture, map: &BakedMap, view: &View, relief: f64) -> (f64, [u32; 2]) {
     let mut worst = (0.0, [0; 2]);
     for (i, seen) in (0u32..).zip(&picture.pixels) {
@@ -146,7 +147,7 @@ fn pixels_match_the_closed_form() {
     println!("f32: {error:.2e} at {pixel:?}");
     assert!(error < 1e-3, "{error} at {pixel:?}");
 
-    // The picture shows sky above, light and shade below, and depends on the relief.
+    // The picture shows the sky above, light and shade below, and depends on the relief.
     let row = |y: u32| &picture.pixels[(y * SIZE[0]) as usize..((y + 1) * SIZE[0]) as usize];
     let spread = |pixels: &[[f32; 4]]| {
         let (low, high) = pixels.iter().fold((f32::MAX, f32::MIN), |(l, h), p| (l.min(p[1]), h.max(p[1])));

@@ -5,15 +5,16 @@
 #include "slope_distribution.glsl"
 #include "../slopes/statistics.glsl"
 
-// Returns the bivariate Gaussian density of covariance S at the slope offset e / z, divided by `divisor`. z2 is z^2, from 1e-8
-// to 1. Including z2 and the divisor saves divisions. Variances must be at least MIN_VARIANCE.
+// Returns the bivariate Gaussian density of covariance S at the slope offset e / z, divided by `divisor`. z2 is z^2, from 1e-8 to 1.
+// Dividing by z2 and the divisor in one step saves divisions. Variances must be at least MIN_VARIANCE.
 float gaussian_over(const vec2 e, const float z2, const vec3 S, const float divisor) {
     vec2 v = clamp(S.xy, LEADR_MIN_VARIANCE, LEADR_MAX_SLOPE * LEADR_MAX_SLOPE);
     float p = sqrt(v.x * v.y);
     float r = clamp(S.z / p, -LEADR_MAX_CORRELATION, LEADR_MAX_CORRELATION);
     float q = (1.0 - r) * (1.0 + r);
     float det = v.x * v.y * q;
-    // The slopes are whitened, first x, then y given x. This is more accurate than the adjugate at strong correlation.
+    // The code whitens the slope x first, and then y given x. Whitening in this order is more accurate than the adjugate at strong
+    // correlation.
     float y = v.x * e.y - p * r * e.x;
     float square = (e.x * e.x * det + y * y) / (v.x * det * z2);
     return exp(-0.5 * square) / (2.0 * LEADR_PI * p * sqrt(q) * divisor);

@@ -5,18 +5,18 @@
 #include "projected_area.glsl"
 #include "../slopes/grid.glsl"
 
-// Samples visible Beckmann normals exactly by inversion, for every mean slope and viewer.
+// Samples visible Beckmann normals exactly by inversion, for every mean slope and every viewer.
 // crates/leadr-reflectance/src/facets/beckmann_sampling.rs has the derivation.
 
-// Returns the upper-tail quantile of a gamma distribution at the normal deviate z (Wilson & Hilferty's cube).
+// Returns the upper-tail quantile of a gamma distribution at the normal deviate z , by the cube of Wilson and Hilferty.
 float gamma_quantile(const float z, const float mean, const float variance) {
     float shape = max(mean * mean / max(variance, 1e-30), 2.0);
     float cube = max(1.0 - 1.0 / (9.0 * shape) - z / (3.0 * sqrt(shape)), 0.02);
     return mean * cube * cube * cube;
 }
 
-// Returns (F, F') / phi(min(nu, 0)) at x = min(nu, 0) + w, with F(x) = nu Phi(x) + phi(x). p and n are the positive and
-// negative part of nu.
+// Returns F and its derivative F', both divided by phi(min(nu, 0)), at x = min(nu, 0) + w. The function is F(x) = nu Phi(x) + phi(x). p and
+// n are the positive and the negative part of nu.
 vec2 visible_part(const float w, const float p, const float n) {
     float x = n + w;
     float y = p - w;
@@ -26,9 +26,8 @@ vec2 visible_part(const float w, const float p, const float n) {
     return vec2(part, y * e);
 }
 
-// Returns the visible slope x <= nu of the unit surface at which (nu Phi(x) + phi(x)) / (nu Phi(nu) + phi(nu)) = u. It is a
-// quantile of the visible slopes along the viewer's azimuth. nu is the projected area of the mesosurface in units of the
-// spread.
+// Returns the slope x <= nu of the unit surface that solves (nu Phi(x) + phi(x)) / (nu Phi(nu) + phi(nu)) = u. The slope x is a quantile of
+// the visible slopes along the viewer's azimuth. nu is the projected area of the mesosurface in units of the spread.
 float visible_slope_quantile(float u, const float nu) {
     u = clamp(u, 2.9802322e-8, 0.99999994);
     float p = clamp(nu, 0.0, 1e15);
@@ -57,17 +56,17 @@ float visible_slope_quantile(float u, const float nu) {
         float rest = max(total - f.x, 0.0);
         float change = u < 0.5 ? -f.x * log(max(f.x, 1e-37) / (u * total))
                                : 2.0 * (rest - sqrt(rest) * sqrt((1.0 - u) * total));
-        // The sign of the step decides which end of the bracket moves, because f.x is rounded differently near the root.
+        // The sign of the step decides which end of the bracket moves, because near the root the sign of f.x can be a rounding error.
         if (change > 0.0) low = w; else high = w;
         float next = w + change / max(f.y, 1e-37);
-        // Bisect if the next value is outside the bracket, or not a number.
+        // The code bisects the bracket if the next value is outside or not a number.
         w = next >= low && next <= high ? next : 0.5 * (low + high);
     }
     return n + w;
 }
 
-// Returns a visible normal for u in [0, 1)^2, distributed as beckmann_vndf(wo, wn, m, S). u.x selects the slope along the
-// viewer's azimuth, u.y the slope across it.
+// Returns a visible normal for u in [0, 1)^2, distributed as beckmann_vndf(wo, wn, m, S). u.x selects the slope along the viewer's azimuth,
+// and u.y selects the slope across this azimuth.
 vec3 beckmann_sample_visible(const vec3 wo, const vec2 u, const vec2 m, const vec3 S) {
     vec3 c = slope_cholesky(vec3(max(S.xy, LEADR_MIN_VARIANCE), S.z));
     vec2 t = vec2(c.x * wo.x + c.y * wo.y, c.z * wo.y);

@@ -6,14 +6,15 @@
 // Parameterisations of anisotropic roughness (thesis eq. 2.25-2.34). The roughness matrix is A = (a_xx, a_yy, a_xy). A Beckmann
 // surface has the slope covariance A / 2.
 
-// Radii of the ellipse (conversions return alpha_1 >= alpha_2) and the angle from the x slope to the first axis,
-// counter-clockwise.
+// An ellipse of roughness: its radii (conversions return alpha_1 >= alpha_2), and the counter-clockwise angle from the x slope to the first
+// axis.
 struct Ellipse {
     vec2 radii;
     float angle;
 };
 
-// Scales (alpha_x, alpha_y), correlation rho, and sqrt(1 - rho^2), which cannot be recovered from rho for a thin ellipse.
+// The scales (alpha_x, alpha_y), the correlation rho, and sqrt(1 - rho^2). For a thin ellipse, the root is too inaccurate if it is computed
+// from rho.
 struct Bivariate {
     vec2 alpha;
     float rho;
@@ -51,8 +52,8 @@ vec3 roughness_from_bivariate(const Bivariate b) {
     return vec3(b.alpha * b.alpha, b.rho * b.alpha.x * b.alpha.y);
 }
 
-// Converts a roughness matrix. A matrix made indefinite by rounding is treated as fully correlated. A minor radius below 4e-4
-// of the major radius is rounding error.
+// Converts a roughness matrix. A matrix made indefinite by rounding is treated as fully correlated. If the minor radius is below 4e-4 of
+// the major radius, rounding determines its value.
 Bivariate bivariate_from_roughness(const vec3 A) {
     vec2 alpha = sqrt(max(A.xy, 0.0));
     float product = alpha.x * alpha.y;

@@ -1,9 +1,9 @@
 #ifndef LEADR_NORMAL_DISTRIBUTION_GLSL
 #define LEADR_NORMAL_DISTRIBUTION_GLSL
 
-// Functions of the standard normal distribution, each of which costs one exponential and one division. The rational terms are
-// minimax fits made for this project, with a relative error of 3e-7 to 7e-7 over 0..13; all coefficients are positive, so
-// nothing cancels. Beyond 13 the density underflows in 32 bits, so the argument is clamped there.
+// Functions of the standard normal distribution, each of which costs one exponential and one division. The rational terms are minimax fits
+// made for this project, with a relative error of 3e-7 to 7e-7 over 0..13. All coefficients are positive, so nothing cancels. Beyond 13 the
+// density underflows in 32 bits, so the argument is clamped there.
 
 // Returns the density phi(x).
 float normal_pdf(const float x) {
@@ -11,7 +11,7 @@ float normal_pdf(const float x) {
     return 0.3989422804 * exp(-0.5 * t * t);
 }
 
-// Returns Mills' ratio (1 - Phi(x)) / phi(x) for x >= 0, accurate to 1e-4 beyond 14.
+// Returns Mills' ratio (1 - Phi(x)) / phi(x) for x >= 0. Beyond x = 14 its accuracy is 1e-4.
 float mills_ratio(const float x) {
     float t = clamp(x, 0.0, 1e6);
     float p = 1.25331414 + t * (0.90476948 + t * (0.2980476 + t * 0.04231701));
@@ -19,8 +19,8 @@ float mills_ratio(const float x) {
     return p / q;
 }
 
-// Returns 1 - x (1 - Phi(x)) / phi(x) for x >= 0, which is normal_tail_mean over the density, so it does not underflow. The
-// form with `held` requires x within 0..1e6.
+// Returns 1 - x (1 - Phi(x)) / phi(x) for x >= 0, which is normal_tail_mean divided by the density, so it does not underflow. The variant
+// with the suffix _held requires x within 0..1e6.
 float tail_mean_ratio_held(const float t) {
     float p = 1.0 + t * (0.55532703 + t * (0.15290028 + t * 0.01936395));
     float q = 1.0 + t * (1.80865213 + t * (1.41958115 + t * (0.61708401 + t * (0.1527089 + t * 0.01936814))));
@@ -30,16 +30,16 @@ float tail_mean_ratio(const float x) {
     return tail_mean_ratio_held(clamp(x, 0.0, 1e6));
 }
 
-// Returns Mills' ratio and tail_mean_ratio as x / q and y / q with a common q = y + t x, for t within 0..13 (relative error
-// 7e-7 each).
+// Returns Mills' ratio and tail_mean_ratio as x / q and y / q with a common denominator q = y + t x, for t within 0..13. The relative error
+// of each quotient is 7e-7.
 vec2 tail_quotients(const float t) {
     float t2 = t * t;
     return vec2((1.25331473 + 1.24099266 * t) + t2 * ((0.574059982 + 0.143326482 * t) + t2 * 0.0173465204),
                 (1.0 + 0.534757579 * t) + t2 * (0.143585567 + 0.0173404136 * t));
 }
 
-// Returns E[max(0, u - x)] = phi(x) - x (1 - Phi(x)) for u ~ N(0,1) and x >= 0, the contribution of the tail above x to a
-// clamped mean.
+// Returns E[max(0, u - x)] = phi(x) - x (1 - Phi(x)) for u ~ N(0,1) and x >= 0, the contribution of the tail above x to the mean of a
+// clamped variable.
 float normal_tail_mean(const float x) {
     float t = clamp(x, 0.0, 13.0);
     return 0.3989422804 * exp(-0.5 * t * t) * tail_mean_ratio_held(t);
@@ -52,8 +52,8 @@ float normal_cdf(const float x) {
     return x < 0.0 ? tail : 1.0 - tail;
 }
 
-// The density, the distribution and the ramp E[max(0, x + u)] = x Phi(x) + phi(x), u ~ N(0,1), computed together with one
-// exponential.
+// The density, the cumulative distribution and the ramp E[max(0, x + u)] = x Phi(x) + phi(x) for u ~ N(0,1). All three are computed
+// together with one exponential.
 struct NormalRamp {
     float pdf;
     float cdf;
@@ -68,10 +68,10 @@ NormalRamp normal_ramp(const float x) {
     return NormalRamp(pdf, x < 0.0 ? tail.x : 1.0 - tail.x, max(x, 0.0) + tail.y);
 }
 
-// Describes the visible part of max(0, x + u), u ~ N(0,1). It has the shift of u towards the viewer, Phi(x) / (x Phi(x) +
-// phi(x)), and the fraction that the mean alone contributes, max(x, 0) / (x Phi(x) + phi(x)). It costs one exponential and one
-// division. Below 0, numerator and denominator are both multiples of the density, which underflows and is cancelled out. x is
-// clamped to at least -13.
+// Describes the visible part of max(0, x + u), u ~ N(0,1), by two values: the shift of u towards the viewer, Phi(x) / (x Phi(x) + phi(x)),
+// and the fraction that the mean alone contributes, max(x, 0) / (x Phi(x) + phi(x)). Both values together cost one exponential and one
+// division. For x < 0, the numerator and the denominator are both multiples of the density. The density can underflow, so numerator and
+// denominator are divided by it. x is clamped to at least -13.
 struct ClampedLine {
     float lean;
     float front; // fraction that the mean alone contributes, 0..1
@@ -86,8 +86,8 @@ ClampedLine clamped_line(const float x) {
     return ClampedLine(per * (x < 0.0 ? tail.x : q - pdf * tail.x), per * max(x, 0.0) * q);
 }
 
-// Returns the quantile of u in (0, 1), clamped to [2^-25, 1 - 2^-24], the range of Giles' polynomials for the inverse error
-// function (2010).
+// Returns the standard normal quantile of u in (0, 1). u is clamped to [2^-25, 1 - 2^-24], the range of Giles' polynomials for the inverse
+// error function (2010).
 float normal_quantile(float u) {
     u = clamp(u, 2.9802322e-8, 0.99999994);
     float w = -log(4.0 * u * (1.0 - u));

@@ -7,19 +7,19 @@
 // Relates the length of the facets' mean normal to the roughness (Chan 2018, section 2).
 // crates/leadr-reflectance/src/facets/shortened_normals.rs has the derivations.
 //
-// A length near 1 has few significant digits in 32 bits, so functions use the shortening, 1 - length. For a filtered normal n,
-// 1 - |n| has a rounding error of 6e-8, half a percent of the shortening at alpha = .0014.
+// A length near 1 has few significant digits in 32 bits, so the functions use the shortening, 1 - length. For a filtered normal n, 1 - |n|
+// has a rounding error of 6e-8, half a percent of the shortening at alpha = .0014.
 
-// Facet distribution and area weighting, in the order of Shortening::ALL.
+// Combinations of a facet distribution and an area weighting, in the order of Shortening::ALL.
 const int LEADR_GGX_MACRO = 0;
 const int LEADR_GGX_MICRO = 1;
 const int LEADR_BECKMANN_MACRO = 2;
 const int LEADR_BECKMANN_MICRO = 3;
 
-// Value of |1 - alpha^2| below which series replace the closed forms.
+// The value of |1 - alpha^2| below which series replace the closed forms.
 const float LEADR_LENGTH_SERIES_END = 0.25;
 
-// Returns T = atanh(sqrt(e)) / sqrt(e) for e = 1 - square, or atan(sqrt(-e)) / sqrt(-e) beyond square = alpha^2 = 1.
+// Returns T = atanh(sqrt(e)) / sqrt(e) for e = 1 - square, or T = atan(sqrt(-e)) / sqrt(-e) for square > 1. square is alpha^2.
 float atanh_ratio(const float square) {
     float e = 1.0 - square;
     if (abs(e) < LEADR_LENGTH_SERIES_END) {
@@ -40,12 +40,12 @@ float atanh_ratio(const float square) {
     return 4.0 * t / b * (1.0 - u * (1.0 / 3.0 - u * (1.0 / 5.0 - u * (1.0 / 7.0 - u * tail))));
 }
 
-// Returns (1 - L) / L of GGX facets by microsurface area, alpha^2 T (Chan eq. 24). square is alpha^2.
+// Returns (1 - L) / L = alpha^2 T of GGX facets weighted by microsurface area (Chan eq. 24). square is alpha^2.
 float ggx_normal_odds_micro(const float square) {
     return square * atanh_ratio(square);
 }
 
-// Returns (1 - L) / L of GGX facets by macrosurface area (Chan eq. 26).
+// Returns (1 - L) / L of GGX facets weighted by macrosurface area (Chan eq. 26).
 float ggx_normal_odds_macro(const float square) {
     float e = 1.0 - square;
     if (abs(e) < LEADR_LENGTH_SERIES_END) {
@@ -58,7 +58,7 @@ float ggx_normal_odds_macro(const float square) {
     return square * (ratio - 1.0) / (1.0 - square * ratio);
 }
 
-// Returns (1 - L, L) of Beckmann facets by macrosurface area, each at full precision.
+// Returns (1 - L, L) of Beckmann facets weighted by macrosurface area, both at full precision.
 vec2 beckmann_shortening_length(const float square) {
     float u = 0.5 * square;
     if (u < 1.0 / 169.0) {
@@ -71,18 +71,18 @@ vec2 beckmann_shortening_length(const float square) {
     return vec2(one_minus_length, t < 2.0 ? t * mills_ratio(t) : 1.0 - one_minus_length);
 }
 
-// Returns (1 - L) / L of Beckmann facets by macrosurface area.
+// Returns (1 - L) / L of Beckmann facets weighted by macrosurface area.
 float beckmann_normal_odds_macro(const float square) {
     vec2 parts = beckmann_shortening_length(square);
     return parts.x / parts.y;
 }
 
-// Returns (1 - L) / L of Beckmann facets by microsurface area, alpha^2 / 2 times the length by macrosurface area.
+// Returns (1 - L) / L of Beckmann facets weighted by microsurface area. The result is alpha^2 / 2 times the length for macrosurface area.
 float beckmann_normal_odds_micro(const float square) {
     return 0.5 * square * beckmann_shortening_length(square).y;
 }
 
-// Returns (1 - L) / L of any of the four combinations.
+// Returns (1 - L) / L for one of the four combinations.
 float normal_odds(const int shortening, const float alpha) {
     float used = usable_alpha(alpha);
     float square = used * used;
@@ -103,7 +103,8 @@ float normal_length(const int shortening, const float alpha) {
     return 1.0 / (1.0 + normal_odds(shortening, alpha));
 }
 
-// Returns the derivative of log odds by log alpha^2, from 1 (smooth) to 1/2 (rough). odds is the value at this square.
+// Returns the derivative of log odds by log alpha^2, between 1 for smooth facets and 1/2 for rough ones. `odds` is (1 - L) / L at this
+// alpha^2 (`square`).
 float normal_odds_slope(const int shortening, const float square, const float odds) {
     if (shortening == LEADR_GGX_MICRO) {
         return 1.0 - 0.5 * square / (odds * (1.0 + ggx_normal_odds_macro(square)));
@@ -112,19 +113,19 @@ float normal_odds_slope(const int shortening, const float square, const float od
         float e = 1.0 - square;
         float len = 1.0 / (1.0 + odds);
         float one_minus_length = odds * len;
-        // This is the derivative of the shortening by alpha^2, with a series near alpha = 1.
+        // The derivative of the shortening with respect to alpha^2. Near alpha = 1 it is computed by a series.
         float change = abs(e) < 0.05 ? 2.0 / 15.0 + e * (4.0 / 35.0 + e * (6.0 / 63.0))
                                      : one_minus_length / square - (0.5 * len - one_minus_length) / e;
         return change * square / (one_minus_length * len);
     }
     vec2 parts = beckmann_shortening_length(square);
-    // This is the derivative of the shortening by log alpha^2, with a series for smooth facets, where the closed form cancels.
+    // The derivative of the shortening with respect to log alpha^2. Smooth facets use a series, because the closed form cancels.
     float change = square < 0.01 ? parts.x - square * square * (0.75 - 3.75 * square) : 0.5 * parts.y - parts.x / square;
     return shortening == LEADR_BECKMANN_MACRO ? change / (parts.x * parts.y) : 1.0 - change / parts.y;
 }
 
-// Returns the alpha, 1e-4 to 100, of facets whose mean normal has this shortening (clamped to 0..1). Newton's method works on
-// logarithms, where the curve is nearly straight: after three steps the error is 7e-11 in exact arithmetic.
+// Returns the alpha, from 1e-4 to 100, of facets whose mean normal has this shortening. The shortening is clamped to 0..1. Newton's method
+// works on logarithms, where the curve is nearly straight: after three steps the error is 7e-11 in exact arithmetic.
 float alpha_of_shortening(const int shortening, const float one_minus_length) {
     float held = clamp(one_minus_length, 0.0, 1.0);
     float odds = clamp(held / max(1.0 - held, 1e-9), 1e-12, 1e9);
@@ -139,15 +140,16 @@ float alpha_of_shortening(const int shortening, const float one_minus_length) {
     return usable_alpha(sqrt(square));
 }
 
-// Returns the alpha of facets on facets of the other roughness, whose lengths multiply (Chan eq. 34).
+// Returns the alpha of a surface whose facets consist of facets of another roughness. The lengths of the mean normals multiply (Chan eq.
+// 34).
 float combine_alpha(const int shortening, const float alpha, const float other) {
     float a = normal_shortening(shortening, alpha);
     float b = normal_shortening(shortening, other);
     return alpha_of_shortening(shortening, a + b - a * b);
 }
 
-// Returns the alpha of GGX facets by macrosurface area with two roots and a rational function. It is clamped to .0027 to 1
-// (shortening of 4e-5 to 1/3), with a relative error of 1e-4.
+// Returns the alpha of GGX facets weighted by macrosurface area. The fit costs two roots and a rational function, and has a relative error
+// of 1e-4. The alpha is clamped to .0027..1, which corresponds to a shortening of 4e-5..1/3.
 float ggx_alpha_of_shortening_fit(const float one_minus_length) {
     float held = clamp(one_minus_length, 4.08e-5, 0.33333333);
     float x = sqrt(sqrt(held));

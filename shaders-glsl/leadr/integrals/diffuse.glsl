@@ -6,11 +6,11 @@
 #include "sh.glsl"
 #include "../slopes/grid.glsl"
 
-// Computes the diffuse radiance of the visible facets per unit of albedo by LEADR eq. 23 / Algorithm 3 on an n x n grid. The
-// sum is divided by the sum of the visible areas (the masking term; supplement, eq. 10). Apply face_viewer to m first.
+// Computes the diffuse radiance of the visible facets per unit of albedo on an n x n grid of slopes (LEADR eq. 23, Algorithm 3). The sum
+// over the grid is divided by the sum of the visible areas, which is the masking term (supplement, eq. 10). Apply face_viewer to m first.
 
-// First and second moments of the visible normals in the tangent frame. Order-2 irradiance is linear in the moments, so one
-// pass over the grid serves the environment and every light.
+// The first and second moments of the visible normals in the tangent frame. Order-2 irradiance is linear in the moments, so one pass over
+// the grid serves the environment and every light.
 struct NormalMoments {
     vec3 mean; // E[n]
     vec3 diag; // E[n.x^2], E[n.y^2], E[n.z^2]
@@ -36,8 +36,8 @@ NormalMoments visible_normal_moments(const vec3 wo, const vec2 m, const vec3 S, 
     return NormalMoments(sum.mean * scale, sum.diag * scale, sum.off * scale);
 }
 
-// Returns the radiance under an environment, with masking only (as in Algorithm 2). c has the radiance coefficients in the
-// world, f is the tangent frame, and rest is the irradiance beyond order 2 for these normals, or 0.
+// Returns the radiance under an environment, with masking only (as in Algorithm 2). c has the coefficients of the radiance in world space,
+// and f is the tangent frame. `rest` is the irradiance of orders above 2 for these normals, or 0.
 vec3 leadr_diffuse_environment(const NormalMoments v, const Frame f, const vec3 c[9], const vec3 rest) {
     mat3 r = mat3(f.x, f.y, f.z);
     mat3 t = mat3(v.diag.x, v.off.z, v.off.y, v.off.z, v.diag.y, v.off.x, v.off.y, v.off.x, v.diag.z);
@@ -46,16 +46,16 @@ vec3 leadr_diffuse_environment(const NormalMoments v, const Frame f, const vec3 
     return max(e + rest, 0.0) / LEADR_PI;
 }
 
-// Returns the radiance under one light from wi (tangent frame), of unit irradiance on a plane facing it. The light's order-2
-// harmonics (Algorithm 2) are weighted by its masking and shadowing (eq. 20). The paper gives an error of up to 9 %. The result
-// is clamped to at least 0.
+// Returns the radiance under one light from wi (tangent frame), whose irradiance on a plane facing it is 1. The light's order-2 harmonics
+// (Algorithm 2) are weighted by masking and shadowing of the light (eq. 20). The paper states an error of up to 9 %. The result is clamped
+// to at least 0.
 float leadr_diffuse_light_sh(const NormalMoments v, const vec3 wo, const vec3 wi, const vec2 m, const vec3 S, const bool shadowing) {
     float second = dot(wi * wi, v.diag) + 2.0 * dot(wi.yzx * wi.zxy, v.off);
     float e = 0.09375 * (v.diag.x + v.diag.y + v.diag.z) + 0.5 * dot(wi, v.mean) + 0.46875 * second;
     return shadowing_given_masking(wo, wi, m, S, shadowing) * max(e, 0.0) / LEADR_PI;
 }
 
-// Returns the radiance under one light with its clamped cosine integrated over the grid. Use this function for a sun.
+// Returns the radiance under one light. The clamped cosine of the light is integrated over the grid, so use this function for a sun.
 float leadr_diffuse_light(const vec3 wo, const vec3 wi, const vec2 m, const vec3 S, const bool shadowing, const int n, const float lambda) {
     float sum = 0.0;
     float norm = 0.0;

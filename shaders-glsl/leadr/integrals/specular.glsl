@@ -20,8 +20,8 @@ vec3 leadr_specular_directional(const vec3 wo, const vec3 wi, const vec2 m, cons
     return fresnel_schlick(f0, dot(wi, wh)) * (0.25 * o.under * beckmann_ndf_over(wh, m, S, o.over));
 }
 
-// Returns the radiance under one light with any shadowing model, from the areas visible along wo and wi. Compute o once per
-// pixel for all lights.
+// Returns the radiance under one light with any shadowing model, from the visible areas along wo (o) and wi. Compute o once per pixel and
+// use it for all lights.
 vec3 leadr_specular_light(const int shadowing, const DirectionArea o, const DirectionArea i, const vec3 wo, const vec3 wi, const vec2 m,
                           const vec3 S, const vec3 f0) {
     vec3 h = wo + wi;
@@ -46,7 +46,7 @@ vec3 leadr_specular_light(const int shadowing, const DirectionArea o, const Dire
 // returns exactly its own value.
 
 struct EnvironmentSample {
-    vec3 wi;    // reflected direction, unit, tangent frame (eq. 18)
+    vec3 wi;    // the reflected direction (eq. 18), unit length, in the tangent frame
     vec3 wn;    // micronormal
     float area; // <wn, wo> / wn.z
 };
@@ -56,26 +56,26 @@ EnvironmentSample environment_sample_at(const vec3 wo, const vec2 slope) {
     return EnvironmentSample(2.0 * dot(wn, wo) * wn - wo, wn, facet_area(wo, slope));
 }
 
-// Returns the sample at standard normal coordinates p.
+// Returns the environment sample of the facet at standard normal coordinates p.
 EnvironmentSample environment_sample(const vec3 wo, const vec2 p, const vec2 m, const vec3 S) {
     return environment_sample_at(wo, slope_sample(p, m, S));
 }
 
-// Additive constants of env_lod, named by their source.
+// Additive constants of env_lod, each named after its source.
 const float LEADR_LOD_MATCHED = -0.5332;     // solid angle of the sample = mean solid angle of a cube texel
-const float LEADR_LOD_SUPPLEMENT = -1.48;    // derivation of supplement 3.5
-const float LEADR_LOD_SUPPLEMENT_5 = 0.5;    // value of supplement 3.5 against banding with 5 x 5 nodes
-const float LEADR_LOD_SUPPLEMENT_32 = -0.5;  // value of supplement 3.5 against banding with 32 x 32 nodes
-const float LEADR_LOD_ALGORITHM_1 = -1.8257; // supplement, simplified Algorithm 1: sqrt(alpha / 4 pi) textureSize
+const float LEADR_LOD_SUPPLEMENT = -1.48;    // from the derivation of supplement 3.5
+const float LEADR_LOD_SUPPLEMENT_5 = 0.5;    // from supplement 3.5, against banding with 5 x 5 nodes
+const float LEADR_LOD_SUPPLEMENT_32 = -0.5;  // from supplement 3.5, against banding with 32 x 32 nodes
+const float LEADR_LOD_ALGORITHM_1 = -1.8257; // from the supplement's simplified Algorithm 1: sqrt(alpha / 4 pi) textureSize
 
-// Computes the term of env_lod that all samples of a pixel share. size is the texels per edge of the cube map, and spacing the
-// distance of the samples in standard deviations. As in the paper, the larger deviation is used for both axes.
+// Computes the term of env_lod that all samples of a pixel share. size is the number of texels per edge of the cube map. spacing is the
+// distance between samples in standard deviations. As in the paper, the larger standard deviation is used for both axes.
 float env_lod_base(const vec3 S, const float spacing, const float size, const float constant) {
     return 0.5 * log2(max(max(S.x, S.y) * spacing * spacing, 1e-12)) + log2(size) + constant;
 }
 
-// Returns the level of detail of one sample, whose solid angle is J (spacing sigma)^2, J = 4 |wn.wo| wn.z^3 (LEADR 5.2). The
-// result may be negative; J = 0 and sigma = 0 give finite values.
+// Returns the level of detail of one sample. The solid angle of a sample is J (spacing sigma)^2 with J = 4 |wn.wo| wn.z^3 (LEADR 5.2). The
+// level may be negative, and is finite even for J = 0 or sigma = 0.
 float env_lod_at(const float base, const vec3 wo, const vec3 wn) {
     return base + 0.5 * log2(max(4.0 * abs(dot(wn, wo)) * wn.z * wn.z * wn.z, 1e-12));
 }

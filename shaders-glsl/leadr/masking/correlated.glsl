@@ -4,23 +4,23 @@
 #include "../facets/projected_area.glsl"
 #include "../fma.glsl"
 
-// Masking and shadowing that include the correlation between the directions of viewer and light:
+// Computes masking and shadowing with the correlation between the directions of viewer and light:
 //     G = 1 / (1 + max(Lambda_o, Lambda_i) + f min(Lambda_o, Lambda_i))
-// The factor f is 0 for equal azimuths (in the space where the surface is isotropic) and rises to 1, Smith's form, for azimuths
-// far apart. crates/leadr-reflectance/src/masking/correlated.rs derives it. Once per pixel:
+// The factor f is 0 for equal azimuths (in the space where the surface is isotropic) and rises to 1, Smith's form, for azimuths far apart.
+// crates/leadr-reflectance/src/masking/correlated.rs derives the form. Once per pixel:
 //     vec3 cholesky = slope_cholesky(S);
 //     DirectionArea o = direction_area(wo, m, cholesky);
 // and for each light:
 //     float lit = lit_fraction(shadowing, o, direction_area(wi, m, cholesky));
 
 // Shadowing models, which decide which of the visible facets are lit.
-const int LEADR_SHADOWING_NONE = 0;              // all visible facets are lit: masking alone
+const int LEADR_SHADOWING_NONE = 0;              // all visible facets are lit, so only masking remains
 const int LEADR_SHADOWING_SMITH = 1;             // LEADR eq. 13
-const int LEADR_SHADOWING_CORRELATED = 2;        // direction-correlated
-const int LEADR_SHADOWING_CORRELATED_SIMPLE = 3; // simplified form of the direction-correlated model
-const int LEADR_SHADOWING_NORMAL_MAP = 4;        // all facing facets are lit, weighted equally for the viewer: see visible/mapped.glsl
+const int LEADR_SHADOWING_CORRELATED = 2;        // the direction-correlated model
+const int LEADR_SHADOWING_CORRELATED_SIMPLE = 3; // the simplified form of the direction-correlated model
+const int LEADR_SHADOWING_NORMAL_MAP = 4;        // all facets facing the light are lit and count equally (visible/mapped.glsl)
 
-// Area of a surface that is visible from one direction.
+// The area of a surface that is visible from one direction.
 struct DirectionArea {
     vec2 whitened; // p = C^T w.xy
     float spread;  // b = |p|
@@ -40,8 +40,8 @@ DirectionArea direction_area(const vec3 w, const vec2 m, const vec3 cholesky) {
     return DirectionArea(whitened, spread, meso, max(meso, 0.0) + rough_area(meso, spread));
 }
 
-// Returns the area for one shadowing model. Only the direction-correlated models need the whitened direction. The other models
-// compute their areas from the covariance S, at lower cost.
+// Returns the visible area along w for one shadowing model. Only the direction-correlated models need the whitened direction. The other
+// models compute their areas from the covariance S, at lower cost.
 DirectionArea area_for(const int shadowing, const vec3 w, const vec2 m, const vec3 S, const vec3 cholesky) {
     if (shadowing >= LEADR_SHADOWING_CORRELATED) return direction_area(w, m, cholesky);
     float spread = slope_spread(w, S);
@@ -49,14 +49,14 @@ DirectionArea area_for(const int shadowing, const vec3 w, const vec2 m, const ve
     return DirectionArea(vec2(0.0), spread, meso, max(meso, 0.0) + rough_area(meso, spread));
 }
 
-// Returns a x b, exactly 0 for parallel vectors. It corrects the rounding of drivers that fuse one product with the difference.
+// Returns the 2D cross product a x b, which is exactly 0 for parallel vectors. Drivers may fuse one product with the difference, and the
+// function corrects the rounding error.
 float cross_product(const vec2 a, const vec2 b) {
     float product = a.y * b.x;
     return fma(a.x, b.y, -product) + fma(-a.y, b.x, product);
 }
 
-// Returns f, from 0 for equal azimuths to 1. less and more are a_o a_i times the smaller and the larger Lambda, and both is a_o
-// a_i.
+// Returns the factor f, from 0 for equal azimuths to 1. both is a_o a_i. less and more are a_o a_i times the smaller and the larger Lambda.
 float decorrelation(const vec2 po, const vec2 pi, const float both, const float more, const float less, const bool simple) {
     float scale = inversesqrt(max(dot(po, po) * dot(pi, pi), 1e-36));
     float cosine = dot(po, pi) * scale;
@@ -69,8 +69,8 @@ float decorrelation(const vec2 po, const vec2 pi, const float both, const float 
     return (t + 1e-9) / (t + half_width + 1e-9);
 }
 
-// Returns G A_o / a_o, the lit fraction of the visible area, 0..1. It weights a light, or a sample of an environment, in a sum
-// that is already normalised for masking.
+// Returns G A_o / a_o, the lit fraction of the visible area, 0..1. The fraction weights a light, or a sample of an environment, in a sum
+// that already includes masking.
 float lit_fraction(const int shadowing, const DirectionArea o, const DirectionArea i) {
     if (shadowing == LEADR_SHADOWING_NONE || shadowing == LEADR_SHADOWING_NORMAL_MAP) return 1.0;
     float ao = max(o.meso, 0.0);
@@ -86,8 +86,8 @@ float lit_fraction(const int shadowing, const DirectionArea o, const DirectionAr
     return seen / max(seen + max(hidden_i - hidden_o, 0.0) + f * less, 1e-30);
 }
 
-// Returns G / a_o, within 0..1e6, the factor of F D / 4 in f_r cos(theta_i). It is 1 for a normal map, whose facets
-// count by their area on the macrosurface and have their own factors.
+// Returns G / a_o, within 0..1e6. The result is the factor of F D / 4 in f_r cos(theta_i). The factor is 1 for a normal map, whose facets
+// count by their area on the macrosurface and have factors of their own.
 float masking_shadowing_factor(const int shadowing, const DirectionArea o, const DirectionArea i) {
     if (shadowing == LEADR_SHADOWING_NORMAL_MAP) return 1.0;
     return lit_fraction(shadowing, o, i) / max(o.visible, LEADR_MIN_AREA);

@@ -4,10 +4,10 @@
 #include "../constants.glsl"
 
 // Occlusion of a point by surrounding geometry, as one number or as a cone (Chan 2018, 4.4-4.7;
-// crates/leadr-reflectance/src/masking/occlusion.rs). Visibility is the unoccluded fraction of the cosine-weighted hemisphere.
-// A cone is vec4(axis, cosine of its half angle): all directions inside are unoccluded.
+// crates/leadr-reflectance/src/masking/occlusion.rs). The visibility is the unoccluded fraction of the cosine-weighted hemisphere. A cone
+// is vec4(axis, cosine of its half angle), and contains unoccluded directions only.
 
-// Radiance that adjusted_visibility assumes for hidden directions.
+// Assumptions of adjusted_visibility about the radiance of occluded directions.
 const int LEADR_HIDDEN_BLACK = 0;           // eq. 45
 const int LEADR_HIDDEN_WHITE_OCCLUDED = 1;  // eq. 46
 const int LEADR_HIDDEN_SAME_UNOCCLUDED = 2; // eq. 47
@@ -21,8 +21,8 @@ vec3 interreflected_visibility(const float visibility, const vec3 albedo) {
     return a / max((1.0 - rho) + rho * a, vec3(1e-12));
 }
 
-// Returns the fraction of a white environment that reaches a point of this visibility and albedo. `hidden` selects the radiance
-// of hidden directions.
+// Returns the fraction of a white environment that reaches a point of this visibility and albedo. `hidden` selects the assumption about the
+// radiance of occluded directions.
 vec3 adjusted_visibility(const int hidden, const float visibility, const vec3 albedo) {
     float a = clamp(visibility, 0.0, 1.0);
     vec3 rho = clamp(albedo, 0.0, 1.0);
@@ -33,7 +33,7 @@ vec3 adjusted_visibility(const int hidden, const float visibility, const vec3 al
     return interreflected_visibility(a, rho);
 }
 
-// Returns the cosine of the half angle of the cone about the normal with this visibility, sqrt(1 - V) (eq. 56).
+// Returns the cosine of the half angle of the cone about the normal that has this visibility, sqrt(1 - V) (eq. 56).
 float cone_cosine(const float visibility) {
     return sqrt(1.0 - clamp(visibility, 0.0, 1.0));
 }
@@ -49,8 +49,8 @@ float cone_root(const float x) {
     return sqrt(max((1.0 - x) * (1.0 + x), 0.0));
 }
 
-// Returns the visibility of a cone about any axis, excluding its part below the horizon. It is a disc's projection, or the form
-// factor of a sphere clipped by the horizon (Snyder 1996).
+// Returns the visibility of a cone about any axis, excluding its part below the horizon. The result is the projected area of a disc or, if
+// the horizon clips the cone, the form factor of a clipped sphere (Snyder 1996).
 float bent_cone_visibility(const vec4 cone) {
     float cosine = clamp(cone.w, 0.0, 1.0), z = clamp(cone.z, -1.0, 1.0);
     float sine = cone_root(cosine), tilt = cone_root(z);
@@ -58,14 +58,15 @@ float bent_cone_visibility(const vec4 cone) {
     if (-z >= sine || sine < 1e-6) return 0.0;
     float cut = clamp(-cosine * z / max(sine * tilt, 1e-12), -1.0, 1.0);
     float across = cone_root(cut);
-    // The arguments lie on the unit circle, so atan replaces acos without its loss of precision near 1.
+    // The arguments lie on the unit circle, so atan can replace acos, which loses precision near 1.
     float disc = sine * (sine * z * atan(across, cut) - cosine * tilt * across);
     float edge = sine * tilt * across;
     return clamp((disc + atan(edge, max(cosine, 1e-30))) / LEADR_PI, 0.0, 1.0);
 }
 
-// Returns the cosine of the half angle of the cone about `axis` with this visibility, the inverse of bent_cone_visibility. It
-// is exact above the horizon, and within 1.3 degrees beyond it for axes up to 75 degrees from the normal.
+// Returns the cosine of the half angle of the cone about `axis` that has this visibility. The function inverts bent_cone_visibility. The
+// result is exact for cones above the horizon. For a cone that crosses the horizon, the error is within 1.3 degrees if the axis is at most
+// 75 degrees from the normal.
 float bent_cone_cosine(const float visibility, const vec3 axis) {
     float v = clamp(visibility, 0.0, 1.0), z = clamp(axis.z, -1.0, 1.0);
     if (z <= 1e-6) return 1.0;
@@ -79,19 +80,19 @@ float bent_cone_cosine(const float visibility, const vec3 axis) {
     return clamp(s * s * ((1.0 + 2.0 * t) * tilt + t * steep) - t * t * s * last, 0.0, 1.0);
 }
 
-// Returns the cone of a visibility vector, the sum of the unoccluded directions over pi. The vector's direction is the
-// axis of the cone, and its length the visibility. A zero vector gives an empty cone about z.
+// Returns the cone of a visibility vector, the sum of the unoccluded directions over pi. The direction of the vector is the axis of the
+// cone, and its length is the visibility. A zero vector gives an empty cone about z.
 vec4 cone_of_vector(const vec3 b) {
     float share = length(b);
     return share > 1e-12 ? vec4(b / share, cone_cosine(share)) : vec4(0.0, 0.0, 1.0, 1.0);
 }
 
-// Returns the cone of a visibility about a bent normal.
+// Returns the cone that has this visibility about a bent normal.
 vec4 bent_cone(const float visibility, const vec3 axis) {
     return vec4(axis, bent_cone_cosine(visibility, axis));
 }
 
-// Returns 1 for a light from wi within the cone, otherwise 0 (eq. 57).
+// Returns 1 for a light whose direction wi is within the cone, otherwise 0 (eq. 57).
 float cone_light(const vec4 cone, const vec3 wi) {
     return dot(cone.xyz, wi) > cone.w ? 1.0 : 0.0;
 }
@@ -103,8 +104,8 @@ float cone_light_smooth(const vec4 cone, const vec3 wi) {
     return ratio * ratio;
 }
 
-// Returns the cosine of a cone about the normal, opened for smooth surfaces and grazing viewers (listing 3; without eq. 60 if
-// not `biased`). exponent is the exponent of the gloss, 6 in the listing and 8 in the text.
+// Returns the cosine of a cone about the normal, widened for smooth surfaces and grazing viewers (listing 3). Without `biased`, eq. 60 is
+// left out. exponent is the exponent of the gloss: 6 in the listing, 8 in the text.
 float adjusted_cone_cosine(const float cosine, const float gloss, const float n_v, const bool biased, const int exponent) {
     float g = clamp(biased ? 1.5 * gloss : gloss, 0.0, 1.0);
     float g2 = g * g;

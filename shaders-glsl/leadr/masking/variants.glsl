@@ -5,17 +5,17 @@
 #include "../facets/projected_area.glsl"
 #include "../slopes/grid.glsl"
 
-// Geometric attenuation of any slope distribution, as the factor G / a_o of f_r cos(theta_i) = F D (G / a_o) / 4 (thesis Table
-// 2.IV, eq. 2.13 and 3.3; LEADR eq. 13-17). crates/leadr-reflectance/src/masking/variants.rs derives each variant.
+// Computes the geometric attenuation for any slope distribution, as the factor G / a_o in f_r cos(theta_i) = F D (G / a_o) / 4 (thesis
+// Table 2.IV, eq. 2.13 and 3.3; LEADR eq. 13-17). crates/leadr-reflectance/src/masking/variants.rs derives each variant.
 
 const int LEADR_SMITH_CORRELATED = 0;    // LEADR's: a_i / (a_i A_o + a_o (A_i - a_i))
 const int LEADR_SMITH_SEPARABLE = 1;     // a_i / (A_o A_i)
 const int LEADR_SMITH_UNSHADOWED = 2;    // 1 / A_o
-const int LEADR_SMITH_THESIS = 3;        // from the macrosurface's cosines, for comparison; 0 beyond its pole
+const int LEADR_SMITH_THESIS = 3;        // computed from the macrosurface's cosines, for comparison; 0 beyond its pole
 const int LEADR_VGROOVE = 4;             // min(f, 2 a_o, 2 a_i) / (f a_o), f = (wo.wh) / wh.z
 const int LEADR_VGROOVE_UNSHADOWED = 5;  // min(f, 2 a_o) / (f a_o)
 const int LEADR_NORMAL_MAP = 6;          // 1 / f
-const int LEADR_SMITH_DIRECTION_CORRELATED = 7;        // between LEADR's form and 1 / A_o: correlated.glsl
+const int LEADR_SMITH_DIRECTION_CORRELATED = 7;        // a value between LEADR's form and 1 / A_o (correlated.glsl)
 const int LEADR_SMITH_DIRECTION_CORRELATED_SIMPLE = 8;
 
 // Returns f = (wo.wh) / wh.z, the projected area, per unit of macrosurface, of the facet that reflects wo into wi. The cosine
@@ -24,9 +24,9 @@ float half_facet_area(const vec3 wo, const vec3 wi, const vec3 wh) {
     return 0.5 * length(wo + wi) / max(wh.z, 1e-12);
 }
 
-// Returns the factor G / a_o. m is the mean slope. area_o and area_i are the visible projected areas A(wo) and A(wi) of the
-// distribution, clamped above MIN_AREA. S is the covariance of the slopes, or a multiple of it (a roughness matrix), which only
-// the direction-correlated forms use.
+// Returns the factor G / a_o. m is the mean slope. area_o and area_i are the visible projected areas A(wo) and A(wi) of the distribution,
+// clamped above MIN_AREA. S is the covariance of the slopes or a multiple of the covariance, such as a roughness matrix. Only the
+// direction-correlated forms use S.
 float masking_factor(const int masking, const vec3 wo, const vec3 wi, const vec3 wh, const vec2 m, float area_o, float area_i,
                      const vec3 S) {
     float ao = max(meso_area(wo, m), 0.0);

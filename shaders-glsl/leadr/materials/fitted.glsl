@@ -6,18 +6,18 @@
 #include "../masking/variants.glsl"
 #include "microfacet.glsl"
 
-// A measured material, whose facets have a tabulated slope distribution (thesis chapter 4). It has f_r cos(theta_i) = F D (G /
-// a_o) / 4, plus a diffuse base. Its values are consecutive words of a buffer that the includer defines:
+// A measured material, whose facets have a tabulated slope distribution (thesis chapter 4). The specular term is f_r cos(theta_i) = F D (G
+// / a_o) / 4, and a diffuse base adds to it. The values of a material are consecutive words of a buffer that the includer defines:
 //     layout(std430) readonly buffer Fits { float fits[]; };
 //     #define LEADR_FITTED_WORD(i) fits[i]
-// A material starts at the word `fit`. crates/leadr-reflectance/src/materials/fitted_table.rs writes:
+// A material starts at the word `fit`. crates/leadr-reflectance/src/materials/fitted_table.rs writes these words:
 //     0 masking   1 lobes   2 equivalent roughness alpha   3 direction of its widest slopes   4, 5 mean slope
 //     6 intervals of ln D   7 azimuths   8 start of ln D   9 intervals of the visible area   10 its start
 //     11 intervals of the Fresnel term   12 its start   13 lobes: share, covariance xx, yy, xy, alpha
-// Starts are relative to `fit`. ln D is sampled at theta = (i / n)^2 90 degrees and the area at cos(theta) = (j / n)^2, each as value
-// and derivative; Fresnel reflectances at even steps of the angle, r, g and b.
+// Starts are relative to `fit`. ln D is sampled at theta = (i / n)^2 90 degrees, and the visible area at cos(theta) = (j / n)^2, each with
+// its derivative. The Fresnel term is sampled at even steps of the angle, as r, g and b.
 //
-// stretch is the ratio of the slopes to the measured slopes, or 1 for the unmodified material.
+// stretch is the factor on the measured slopes; it is 1 for the unmodified material.
 
 #ifndef LEADR_FITTED_WORD
 #error define LEADR_FITTED_WORD(i) before this file: word i of the numbers of all fits
@@ -45,7 +45,7 @@ FittedLobe fitted_lobe(const uint fit, const int i, const float stretch) {
     return FittedLobe(fitted_word(fit, at), S * (stretch * stretch), min(stretch * fitted_word(fit, at + 4), 2.0));
 }
 
-// Evaluates a cubic through knots at 0, 1, 2, ... The data start at `at`.
+// Evaluates a cubic through knots at 0, 1, 2, ... The values of the knots start at `at`.
 float fitted_curve(const uint fit, const int at, const int intervals, float x) {
     x = clamp(x, 0.0, float(intervals));
     int i = min(int(x), intervals - 1);
@@ -55,7 +55,7 @@ float fitted_curve(const uint fit, const int at, const int intervals, float x) {
          + t * t * (3.0 - 2.0 * t) * fitted_word(fit, knot + 2) - t * t * s * fitted_word(fit, knot + 3);
 }
 
-// Evaluates one cubic per azimuth, and interpolates over four azimuths by another cubic.
+// Evaluates one cubic per azimuth for four azimuths, and interpolates between them by another cubic.
 float fitted_rows(const uint fit, const int at, const int intervals, const float x, const vec2 towards) {
     int rows = int(fitted_word(fit, 7));
     if (rows == 1) return fitted_curve(fit, at, intervals, x);
@@ -94,7 +94,7 @@ float fitted_area(const uint fit, const vec3 w, const float stretch) {
     vec3 up = seen * ((w.z < 0.0 ? -1.0 : 1.0) / max(l, 1e-20));
     int intervals = int(fitted_word(fit, 9));
     float area = fitted_rows(fit, int(fitted_word(fit, 10)), intervals, sqrt(max(up.z, 0.0)) * float(intervals), up.xy);
-    // Facets that face away from w face -w.
+    // Facets that face away from w face -w, so A(w) - A(-w) is the area of the mesosurface.
     float a = meso_area(w, mean);
     return max(l * area + (w.z < 0.0 ? a : 0.0), max(a, 0.0));
 }
@@ -103,7 +103,7 @@ float fitted_area(const uint fit, const vec3 w, const float stretch) {
 vec3 fitted_fresnel(const uint fit, const float cosine) {
     int intervals = int(fitted_word(fit, 11));
     float c = clamp(cosine, 0.0, 1.0);
-    // The polynomial is acos to 2e-8 (Abramowitz and Stegun 4.4.46).
+    // The polynomial approximates acos with an error of 2e-8 (Abramowitz and Stegun 4.4.46).
     float angle = sqrt(1.0 - c) * (1.5707963050 + c * (-0.2145988016 + c * (0.0889789874 + c * (-0.0501743046
                 + c * (0.0308918810 + c * (-0.0170881256 + c * (0.0066700901 - c * 0.0012624911)))))));
     float x = angle / 1.57079633 * float(intervals);
@@ -114,7 +114,7 @@ vec3 fitted_fresnel(const uint fit, const float cosine) {
     return mix(low, high, clamp(x - float(i), 0.0, 1.0));
 }
 
-// Returns D (G / a_o) / 4, which is f_r cos(theta_i) of the material's specular term without F. It is 0 for a half vector on or
+// Returns D (G / a_o) / 4, which is f_r cos(theta_i) for the material's specular term without F. The result is 0 for a half vector on or
 // below the horizon.
 float fitted_specular(const uint fit, const vec3 wo, const vec3 wi, const float stretch) {
     vec3 wh = half_vector(wo, wi);
@@ -124,8 +124,8 @@ float fitted_specular(const uint fit, const vec3 wo, const vec3 wi, const float 
     return microfacet_product(fitted_ndf(fit, wh, stretch), factor);
 }
 
-// Returns the sum of the visible areas of the Gaussian lobes. Specular directions are drawn from the visible normals of the
-// lobes, each lobe by its visible area. The functions below take the sum as `area`.
+// Returns the sum of the visible areas of the Gaussian lobes. Specular directions are drawn from the visible normals of the lobes, and a
+// lobe is chosen in proportion to its visible area. The next two functions take this sum as `area`.
 float fitted_lobes_area(const uint fit, const vec3 wo, const float stretch) {
     float area = 0.0;
     for (int i = 0; i < fitted_lobes(fit); ++i) {
@@ -135,7 +135,7 @@ float fitted_lobes_area(const uint fit, const vec3 wo, const float stretch) {
     return area;
 }
 
-// Returns the visible normal for u in [0, 1)^2 and a choice of the lobe in [0, 1).
+// Returns a visible normal of one lobe for u in [0, 1)^2. `choice` in [0, 1) selects the lobe.
 vec3 fitted_lobes_normal(const uint fit, const vec3 wo, const float choice, const vec2 u, const float area, const float stretch) {
     float rest = choice * area;
     int last = fitted_lobes(fit) - 1;
@@ -152,7 +152,7 @@ vec3 fitted_lobes_normal(const uint fit, const vec3 wo, const float choice, cons
     return beckmann_sample_visible(wo, u, vec2(0.0), lobe.S);
 }
 
-// Returns the density per solid angle of directions that the drawn normals wn reflect wo into.
+// Returns the density of the drawn reflected directions per solid angle, where wn is the normal that reflects wo.
 float fitted_lobes_density(const uint fit, const vec3 wo, const vec3 wn, const float area, const float stretch) {
     float d = 0.0;
     for (int i = 0; i < fitted_lobes(fit); ++i) {

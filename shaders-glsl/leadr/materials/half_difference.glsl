@@ -1,11 +1,11 @@
 #ifndef LEADR_HALF_DIFFERENCE_GLSL
 #define LEADR_HALF_DIFFERENCE_GLSL
 
-// Rusinkiewicz' half/difference parameterisation of a pair of directions (thesis eq. 1.8).
+// Rusinkiewicz' parameterisation of a pair of directions by half vector and difference (thesis eq. 1.8).
 
 struct HalfDifference {
     vec3 wh; // half vector, unit
-    vec3 wd; // wi in the frame that takes wh to z: Rot_y(-theta_h) Rot_z(-phi_h) wi; wd.z = cos(theta_d)
+    vec3 wd; // wi in the frame in which wh is the z axis: Rot_y(-theta_h) Rot_z(-phi_h) wi; wd.z = cos(theta_d)
 };
 
 // Returns (sin(theta), cos(phi), sin(phi)) of a direction, with phi = 0 at the poles.
@@ -14,11 +14,12 @@ vec3 direction_angles(const vec3 w) {
     return sine < 1e-18 ? vec3(0.0, 1.0, 0.0) : vec3(sine, w.xy / sine);
 }
 
-// Converts two directions. Opposite directions have no half vector, so the highest direction orthogonal to wi replaces it.
+// Converts two directions to half vector and difference. Opposite directions have no half vector, so the highest direction orthogonal to wi
+// replaces it.
 HalfDifference directions_to_half_difference(const vec3 wo, const vec3 wi) {
     vec3 sum = wi + wo;
     float length2 = dot(sum, sum);
-    // sum is (|sum|^2 / 2) wi plus a vector orthogonal to wi. For a short sum, the first term is lost to rounding.
+    // sum is (|sum|^2 / 2) wi plus a vector orthogonal to wi. For a short sum, the first term is lost in rounding.
     vec3 across = sum - dot(sum, wi) * wi;
     vec3 a = direction_angles(wi);
     vec3 wh = length2 > 1.0 ? sum * inversesqrt(length2)

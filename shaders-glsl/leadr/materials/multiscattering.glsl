@@ -4,15 +4,15 @@
 #include "../constants.glsl"
 #include "../facets/fresnel.glsl"
 
-// Diffuse reflection of rough surfaces with light between facets, under a specular coat (Chan 2018, section 5, and a fit of
-// this project). crates/leadr-reflectance/src/materials/multiscattering.rs has the formulas and proves the albedo.
+// Diffuse reflection of rough surfaces under a specular coat, including light that bounces between facets (Chan 2018, section 5, and a fit
+// of this project). crates/leadr-reflectance/src/materials/multiscattering.rs has the formulas and proves the albedo.
 
-// Returns the BRDF of a white diffuse facet below a coat (eq. 62), whose albedo is 1 - F.
+// Returns the BRDF of a white diffuse facet below a coat (eq. 62). The albedo of this facet is 1 - F.
 float facet_diffuse(const float f0, const float cosine_o, const float cosine_i) {
     return 21.0 / (20.0 * LEADR_PI) * (1.0 - f0) * (1.0 - schlick_weight(cosine_o)) * (1.0 - schlick_weight(cosine_i));
 }
 
-// Evaluates the published hand fit, eq. 64-69 and listing 1, without albedo / pi. Its albedo exceeds 1.
+// Evaluates the hand fit that the paper published (eq. 64-69 and listing 1), without albedo / pi. The albedo of this fit exceeds 1.
 float chan_diffuse(float n_l, float n_v, float n_h, float l_h, const float gloss) {
     n_l = clamp(n_l, 0.0, 1.0);
     n_v = clamp(n_v, 0.0, 1.0);
@@ -26,11 +26,11 @@ float chan_diffuse(float n_l, float n_v, float n_h, float l_h, const float gloss
     return rough + (smoothed - rough) * t + bump;
 }
 
-// Parameters of the light between facets of one roughness.
+// The parameters of the light that bounces between facets of one roughness.
 struct FacetBounces {
     float grazing; // weight of the first bounce at grazing angles
-    float again;   // probability that light leaving a facet hits another
-    float lean;    // bias towards the light of the remaining first bounce
+    float again;   // probability that light leaving a facet hits another facet
+    float lean;    // bias of the remaining first bounce towards the light
     float lost;    // fraction of the light lost between facets
 };
 
@@ -61,13 +61,14 @@ float grazing_albedo(const float cosine) {
     return 2.0 * (1.0 - c * log((1.0 + c) / c));
 }
 
-// Returns the albedo of the first bounce, relative to facet albedo and entering light.
+// Returns the albedo of the first bounce, relative to the albedo of the facets and to the light that enters.
 vec3 first_albedo(const FacetBounces bounces, const vec3 albedo) {
     return (1.0 - bounces.lost) * (1.0 - bounces.again) / (1.0 - albedo * bounces.again);
 }
 
-// Returns the BRDF per steradian, which is 0 for directions on or below the horizon. entered_o, entered_i and entered_average
-// are the light that enters along the viewer's direction, along the light's, and on average (`entered` of energy.glsl).
+// Returns the BRDF per steradian, which is 0 for directions on or below the horizon. entered_o and entered_i are the fractions of light
+// that enter along the directions of the viewer and of the light, and entered_average is the mean over all directions (`entered` in
+// energy.glsl).
 vec3 multiscattering_diffuse(const vec3 wo, const vec3 wi, const FacetBounces bounces, const vec3 f0, const vec3 albedo,
                              const vec3 entered_o, const vec3 entered_i,
                              const vec3 entered_average) {
@@ -76,7 +77,7 @@ vec3 multiscattering_diffuse(const vec3 wo, const vec3 wi, const FacetBounces bo
     float d = wo.x * wi.x + wo.y * wi.y;
     float sines = (1.0 - c_o * c_o) * (1.0 - c_i * c_i);
     float phase = max(1.0 + 11.0 / 9.0 * d + 2.0 / 9.0 * (2.0 * d * d - sines), 0.0);
-    // kappa is smaller for dark facets, which have only the first bounce.
+    // kappa is smaller for dark facets, because they have only the first bounce.
     vec3 kappa = bounces.grazing * (1.0 - f0) * (1.0 - 0.7 * bounces.again * (1.0 - albedo));
     vec3 white = first_albedo(bounces, albedo);
     vec3 r_o = max(entered_o * white - kappa * grazing_albedo(c_o), 0.0);
@@ -87,7 +88,7 @@ vec3 multiscattering_diffuse(const vec3 wo, const vec3 wi, const FacetBounces bo
     return albedo / LEADR_PI * (kappa * (phase / max(c_o + c_i, 1e-6)) + r_o * (r_i / average) * lean);
 }
 
-// Returns the directional albedo of multiscattering_diffuse, from the light that enters along that direction.
+// Returns the directional albedo of multiscattering_diffuse. `entered` is the light that enters along this direction.
 vec3 multiscattering_albedo(const FacetBounces bounces, const vec3 albedo, const vec3 enters) {
     return albedo * first_albedo(bounces, albedo) * enters;
 }

@@ -4,15 +4,15 @@
 #include "../fma.glsl"
 #include "packing.glsl"
 
-// Converts the variation of the normal across a pixel to roughness in slope space (Tokuyoshi & Kaplanyan 2019 and its
-// supplement). Kernels are covariances (s_xx, s_yy, s_xy). crates/leadr-reflectance/src/slopes/geometric_antialiasing.rs
-// relates the forms. The kernel of the normal alone is add_macro_curvature.
+// Converts the variation of the normal across a pixel to roughness in slope space (Tokuyoshi & Kaplanyan 2019 and its supplement). Filter
+// kernels are given as covariances (s_xx, s_yy, s_xy). crates/leadr-reflectance/src/slopes/geometric_antialiasing.rs explains how the forms
+// are related. add_macro_curvature adds the kernel of the normal alone.
 
-const float LEADR_PIXEL_VARIANCE = 0.25; // variance of the pixel filter, squared pixels
-const float LEADR_KERNEL_COVER = 3.0;    // ratio of kernel to slope covariance at which half of the kernel's excess is needed
-const float LEADR_KERNEL_BOUND = 0.18;   // bound on the kernel's trace on the sphere, squared radians
+const float LEADR_PIXEL_VARIANCE = 0.25; // variance of the pixel filter, in squared pixels
+const float LEADR_KERNEL_COVER = 3.0;    // ratio of kernel to slope covariance at which half of the kernel's excess is added
+const float LEADR_KERNEL_BOUND = 0.18;   // bound on the trace of the kernel on the sphere, in squared radians
 
-// Returns the kernel at the half vector wh (tangent frame). dx and dy are differences of wh to the neighbouring pixels.
+// Returns the kernel at the half vector wh (tangent frame). dx and dy are the differences of wh between neighbouring pixels.
 vec3 half_vector_kernel(const vec3 wh, vec3 dx, vec3 dy) {
     dx = clamp(dx, -1e3, 1e3);
     dy = clamp(dy, -1e3, 1e3);
@@ -27,7 +27,7 @@ vec3 half_vector_kernel(const vec3 wh, vec3 dx, vec3 dy) {
     return clamp_covariance(scale * vec3(u * u + v * v, u.x * u.y + v.x * v.y));
 }
 
-// Moves the normal's kernel to `slope` as (I + p p^T) K (I + p p^T), with its second-order term limited to one half.
+// Moves the kernel from the normal to `slope`, as (I + p p^T) K (I + p p^T). The second-order term is limited to one half.
 vec3 tilt_kernel(vec3 kernel, const vec2 slope) {
     vec3 p = vec3(slope * slope, slope.x * slope.y);
     kernel *= min(1.0, 0.25 / max(dot(p.xy, kernel.xy) + 2.0 * p.z * kernel.z, 1e-12));
@@ -38,8 +38,8 @@ vec3 tilt_kernel(vec3 kernel, const vec2 slope) {
     return clamp_covariance(vec3(dot(u, ku), dot(v, kv), dot(u, kv)));
 }
 
-// Returns the covariance that the kernel adds to slopes of covariance S. Smooth slopes get the kernel's full variance of 0.25
-// squared pixels. Rough slopes hide the difference, and get little more than the pixel's own variance of 1/12.
+// Returns the covariance that the kernel adds to slopes of covariance S. Surfaces with smooth slopes get the kernel's full variance of 0.25
+// squared pixels. On rough surfaces the difference is not visible, so they get little more than 1/12, the variance of a pixel.
 vec3 kernel_over(const vec3 kernel, const vec3 S) {
     vec3 T = LEADR_KERNEL_COVER * S;
     vec3 whole = kernel + T;
@@ -49,7 +49,7 @@ vec3 kernel_over(const vec3 kernel, const vec3 S) {
     return kernel - (2.0 / 3.0 * per) * (of_slopes * kernel + of_kernel * T);
 }
 
-// These cheaper kernels are at least as wide as the full kernel in every direction.
+// The following kernels are cheaper, and at least as wide as the full kernel in every direction.
 vec3 axis_aligned_kernel(const vec3 kernel) {
     return vec3(kernel.xy + abs(kernel.z), 0.0);
 }
@@ -71,8 +71,8 @@ vec3 filter_roughness(const vec3 A, const vec3 kernel) {
     return clamp_determinant(A + 2.0 * kernel, max(fma(A.x, A.y, -A.z * A.z), 0.0));
 }
 
-// Returns D(wh) of GGX with mean slope m and roughness matrix A, whose determinant is raised to tau (supplement, 1). It is 0
-// for wh.z <= 0.
+// Returns D(wh) of GGX with mean slope m and roughness matrix A, whose determinant is raised to tau (supplement, 1). The result is 0 for
+// wh.z <= 0.
 float ggx_ndf_clamped(const vec3 wh, const vec2 m, const vec3 A, const float tau) {
     if (wh.z <= 0.0) return 0.0;
     float det = max(fma(A.x, A.y, -A.z * A.z), max(tau, 1e-16));

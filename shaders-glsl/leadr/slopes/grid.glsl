@@ -3,10 +3,10 @@
 
 #include "statistics.glsl"
 
-// The N x N grid of slopes over P22 (LEADR 5.1). N = 1 is the mean slope alone.
+// The N x N grid of slopes over P22 (LEADR 5.1). A grid of N = 1 consists of the mean slope alone.
 
-// Returns the half extent of the grid in standard deviations: 0 for N = 1, then 0.3 (N + 1) up to 3 (1.8 at N = 5, as in the
-// paper). From N = 32 on, every doubling adds 0.8, so that denser grids converge to the integral.
+// Returns the half extent of the grid in standard deviations. The half extent is 0 for N = 1, then 0.3 (N + 1) up to 3 (1.8 for N = 5, as
+// in the paper). From N = 32 on, every doubling of N adds 0.8, so that the sum converges to the integral.
 float grid_lambda(const int n) {
     return n <= 1 ? 0.0 : min(0.3 * float(n + 1), 3.0) + 0.8 * log2(max(float(n) / 32.0, 1.0));
 }
@@ -17,8 +17,8 @@ float grid_spacing(const int n, const float lambda) {
     return n <= 1 ? 3.4641016 : 2.0 * lambda / float(n - 1);
 }
 
-// Returns (p_j, p_k, weight) of node j, k in 0..N-1. The weights are not normalised, because the estimators divide by their
-// sum.
+// Returns (p_j, p_k, weight) of node j, k in 0..N-1. The weights are not normalised, because the estimators divide by the sum of the
+// weights.
 vec3 grid_node(const int j, const int k, const int n, const float lambda) {
     if (n <= 1) return vec3(0.0, 0.0, 1.0);
     vec2 p = lambda * (2.0 * vec2(j, k) / float(n - 1) - 1.0);
@@ -37,7 +37,7 @@ vec2 slope_at(const vec2 p, const vec2 m, const vec3 cholesky) {
     return m + vec2(cholesky.x * p.x, cholesky.y * p.x + cholesky.z * p.y);
 }
 
-// Returns the slope at standard normal coordinates p from the covariance.
+// Like slope_at, but computes the slope from the covariance S instead of its Cholesky factor.
 vec2 slope_sample(const vec2 p, const vec2 m, const vec3 S) {
     return slope_at(p, m, slope_cholesky(S));
 }

@@ -4,7 +4,7 @@
 #include "../constants.glsl"
 #include "../fma.glsl"
 
-// Mean and covariance of the slopes under a pixel. Covariances are (s_xx, s_yy, s_xy).
+// The mean and covariance of the slopes under a pixel. A covariance is stored as (s_xx, s_yy, s_xy).
 
 // Returns the nearest covariance with variances in [0, largest] and |s_xy| <= MAX_CORRELATION sqrt(s_xx s_yy).
 vec3 bounded_covariance(const vec3 S, const float largest) {
@@ -18,13 +18,13 @@ vec3 clamp_covariance(const vec3 S) {
     return bounded_covariance(S, LEADR_MAX_SLOPE * LEADR_MAX_SLOPE);
 }
 
-// Returns the correlation coefficient, |r| <= MAX_CORRELATION. sigma has the standard deviations.
+// Returns the correlation coefficient, |r| <= MAX_CORRELATION. `sigma` has the standard deviations of both axes.
 float slope_correlation(const vec2 sigma, const float sxy) {
     return clamp(sxy / max(sigma.x * sigma.y, 1e-18), -LEADR_MAX_CORRELATION, LEADR_MAX_CORRELATION);
 }
 
-// Returns the covariance from the filtered moments first = (E[x], E[y]), second = (E[xx], E[yy], E[xy]); LEADR eq. 9. It works
-// in any unit, such as per texture coordinate, where even flat relief has large values. scale_height and map_covariance convert
+// Returns the covariance from the filtered moments first = (E[x], E[y]), second = (E[xx], E[yy], E[xy]); LEADR eq. 9. The function works in
+// any unit, for example heights per texture coordinate, where even a flat relief has large values. scale_height and map_covariance convert
 // the result to slopes.
 vec3 covariance_from_moments(const vec2 first, const vec3 second) {
     return bounded_covariance(vec3(fma(-first.x, first.x, second.x), fma(-first.y, first.y, second.y),
@@ -40,7 +40,7 @@ vec3 map_second_moments(const mat2 linear, const vec3 S) {
     return vec3(dot(u, su), dot(v, sv), dot(u, sv));
 }
 
-// Returns the covariance after heights are scaled by eta. The mean slope scales by eta, not by its square (LEADR 4.2, Height
+// Returns the covariance after heights are scaled by eta. The covariance scales by eta^2, and the mean slope by eta (LEADR 4.2, Height
 // Scaling).
 vec3 scale_height(const vec3 S, const float eta) {
     return S * (eta * eta);
@@ -51,9 +51,9 @@ vec3 add_roughness(const vec3 S, const float alpha) {
     return S + vec3(vec2(0.5 * alpha * alpha), 0.0);
 }
 
-// Adds the change of the macrosurface's own slope across the pixel. dx and dy are its differences to the neighbouring pixels.
-// This is a Gaussian pixel filter of variance 0.25 in slope space (Tokuyoshi & Kaplanyan 2019). Their bound alpha^2 <= 0.18 per
-// isotropic kernel becomes a bound on the trace, which keeps creases and silhouettes glossy.
+// Adds the variation of the macrosurface's own slope across the pixel. dx and dy are the differences of this slope between neighbouring
+// pixels. The function is a Gaussian pixel filter of variance 0.25 in slope space (Tokuyoshi & Kaplanyan 2019). The authors bound alpha^2
+// of an isotropic kernel to 0.18. Here the trace is bounded instead, which keeps creases and silhouettes glossy.
 vec3 add_macro_curvature(const vec3 S, vec2 dx, vec2 dy) {
     dx = clamp(dx, -1e3, 1e3);
     dy = clamp(dy, -1e3, 1e3);

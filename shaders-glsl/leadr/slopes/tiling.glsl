@@ -3,21 +3,21 @@
 
 #include "moments.glsl"
 
-// Tiling by example (Heitz and Neyret 2018) replaces a repeating map by a map without repeats, of the same mean and covariance.
-// Each corner of a triangle lattice samples the map at its own offset. These variants are blended about the map's mean, with
-// weights whose squares sum to one. crates/leadr-reflectance/src/slopes/tiling.rs explains the method.
+// Tiling by example (Heitz and Neyret 2018) replaces a repeating map by a map without repeats that has the same mean and covariance. Each
+// corner of a triangle lattice samples the map at its own offset, which gives a variant of the map. The variants are blended about the
+// map's mean, with weights whose squares sum to one. crates/leadr-reflectance/src/slopes/tiling.rs explains the method.
 
-// Barycentric coordinate from which on a corner's variant is visible.
+// The barycentric coordinate above which the variant of a corner is visible.
 const float LEADR_VARIANT_THRESHOLD = 0.3;
 
-// A variant visible at a point.
+// A variant of the map that is visible at a point.
 struct TilingVariant {
     ivec2 corner; // corner of the lattice
     float weight; // the squares of all weights sum to one
-    vec2 slope;   // derivative of the weight by texture coordinate
+    vec2 slope;   // derivative of the weight with respect to the texture coordinate
 };
 
-// The variants at a point, in descending order of their weights.
+// The variants that are visible at a point, in descending order of their weights.
 struct TilingVariants {
     TilingVariant a;
     TilingVariant b;
@@ -36,7 +36,7 @@ TilingVariant normalised_variant(const TilingVariant variant, const float per_le
 
 // Returns the variants at a texture coordinate. cells is the number of lattice edges along one repeat of the map.
 TilingVariants tiling_variants(const vec2 texcoord, const float cells) {
-    // In these coordinates, the triangles are halves of unit squares.
+    // In these skewed coordinates, the triangles are halves of unit squares.
     vec2 at = vec2(texcoord.x - 0.57735026919 * texcoord.y, 1.15470053838 * texcoord.y) * cells;
     vec2 low = floor(at), inside = at - low;
     bool upper = inside.x + inside.y >= 1.0;
@@ -44,7 +44,7 @@ TilingVariants tiling_variants(const vec2 texcoord, const float cells) {
     float side = upper ? -1.0 : 1.0;
     ivec2 corner = ivec2(low) + (upper ? ivec2(1, 1) : ivec2(0, 0));
     int beside = upper ? -1 : 1;
-    // These are derivatives by texture coordinate.
+    // The derivatives of the barycentric coordinates with respect to the texture coordinate.
     vec2 by_x = vec2(side, -0.57735026919 * side) * cells, by_y = vec2(0.0, 1.15470053838 * side) * cells;
     TilingVariant a = tiling_variant(corner, 1.0 - local.x - local.y, -by_x - by_y);
     TilingVariant b = tiling_variant(corner + ivec2(beside, 0), local.x, by_x);
@@ -72,8 +72,7 @@ TilingVariants tiling_variants(const vec2 texcoord, const float cells) {
     return TilingVariants(a, b, c);
 }
 
-// Returns the offset of a corner's variant in the map, in repeats, by the hash pcg2d of Jarzynski and Olano 2020 in steps of
-// 1/4096.
+// Returns the offset of a corner's variant in the map, in repeats, in steps of 1/4096. The hash is pcg2d (Jarzynski and Olano 2020).
 vec2 variant_offset(const ivec2 corner) {
     uint x = uint(corner.x) * 1664525u + 1013904223u, y = uint(corner.y) * 1664525u + 1013904223u;
     x += y * 1664525u;
@@ -87,15 +86,14 @@ vec2 variant_offset(const ivec2 corner) {
     return vec2(float(x >> 20u), float(y >> 20u)) / 4096.0;
 }
 
-// Returns the remaining fraction of the deviation from the mean at level of detail `lod` (log2 of texels), for `size` texels
-// per repeat. Footprints as wide as the lattice average over the variants.
+// Returns the fraction of the deviation from the mean that remains at level of detail `lod` (log2 of texels). `size` is the number of
+// texels per repeat. A footprint as wide as the lattice averages over the variants.
 float tiling_fade(const float lod, const float size, const float cells) {
     float t = clamp(log2(max(size / cells, 1.0)) + 1.0 - lod, 0.0, 2.0) * 0.5;
     return t * t * (3.0 - 2.0 * t);
 }
 
-// Replaces the other variants by the variant with the largest weight at levels so coarse that a seam is indistinguishable from
-// texels.
+// At coarse levels, where a seam is as small as a texel, the variant with the largest weight replaces all others.
 TilingVariants merged_variants(TilingVariants variants, const float lod) {
     float left = 1.0 - clamp((lod - 3.0) / 1.5, 0.0, 1.0);
     variants.b.weight *= left;
@@ -107,8 +105,8 @@ TilingVariants merged_variants(TilingVariants variants, const float lod) {
     return variants;
 }
 
-// Adds a variant's moments to a blend, with its mean slope as first and its covariance as second. part is tiling_fade. The
-// deviation that it removes from mean slopes is added to the covariance.
+// Adds a variant's moments to a blend. `first` is the mean slope, and `second` is the covariance. `part` is the result of tiling_fade. The
+// deviation that this fade removes from the mean slopes is added to the covariance.
 SlopeMoments add_variant(const SlopeMoments blend, const SlopeMoments variant, const float weight, const float part) {
     vec2 mean = variant.first * part;
     vec3 covariance = variant.second - vec3(mean * mean, mean.x * mean.y);

@@ -3,11 +3,11 @@
 
 #include "../masking/occlusion.glsl"
 
-// Computes the fraction of the specular light within a cone (crates/leadr-reflectance/src/visible/cone_specular.rs).
-// occlusion.glsl defines cones.
+// Computes the fraction of the specular light that comes from within a cone (crates/leadr-reflectance/src/visible/cone_specular.rs).
+// occlusion.glsl defines the cones.
 
-// Returns the fraction of a GGX lobe within a cone of half angle `angle`. The angle between the cone's and the lobe's axes is
-// `apart`, in radians like `angle`.
+// Returns the fraction of a GGX lobe within a cone of half angle `angle`. `apart` is the angle between the axes of cone and lobe. All
+// angles are in radians.
 float lobe_in_cone(const float alpha, const float apart, const float angle) {
     vec2 ends = 0.5 * vec2(apart + angle, apart - angle);
     vec2 s = sin(ends), c = max(alpha, 1e-4) * max(cos(ends), 0.0);
@@ -15,7 +15,7 @@ float lobe_in_cone(const float alpha, const float apart, const float angle) {
     return sin(cap) * sin(cap);
 }
 
-// Returns the mean reflected direction of a rough surface. Viewers below the horizon are moved onto it.
+// Returns the mean reflected direction of a rough surface. A viewer below the horizon is moved onto the horizon.
 vec3 lobe_axis(const float alpha, const vec3 wo) {
     float keep = (1.0 - alpha) * (sqrt(1.0 - alpha) + alpha);
     vec3 axis = vec3(0.0, 0.0, 1.0) + keep * (vec3(-wo.xy, max(wo.z, 0.0)) - vec3(0.0, 0.0, 1.0));
@@ -26,7 +26,7 @@ vec3 lobe_axis(const float alpha, const vec3 wo) {
 float cone_share(const float alpha, const float cosine, const vec3 mirror, const vec3 axis, const float angle) {
     float along = dot(mirror, axis);
     vec3 across = axis - mirror * along;
-    // The distances are in the plane of incidence, and across it.
+    // The two distances are in the plane of incidence and across this plane.
     float flatness = dot(mirror.xy, mirror.xy);
     vec2 outward = mirror.xy * inversesqrt(max(flatness, 1e-20));
     float within = dot(outward, across.xy) * mirror.z - sqrt(flatness) * across.z;
@@ -51,7 +51,8 @@ float cone_specular(const float alpha, const vec3 wo, const vec4 cone) {
     return overlap + (bent_cone_visibility(cone) - overlap) * (t * t * (3.0 - 2.0 * t));
 }
 
-// Returns the texture coordinate in a table of cones (ConeTable, 32 x 32 x 8; listing 5), for a linear, clamping sampler.
+// Returns the texture coordinate in a table of cones (ConeTable, 32 x 32 x 8; listing 5). The sampler must filter linearly and clamp to the
+// edge.
 vec3 cone_table_texcoord(const float n_v, const float gloss, const float cosine) {
     vec3 size = vec3(32.0, 32.0, 8.0);
     return (clamp(vec3(n_v, gloss, cosine), 0.0, 1.0) * (size - 1.0) + 0.5) / size;

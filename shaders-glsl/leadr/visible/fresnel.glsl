@@ -4,9 +4,9 @@
 #include "../facets/fresnel.glsl"
 #include "slopes.glsl"
 
-// Returns the mean of Schlick's weight over slopes along `axis` about `slope`. facet is the projected area of the facet of that
-// slope, and b its decrease per standard deviation. rest is the variance across the axis, and variance the variance of the
-// slopes in squares of `axis`.
+// Returns the mean of Schlick's weight over slopes that vary along `axis` about `slope`. `facet` is the projected area of the facet at
+// `slope`, and b is the decrease of this area per standard deviation. `rest` is the variance across the axis. `variance` is the variance
+// along the axis, in squares of the length of `axis`.
 float mean_schlick_weight(const float facet, const float b, const vec2 axis, const vec2 slope, const float rest, const float variance) {
     float stretch = dot(axis, axis);
     float per = inversesqrt(1.0 + dot(slope, slope) + rest);
@@ -21,10 +21,10 @@ float mean_schlick_weight(const float facet, const float b, const vec2 axis, con
     return min(k * (k2 * k2 + v * (10.0 * k2 + 15.0 * v)), 1.0);
 }
 
-// Returns the mean Fresnel reflectance of the facets visible from wo, the fraction of light that does not reach the
-// diffuse base. The cosine is approximated by a normal variable, with mean and variance to second order about the mean visible
-// facet, along the slope in the viewer's direction. Schlick's fifth power is averaged over this variable; the slope across only
-// lengthens N. S must be usable (clamp_covariance). crates/leadr-reflectance/src/visible/fresnel.rs has the derivation.
+// Returns the mean Fresnel reflectance of the facets visible from wo, the fraction of light that does not reach the diffuse base. The
+// cosine is approximated by a normal variable, with mean and variance to second order about the mean visible facet, along the slope in the
+// viewer's direction. Schlick's fifth power is averaged over this variable; the slope across this direction only lengthens N. S must be
+// usable (clamp_covariance). crates/leadr-reflectance/src/visible/fresnel.rs has the derivation.
 vec3 visible_fresnel(const vec3 wo, const vec2 m, const vec3 S, const vec3 f0) {
     vec2 across = vec2(S.x * wo.x + S.z * wo.y, S.z * wo.x + S.y * wo.y);
     float b2 = max(dot(across, wo.xy), 0.0);

@@ -3,13 +3,13 @@
 
 #include "slopes.glsl"
 
-// Computes the visible slopes that reflect a lit direction. A facet reflects a direction above the mesosurface's horizon if its
-// slope lies within a conic about the viewer's. The weight exp(-lean.x - x D x / 2), with x the slope from the mean, is a
-// Gaussian. It fades with the reflected direction's height above the horizon, faster for rougher surfaces. Times the density of
-// the slopes it is another Gaussian (crates/leadr-reflectance/src/visible/lit_slopes.rs).
+// Computes the visible slopes whose facets reflect lit directions. A facet reflects a direction above the mesosurface's horizon if its
+// slope lies within a conic. The weight exp(-lean.x - x D x / 2) replaces the conic, where x is the slope relative to the mean. The weight
+// falls as the reflected direction approaches the horizon, faster for rougher surfaces. The product of the weight and the Gaussian density
+// of slopes is another Gaussian (crates/leadr-reflectance/src/visible/lit_slopes.rs).
 
-// LEADR_LIT_FALL is -ln of the weight of a direction at the horizon against the highest direction, for a very rough surface
-// seen from straight above. LEADR_LIT_HALF is the mean slope variance per axis at which half of the fall applies.
+// LEADR_LIT_FALL is -ln of the ratio of two weights: of a direction at the horizon, and of the highest direction. The constant applies to a
+// very rough surface seen from straight above. LEADR_LIT_HALF is the mean slope variance per axis at which half of the fall applies.
 // LEADR_LIT_LEAN is the ratio of the linear to the quadratic term.
 const float LEADR_LIT_FALL = 1.35;
 const float LEADR_LIT_HALF = 0.2;
@@ -23,7 +23,7 @@ struct LitSlopes {
     float mean; // logarithm of the mean weight
 };
 
-// Returns the weighted slopes for the output of visible_slopes.
+// Returns the weighted slopes, from the result of visible_slopes.
 LitSlopes lit_slopes(const vec3 wo, const VisibleSlopes v) {
     vec2 m = v.m;
     vec3 S = v.S;
@@ -33,7 +33,7 @@ LitSlopes lit_slopes(const vec3 wo, const VisibleSlopes v) {
     float k = 2.0 * LEADR_LIT_FALL * height * sqrt(per) * (r * r / (1.0 + r * r));
     LitSlopes lit;
     lit.lean = (LEADR_LIT_LEAN * k * sqrt(height)) * wo.xy;
-    // If the conic is not an ellipse, only its flat direction is kept.
+    // If the conic is not an ellipse, only the direction along which it is flat is kept.
     float even = max(wo.z, 0.0);
     float across = dot(wo.xy, m);
     float part = even / max(max(length(wo.xy) * length(m), even), 1e-9);
@@ -46,7 +46,7 @@ LitSlopes lit_slopes(const vec3 wo, const VisibleSlopes v) {
     float share = 1.0 / (1.0 + S.x * D.x + S.y * D.y + 2.0 * S.z * D.z + both);
     lit.S = share * (S + det * vec3(D.yx, -D.z));
     vec2 moved = -vec2(dot(lit.S.xz, lit.lean), dot(lit.S.zy, lit.lean));
-    // The factor bounds the shift of the mean where the conic is flat and the slopes along it are steep.
+    // The factor limits the shift of the mean where the conic is flat and the slopes along it are steep.
     float bound = inversesqrt(max(1.0 - 2.0 * dot(lit.lean, moved), 1.0));
     lit.lean *= bound;
     moved *= bound;
@@ -55,7 +55,7 @@ LitSlopes lit_slopes(const vec3 wo, const VisibleSlopes v) {
     return lit;
 }
 
-// Returns the logarithm of 1/weight at x from the mean slope.
+// Returns -ln of the weight at x from the mean slope.
 float lit_share(const LitSlopes lit, const vec2 x) {
     vec3 D = lit.damp;
     return dot(lit.lean, x) + 0.5 * (D.x * x.x * x.x + D.y * x.y * x.y) + D.z * x.x * x.y;

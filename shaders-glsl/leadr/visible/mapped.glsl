@@ -7,9 +7,9 @@
 #include "fresnel.glsl"
 #include "specular.glsl"
 
-// A normal map on smooth geometry (thesis 2.1, Table 2.IV). Facets hide nothing, and are weighted by their fraction of the
-// macrosurface. Facets that face the viewer have a truncated normal density of slopes. Facets that face away are black, as <wo,
-// wm> is clamped. The facets of the base are weighted by projected area as usual (derivation in
+// Shades a normal map on smooth geometry (thesis 2.1, Table 2.IV). The map's facets occlude nothing, and are weighted by their fraction of
+// the macrosurface. The slopes of the facets that face the viewer have a truncated normal density. Facets that face away are black, because
+// <wo, wm> is clamped. The facets of the base are weighted by projected area (derivation in
 // crates/leadr-reflectance/src/visible/mapped.rs). Once per pixel
 //     MappedSlopes v = mapped_slopes(wo, m, S of the map, S with the base);
 //     VisibleProbes probes = mapped_probes(wo, v, probe_kernel(n));
@@ -19,9 +19,9 @@ const float LEADR_LEAST_FACING_DEVIATION = 1e-4;
 
 struct MappedSlopes {
     VisibleSlopes slopes; // slopes of the facets that face the viewer
-    float facing;         // fraction of facets that face the viewer
-    float relief;         // map's fraction of the total slope variance
-    float fourth;         // fourth cumulant along the view azimuth, in deviations of all slopes
+    float facing;         // fraction of the facets that face the viewer
+    float relief;         // fraction of the slope variance that comes from the map
+    float fourth;         // fourth cumulant along the view azimuth, in standard deviations of all slopes
 };
 
 // Returns the quotient of the normal density and its integral up to nu.
@@ -38,14 +38,14 @@ float fourth_cumulant(float nu) {
     return -2.0 * first * (1.0 + first) - (nu + 2.0 * lambda) * second;
 }
 
-// Returns the slopes of a map with covariance `relief`. The covariance `all` also includes the slopes of the base.
+// Returns the slopes of a map with covariance `relief`. The covariance `all` includes the slopes of the base as well.
 MappedSlopes mapped_slopes(const vec3 wo, vec2 m, vec3 relief, const vec3 all) {
     vec3 R = clamp_covariance(relief);
     MappedSlopes mapped;
     VisibleSlopes v;
     v.S = clamp_covariance(all);
     vec3 B = clamp_covariance(v.S - R);
-    // Terms of the map.
+    // The map contributes these terms.
     vec2 across_r = vec2(R.x * wo.x + R.z * wo.y, R.z * wo.x + R.y * wo.y);
     float br = sqrt(max(dot(across_r, wo.xy), 0.0));
     mapped.facing = normal_cdf(meso_area(wo, m) / max(br, LEADR_LEAST_FACING_DEVIATION));
@@ -58,7 +58,7 @@ MappedSlopes mapped_slopes(const vec3 wo, vec2 m, vec3 relief, const vec3 all) {
     float variance_r = clamp(1.0 - nu * lambda - lambda * lambda, 0.02, 1.0);
     float third_r = min(-lambda * (2.0 * lambda * lambda + 3.0 * nu * lambda + nu * nu - 1.0), 0.0);
     float facet_r = max(v.a + br * lambda, 1e-3);
-    // Terms of the base, on the mean facet.
+    // The base contributes these terms on the mean facet.
     vec2 across_b = vec2(B.x * wo.x + B.z * wo.y, B.z * wo.x + B.y * wo.y);
     float bb = sqrt(max(dot(across_b, wo.xy), 0.0));
     float per_b = 1.0 / max(bb, 1e-18);
@@ -70,7 +70,7 @@ MappedSlopes mapped_slopes(const vec3 wo, vec2 m, vec3 relief, const vec3 all) {
     float variance_b = clamp(1.0 + excess - shift_b * shift_b, 0.02, 1.0);
     float third_b = min(min(nu_b, 1e6) * excess - 3.0 * shift_b + shift_b * (3.0 + 3.0 * excess - 2.0 * shift_b * shift_b), 0.0);
     float area_b = bb > 1e-18 ? bb * n.ramp : facet_r;
-    // The cumulants of map and base add.
+    // The cumulants of the map and of the base add.
     v.b = sqrt(br * br + bb * bb);
     float per = 1.0 / max(v.b, 1e-18);
     float part_r = br * per, part_b = bb * per;
@@ -90,16 +90,16 @@ MappedSlopes mapped_slopes(const vec3 wo, vec2 m, vec3 relief, const vec3 all) {
     return mapped;
 }
 
-// Returns the probes of a normal map and its base. Away from the mean, kernels also grow with the projected area of the facet,
-// which does not cancel on a normal map.
+// Returns the probes of a normal map and its base. Away from the mean, kernels also grow with the projected area of the facet, because this
+// area does not cancel on a normal map.
 VisibleProbes mapped_probes(const vec3 wo, const MappedSlopes v, const vec3 kernel) {
     VisibleProbes probes = visible_probes_of(LEADR_SHADOWING_NONE, wo, v.slopes, kernel);
     probes.projected = vec2(v.relief, 1.0 / max(v.slopes.facet, 1e-9));
     return probes;
 }
 
-// Returns the mean Fresnel reflectance of all facets. Facets that face away have a cosine of 0. The function uses three slopes
-// along the view azimuth, with weights that match the first four cumulants.
+// Returns the mean Fresnel reflectance of all facets. Facets that face away have a cosine of 0. The function averages over three slopes
+// along the view azimuth. The weights of the slopes reproduce the first four cumulants.
 vec3 mapped_fresnel(const MappedSlopes v, const vec3 f0) {
     VisibleSlopes s = v.slopes;
     float rest = max(s.S.x + s.S.y - dot(s.axis, s.axis), 0.0);
@@ -139,8 +139,8 @@ NormalMoments mapped_diffuse_moments(const vec2 m, vec3 S, const int terms) {
     return NormalMoments(first * inversesqrt(spread.x), diag * scale, off * scale);
 }
 
-// Returns the mean clamped cosine over all facets, for one light from wi (tangent frame) of unit irradiance on a plane facing
-// it, per unit of albedo.
+// Returns the mean clamped cosine over all facets, for one light from wi (tangent frame). The light's irradiance on a plane facing it is 1,
+// and the albedo is 1.
 float mapped_diffuse_light(const vec3 wi, const vec2 m, vec3 S, const int terms) {
     S = clamp_covariance(S);
     vec2 spread = squared_normal_spread(m, S);
@@ -153,9 +153,8 @@ float mapped_diffuse_light(const vec3 wi, const vec2 m, vec3 S, const int terms)
     return sum * inversesqrt(spread.x) / LEADR_PI;
 }
 
-// Returns the specular response to a light, for mean slope m and covariance S, per unit of irradiance on a plane that faces the
-// light. It is F D / (4 f), with f the projected area of the reflecting facet (thesis Table 2.IV). The base is treated as a
-// part of the map.
+// Returns the specular response to a light, for mean slope m and covariance S, per unit of irradiance on a plane that faces the light. The
+// response is F D / (4 f), with f the projected area of the reflecting facet (thesis Table 2.IV). The base is treated as a part of the map.
 vec3 mapped_specular_light(const vec3 wo, const vec3 wi, const vec2 m, const vec3 S, const vec3 f0) {
     vec3 h = wo + wi;
     vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));

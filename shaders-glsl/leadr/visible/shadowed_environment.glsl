@@ -10,9 +10,9 @@
 // Computes diffuse environments with self-shadowing of the surface, from one irradiance lookup.
 // crates/leadr-reflectance/src/visible/shadowed_environment.rs has the derivation.
 
-// Tilt of the visible part of the mesosurface.
+// The tilt of the visible part of the mesosurface.
 struct VisibleTilt {
-    vec2 shift;  // mean of the visible slopes minus the mean slope; exact
+    vec2 shift;  // mean of the visible slopes minus the mean slope of all facets; exact
     float front; // a / A, 0..1, or 0 for a mesosurface that faces away
 };
 
@@ -25,10 +25,10 @@ VisibleTilt visible_tilt(const vec3 wo, const vec2 m, const vec3 S) {
     return VisibleTilt(clamp(across * (-line.lean * per_b), -1e3, 1e3), line.front);
 }
 
-// Unoccluded part of the environment for a shadowed diffuse surface.
+// The unoccluded part of the environment for a self-shadowed diffuse surface.
 struct BentNormal {
-    vec3 normal; // direction of the irradiance lookup, unit, tangent frame
-    float open;  // factor of the looked-up irradiance, 0..1
+    vec3 normal; // direction of the irradiance lookup, unit length, in the tangent frame
+    float open;  // factor on the irradiance of the lookup, 0..1
 };
 
 // Returns the bent normal. S is the slope covariance, which must be usable (clamp_covariance).
@@ -46,8 +46,8 @@ BentNormal bent_normal(const vec3 wo, const vec2 m, const vec3 S) {
     return BentNormal(normal_of_slope(m + bend * v.shift), clamp(open, 0.0, 1.0));
 }
 
-// Returns the diffuse radiance under an environment, with shadows, per unit of albedo. c has the radiance coefficients in the
-// world, f is the tangent frame in the world, and rest is the irradiance beyond order 2 at v.normal, or 0.
+// Returns the diffuse radiance under an environment, with shadows, per unit of albedo. c has the coefficients of the radiance in world
+// space, and f is the tangent frame in world space. `rest` is the irradiance of orders above 2 at v.normal, or 0.
 vec3 shadowed_diffuse_environment(const BentNormal v, const Frame f, const vec3 c[9], const vec3 rest) {
     return max(sh_irradiance(c, from_frame(f, v.normal)) + rest, 0.0) * (v.open / LEADR_PI);
 }

@@ -17,26 +17,25 @@
 // and finally reflected /= max(lit, 1.0), so that errors of the lit fractions add no energy.
 
 struct LitProbe {
-    float lit;       // lit fraction of the probe, times the ratio of its fraction of the visible facets to its weight
-    float grazing;   // lit, weighted by Schlick's term
+    float lit;       // lit fraction of the probe, times the ratio between the probe's fraction of the visible facets and its weight
+    float grazing;   // the value `lit`, weighted by Schlick's term
     vec3 wi;         // direction of the probe's environment lookup, of any length
-    float narrowing; // factor of the lookup's variance, 0.5..1
+    float narrowing; // factor on the variance of the lookup, 0.5..1
 };
 
-// Largest logarithm of the ratio between a probe's fraction of the visible facets and its weight. Only directions next to the
-// horizon, where nothing is lit, come near it.
+// The largest logarithm of the ratio between a probe's fraction of the visible facets and its weight. Only directions next to the horizon
+// come close to this limit, and none of their facets is lit.
 const float LEADR_MOST_SHARE = 4.0;
 
-// Fraction of a probe's deviation that remains in each of the two directions into which it is split.
+// A probe is split into two directions. Each keeps this fraction of the probe's standard deviation.
 const float LEADR_HALF_DEVIATION = 0.5;
 
-// Excess of the horizon for specular reflection, relative to the excess for the whole surface. Visible specular facets reflect
-// lower parts of the environment than the average facet, where the jagged true horizon hides more. The value is fitted to
-// images (theory, section 10).
+// The factor on the horizon's excess for specular reflection. Visible specular facets reflect lower parts of the environment than the
+// average facet, and there the jagged true horizon hides more. The value is fitted to images (theory, section 10).
 const float LEADR_SPECULAR_HORIZON = 1.2;
 
-// Returns the lit fraction of a direction, and the same fraction weighted by Schlick's term. relief: whether horizon h shadows
-// light of this deviation.
+// Returns the lit fraction of a direction, and the lit fraction weighted by Schlick's term. If `relief` is true, the horizon h also shadows
+// light whose standard deviation is `deviation`.
 vec2 lit_direction(const int shadowing, const VisibleProbes probes, const DirectionArea o, const vec3 wo, const vec3 w, const bool relief,
                    const Horizon h, const float deviation) {
     vec3 middle = wo + w;
@@ -48,9 +47,9 @@ vec2 lit_direction(const int shadowing, const VisibleProbes probes, const Direct
     return lit * vec2(1.0, schlick_weight(sqrt(max(0.5 + 0.5 * dot(wo, w), 0.0))));
 }
 
-// Returns the lit part of a probe. It is the mean of the directions one deviation above and one below the probe, relative to
-// the mesosurface, each with its own lit fraction, weight and Fresnel term. The lookup moves and narrows to the lit part.
-// relief: whether the horizon h of larger bumps also shadows the probe.
+// Returns the lit part of a probe. The result is the mean of two directions, one deviation above and one deviation below the probe relative
+// to the mesosurface. Each direction has its own lit fraction, weight and Fresnel term. The lookup moves and narrows to the lit part. If
+// `relief` is true, the horizon h of larger bumps also shadows the probe.
 LitProbe lit_probe(const int shadowing, const VisibleProbes probes, const DirectionArea o, const vec3 wo, const float f0, VisibleProbe p,
                    const bool relief, Horizon h) {
     if (shadowing == LEADR_SHADOWING_NONE && !relief) return LitProbe(1.0, schlick_weight(p.cosine), p.wi, 1.0);

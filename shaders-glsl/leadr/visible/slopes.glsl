@@ -4,15 +4,15 @@
 #include "../facets/projected_area.glsl"
 #include "../slopes/statistics.glsl"
 
-// Computes the visible slopes of a Gaussian surface in closed form. u is the slope in the direction of wo in standard
-// deviations. Along u, the density of visible slopes is a clamped line times a normal density; across u they stay Gaussian.
+// Computes the visible slopes of a Gaussian surface in closed form. u is the slope in the direction of wo, in standard deviations. Along u,
+// the density of visible slopes is a clamped line times a normal density. Across u, the density stays Gaussian.
 
-// Largest rotation of a mesosurface beyond its silhouette, in units of slope_spread. At a larger rotation, almost none of the
-// surface is visible (0.8 % of slope_spread), and face_viewer tilts it back.
+// The largest rotation of a mesosurface beyond its silhouette, in units of slope_spread. At larger rotations, almost none of the surface is
+// visible (0.8 % of slope_spread), so the surface is tilted back.
 const float LEADR_VISIBLE_TAIL = 2.0;
 
 struct VisibleSlopes {
-    vec2 m;         // mean slope, tilted back where necessary
+    vec2 m;         // mean slope, tilted back if it exceeds LEADR_VISIBLE_TAIL
     vec3 S;         // covariance of the slopes, bounded
     float a;        // projected area of the mesosurface
     float b;        // spread of the slope along wo
@@ -21,7 +21,7 @@ struct VisibleSlopes {
     float shift;    // minus the mean of u over the visible facets, >= 0
     vec2 mean;      // mean of the visible slopes
     vec3 cov;       // covariance of the visible slopes
-    float facet;    // projected area of the facet of mean visible slope, > 0
+    float facet;    // projected area of the facet with the mean visible slope, > 0
     float variance; // variance of u over the visible facets, 0..1
     float third;    // third central moment of u over the visible facets, <= 0
 };
@@ -31,7 +31,7 @@ float tilted_area(const vec3 wo, const vec2 m, const float b) {
     return max(meso_area(wo, m), 1e-3 - LEADR_VISIBLE_TAIL * b);
 }
 
-// Returns exact moments of the density P22 max(0, a - b u) / A. S is the slope covariance, with any value.
+// Returns the exact moments of the density P22 max(0, a - b u) / A. S is the slope covariance, and may have any value.
 VisibleSlopes visible_slopes(const vec3 wo, vec2 m, vec3 S) {
     VisibleSlopes v;
     v.S = clamp_covariance(S);
@@ -46,7 +46,7 @@ VisibleSlopes visible_slopes(const vec3 wo, vec2 m, vec3 S) {
     v.area = v.b > 1e-18 ? v.b * n.ramp : max(v.a, 0.0);
     float per_ramp = 1.0 / n.ramp;
     v.shift = n.cdf * per_ramp;
-    float excess = n.pdf * per_ramp; // second moment of u minus one
+    float excess = n.pdf * per_ramp; // second moment of u, minus one
     v.variance = clamp(1.0 + excess - v.shift * v.shift, 0.02, 1.0);
     v.third = min(nu * excess - 3.0 * v.shift + v.shift * (3.0 + 3.0 * excess - 2.0 * v.shift * v.shift), 0.0);
     v.mean = v.m - v.axis * v.shift;

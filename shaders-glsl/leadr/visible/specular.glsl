@@ -8,20 +8,18 @@
 #include "lit_slopes.glsl"
 #include "slopes.glsl"
 
-// Computes the specular reflection of an environment by a few probes among the visible slopes. The lobe is split into smaller,
-// round Gaussians, one per probe. Nodes on rings in the plane of two standard normals carry a part of the lobe's covariance,
-// and each lookup is a kernel with the remaining covariance (kernel.glsl describes the cube). Weights sum to one, so there is
-// no division, and a constant environment returns its own value. crates/leadr-reflectance/src/visible/specular.rs has the
-// derivation. Once per pixel
+// Computes the specular reflection of an environment by a few probes among the visible slopes. The lobe is split into smaller, round
+// Gaussians, one per probe. Nodes on rings in the plane of two standard normals carry a part of the lobe's covariance, and each lookup is a
+// kernel with the remaining covariance (kernel.glsl describes the cube). Weights sum to one, so there is no division, and a constant
+// environment returns its own value. crates/leadr-reflectance/src/visible/specular.rs has the derivation. Once per pixel
 //     VisibleProbes probes = visible_probes(LEADR_SHADOWING_NONE, wo, m, S, probe_kernel(n));
 // and for i in 0..n-1, n = 5, 9 or 16
 //     VisibleProbe p = visible_probe(probes, wo, probe_node(n, i, probes.wide));
 //     vec3 f = p.weight * fresnel_schlick(f0, p.cosine);
 //     reflected += f * textureLod(environment, from_frame(frame, p.wi), kernel_lod(p.variance, size)).rgb;
-// mean of the visible facets
-// With shadows (shadowed_specular.glsl) probes represent the lit part of the lobe.
+// The sum is the mean over the visible facets. With shadows (shadowed_specular.glsl), the probes represent the lit part of the lobe.
 
-// Azimuths of the nodes of 5, 9 and 16 probes, as unit vectors.
+// The azimuths of the nodes for 5, 9 and 16 probes, as unit vectors.
 const vec2 LEADR_PROBE_AZIMUTHS[30] = vec2[](
     vec2(0.0000000, 0.0000000),
     vec2(0.9249091, 0.3801884),
@@ -55,8 +53,8 @@ const vec2 LEADR_PROBE_AZIMUTHS[30] = vec2[](
     vec2(-0.8099530, 0.5864948)
 );
 
-// Rings of the nodes: radius in standard deviations of the nodes, weight, and relative variance of the kernel. The first array
-// is for narrow lobes, the second for the limit of wide lobes.
+// The rings of the nodes. Each has a radius in standard deviations of the nodes, a weight, and the relative variance of its kernel. The
+// first array is for narrow lobes, and the second is the limit for wide lobes.
 const vec3 LEADR_NARROW_RINGS[7] = vec3[](
     vec3(0.0000, 0.229228000, 0.7055),
     vec3(1.6108, 0.192693000, 1.0876),
@@ -76,7 +74,7 @@ const vec3 LEADR_WIDE_RINGS[7] = vec3[](
     vec3(1.9845, 0.042648000, 1.2183)
 );
 
-// Variance of isotropic slopes, summed over both axes, at which wide_lobe is one half.
+// The variance of isotropic slopes, summed over both axes, for which wide_lobe returns one half.
 const float LEADR_WIDE_HALF = 0.35;
 
 // Returns the width of a lobe, 0 to 1. S is the covariance of the slopes. Elongated lobes use their minor axis.
@@ -87,13 +85,13 @@ float wide_lobe(const vec3 S) {
 
 struct ProbeNode {
     vec2 unit_offset; // in units of `radius` standard deviations
-    float radius; // equal for all nodes of a ring, like weight and cover
+    float radius; // equal for all nodes of a ring, as are weight and cover
     float weight;
-    float cover;  // variance of the node's kernel relative to the rule's other kernels
+    float cover;  // variance of the node's kernel, relative to the other kernels of the rule
 };
 
-// Returns node i of the rule of n probes, or of the next larger rule, for a lobe of width `wide`. For constant i the positions
-// are constants, and the other values are computed once per ring.
+// Returns node i of the rule with n probes, or of the next larger rule, for a lobe of width `wide`. For a constant i, the position is a
+// constant, and the other values are computed once per ring.
 ProbeNode probe_node(const int n, const int i, const float wide) {
     int first = n <= 5 ? 0 : n <= 9 ? 5 : 14;
     int ring = n <= 5 ? (i < 1 ? 0 : 1) : n <= 9 ? (i < 3 ? 2 : 3) : (i < 1 ? 4 : i < 7 ? 5 : 6);
@@ -101,21 +99,21 @@ ProbeNode probe_node(const int n, const int i, const float wide) {
     return ProbeNode(LEADR_PROBE_AZIMUTHS[first + i], now.x, now.y, now.z);
 }
 
-// Returns the kernels' fraction of the variance for the rule of n probes: of a narrow round lobe, of a round lobe in the limit
-// of wide lobes, and along an elongated lobe.
+// Returns the kernels' fractions of a lobe's variance for the rule with n probes: for a narrow round lobe, for a round lobe in the limit of
+// wide lobes, and along an elongated lobe.
 vec3 probe_kernel(const int n) {
     return n <= 5 ? vec3(0.6, 0.413, 0.073) : n <= 9 ? vec3(0.5, 0.262, 0.024) : vec3(0.4, 0.167, 0.01);
 }
 
-// Returns the symmetric square root of a covariance (xx, yy, xy). For a thin covariance it rotates smoothly past an axis,
-// unlike a Cholesky factor.
+// Returns the symmetric square root of a covariance (xx, yy, xy). Unlike a Cholesky factor, the root of a thin covariance changes smoothly
+// when the covariance rotates past an axis.
 vec3 root_of(const vec3 S) {
     float det = sqrt(max(S.x * S.y - S.z * S.z, 0.0));
     float per = inversesqrt(max(S.x + S.y + 2.0 * det, 1e-18));
     return vec3(max(S.xy, 0.0) + det, S.z) * per;
 }
 
-// Positions of a rule's nodes among the slopes, as middle + root p + bend u^2 with u = azimuth . root p.
+// The positions of a rule's nodes among the slopes: middle + root p + bend u^2 with u = azimuth . root p.
 struct NodePositions {
     vec2 middle;  // slope of a node at the origin
     vec3 root;    // square root of the nodes' covariance
@@ -123,19 +121,19 @@ struct NodePositions {
     vec2 azimuth;
 };
 
-// Returns the slope of a node, and its u.
+// Returns the slope of a node, and the u of this node.
 vec3 node_slope(const NodePositions nodes, const vec2 p) {
     vec2 d = nodes.root.xz * p.x + nodes.root.zy * p.y;
     float u = clamp(dot(d, nodes.azimuth), -6.0, 6.0);
     return vec3(nodes.middle + d + nodes.bend * (u * u), u);
 }
 
-// Returns positions with covariance `spread` and the skewness of v about its mean. along has the coefficient of u^2 and E[u^2].
+// Returns positions with covariance `spread` and the skewness of v about its mean. `along` returns the coefficient of u^2 and E[u^2].
 NodePositions node_positions(const vec3 wo, const VisibleSlopes v, const vec3 spread, out vec2 along) {
     NodePositions nodes;
     vec2 a = wo.xy * (1.0 / max(v.b, 1e-18));
     along.x = v.third / (6.0 * v.variance * v.variance);
-    // The clamp bounds rounding errors of a vanishing covariance.
+    // The clamp limits rounding errors if the covariance vanishes.
     along.y = clamp(a.x * (spread.x * a.x + 2.0 * spread.z * a.y) + spread.y * a.y * a.y, -1.0, 1.0);
     nodes.azimuth = a;
     nodes.bend = along.x * v.axis;
@@ -144,29 +142,29 @@ NodePositions node_positions(const vec3 wo, const VisibleSlopes v, const vec3 sp
     return nodes;
 }
 
-// lit_spread of wide lobes, and of views from straight above. Narrow lobes seen edge-on have twice as much.
+// The lit_spread of wide lobes, and of views from straight above. For narrow lobes seen edge-on, it is twice as large.
 const float LEADR_LIT_SPREAD = 0.6;
 
-// Quantities that the probes of a pixel share.
+// The quantities that all probes of a pixel share.
 struct VisibleProbes {
     vec2 m;        // mean slope of all facets
     vec3 cholesky; // Cholesky factor of the covariance of all facets
     float area;    // visible area A(wo) of all facets
     NodePositions nodes;
-    vec3 along;    // t = along.x + u + along.y u^2; half the inverse variance of the visible u
-    vec2 facet;    // projected area of the mesosurface, and its decrease per unit of t
+    vec3 along;    // coefficients of t = along.x + u + along.y u^2; half the inverse variance of the visible u
+    vec2 facet;    // projected area of the mesosurface, and the decrease of this area per unit of t
     vec3 part;     // slope covariance of one kernel
-    float kernel;  // variance of a lookup per a exp((t^2 - y^2)/2) / |N|^4
+    float kernel;  // lookup variance per unit of a exp((t^2 - y^2)/2) / |N|^4
     float wide;    // width of the lobe, 0 to 1
     NodePositions fresnel_nodes; // nodes over the whole lobe, lit or not, for the Fresnel terms
     float flat_area;  // projected area of a facet of slope 0 in this lobe
-    vec2 projected;   // growth of kernels with the projected area of their facet, 0 to 1, and the inverse of that area at the mean
-    // A probe is split into two directions about its reflected direction, which have this fraction of its variance.
+    vec2 projected;   // growth of kernels with the projected area of their facet, 0 to 1, and the inverse of the area at the mean
+    // The fraction of a probe's variance that remains in each of the two directions into which the probe is split.
     float lit_spread;
-    LitSlopes lit; // slopes that probes represent instead of all visible ones; its mean includes the ratio of the visible areas
+    LitSlopes lit; // slopes that probes represent instead of all visible ones; the mean weight includes the ratio of the visible areas
 };
 
-// Returns the probes for these slopes, or for their lit part if there is shadowing.
+// Returns the probes for these slopes or, with shadowing, for their lit part.
 VisibleProbes visible_probes_of(const int shadowing, vec3 wo, VisibleSlopes all, vec3 kernel) {
     VisibleSlopes v = all;
     VisibleProbes probes;
@@ -184,7 +182,7 @@ VisibleProbes visible_probes_of(const int shadowing, vec3 wo, VisibleSlopes all,
     vec3 metric = 4.0 * per * vec3(p * p + q * (1.0 - s * s * per), p.x * p.y - q * s.x * s.y * per);
     float jacobian = 4.0 * v.facet * per * per;
     vec3 inverse_metric = vec3(metric.yx, -metric.z) / max(jacobian * jacobian, 1e-20);
-    // The variances of the lobe along its axes follow: their sum, their difference, and the smaller one.
+    // The next values are the sum of the lobe's variances along its axes, their difference, and the smaller variance.
     const float least = 1e-15;
     float sum = max(v.cov.x * metric.x + v.cov.y * metric.y + 2.0 * v.cov.z * metric.z, 0.0);
     float per_sum = 1.0 / max(sum, least);
@@ -196,11 +194,11 @@ VisibleProbes visible_probes_of(const int shadowing, vec3 wo, VisibleSlopes all,
     float wide = wide_lobe(all.S);
     float even = round4 * round4 + wide * (1.0 - round4 * round4);
     float share = kernel.x + wide * (kernel.y - kernel.x);
-    // 2 det/sum is the minor variance of round lobes, without the kink of the minor variance at round lobes.
+    // 2 det/sum replaces the minor variance of round lobes, because the minor variance has a kink where a lobe is round.
     float most = (minor - share * 0.5 * sum * round_lobe) * even;
     float elongated = kernel.z * sum * (1.0 - round_lobe);
     float variance = minor - most + elongated;
-    // The nodes' variance across the lobe is the lobe's variance minus the kernel's, smoothly clamped at 0.
+    // The variance of the nodes across the lobe is the variance of the lobe minus the variance of the kernel, smoothly clamped at 0.
     float rest = most - elongated;
     float soft = 0.1 * elongated;
     float root = sqrt(rest * rest + soft * soft);
@@ -232,15 +230,15 @@ VisibleProbes visible_probes(const int shadowing, const vec3 wo, const vec2 m, c
 
 struct VisibleProbe {
     vec2 slope;
-    vec3 mirror;    // direction that the probe's facet reflects, unit, tangent frame
-    vec3 wi;        // mean reflected direction of the probe's part of the lobe, of any length (lookups need no unit), tangent frame
+    vec3 mirror;    // the direction that the probe's facet reflects, unit length, in the tangent frame
+    vec3 wi;        // mean reflected direction of the probe's part of the lobe, in the tangent frame; it need not be a unit vector
     float cosine;   // wo . wn for the Fresnel term of all visible facets, 0..1
     float weight;
     float variance; // variance of the lookup per axis, in radians squared, below 2
 };
 
-// Returns the mean direction reflected by Gaussian slopes of covariance c about `slope`, to second order, not unit. f is the
-// projected area of the facet at `slope`.
+// Returns the mean direction reflected by Gaussian slopes of covariance c about `slope`, to second order. The direction is not normalised.
+// f is the projected area of the facet at `slope`.
 vec3 mean_mirror(const vec3 wo, const vec2 slope, const float f, const vec3 c) {
     vec2 o = vec2(dot(c.xz, wo.xy), dot(c.zy, wo.xy));
     vec2 s = vec2(dot(c.xz, slope), dot(c.zy, slope));
@@ -260,7 +258,7 @@ VisibleProbe visible_probe(const VisibleProbes probes, const vec3 wo, const Prob
     p.mirror = 2.0 * max(wo.z - dot(wo.xy, at.xy), 0.0) * z2 * vec3(-at.xy, 1.0) - wo;
     float facet = max(probes.facet.x - t * probes.facet.y, 0.0);
     p.wi = mean_mirror(wo, at.xy, facet, probes.part);
-    // The Fresnel term has its own nodes, because it is convex and a kernel does not filter it.
+    // The Fresnel term has its own nodes, because it is convex and the kernel of a lookup does not filter it.
     vec2 fresnel_slope = node_slope(probes.fresnel_nodes, offset).xy;
     p.cosine = min(max(probes.flat_area - dot(wo.xy, fresnel_slope), 0.0) * inversesqrt(1.0 + dot(fresnel_slope, fresnel_slope)), 1.0);
     p.weight = node.weight;

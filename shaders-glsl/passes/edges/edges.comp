@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Marks the edge samples on the same surface as their pixel, which are not shaded again. Where the pixel's footprint is not
-// small compared with a patch, such a sample is filtered and joined instead (join.comp).
+// Marks the edge samples on the same surface as their pixel, which are not shaded again. Where the pixel's footprint is not small compared
+// with a patch, these samples are filtered and joined (join.comp).
 #define LEADR_EDGE_RAYS
 #include "edges.glsl"
 #include "../gbuffer.glsl"
@@ -9,8 +9,8 @@
 #include "leadr/frame.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
 
-uniform usampler2D pixel_surface; // surface of the pixel's own sample: geometry.frag
-uniform usampler2D pixel_slopes;  // its G-buffer
+uniform usampler2D pixel_surface; // surface of the pixel's own sample (geometry.frag)
+uniform usampler2D pixel_slopes;  // G-buffer of the pixel's own sample
 uniform sampler2D pixel_depth;
 layout(rgba32ui) uniform uimage2D edge_surface; // surface of the edge sample
 uniform sampler2D edge_depth;
@@ -35,8 +35,8 @@ void main() {
                    - pixel_distance * (rays.pixel.xyz + ray_across(pixel, pixels));
         vec3 a = octahedral_decode(unpackSnorm2x16(texelFetch(pixel_slopes, pixel, 0).x));
         vec3 b = octahedral_decode(unpackSnorm2x16(seen.w));
-        // Two points of one smooth surface differ across their mean normal, not along it, even at grazing views. A difference
-        // along it of less than a pixel is ignored.
+        // Two points of one smooth surface differ in directions orthogonal to their mean normal, even at grazing views. A difference along
+        // the normal of less than a pixel is ignored.
         float width = 2.0 * length(rays.y.xyz) / float(pixels.y) * pixel_distance;
         same = dot(a, b) > SAME_NORMAL && abs(dot(apart, normalize(a + b))) < width;
     }

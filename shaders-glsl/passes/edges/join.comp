@@ -1,9 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
-// Joins the edge samples of each pixel. Samples of other surfaces add their radiance. Samples of the pixel's own surface add
-// slope statistics, material and visibility of the sun. These replace the pixel's own where its footprint is not small compared
-// with a patch.
+// Joins the edge samples of each pixel. Samples of other surfaces add their radiance. Samples of the pixel's own surface add slope
+// statistics, material and visibility of the sun. The joined values replace the values of the pixel's own sample where the footprint is not
+// small compared with a patch.
 #define LEADR_EDGE_RAYS
 #include "edges.glsl"
 #include "../gbuffer.glsl"
@@ -18,18 +18,18 @@ uniform usampler2D edge_surface;
 uniform sampler2D edge_radiance;
 uniform usampler2D edge_slopes;    // the G-buffer of the edge samples
 uniform usampler2D edge_material;
-uniform usampler2D edge_joined;    // area, relief
+uniform usampler2D edge_joined;    // area of the surface, relief of the object
 layout(rgba32f) uniform image2D others;   // sum of the radiance and coverage of other surfaces
-layout(rgba32f) uniform image2D shares;   // samples on the pixel's surface; of those joined: area, number and fraction lit by the first sun
-layout(rgba32f) uniform image2D more_suns; // fraction lit by each of the other suns, if any
+layout(rgba32f) uniform image2D shares;   // samples on the pixel's surface; of the joined ones: area, number, fraction lit by the first sun
+layout(rgba32f) uniform image2D more_suns; // fraction lit by each of the other suns
 uniform usampler2D pixel_surface; // the G-buffer of the pixels
 layout(rgba32ui) uniform uimage2D slopes; // the G-buffer of the pixels
 layout(rgba32ui) uniform uimage2D material;
 uniform sampler2D edge_depth;
 
-layout(constant_id = 7) const int SHADOW_MAPS = 1; // suns with shadows
+layout(constant_id = 7) const int SHADOW_MAPS = 1; // number of suns with shadows
 
-// Near silhouettes, the surface area within a sample grows, most of it hidden by bumps. This least cosine bounds it.
+// Near silhouettes, the surface area within a sample grows, and bumps hide most of it. This smallest cosine limits the area.
 const float LEAST_COSINE = 0.1;
 
 void main() {
@@ -41,7 +41,7 @@ void main() {
     vec4 sum = first ? vec4(0.0) : imageLoad(others, pixel);
     vec4 share = first ? vec4(0.0) : imageLoad(shares, pixel);
     vec4 more = first || SHADOW_MAPS < 2 ? vec4(0.0) : imageLoad(more_suns, pixel);
-    // Weight of the pixel's own sample in edge samples: zero, except at the onset of joining.
+    // The weight of the pixel's own sample, in edge samples, which is zero except where joining begins.
     float part = joined_part_of(texelFetch(pixel_surface, pixel, 0).xy);
     float own_weight = rays.x.w * (1.0 / max(part, 1e-4) - 1.0);
     if (first) {
@@ -61,7 +61,7 @@ void main() {
     Frame to = frame_about(octahedral_decode(unpackSnorm2x16(own.x)));
     SlopePart whole = SlopePart(mean_slope_of(own), covariance_of(own, own_material), share.y);
     vec4 materials = vec4(0.0);
-    // Solid angle of an edge sample.
+    // The solid angle of an edge sample.
     float cell = 4.0 * length(cross(rays.x.xyz, rays.y.xyz)) / (float(edges.x) * float(edges.y) * dot(rays.pixel.xyz, rays.pixel.xyz));
     float joined = share.z, sunlit = share.w;
     for (int i = 0; i < grid * grid; ++i) {
@@ -101,7 +101,7 @@ void main() {
     if (joined > share.z) {
         vec3 covariance = clamp_covariance(technique_covariance(whole.covariance, vec3(0.0)));
         vec4 own_part = material_of(own_material);
-        own_part.a *= own_part.a; // roughness is filtered as a variance
+        own_part.a *= own_part.a; // Roughness is averaged as a variance.
         materials = (own_part * (own_weight + share.z) + materials) / (own_weight + joined);
         materials.a = sqrt(materials.a);
         imageStore(slopes, pixel, pack_slopes(own.x, whole.mean, covariance));

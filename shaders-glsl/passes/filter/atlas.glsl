@@ -1,5 +1,5 @@
-// An atlas with one tile per patch, filtered as one surface. Taps cross the borders between patches. Below the coarsest mip of
-// a tile, coarser levels follow; neighbouring patches share their samples (crates/leadr-render/src/surfaces/atlas).
+// An atlas with one tile per patch, filtered as one surface. Filter taps cross the borders between patches. Coarser levels follow the
+// coarsest mip of the tiles, and neighbouring patches share the samples of these levels (crates/leadr-render/src/surfaces/atlas).
 #ifndef LEADR_FILTER_ATLAS
 #define LEADR_FILTER_ATLAS
 
@@ -7,15 +7,15 @@
 #include "leadr/slopes/statistics.glsl"
 
 struct PatchLink {
-    uvec4 neighbors; // beyond the sides v=0, u=1, v=1, u=0: patch << 2 | side
-    vec4 gradient_transforms[8];   // per side, at its two corners: rotates the neighbour's gradients into this patch
+    uvec4 neighbors; // patches beyond the sides v=0, u=1, v=1, u=0, as patch << 2 | side
+    vec4 gradient_transforms[8];   // two per side, at the corners: each rotates the neighbour's gradients into this patch
 };
 
 layout(set = 2, std430) readonly buffer Atlas {
-    uint tile_size;      // texels
+    uint tile_size;      // size of a tile in texels
     uint tile_gutter;
     uint tile_columns;
-    uint finest_coarse;  // binary logarithm of the intervals along a patch in the first coarse level
+    uint finest_coarse;  // binary logarithm of the number of intervals along a patch in the first coarse level
     PatchLink links[];
 };
 layout(set = 2) uniform sampler2D coarse_a;
@@ -24,20 +24,20 @@ layout(set = 2) uniform sampler2D coarse_color;
 layout(set = 2) uniform sampler2D coarse_f0;
 layout(set = 2) uniform sampler2D coarse_mixed;
 layout(set = 2) uniform sampler2D coarse_light; // rgb emission, a accessibility
-layout(set = 2) uniform sampler2DArray coarse_weighted; // layers of color_weighted
+layout(set = 2) uniform sampler2DArray coarse_weighted; // the layers of color_weighted
 
-// Position of a tap.
+// The position of a filter tap.
 struct AtlasPoint {
-    uint index;    // of the patch
-    vec2 at;       // position on it, [0, 1]^2
-    mat2 gradient; // from gradients there to gradients on the pixel's own patch
+    uint index;    // number of the patch
+    vec2 at;       // position on the patch, [0, 1]^2
+    mat2 gradient; // transforms gradients at this position to gradients on the pixel's own patch
 };
 
 float tile_inner() {
     return float(tile_size - 2u * tile_gutter);
 }
 
-// First texel of a patch in the atlas, behind the gutter.
+// Returns the first texel of a patch in the atlas, after the gutter.
 vec2 tile_start(const uint index) {
     return vec2(uvec2(index % tile_columns, index / tile_columns) * tile_size + tile_gutter);
 }
@@ -46,7 +46,7 @@ vec2 patch_uv_at(const uint index, const vec2 texel) {
     return (texel - tile_start(index)) / tile_inner();
 }
 
-// Maps a position `at` outside its patch to the patch that contains it, across up to two borders.
+// Finds the patch that contains a position `at` outside the patch `index`, across at most two borders.
 AtlasPoint point_across_borders(uint index, vec2 at) {
     AtlasPoint point = AtlasPoint(index, at, mat2(1.0));
     for (int border = 0; border < 2; ++border) {
@@ -77,11 +77,11 @@ AtlasPoint point_across_borders(uint index, vec2 at) {
     return point;
 }
 
-// How a level of detail blends the tile's mips with two coarse levels, and the positions of these two in the coarse images.
+// Describes how a level of detail blends the mips of a tile with two coarse levels, and where the two levels lie in the coarse images.
 struct Levels {
     float mip;
-    float fine; // weight of the tile
-    float second; // weight of the second coarse level relative to both
+    float fine; // weight of the tile's mips
+    float second; // weight of the second coarse level relative to the sum of both
     uint first;
 };
 
@@ -96,17 +96,17 @@ Levels levels_at(const float lod) {
     return levels;
 }
 
-// A position in a coarse level, in texels of its image.
+// Returns a position in a coarse level, in texels of the coarse image.
 vec2 coarse_texel(const AtlasPoint point, const uint level) {
     uint intervals = 1u << (finest_coarse - min(level, finest_coarse));
-    // Rows of the preceding levels: 2^k + 1 each, then two.
+    // The rows of the preceding levels are 2^k + 1 rows each, then two.
     uint row = (2u << finest_coarse) - 2u * intervals + level + (level > finest_coarse ? level - finest_coarse : 0u);
     uvec2 block = uvec2((1u << finest_coarse) + 1u, (2u << finest_coarse) + finest_coarse + 2u * WIDE_LEVELS);
     uvec2 start = uvec2(point.index % tile_columns, point.index / tile_columns) * block + uvec2(0u, row);
     return vec2(start) + point.at * float(intervals) + 0.5;
 }
 
-// The shares of the tile and of the coarse levels in a blend.
+// Returns the contribution of the tile's mips to a blend. coarse_part returns the contribution of the coarse levels.
 vec4 fine_part(sampler2D fine, const AtlasPoint point, const Levels levels) {
     if (levels.fine <= 0.0) {
         return vec4(0.0);
@@ -125,7 +125,7 @@ vec4 coarse_part(sampler2D coarse, const AtlasPoint point, const Levels levels) 
     return mix(first, second, levels.second) * (1.0 - levels.fine);
 }
 
-// Blend of one layer. size: of the tiles in texels; skipped: number of finest levels that the image lacks.
+// Returns the blend of one layer. size is the size of the tiles in texels, and skipped is the number of finest levels that the image lacks.
 vec4 layer_mix(sampler2DArray fine, sampler2DArray coarse, const float layer, const AtlasPoint point, const Levels levels, const vec2 size,
                const float skipped) {
     vec4 sum = vec4(0.0);

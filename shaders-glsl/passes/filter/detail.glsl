@@ -1,6 +1,6 @@
-// A tiling detail on a surface. Its slopes add to those of the relief; its colours and roughness modulate or cover those below.
-// Each layer is filtered in its own footprint. Surface, detail and mask are uncorrelated below the pixel size: means add,
-// covariances add, and the mean of a product is the product of the means (theory, section 5).
+// A tiling detail on a surface. The slopes of the detail add to the slopes of the relief. The colours and roughness of the detail modulate
+// or cover those of the surface. Each layer is filtered in its own footprint. Surface, detail and mask are assumed to be uncorrelated below
+// the pixel size, so means add, covariances add, and the mean of a product is the product of the means (theory, section 5).
 #ifndef LEADR_FILTER_DETAIL
 #define LEADR_FILTER_DETAIL
 #include "../constants.glsl"
@@ -8,8 +8,8 @@
 #include "leadr/slopes/map.glsl"
 #include "leadr/slopes/moments.glsl"
 
-layout(constant_id = 60) const uint DETAIL = DETAIL_NONE;             // coordinates that it follows
-layout(constant_id = 61) const uint DETAIL_COLORS = DETAIL_COLORLESS; // how its colours combine
+layout(constant_id = 60) const uint DETAIL = DETAIL_NONE;             // coordinates that the detail follows
+layout(constant_id = 61) const uint DETAIL_COLORS = DETAIL_COLORLESS; // how the colours of the detail combine with the surface
 layout(constant_id = 62) const bool DETAIL_MASKED = false;
 
 struct RestVertex {
@@ -18,27 +18,27 @@ struct RestVertex {
 };
 
 layout(set = 2, std430) readonly buffer Detail {
-    vec4 detail_linear;   // columns: from the surface's coordinates to those of the detail
-    vec4 mask_linear;     // columns: from the surface's coordinates to those of its mask
-    vec4 detail_offsets;  // xy: of the detail; zw: of the mask
-    vec4 detail_color;    // rgb: factor of its colours; a: reflectance at normal incidence
-    RestVertex rest[];    // for projection along the axes
+    vec4 detail_linear;   // columns of the matrix from the surface's coordinates to the coordinates of the detail
+    vec4 mask_linear;     // columns of the matrix from the surface's coordinates to the coordinates of the mask
+    vec4 detail_offsets;  // xy: offset of the detail; zw: offset of the mask
+    vec4 detail_color;    // rgb: factor on the colours of the detail; a: its reflectance at normal incidence
+    RestVertex rest[];    // only for details projected along the axes
 };
-layout(set = 2) uniform sampler2D detail_a;     // E[hs], E[ht], E[hs^2], E[ht^2], metres per unit of its coordinates
+layout(set = 2) uniform sampler2D detail_a;     // E[hs], E[ht], E[hs^2], E[ht^2], in metres per unit of the detail's coordinates
 layout(set = 2) uniform sampler2D detail_b;     // E[hs ht]
-layout(set = 2) uniform sampler2D detail_colors; // rgb albedo, a the root of the roughness alpha
+layout(set = 2) uniform sampler2D detail_colors; // rgb: albedo; a: square root of the roughness alpha
 layout(set = 2) uniform sampler2D detail_mask;  // x: mean coverage, E[m]; y: E[m^2]
 
-// Means of the detail under a pixel.
+// The mean values of the detail under a pixel.
 struct DetailMeans {
-    vec2 slope;      // in the frame
-    vec3 covariance; // of the slopes
-    vec4 color;      // albedo, alpha^2
-    float cover;     // share of the surface that it covers
+    vec2 slope;      // mean slope, in the tangent frame
+    vec3 covariance; // covariance of the slopes
+    vec4 color;      // rgb: albedo; a: alpha^2
+    float cover;     // fraction of the surface that the detail covers
 };
 
-// Adds the detail at coordinates c of the surface, with derivatives by position in `by_uv`. linear: from gradients by position to
-// slopes; weight: of its slopes; share: of its colours.
+// Adds the detail at the coordinates c of the surface. by_uv has the derivatives of c by position. linear converts gradients by position to
+// slopes. weight is the weight of the slopes, and share is the weight of the colours.
 void add_detail(inout DetailMeans sum, const vec2 c, const mat2 by_uv, const mat2 across, const mat2 linear, const float weight,
                 const float share) {
     mat2 to_detail = mat2(detail_linear.xy, detail_linear.zw);
@@ -72,7 +72,7 @@ void add_detail(inout DetailMeans sum, const vec2 c, const mat2 by_uv, const mat
         mask /= float(wide.taps);
         moments = mask_moments(moments, mask);
     }
-    // The chain rule, from the detail's coordinates by position.
+    // By the chain rule, from the derivatives of the detail's coordinates by position.
     mat2 slopes = linear * transpose(detail_by_uv) * weight;
     sum.slope += slopes * moments.first;
     if (USES_COVARIANCE) {
@@ -90,7 +90,7 @@ void add_detail(inout DetailMeans sum, const vec2 c, const mat2 by_uv, const mat
     sum.cover += share * mask.x;
 }
 
-// The detail at a position on a patch. linear: from gradients by position to slopes in the frame.
+// Returns the detail at a position on a patch. linear converts gradients by position to slopes in the frame.
 DetailMeans filter_detail(const uint index, const vec2 patch_uv, vec2 texcoord, mat2 texcoord_by_uv, mat2 across, mat2 linear) {
     DetailMeans sum = DetailMeans(vec2(0.0), vec3(0.0), vec4(0.0), 0.0);
     if (DETAIL == DETAIL_BY_TEXCOORD) {
@@ -128,7 +128,7 @@ DetailMeans filter_detail(const uint index, const vec2 patch_uv, vec2 texcoord, 
     return sum;
 }
 
-// Colour of the surface with the detail applied: rgb, and alpha^2.
+// Returns the colour of the surface with the detail applied: rgb, and alpha^2.
 vec4 color_with_detail(const vec4 color, const DetailMeans detail) {
     if (DETAIL_COLORS == DETAIL_VARIES) {
         return vec4(color.rgb * mix(vec3(1.0), detail.color.rgb * detail_color.rgb, detail.cover), mix(color.a, detail.color.a, detail.cover));

@@ -1,34 +1,34 @@
-// Open ground: drifts of dust over metres to hundreds of metres, and trodden paths. Drifts are octaves of noise and paths a sum
-// of plane waves. Each is filtered analytically over the pixel's footprint, so neither repeats nor shimmers.
+// Open ground: drifts of dust over metres to hundreds of metres, and trodden paths. Drifts are octaves of noise, and paths are a sum of
+// plane waves. Drifts and paths are filtered analytically over the pixel's footprint, so they neither repeat nor shimmer.
 #ifndef LEADR_FILTER_DRIFTS
 #define LEADR_FILTER_DRIFTS
 
-// Variance of the pixel filter, in squared pixel widths.
+// The variance of the pixel filter, in squared pixel widths.
 const float PIXEL_VARIANCE = 0.12;
-// Ratio of consecutive wavelengths. The direction rotates by the golden angle per wave.
+// The ratio of consecutive wavelengths. From wave to wave, the direction rotates by the golden angle.
 const float LONGER = 1.6;
 const mat2 ROTATION = mat2(-0.7373688, 0.6754903, -0.6754903, -0.7373688);
 const int DRIFTS = 8;
-const float LARGEST_DRIFT = 102.4; // metres across a lattice cell; each octave halves it
+const float LARGEST_DRIFT = 102.4; // width of a lattice cell in metres; each octave halves the width
 const int PATH_WAVES = 5;
 const float SHORTEST_PATH = 31.0;
-// Half the width of a path, metres.
+// Half the width of a path, in metres.
 const float PATH_WIDTH = 0.45;
-// Mean remaining fraction of the soil's albedo, since its map shows a dusty area.
+// The mean fraction of the soil's albedo that remains. The fraction is below 1, because the soil map shows a dusty area.
 const vec3 OPEN_GROUND = vec3(0.82, 0.816, 0.787);
 
-// Relative spread of the wave vectors, which limits the length of the crests. Unlimited crests would show as rays toward the
+// The relative spread of the wave vectors, which limits the length of the wave crests. Unlimited crests would be visible as rays toward the
 // horizon, where footprints are very long.
 const float WAVE_SPREAD = 0.2;
 
-// Fraction of a wave's amplitude that passes the pixel filter.
+// Returns the fraction of a wave's amplitude that passes the pixel filter.
 float wave_part(const vec2 k, const mat2 across) {
     vec2 rotated = k * across;
     float widest = dot(across[0], across[0]) + dot(across[1], across[1]);
     return exp(-0.5 * PIXEL_VARIANCE * (dot(rotated, rotated) + WAVE_SPREAD * WAVE_SPREAD * dot(k, k) * widest));
 }
 
-// Three numbers in [-1, 1] for a lattice corner.
+// Returns three random numbers in [-1, 1] for a corner of the lattice.
 vec3 corner_numbers(const ivec2 corner, const uint seed) {
     uint n = uint(corner.x) * 0x9e3779b1u ^ uint(corner.y) * 0x85ebca6bu ^ seed * 0x27d4eb2fu;
     n = (n ^ (n >> 16)) * 0x7feb352du;
@@ -37,14 +37,14 @@ vec3 corner_numbers(const ivec2 corner, const uint seed) {
     return vec3(uvec3(n, n >> 11, n >> 22) & uvec3(0x7ffu, 0x7ffu, 0x3ffu)) * vec3(2.0 / 2047.0, 2.0 / 2047.0, 2.0 / 1023.0) - 1.0;
 }
 
-// Noise from a corner's gradient and value, at offset `from`. The value's amplitude makes noise as strong at corners as between
-// them.
+// Returns the noise of one lattice corner at the offset `from`, from the gradient and the value of this corner. The amplitude of the value
+// makes the noise as strong at corners as between them.
 float corner_noise(const ivec2 corner, const uint seed, const vec2 from) {
     vec3 numbers = corner_numbers(corner, seed);
     return dot(numbers.xy, from) + 0.408 * numbers.z;
 }
 
-// Noise of variance 1 on a lattice of cells of width 1.
+// Returns noise of variance 1 on a lattice whose cells have the width 1.
 float lattice_noise(const vec2 at, const uint seed) {
     vec2 cell = floor(at), f = at - cell;
     ivec2 c = ivec2(cell);
@@ -55,22 +55,23 @@ float lattice_noise(const vec2 at, const uint seed) {
     return 4.24 * mix(row.x, row.y, fade.y);
 }
 
-// Fraction of lattice noise that passes the pixel filter, taken for waves of 1.7 cells along the longer axis of the footprint.
+// Returns the fraction of lattice noise that passes the pixel filter. The fraction is estimated for waves of 1.7 cells along the longer
+// axis of the footprint.
 float noise_part(const float cell, const float widest) {
     float k = 6.28318530718 / (1.7 * cell);
     return exp(-0.5 * PIXEL_VARIANCE * k * k * widest);
 }
 
-// Albedo factor at a position in metres. across: derivatives of the position by x and y of the image.
+// Returns the factor on the albedo at a position in metres. across has the derivatives of the position by x and y of the image.
 vec3 ground_tint(const vec2 position, const mat2 across) {
-    // Bends straight crests, too little to affect their filtering.
+    // Two waves bend the straight crests, too little to affect the filtering.
     const vec2 bend_x = vec2(0.036, 0.061), bend_y = vec2(0.067, -0.029);
     vec2 bent = vec2(sin(dot(bend_x, position) + 0.4) * wave_part(bend_x, across),
                      sin(dot(bend_y, position) + 1.9) * wave_part(bend_y, across));
     vec2 p = position + 3.0 * bent;
     float drift = 0.0, height = 0.84, cell = LARGEST_DRIFT;
     float widest = dot(across[0], across[0]) + dot(across[1], across[1]);
-    // Each octave's lattice is rotated, so that their rows do not align.
+    // The lattice of each octave is rotated, so that the rows of different octaves do not align.
     mat2 rotated = mat2(1.0);
     for (int i = 0; i < DRIFTS; ++i) {
         float part = noise_part(cell, widest);
@@ -82,7 +83,7 @@ vec3 ground_tint(const vec2 position, const mat2 across) {
         cell *= 0.5;
         height /= 1.062;
     }
-    // A path runs along the zeros of a broad wave. The distance to it is the wave's value over its slope.
+    // A path runs along the zeros of a broad wave. The distance to the path is the wave's value divided by its slope.
     float level = 0.0, left = 0.0;
     vec2 slope = vec2(0.0);
     vec2 k = ROTATION * vec2(6.28318530718 / SHORTEST_PATH, 0.0);
@@ -95,7 +96,7 @@ vec3 ground_tint(const vec2 position, const mat2 across) {
     }
     float square = max(dot(slope, slope), 1e-4);
     vec2 over = slope * across;
-    // The pixel widens the path by the footprint's extent across it.
+    // The path is widened by the extent of the pixel's footprint across the path.
     float width = PATH_WIDTH * PATH_WIDTH, wider = width + PIXEL_VARIANCE * dot(over, over) / square;
     float trodden = sqrt(width / wider) * exp(-0.5 * level * level / (square * wider)) * left / float(PATH_WAVES);
     vec3 tint = OPEN_GROUND * (1.0 + 0.08 * drift * vec3(1.0, 1.05, 1.15));

@@ -1,4 +1,4 @@
-// Filters the maps of one object under each of its pixels: LEADR section 4.1 and eq. 12.
+// Filters the maps of one object under each of its pixels (LEADR section 4.1 and eq. 12).
 #ifndef LEADR_FILTER_FILTERED
 #define LEADR_FILTER_FILTERED
 #include "../geometry/object.glsl"
@@ -15,10 +15,11 @@
 #include "leadr/slopes/map.glsl"
 #include "atlas.glsl"
 
-layout(constant_id = 40) const int MAX_TAPS = 8; // taps along the long axis of the pixel's footprint
-layout(constant_id = 66) const int TAP_ROWS = 1; // rows of taps across the footprint, for the slope and material maps
-// The maps of the object. Constants, because drivers without divergent branches (lavapipe) run both sides of an `if`.
-layout(constant_id = 41) const bool ATLAS = false; // one tile per patch
+layout(constant_id = 40) const int MAX_TAPS = 8; // largest number of taps along the long axis of the pixel's footprint
+layout(constant_id = 66) const int TAP_ROWS = 1; // number of rows of taps across the footprint, for the slope and material maps
+// The maps of the object. The maps are selected by constants, because drivers without divergent branches (lavapipe) run both sides of an
+// `if`.
+layout(constant_id = 41) const bool ATLAS = false; // whether the maps are atlases with one tile per patch
 layout(constant_id = 42) const bool DISPLACED = true;
 layout(constant_id = 43) const bool COLORED = true;
 layout(constant_id = 44) const bool HORIZON = true;
@@ -36,80 +37,81 @@ layout(constant_id = 56) const bool COLOR_BY_HEIGHT = false; // colours follow t
 layout(constant_id = 57) const bool COLOR_BY_SLOPE = false;  // colours follow the slopes; not in atlases
 layout(constant_id = 48) const bool EDGE_SAMPLES = true; // the pixels may be edge samples
 layout(constant_id = 64) const bool BY_EXAMPLE = false; // maps are tiled without visible repeats; flat objects only
-layout(constant_id = 65) const bool GROUND = false; // with drifts and paths of open ground; flat objects only
+layout(constant_id = 65) const bool GROUND = false; // open ground with drifts and paths; flat objects only
 #include "drifts.glsl"
 #include "macrosurface.glsl"
 
-uniform usampler2D visible_surface;   // output of the geometry pass
-uniform usampler2D visible_footprint; // of edge samples
+uniform usampler2D visible_surface;   // output of the geometry pass for pixels
+uniform usampler2D visible_footprint; // output of the geometry pass for edge samples
 layout(set = 2) uniform sampler2D height_map;
 layout(set = 2) uniform sampler2D moments_a; // E[hs], E[ht], E[hs^2], E[ht^2], per unit texture coordinate
 layout(set = 2) uniform sampler2D moments_b; // E[hs ht]
-layout(set = 2) uniform sampler2D color_map;   // rgb albedo, a the root of the roughness alpha
+layout(set = 2) uniform sampler2D color_map;   // rgb: albedo; a: square root of the roughness alpha
 layout(set = 2) uniform sampler2D f0_map;      // rgb reflectance at normal incidence
 layout(set = 2) uniform sampler2D mixed_map;   // see leadr/facets/mixed_roughness.glsl
 layout(set = 2, std430) readonly buffer Charts { TriangleCharts charts[]; };
 layout(set = 2) uniform sampler2D emission_map;
-layout(set = 2) uniform sampler2D occlusion_map; // x accessibility; or, of CONES, a cone in the frame of the texture with y up
-// Layers of rgb colour times weight, with the weight in a. If colours follow heights, first the weights `low` and `high` of
-// leadr/visible/relief_color.glsl. If they follow slopes, then slopes along s and t. Large maps start at a coarser level.
+layout(set = 2) uniform sampler2D occlusion_map; // x: accessibility; with CONES, a cone in the frame of the texture with y up
+// Layers with a colour times a weight in rgb, and the weight in a. If colours follow heights, the first layers have the weights `low` and
+// `high` of leadr/visible/relief_color.glsl. If colours follow slopes, the next layers have the slopes along s and t as weights. For large
+// maps, these layers start at a coarser level.
 layout(set = 2) uniform sampler2DArray color_weighted;
 uniform sampler2D visible_depth;
-layout(set = 2) uniform sampler2D horizon_a; // lean, deviations of the spread: leadr/visible/horizon.glsl
-layout(set = 2) uniform sampler2D horizon_b; // their correlation
+layout(set = 2) uniform sampler2D horizon_a; // lean, and standard deviations of the spread (leadr/visible/horizon.glsl)
+layout(set = 2) uniform sampler2D horizon_b; // correlation of the spread
 
 struct Footprint {
-    vec2 step;    // between taps along the footprint, texels
-    vec2 row;     // between rows of them, across it
+    vec2 step;    // step between taps along the footprint, in texels
+    vec2 row;     // step between rows of taps, across the footprint
     int rows;
-    int taps;     // in all rows
+    int taps;     // number of taps in all rows
     float lod;    // level of detail of the taps
-    float level;  // level of detail with a single row of taps, as wide as the footprint is across
-    float across; // level of detail whose texels are as wide as the footprint is across
-    float widest; // level of detail whose texels are as wide as the footprint is long
+    float level;  // level of detail for a single row of taps as wide as the footprint's short axis
+    float across; // level of detail whose texels are as wide as the footprint's short axis
+    float widest; // level of detail whose texels are as wide as the footprint's long axis
 };
 
 const Footprint POINT_FOOTPRINT = Footprint(vec2(0.0), vec2(0.0), 1, 1, 0.0, 0.0, 0.0, 0.0);
 
-// Variance of a trilinear tap over that of a pixel as wide as its texels. A texel mean has 1/12 and interpolation 1/6, against
-// 1/12 for a pixel, which gives 3. A slightly lower value is more accurate in measurements, because it widens taps that stand
-// apart.
+// The variance of a trilinear tap, divided by the variance of a pixel as wide as its texels. A texel mean has a variance of 1/12, and
+// interpolation adds 1/6; a pixel has 1/12, so the ratio is 3. A slightly lower value is more accurate in measurements, because it widens
+// taps that do not overlap.
 const float TAP_VARIANCE = 2.5;
-// Variance of a map's own reconstruction, before the pixel filter: one tap of the finest level for images and averaged values.
-// Slopes are those of flat triangles.
+// The variance of a map's own reconstruction, before the pixel filter. For images and averaged values, it is the variance of one tap in the
+// finest level. Slopes are those of flat triangles, and have no variance.
 const float OF_IMAGE = TAP_VARIANCE, OF_SLOPES = 0.0;
-// Additional taps for each further width of the footprint along it.
+// The number of additional taps for each footprint width by which the footprint is longer than wide.
 const float OVERLAP = 1.3;
 
-// The squared distance between `taps` taps in a line with the given second moment, each with the shape of a pixel. Also returns
-// the squared width of a tap, at least that of `narrowest`.
+// Returns the squared distance between `taps` taps in a line that has the given second moment. Each tap has the shape of a pixel. The
+// function also returns the squared width of a tap, which is at least `narrowest`.
 float taps_apart(const float squared, const float taps, const float narrowest, out float width_squared) {
     width_squared = max(squared / (taps * taps), narrowest);
     return max(squared - width_squared, 0.0) / max(taps * taps - 1.0, 1.0);
 }
 
-// Moments are linear, so a few isotropic taps along the long axis replace the elliptical footprint of a pixel. Widths and
-// distances of taps keep the second moment of the footprint, so a change in the number of taps is continuous. dx, dy:
-// derivatives in texels of the map; reach: longest distance of a tap, texels; own: second moment of the map's reconstruction.
+// Moments are linear, so a few isotropic taps along the long axis replace the elliptical footprint of a pixel. The widths and distances of
+// the taps preserve the second moment of the footprint, so nothing jumps when the number of taps changes. dx and dy are the derivatives in
+// texels of the map. reach is the largest distance of a tap, in texels. own is the second moment of the map's reconstruction.
 Footprint elliptical_footprint(const vec2 dx, const vec2 dy, const float reach, float own, int rows) {
     float xx = dot(dx, dx), yy = dot(dy, dy);
     vec2 along = xx > yy ? dx : dy;
     float major_squared = max(xx, yy);
     float major = sqrt(major_squared);
-    // The width across the long axis: area over length of the footprint.
+    // The width of the footprint across its long axis is its area divided by its length.
     float minor = abs(dx.x * dy.y - dx.y * dy.x) / max(major, 1e-20);
     float row_width_squared, width_squared;
     float row_squared = taps_apart(minor * minor + own, float(rows), TAP_VARIANCE, row_width_squared);
     Footprint footprint;
     footprint.rows = rows;
-    // Clamped as a float, and with `for` loops over the taps. With an integer bound lavapipe unrolls the loop and runs every
-    // tap; a `do` loop gives wrong pixels there.
+    // The number is clamped as a float, and the loops over the taps use `for`. With an integer bound, lavapipe unrolls the loop and runs
+    // every tap. A `do` loop gives wrong pixels on lavapipe.
     float taps = clamp(ceil(float(rows) * (1.0 + OVERLAP * (major / max(minor, 1.0) - 1.0))), 1.0, float(MAX_TAPS * rows));
     footprint.taps = int(taps) * rows;
     float step_squared = taps_apart(major_squared + own, taps, row_width_squared, width_squared);
     float longest = 2.0 * reach / max(taps - 1.0, 1.0);
     if (step_squared > longest * longest) {
-        // Beyond the reach of the taps, wider taps cover the rest.
+        // Beyond the reach of the taps, wider taps cover the remaining length.
         step_squared = longest * longest;
         width_squared = major_squared + own - step_squared * max(taps * taps - 1.0, 1.0);
     }
@@ -123,7 +125,7 @@ Footprint elliptical_footprint(const vec2 dx, const vec2 dy, const float reach, 
     return footprint;
 }
 
-// Offset of a tap from the centre of the footprint, texels.
+// Returns the offset of a tap from the centre of the footprint, in texels.
 vec2 tap(const Footprint footprint, const int i) {
     if (footprint.rows == 1) {
         return footprint.step * (float(i) + 0.5 - 0.5 * float(footprint.taps));
@@ -139,7 +141,7 @@ Footprint footprint_over(const vec2 dx, const vec2 dy, const float reach, const 
     }
     Footprint footprint = elliptical_footprint(dx, dy, reach, own, rows);
     if (ATLAS) {
-        // Samples shared by patches cover a larger area than texels do.
+        // Samples that patches share cover a larger area than texels do.
         float wider = footprint.lod + 0.5 * log2(TAP_VARIANCE);
         float lod = mix(footprint.lod, wider, clamp(0.5 * (wider - float(SOURCE_LEVEL)) + 0.5, 0.0, 1.0));
         footprint.level += lod - footprint.lod;
@@ -148,31 +150,31 @@ Footprint footprint_over(const vec2 dx, const vec2 dy, const float reach, const 
     return footprint;
 }
 
-// Means over a footprint.
+// The mean values of the maps over a footprint.
 struct Means {
     vec2 mean;   // E[hs], E[ht]
     vec3 second; // E[hs^2], E[ht^2], E[hs ht]
-    vec4 color;  // albedo, alpha^2
+    vec4 color;  // rgb: albedo; a: alpha^2
     vec3 f0;
     vec3 mixed;
-    vec4 light;  // emission, accessibility
+    vec4 light;  // rgb: emission; a: accessibility
     vec4 cone;
-    vec4 low;    // colour times weight and weight, by height
+    vec4 low;    // colour times weight, and the weight, for colours that follow heights
     vec4 high;
-    vec4 by_s;   // colour times slope
+    vec4 by_s;   // colour times slope, for colours that follow slopes
     vec4 by_t;
 };
 
 const Means NO_MEANS = Means(vec2(0.0), vec3(0.0), vec4(0.0), vec3(0.0), vec3(0.0), vec4(0.0, 0.0, 0.0, 1.0), NO_CONE, vec4(0.0),
                               vec4(0.0), vec4(0.0), vec4(0.0));
 
-// Converts a colour texel to linear quantities: roughness averages as variance (LEADR section 4.1).
+// Converts a colour texel to linear quantities. Roughness is averaged as a variance (LEADR section 4.1).
 vec4 linear_color(const vec4 texel) {
     float alpha = texel.a * texel.a;
     return vec4(texel.rgb, alpha * alpha);
 }
 
-// Emission and accessibility.
+// Returns the emission and the accessibility.
 vec4 filter_atlas_light(const Footprint footprint, const uint index, const vec2 at, const Levels levels) {
     vec4 sum = vec4(0.0);
     for (int i = 0; i < footprint.taps; ++i) {
@@ -185,18 +187,18 @@ vec4 filter_atlas_light(const Footprint footprint, const uint index, const vec2 
     return sum / float(footprint.taps);
 }
 
-// Footprint in repeating textures, which have no tile borders.
+// Returns the footprint in repeating textures, which have no tile borders.
 Footprint detail_footprint(const vec2 dx, const vec2 dy, const float own) {
     return FINEST_LEVEL ? POINT_FOOTPRINT : elliptical_footprint(clamp(dx, -6e4, 6e4), clamp(dy, -6e4, 6e4), 1e9, own, 1);
 }
 #include "detail.glsl"
 
-// Layer of the colours times slopes along s.
+// Returns the layer with the colours times the slopes along s.
 float slope_layer() {
     return COLOR_BY_HEIGHT ? 2.0 : 0.0;
 }
 
-// Number of finest colour levels without weighted means.
+// Returns the number of the finest colour levels for which there are no weighted means.
 float skipped_levels() {
     return log2(float(textureSize(color_map, 0).x) / float(textureSize(color_weighted, 0).x));
 }
@@ -236,7 +238,7 @@ Means filter_atlas(const Footprint footprint, const uint index, const vec2 at) {
                  light, NO_CONE, sum.low * weight, sum.high * weight, vec4(0.0), vec4(0.0));
 }
 
-// A texture coordinate and its derivatives by x and y of the image.
+// A texture coordinate, and its derivatives by x and y of the image.
 struct Chart {
     vec2 at;
     mat2 across;
@@ -247,13 +249,13 @@ Footprint footprint_in(const Chart chart, sampler2D map, const float own, const 
     return footprint_over(clamp(chart.across[0] * size, -6e4, 6e4), clamp(chart.across[1] * size, -6e4, 6e4), 1e9, own, rows);
 }
 
-// Offset of an object in the lattice of tiling variants, in repeats.
+// Returns the offset of an object in the lattice of tiling variants, in repeats.
 vec2 tiling_shift() {
     return OBJECT.shift;
 }
 
-// The moments of a relief tiled without repeats. passing: see tiled_height; small enough to be evaluated at the centre of the
-// footprint only.
+// Adds the moments of a relief tiled by example. passing is the slope described at tiled_height. The slope is so small that it is evaluated
+// only at the centre of the footprint.
 void filter_tiled_moments(Footprint footprint, OffsetVariants variants, const vec2 texcoord, const vec2 passing, inout Means means) {
     vec2 mean = vec2(0.0);
     vec3 second = vec3(0.0);
@@ -266,7 +268,7 @@ void filter_tiled_moments(Footprint footprint, OffsetVariants variants, const ve
         vec4 a = textureLod(moments_a, at, footprint.lod);
         float b = USES_COVARIANCE ? textureLod(moments_b, at, footprint.lod).x : 0.0;
         blend = add_variant(blend, SlopeMoments(a.xy, vec3(a.zw, b)), now.weight, part);
-        // Adds the square of a tap's mean slope after all of its variants.
+        // The square of a tap's mean slope is added after all variants of the tap.
         float whole = now.last ? 1.0 : 0.0;
         mean += whole * blend.first;
         second += whole * (blend.second + vec3(blend.first * blend.first, blend.first.x * blend.first.y));
@@ -292,14 +294,14 @@ void filter_moments(const Footprint footprint, const vec2 texcoord, inout Means 
     means.second = vec3(a.zw, b) * weight;
 }
 
-// A triangle's relief projected along the axes.
+// A triangle's relief, seen in three projections along the axes.
 struct AxisViews {
     RestTriangle rest;
     vec3 normal;
-    vec3 weights; // of the slopes
+    vec3 weights; // weights of the slopes
     mat2x3 weights_by_uv;
     mat2 by_uv[3];
-    int foremost; // the view with the largest weight
+    int foremost; // the view that has the largest weight
 };
 
 AxisViews axis_views(const uint index, const vec2 patch_uv) {
@@ -316,7 +318,7 @@ AxisViews axis_views(const uint index, const vec2 patch_uv) {
     return views;
 }
 
-// The moments by position of a relief projected along the axes. The views are uncorrelated, so their covariances add.
+// Computes the moments by position of a relief that is projected along the axes. The views are uncorrelated, so their covariances add.
 void filter_axis_moments(const AxisViews views, const vec2 patch_uv, const mat2 across, inout Means means) {
     vec2 mean = vec2(0.0);
     vec3 covariance = vec3(0.0), heights = vec3(0.0);
@@ -327,13 +329,13 @@ void filter_axis_moments(const AxisViews views, const vec2 patch_uv, const mat2 
             Footprint footprint = footprint_in(Chart(seen, views.by_uv[axis] * across), moments_a, OF_SLOPES, 1);
             filter_moments(footprint, seen, means);
             heights[axis] = textureLod(height_map, seen, footprint.lod).x - level;
-            // The chain rule.
+            // The chain rule gives the gradients by position.
             mat2 gradient = transpose(views.by_uv[axis]) * views.weights[axis];
             mean += gradient * means.mean;
             covariance += map_second_moments(gradient, covariance_from_moments(means.mean, means.second));
         }
     }
-    // Where one view blends into another, the difference of their heights adds a slope.
+    // Where one view blends into another, the difference between their heights adds a slope.
     mean += heights * views.weights_by_uv;
     means.mean = mean;
     means.second = covariance + vec3(mean * mean, mean.x * mean.y);
@@ -371,8 +373,8 @@ void filter_material(const Footprint footprint, const vec2 texcoord, inout Means
     means.by_t *= weight;
 }
 
-// A material tiled without repeats. Its values are blended about their mean. The covariance of colours with the relief is
-// blended by squared weights.
+// Filters a material tiled by example. The values are blended about their mean. The covariance of the colours with the relief is blended
+// with squared weights.
 void filter_tiled_material(Footprint footprint, OffsetVariants variants, const vec2 texcoord, inout Means means) {
     vec4 color = vec4(0.0), color_mean = linear_color(map_mean(color_map));
     vec3 f0 = vec3(0.0), f0_mean = REFLECTS_BY_MAP ? map_mean(f0_map).rgb : vec3(0.0);
@@ -415,14 +417,15 @@ void filter_tiled_material(Footprint footprint, OffsetVariants variants, const v
     means.by_t *= weight;
 }
 
-// Footprints with less height weight than this lie in cracks. It is near the precision of a half-precision texel.
+// Footprints whose height weight is smaller than this lie in cracks. The value is close to the precision of a half-precision texel.
 const float LEAST_WEIGHT = 1e-3;
 
-// Dependence of the colours on the relief. tint: factor of the colours; linear: from gradients to slopes; lod: of the colours.
+// Returns how the colours depend on the relief. tint is a factor on the colours, linear converts gradients to slopes, and lod is the level
+// of detail of the colours.
 ReliefColor filtered_relief_color(const Means means, vec3 tint, const mat2 linear, const float lod) {
     ReliefColor r = LEADR_NO_RELIEF_COLOR;
     if (USES_RELIEF_COLOR && (COLOR_BY_HEIGHT || COLOR_BY_SLOPE)) {
-        // Fades the tint out where colours have finer levels than their weighted means: the two are not comparable.
+        // The tint fades out where the colours have finer levels than their weighted means, because the two are not comparable there.
         tint *= clamp(lod - skipped_levels() + 1.0, 0.0, 1.0);
     }
     if (USES_RELIEF_COLOR && COLOR_BY_HEIGHT) {
@@ -438,7 +441,7 @@ ReliefColor filtered_relief_color(const Means means, vec3 tint, const mat2 linea
     return r;
 }
 
-// texcoord, texcoord_across: of the mesh.
+// Returns the coordinates of an image of the material. texcoord and texcoord_across belong to the mesh.
 Chart chart_of(const uint chart, const uint index, const vec2 patch_uv, const mat2 across, vec2 texcoord, const mat2 texcoord_across) {
     if (CHARTED) {
         TriangleTexcoord texcoord = charted_texcoord(charts[index], chart);
@@ -447,12 +450,12 @@ Chart chart_of(const uint chart, const uint index, const vec2 patch_uv, const ma
     return Chart(texcoord, texcoord_across);
 }
 
-// The mean of a map under a footprint.
+// Returns the mean of a map over a footprint.
 vec4 filter_map(sampler2D map, const Chart chart, OffsetVariants variants) {
     Footprint footprint = footprint_in(chart, map, OF_IMAGE, 1);
     vec4 sum = vec4(0.0);
     if (BY_EXAMPLE) {
-        // Blended by shares, since the value may be a direction.
+        // The values are blended by shares, since they may be directions.
         variants = merged_at(variants, footprint.level);
         for (TapVariant now = first_variant(variants); now.tap < footprint.taps; next_variant(now, variants)) {
             vec2 at = chart.at + tiling_shift() + now.from + tap(footprint, now.tap) / vec2(textureSize(map, 0));
@@ -466,14 +469,15 @@ vec4 filter_map(sampler2D map, const Chart chart, OffsetVariants variants) {
     return sum / float(footprint.taps);
 }
 
-// Level of the horizon: 0 is as coarse as the footprint is across, 1 as coarse as it is long. Measured: a finer level
-// duplicates shadowing of the slope statistics; a coarser one loses shadows in long footprints.
+// The level of the horizon within the footprint: 0 is as coarse as the footprint is wide, and 1 is as coarse as it is long. The value was
+// measured: with a finer level, the horizon repeats shadows of the slope statistics, and with a coarser level, long footprints lose
+// shadows.
 const float WIDER = 0.25;
 // Most taps of the horizon along the footprint. One tap would decide for the whole pixel whether a light is hidden, so cracks
 // would become isolated black pixels.
 const int HORIZON_TAPS = 4;
 
-// The horizon of bumps larger than the footprint. The slope statistics cover smaller ones.
+// Returns the horizon of bumps that are larger than the footprint. The slope statistics account for smaller bumps.
 Horizon filter_horizon(const Footprint footprint, const uint index, const vec2 texcoord, const mat2 linear, const float scale) {
     float lod = mix(footprint.across, footprint.widest, WIDER), part = scale;
     if (ATLAS) {
@@ -498,7 +502,8 @@ Horizon filter_horizon(const Footprint footprint, const uint index, const vec2 t
     return Horizon(linear * (part * lean), map_second_moments(linear, spread * (part * part * float(count))));
 }
 
-// The horizon of a relief tiled without repeats, blended by shares. Bumps of one variant that shadow another are ignored.
+// Returns the horizon of a relief tiled by example. The variants are blended by shares. Shadows that the bumps of one variant cast on
+// another variant are ignored.
 Horizon filter_tiled_horizon(const Footprint footprint, const uint index, OffsetVariants variants, const vec2 texcoord, const mat2 linear,
                              const float scale) {
     Horizon sum = Horizon(vec2(0.0), vec3(0.0));
@@ -515,7 +520,7 @@ Horizon filter_tiled_horizon(const Footprint footprint, const uint index, Offset
     return sum;
 }
 
-// The horizon of a relief projected along the axes.
+// Returns the horizon of a relief projected along the axes.
 Horizon filter_axis_horizon(const AxisViews views, const Footprint footprint, const uint index, const vec2 patch_uv, const mat2 linear,
                             const float scale) {
     Horizon sum = Horizon(vec2(0.0), vec3(0.0));
@@ -530,14 +535,14 @@ Horizon filter_axis_horizon(const AxisViews views, const Footprint footprint, co
     return sum;
 }
 
-// Limits of the refinement: largest displacement in footprints, and least sine of a ray's elevation.
+// The limits of the refinement: the largest displacement in footprints, and the smallest sine of a ray's elevation.
 const float MOST_REFINED = 2.0;
 const float LEAST_RISE = 0.05;
-// Change of the gap between ray and relief per height of the ray: -1 over flat relief, 0 where they are parallel. Steps use at
-// least this magnitude.
+// The smallest rate at which the gap between ray and relief closes, per height of the ray. The rate is -1 over flat relief, and 0 where ray
+// and relief are parallel. Each step uses at least this magnitude.
 const float LEAST_CLOSING = 0.3;
 
-// passing: see tiled_height.
+// Returns the height of the relief. passing is the slope described at tiled_height.
 float relief_height(const uint index, OffsetVariants variants, const vec2 texcoord, float lod, out vec2 passing) {
     passing = vec2(0.0);
     if (TRIPLANAR) {
@@ -551,8 +556,9 @@ float relief_height(const uint index, OffsetVariants variants, const vec2 texcoo
     return textureLod(height_map, at, lod).x * OBJECT.height_scale;
 }
 
-// The texture coordinate where a ray meets the relief. The geometry is a triangle, flat between its vertices. From its hit
-// point: one step as over flat relief, then one secant step. texels: per texture coordinate; longest: of the footprint, texels.
+// Returns the texture coordinate at which a ray meets the relief. The geometry is a triangle, flat between its vertices. From its hit
+// point, the search takes one step as over flat relief, and then one secant step. texels is the number of texels per texture coordinate,
+// and longest is the length of the footprint in texels.
 vec2 refined_texcoord(uint index, OffsetVariants variants, const Macrosurface surface, const vec3 ray, const mat2 texels, float lod,
                       const float longest, out vec2 passing) {
     vec3 normal = cross(surface.tangent_s, surface.tangent_t);
@@ -567,17 +573,16 @@ vec2 refined_texcoord(uint index, OffsetVariants variants, const Macrosurface su
     return surface.texcoord + per_height * clamp(climbed - gap_there / closing, -most, most);
 }
 
-// Weight of joined edge samples against the pixel's own footprint: 0 below an eighth of a patch, where the patch's maps are
-// complete, and 1 from a quarter of a patch on.
+// Returns the weight of the joined edge samples against the pixel's own footprint. The weight is 0 for footprints below an eighth of a
+// patch, where the patch's maps are complete, and 1 from a quarter of a patch on.
 float joined_part(const float lod) {
     return clamp(lod - log2(tile_inner()) + 3.0, 0.0, 1.0);
 }
 
-// Filters a pixel of the object. at: its position in the image, in pixels (msaa.comp lists pixels elsewhere); area: of the
-// macrosurface within it, projected along its displacement direction, square metres.
+// Filters a pixel of the object. at is the position of the pixel in the image, in pixels; it differs from `pixel` for the lists of
+// msaa.comp. area returns the area of the macrosurface within the pixel, projected along its displacement direction, in square metres.
 FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float area) {
-    // Helper invocations and discarded pixels run with another object's data, whose patch numbers may exceed this object's
-    // buffers.
+    // Helper invocations and discarded pixels run with the data of another object, whose patch numbers may exceed this object's buffers.
     seen.xyz = object_of(seen.x) == OBJECT.number ? seen.xyz : uvec3(0u);
     // The ray through the pixel, up to the surface.
     vec2 step = vec2(VIEW.ray_x.w, VIEW.ray_y.w), ndc = at * step - 1.0;
@@ -587,10 +592,10 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
     vec2 patch_uv = uintBitsToFloat(seen.yz);
     Macrosurface surface = macrosurface_at(index, patch_uv, ray * along, (seen.x & INSIDE) != 0u);
 
-    // An edge sample on its pixel's own surface covers part of the pixel. All of them are joined (join.comp).
+    // An edge sample on its pixel's own surface covers a part of the pixel. join.comp joins all of these samples.
     bool joined = (seen.x & OF_THE_PIXEL) != 0u;
     uint grid = EDGE_SAMPLES ? VIEW.edge_grid : 0u;
-    // Edge samples use finer geometry and the derivatives of its triangles. Their weight is the surface area that each contains
+    // Edge samples use finer geometry, and derivatives of its triangles. The weight of an edge sample is the surface area that it contains
     // (join.comp).
     mat2 across = grid == 0u ? pixel_footprint(surface, ray, along, step)
                              : unpack_footprint(texelFetch(visible_footprint, pixel, 0).xy) * (joined ? 1.0 / float(grid) : 1.0);
@@ -607,7 +612,7 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
     Frame frame = frame_about(surface.normal);
     vec3 curvature = vec3(0.0);
     if (USES_CURVATURE && !FLAT) {
-        // Rotation of the macro normal across the pixel, as differences of slopes.
+        // The macro normal rotates across the pixel; the rotation is expressed as differences of slopes.
         curvature = add_macro_curvature(curvature, -to_frame(frame, surface.normal_by_uv * across[0]).xy,
                                         -to_frame(frame, surface.normal_by_uv * across[1]).xy);
     }
@@ -624,7 +629,7 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
     if (DISPLACED && RELIEF_DRAWN && (!TRIANGLES || surface.slopes > 0.0) && !FINEST_LEVEL && grid == 0u) {
         float longest = sqrt(max(dot(dx, dx), dot(dy, dy)));
         if (ATLAS) {
-            // Coarser levels of a tile do not match its neighbours.
+            // The coarser levels of a tile do not match those of its neighbours.
             vec2 refined = refined_texcoord(index, variants, surface, ray, texels, min(footprint.level, float(SOURCE_LEVEL)), longest,
                                             passing);
             surface.texcoord = mix(refined, surface.texcoord, clamp(footprint.level - float(SOURCE_LEVEL), 0.0, 1.0));
@@ -711,8 +716,8 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
             covering = detail;
         }
     }
-    // At the finest level this is the spread between neighbouring texels, which bilinear interpolation of the mean loses.
-    // Adding it keeps the variance the same at every magnification.
+    // At the finest level, the covariance includes the spread between neighbouring texels, because bilinear interpolation of the mean loses
+    // this spread. With it, the variance is the same at every magnification.
     vec3 covariance = technique_covariance(map_statistics, vec3(0.0));
     if (USES_CURVATURE && !FLAT) {
         covariance += kernel_over(tilt_kernel(curvature, mean_slope), add_roughness(covariance, color.a));
@@ -737,7 +742,7 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
     filtered.emission = EMITS ? means.light.rgb * tint : vec3(0.0);
     filtered.accessibility = surface.accessibility * (OCCLUDED ? means.light.a : 1.0);
     if (DETAIL_COLORS == DETAIL_COVERS) {
-        // The material under the detail is neither specular nor metal there.
+        // Where the detail covers the material, it replaces the specular and metallic properties.
         filtered.f0 = mix(filtered.f0, vec3(detail_color.a), covering.cover);
         filtered.diffuse_f0 = mix(filtered.diffuse_f0, detail_color.a, covering.cover);
         filtered.edge_tint *= 1.0 - covering.cover;
@@ -766,7 +771,7 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
     }
     filtered.cone = NO_CONE;
     if (CONES && means.cone.w >= 0.0) {
-        // The texture's axes along the surface: t points down.
+        // s and t are the texture's axes along the surface. t points down.
         vec3 s = normalize(chart_s), t = normalize(chart_t);
         vec3 open = means.cone.x * s - means.cone.y * t + means.cone.z * surface.normal;
         filtered.cone = vec4(to_frame(frame, open), means.cone.w);

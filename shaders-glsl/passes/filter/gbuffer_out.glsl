@@ -1,4 +1,4 @@
-// Outputs of the filter passes' fragment stages.
+// Outputs of the fragment stages of the filter passes.
 #ifndef LEADR_FILTER_GBUFFER_OUT
 #define LEADR_FILTER_GBUFFER_OUT
 
@@ -13,7 +13,7 @@ layout(location = 4) out uvec4 out_reflection;
 layout(location = 5) out uvec2 out_emission;
 layout(location = 6) out uvec4 out_relief_color;
 
-// surface: a texel of pack_surface, pack_edge or pack_joined_edge.
+// Writes the G-buffer. surface is a texel from pack_surface, pack_edge or pack_joined_edge.
 void write_gbuffer(const FilteredSurface f, const uvec2 surface) {
     out_slopes = pack_slopes(packSnorm2x16(octahedral_encode(f.normal)), f.mean_slope, f.covariance);
     out_material = pack_material(f.material, f.covariance);

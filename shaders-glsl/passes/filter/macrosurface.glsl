@@ -1,4 +1,4 @@
-// The smooth surface that carries the relief, evaluated once per pixel at the position that the geometry pass stored.
+// The smooth surface that carries the relief. It is evaluated once per pixel, at the position that the geometry pass stored.
 #ifndef LEADR_FILTER_MACROSURFACE
 #define LEADR_FILTER_MACROSURFACE
 
@@ -6,21 +6,21 @@
 #include "../geometry/triangle.glsl"
 
 struct Macrosurface {
-    vec3 normal;            // displacement direction N; for a triangle its shading normal on the visible side
+    vec3 normal;            // displacement direction N; for a triangle, its shading normal on the visible side
     mat2x3 by_uv;        // derivatives of the offset surface X + h N by position
     mat2x3 normal_by_uv; // derivatives of its normal by position
     mat2 texcoord_by_uv;
     vec3 tangent_s;         // dX/ds + h dN/ds: tangents of the offset surface by texture coordinate
     vec3 tangent_t;
     vec2 texcoord;
-    float height;           // of the visible point, as the geometry pass displaced it
+    float height;           // height of the visible point, as displaced by the geometry pass
     vec4 color;
     float accessibility;
     float slopes;           // factor on the slopes of the maps: -1 for back faces, 0 where the chart has no area
 };
 
-// patch_uv: stored by the geometry pass; reach: from the viewer to the visible point; behind: whether it is a triangle's back
-// face.
+// Evaluates the macrosurface. patch_uv is the value stored by the geometry pass, reach is the vector from the viewer to the visible point,
+// and behind is whether the visible side is a triangle's back face.
 Macrosurface macrosurface_at(const uint index, const vec2 patch_uv, const vec3 reach, const bool behind) {
     Macrosurface surface;
     surface.slopes = 1.0;
@@ -44,7 +44,7 @@ Macrosurface macrosurface_at(const uint index, const vec2 patch_uv, const vec3 r
         surface.by_uv = mat2x3(b.position.xyz - a.position.xyz, c.position.xyz - a.position.xyz);
         mat2x3 normal_change = mat2x3(b.facing.xyz - a.facing.xyz, c.facing.xyz - a.facing.xyz);
         vec3 normal = a.facing.xyz + normal_change * patch_uv;
-        // A back face is a surface that faces the other way: bumps become pits.
+        // The back of a surface faces the other way, so bumps become pits.
         float side = (behind ? -1.0 : 1.0) * inversesqrt(max(dot(normal, normal), 1e-12));
         surface.normal = normal * side;
         surface.normal_by_uv = (normal_change - outerProduct(surface.normal, surface.normal * normal_change)) * side;
@@ -56,7 +56,7 @@ Macrosurface macrosurface_at(const uint index, const vec2 patch_uv, const vec3 r
             surface.by_uv += along.by_uv * surface.height;
         }
         if (TRIPLANAR) {
-            // Positions are the texture coordinates.
+            // On a flat object, the positions are the texture coordinates.
             surface.texcoord_by_uv = mat2(1.0);
             surface.texcoord = patch_uv;
         } else {
@@ -68,7 +68,7 @@ Macrosurface macrosurface_at(const uint index, const vec2 patch_uv, const vec3 r
         bool charted = abs(det) > 1e-20;
         surface.slopes = charted ? (behind ? -1.0 : 1.0) : 0.0;
         mat2x3 tangents = charted ? surface.by_uv * inverse(surface.texcoord_by_uv) : surface.by_uv;
-        // Slopes are relative to the interpolated vertex normal, not the triangle's own, so that few triangles look round.
+        // Slopes are relative to the interpolated vertex normal, not to the normal of the triangle, so that a coarse mesh looks smooth.
         surface.tangent_s = tangents[0] - surface.normal * dot(surface.normal, tangents[0]);
         surface.tangent_t = tangents[1] - surface.normal * dot(surface.normal, tangents[1]);
     } else {
@@ -91,7 +91,7 @@ Macrosurface macrosurface_at(const uint index, const vec2 patch_uv, const vec3 r
         PatchTexcoord texcoord = patch_texcoord(data, patch_uv.x, patch_uv.y);
         surface.texcoord = texcoord.at;
         surface.texcoord_by_uv = mat2(texcoord.du, texcoord.dv);
-        // By the chain rule; a degenerate chart falls back to the patch's own parameters.
+        // The chain rule gives the derivatives. If the chart is degenerate, the patch's own parameters replace it.
         float det = determinant(surface.texcoord_by_uv);
         mat2x3 tangents = abs(det) > 1e-20 ? surface.by_uv * inverse(surface.texcoord_by_uv) : surface.by_uv;
         surface.tangent_s = tangents[0];
@@ -118,10 +118,10 @@ Macrosurface macrosurface_at(const uint index, const vec2 patch_uv, const vec3 r
     return surface;
 }
 
-// Derivatives of the position by x and y of the image. They are taken on the tangent plane, which changes smoothly; derivatives
-// on triangles would be discontinuous. At silhouettes the plane leaves the surface within the pixel. There the macro normal
-// rotates away as fast as the plane recedes, which bounds both. ray: of length 1 along the view axis; along: distance along
-// that axis; pixel: steps from pixel to pixel in ndc.
+// Returns the derivatives of the position by x and y of the image. The derivatives are taken on the tangent plane, which changes smoothly,
+// because derivatives on triangles would be discontinuous. At silhouettes, the plane leaves the surface within the pixel. There the macro
+// normal rotates away as fast as the plane recedes, which limits the derivatives. ray has length 1 along the view axis, and along is the
+// distance along this axis. pixel is the step from pixel to pixel in normalised device coordinates.
 mat2 pixel_footprint(const Macrosurface surface, const vec3 ray, const float along, const vec2 pixel) {
     vec3 du = surface.by_uv[0], dv = surface.by_uv[1];
     vec3 normal = cross(du, dv);
@@ -131,8 +131,8 @@ mat2 pixel_footprint(const Macrosurface surface, const vec3 ray, const float alo
     float facing = dot(normal, ray), nx = dot(normal, x), ny = dot(normal, y);
     float least = 1e-4 * sqrt(square * dot(ray, ray));
     if (!FLAT) {
-        // `normal_change`: rotation of the normal across the footprint. `facing`: cosine between unit normal and ray. The surface hidden
-        // behind the pixel centre rotates by about half as much.
+        // `normal_change` is the rotation of the normal across the footprint, and `facing` is the cosine between unit normal and ray. The
+        // surface hidden behind the pixel centre rotates by about half as much.
         vec3 normal_change = surface.normal_by_uv * vec2(dot(ray, by_u), dot(ray, by_v));
         least = max(least, sqrt(0.5 * length(normal_change) * length(vec2(nx, ny)) * sqrt(square * dot(ray, ray))));
     }

@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// One light on a Blinn-Phong lobe about the normal of the mean slope.
+// Shades one light with a Blinn-Phong lobe about the normal of the mean slope.
 #include "point.glsl"
 #include "leadr/materials/classic.glsl"
 

@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Specular reflection of an environment by LEADR mapping on a grid of slopes (supplement, simplified Algorithm 1).
+// Computes the specular reflection of an environment by LEADR mapping on a grid of slopes (supplement, simplified Algorithm 1).
 #include "slopes.glsl"
 #include "leadr/integrals/specular.glsl"
 

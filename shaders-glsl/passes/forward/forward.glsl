@@ -1,19 +1,20 @@
 #ifndef LEADR_FORWARD
 #define LEADR_FORWARD
-// A plain forward pass, as a baseline for performance: the fragment shaders of the LEADR paper's supplement (section 3) on a
-// quad, one fetch of each map, without G-buffer or tiles. Library functions are used wherever they match the supplement.
+// A plain forward pass, as a baseline for performance. The pass draws a quad with the fragment shaders of the LEADR paper's supplement
+// (section 3). Each map is fetched once, and there is no G-buffer and no tiles. Library functions are used wherever they match the
+// supplement.
 #include "leadr/frame.glsl"
 #include "leadr/facets/fresnel.glsl"
 #include "leadr/slopes/grid.glsl"
 
 layout(std140) uniform Forward {
     mat4 clip_from_world;
-    vec4 camera_position; // xyz
-    vec4 sun_direction;   // xyz toward it
-    vec4 sun_irradiance;  // rgb, on a plane that faces it
-    vec4 material;        // albedo, Beckmann roughness
-    vec4 surface;         // F0, height scale, texels along an edge of the environment's cube
-    vec4 radiance_sh[9];  // rgb
+    vec4 camera_position; // xyz: position of the camera
+    vec4 sun_direction;   // xyz: unit vector toward the sun
+    vec4 sun_irradiance;  // rgb: irradiance on a plane that faces the sun
+    vec4 material;        // rgb: albedo; a: Beckmann roughness
+    vec4 surface;         // F0, height scale, texels along an edge of the environment's cube map
+    vec4 radiance_sh[9];  // rgb: one coefficient each
 } forward;
 
 #endif

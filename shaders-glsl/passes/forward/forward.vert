@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Corners of a quad with their tangents, as in any mesh.
+// Outputs the corners of a quad with their tangents, in the same format as a mesh.
 #include "forward.glsl"
 
 struct Corner {

@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Diffuse light of an environment by LEADR mapping on a grid of slopes (supplement, simplified Algorithm 3).
+// Computes the diffuse light of an environment by LEADR mapping on a grid of slopes (supplement, simplified Algorithm 3).
 #include "slopes.glsl"
 #include "leadr/integrals/sh.glsl"
 
@@ -9,7 +9,7 @@ layout(constant_id = 0) const int GRID = 5;
 void main() {
     Point point = shaded_point();
     Slopes slopes = filtered_slopes(point);
-    // The base's roughness affects the specular term only.
+    // The roughness of the base affects the specular term only, so it is subtracted here.
     slopes.covariance.xy -= 0.5 * forward.material.w * forward.material.w;
     float lambda = grid_lambda(GRID);
     vec3 cholesky = slope_cholesky(slopes.covariance);

@@ -1,9 +1,9 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// One light by LEADR mapping with masking alone (supplement, 3.2 and 3.3).
+// Shades one light by LEADR mapping with masking only (supplement, 3.2 and 3.3).
 #include "slopes.glsl"
 
-// Walter's approximation of the masking of a direction, within the limits of the supplement.
+// Returns Walter's approximation of Lambda for a direction, within the limits of the supplement.
 float lambda_as_printed(const vec3 w, const Slopes slopes) {
     vec3 S = slopes.covariance;
     vec2 azimuth = normalize(w.xy);

@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// One light by LEAN mapping: the density of the filtered slopes, with the cosine at the mean normal.
+// Shades one light by LEAN mapping, which uses the density of the filtered slopes, and the cosine at the mean normal.
 #include "slopes.glsl"
 
 void main() {

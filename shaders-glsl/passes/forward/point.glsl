@@ -1,6 +1,6 @@
 #ifndef LEADR_FORWARD_POINT
 #define LEADR_FORWARD_POINT
-// The shaded point: its frame and the slopes of its maps.
+// The shaded point, with its tangent frame and the slopes from its maps.
 #include "forward.glsl"
 
 layout(location = 0) in vec3 in_position;
@@ -15,8 +15,8 @@ uniform sampler2D slope_map; // E[hs], E[ht], E[hs^2], E[ht^2]
 
 struct Point {
     Frame frame;
-    vec3 wo;    // in the frame, toward the viewer
-    vec2 scale; // slopes per derivative of the height by texture coordinates
+    vec3 wo;    // direction toward the viewer, in the frame
+    vec2 scale; // slopes per unit of the height's derivative by texture coordinates
 };
 
 Point shaded_point() {
@@ -26,7 +26,7 @@ Point shaded_point() {
     return Point(frame, wo, forward.surface.y * per_metre);
 }
 
-// Direction to the sun, in the frame.
+// Returns the direction to the sun in the frame.
 vec3 sun_in(const Frame frame) {
     return to_frame(frame, forward.sun_direction.xyz);
 }

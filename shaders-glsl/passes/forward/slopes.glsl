@@ -1,13 +1,13 @@
 #ifndef LEADR_FORWARD_SLOPES
 #define LEADR_FORWARD_SLOPES
-// Slope statistics of the shaded point (LEADR eq. 9), and the densities of the supplement's section 3.1.
+// The slope statistics of the shaded point (LEADR eq. 9), and the densities in section 3.1 of the supplement.
 #include "point.glsl"
 
 uniform sampler2D joint_map; // E[hs ht]
 
 struct Slopes {
     vec2 mean;
-    vec3 covariance; // xx, yy, xy; includes the base's roughness
+    vec3 covariance; // xx, yy, xy; includes the roughness of the base
 };
 
 Slopes filtered_slopes(const Point point) {
@@ -19,7 +19,7 @@ Slopes filtered_slopes(const Point point) {
     return Slopes(moments.xy * point.scale, S);
 }
 
-// Density of normals per solid angle (supplement, 3.1).
+// Returns the density of normals per solid angle (supplement, 3.1).
 float beckmann_as_printed(const vec3 wh, const Slopes slopes) {
     vec3 S = slopes.covariance;
     vec2 off = -wh.xy / wh.z - slopes.mean;

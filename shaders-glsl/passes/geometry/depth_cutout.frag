@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Depth of an alpha-masked surface, for shadow maps.
+// Writes the depth of an alpha-masked surface for shadow maps.
 #include "object.glsl"
 #include "cutout.glsl"
 

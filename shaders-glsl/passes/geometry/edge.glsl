@@ -1,10 +1,10 @@
-// Heights along the edges of patches, identical for all patches at an edge whatever their texture coordinates.
+// Heights along the edges of patches. The heights are identical for all patches at an edge, even if their texture coordinates differ.
 #ifndef LEADR_GEOMETRY_EDGE
 #define LEADR_GEOMETRY_EDGE
 
 float edge_height_at_level(const uint edge, const int level, const float t) {
     int segments = 64 >> level;
-    int offset = 128 - (128 >> level) + level; // samples of the finer levels: sum of (64 >> l) + 1
+    int offset = 128 - (128 >> level) + level; // number of samples in the finer levels: the sum of (64 >> l) + 1
     float x = t * float(segments);
     int i = min(int(x), segments - 1);
     uint base = edge * uint(EDGE_STRIDE) + uint(offset + i);
@@ -13,7 +13,7 @@ float edge_height_at_level(const uint edge, const int level, const float t) {
     return height;
 }
 
-// Level of the heights along an edge: 0 has 64 segments.
+// Returns the level of the heights along an edge. Level 0 has 64 segments.
 float edge_lod(const uint edge) {
     return clamp(log2(64.0 / edge_factors[edge]) - FINER, 0.0, float(EDGE_LEVELS - 1));
 }

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The visible patch and the position on it. Small triangles run this stage several times per pixel, so the work is left to the
-// filter pass, which runs once per pixel.
+// Writes the visible patch and the position on it. For small triangles, this stage runs several times per pixel. The filter pass runs once
+// per pixel, so it does the remaining work.
 #include "seen.glsl"
 
 void main() {

@@ -23,7 +23,7 @@ void main() {
     if (i == 0) {
         out_patch = in_patch[0];
         uvec4 edge = patches[in_patch[0]].edges >> 1;
-        // Edges in patch order are v=0, u=1, v=1, u=0; the tessellator's order is u=0, v=0, u=1, v=1.
+        // A patch orders its edges as v=0, u=1, v=1, u=0. The tessellator's order is u=0, v=0, u=1, v=1.
         vec4 factor = vec4(edge_factors[edge.x], edge_factors[edge.y], edge_factors[edge.z], edge_factors[edge.w]);
         gl_TessLevelOuter[0] = factor.w;
         gl_TessLevelOuter[1] = factor.x;

@@ -9,10 +9,10 @@
 
 layout(quads, fractional_odd_spacing, ccw) in;
 
-// Constants, because drivers without divergent branches (lavapipe) run both sides of an `if`.
+// The options are constants, because drivers without divergent branches (lavapipe) run both sides of an `if`.
 layout(constant_id = 1) const bool FLAT = false;      // the object is a plane with constant tangents
 layout(constant_id = 2) const bool AT_TEXELS = false; // one vertex at the centre of each texel of the heights
-layout(constant_id = 4) const bool BY_EXAMPLE = false;     // heights are tiled without repeats; patches share texture coordinates
+layout(constant_id = 4) const bool BY_EXAMPLE = false;     // heights are tiled by example, so patches share texture coordinates
 
 layout(location = 0) in vec3 in_position[];
 layout(location = 1) in vec3 in_normal[];
@@ -20,11 +20,11 @@ layout(location = 2) in vec3 in_toward_next[];
 layout(location = 3) in vec3 in_toward_previous[];
 layout(location = 4) patch in uint in_patch;
 
-layout(location = 0) out vec2 out_patch_uv; // on the patch, [0, 1]^2; the texture coordinate of a flat object
+layout(location = 0) out vec2 out_patch_uv; // position on the patch, [0, 1]^2; on a flat object, the texture coordinate
 layout(location = 1) out vec3 out_normal; // displacement direction N
 layout(location = 2) out flat uint out_patch;
-layout(location = 3) out vec2 out_patch_uv_reached; // same value as out_patch_uv
-layout(location = 4) out vec3 out_window; // window_position
+layout(location = 3) out vec2 out_patch_uv_reached; // the same value as out_patch_uv
+layout(location = 4) out vec3 out_window; // result of window_position
 
 invariant gl_Position;
 
@@ -42,15 +42,15 @@ void main() {
     vec2 patch_uv = vec2(u, v);
 
     float height = 0.0;
-    // Position and level of detail of the lookup of heights tiled without repeats.
+    // The position and the level of detail for the lookup of heights tiled by example.
     precise vec2 tiled_at = texcoord.at;
     float tiled_lod = 0.0;
-    // On the boundary everything is computed from the edge's own data, in the edge's own direction (from its lower vertex).
-    // Both patches compute the same bits whatever their texture coordinates, so no crack can open.
+    // On the boundary, everything is computed from the edge's own data, in the edge's own direction (from its lower vertex). Both patches
+    // compute the same bits, even if their texture coordinates differ, so no crack can open.
     bool on_boundary = u == 0.0 || u == 1.0 || v == 0.0 || v == 1.0;
     if (AT_TEXELS) {
-        // Everything follows from the texel index, so patches match. Vertices half-way between texels, which fractional spacing
-        // creates, all move to the same side.
+        // All values depend on the texel index only, so patches match. Fractional spacing creates vertices half-way between texels, and all
+        // of these move to the same side.
         vec2 size = vec2(textureSize(height_map, 0));
         vec2 middle = (floor(texcoord.at * size + 0.49) + 0.5) / size, moved = middle - texcoord.at;
         patch_uv += inverse(mat2(texcoord.du, texcoord.dv)) * moved;
@@ -60,7 +60,7 @@ void main() {
         tiled_at = middle;
         height = BY_EXAMPLE ? 0.0 : textureLod(height_map, middle, 0.0).x;
     } else if (!on_boundary && displaced) {
-        // The height filtered to about the vertex spacing: shading covers bumps too fine for the geometry.
+        // The height is filtered to about the vertex spacing. Shading accounts for bumps that are too fine for the geometry.
         vec2 factor = vec2(gl_TessLevelInner[0], gl_TessLevelInner[1]);
         vec2 texels = vec2(textureSize(height_map, 0)) * vec2(length(texcoord.du), length(texcoord.dv));
         float lod = max(log2(max(texels.x / factor.x, texels.y / factor.y)) - FINER, 0.0);

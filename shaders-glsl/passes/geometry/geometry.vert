@@ -6,7 +6,7 @@ layout(location = 0) out vec3 out_position;
 layout(location = 1) out vec3 out_normal;
 layout(location = 2) out flat uint out_patch;
 
-// Four control points per visible patch, read from buffers: there is no vertex or index buffer.
+// Each visible patch has four control points, which are read from storage buffers. There is no vertex or index buffer.
 void main() {
     uint patch_index = visible_patches[gl_VertexIndex >> 2];
     Vertex vertex = vertices[patches[patch_index].vertices[gl_VertexIndex & 3]];

@@ -1,4 +1,4 @@
-// Interface between the stages of the geometry pass.
+// The interface between the stages of the geometry pass.
 #ifndef LEADR_GEOMETRY_INTERFACE
 #define LEADR_GEOMETRY_INTERFACE
 

@@ -1,40 +1,40 @@
-// Data for passes that draw one object at a time: the records of the object and of the view.
+// The data for passes that draw one object at a time: the records of the object and of the view.
 #ifndef LEADR_GEOMETRY_OBJECT
 #define LEADR_GEOMETRY_OBJECT
 #include "../constants.glsl"
 
 struct ObjectRecord {
-    vec4 color;         // of a plain object: linear albedo, Beckmann roughness alpha
-    vec4 tangent_s;     // of a flat object: tangents by texture coordinate; w: 1, or -1 if clockwise seen from outside
+    vec4 color;         // plain objects: linear albedo, Beckmann roughness alpha
+    vec4 tangent_s;     // flat objects: tangents by texture coordinate; w: 1, or -1 if clockwise seen from outside
     vec4 tangent_t;     // w: accessibility of a plain object
-    vec2 shift;         // of a map tiled without repeats: position of its lattice, in repeats
+    vec2 shift;         // maps tiled by example: position of the lattice, in repeats
     float height_scale; // eta of LEADR section 4.2
-    float displacement; // the same for the geometry, which may be smooth
-    float relief;       // from the deepest pit to the highest bump, metres
-    float viewer_above; // of a flat object: height of the viewer above its plane, metres
-    float texel_repeat; // metres per repeat of its map, with one vertex per texel centre
+    float displacement; // like height_scale, for the geometry, which may be smooth
+    float relief;       // height of the relief from the deepest pit to the highest bump, in metres
+    float viewer_above; // flat objects: height of the viewer above the plane, in metres
+    float texel_repeat; // metres per repeat of the map, if there is one vertex per texel centre
     float specular_f0;
     uint flags;         // FLAG_ bits
-    uint number;        // in the scene, from 1
-    uint fit;           // of its measured material, from 1, or 0
-    uint edge_tint;     // F82 tint of a conductor, see unpack_edge_tint
+    uint number;        // number of the object in the scene, from 1
+    uint fit;           // number of its measured material, from 1, or 0
+    uint edge_tint;     // F82 tint of a conductor (unpack_edge_tint)
 };
 
 struct ViewRecord {
     mat4 clip_from_world;
-    vec4 ray_x;       // rays of the image, as in Camera::rays; w: horizontal step from pixel to pixel in ndc
-    vec4 ray_y;       // w: vertical step
+    vec4 ray_x;       // rays of the image (Camera::rays); w: horizontal step from pixel to pixel in normalised device coordinates
+    vec4 ray_y;       // w: vertical step from pixel to pixel
     vec4 ray_middle;  // w: near plane
-    vec4 eye;         // xyz: the viewer, metres; w: 0 to 1, different for every sample of the image
-    vec2 size;        // of this image, pixels
+    vec4 eye;         // xyz: position of the viewer, in metres; w: a number from 0 to 1 that differs for every sample of the image
+    vec2 size;        // size of this image in pixels
     float grid;       // pixels of this image per pixel of the final image, on one axis
-    uint edge_grid;   // the same for an image of edge samples, else 0
+    uint edge_grid;   // the same value for an image of edge samples, otherwise 0
 };
 
 layout(std430) readonly buffer Objects { ObjectRecord objects[]; };
 layout(std140) uniform Views { ViewRecord views[MAX_VIEWS]; };
 layout(push_constant, std430) uniform Draw {
-    uint object; // index of its record
+    uint object; // index of the object's record
     uint view;
 } draw;
 #define OBJECT objects[draw.object]

@@ -1,4 +1,4 @@
-// The point-normal patch of crates/leadr-render/src/surfaces/patch.rs. The geometry pass draws it; the filter pass evaluates it
+// The point-normal patch of crates/leadr-render/src/surfaces/patch.rs. The geometry pass draws this patch, and the filter pass evaluates it
 // at the visible position.
 #ifndef LEADR_GEOMETRY_PATCH
 #define LEADR_GEOMETRY_PATCH
@@ -6,18 +6,18 @@
 
 struct Vertex {
     vec4 position; // xyz metres; w: ambient accessibility
-    vec4 normal;   // xyz unit displacement direction; w: LOD of the heights at this vertex
+    vec4 normal;   // xyz: unit displacement direction; w: level of detail of the heights at this vertex
     vec4 color;    // rgb linear albedo; a: Beckmann roughness alpha
-    vec4 facing;   // xyz unit normal that a triangle is shaded with
+    vec4 facing;   // xyz: unit normal for the shading of triangles
 };
 
 struct PatchData {
-    uvec4 vertices;   // corners (0,0) (1,0) (1,1) (0,1)
-    uvec4 edges;      // edge index << 1 | 1 if the patch runs along it backwards
-    vec4 mapping[3]; // rest_triangle if its relief is projected along the axes, else patch_texcoord or triangle_texcoord, and patch_tile
+    uvec4 vertices;   // at the corners (0,0) (1,0) (1,1) (0,1)
+    uvec4 edges;      // edge index << 1, plus 1 if the patch runs along the edge backwards
+    vec4 mapping[3]; // rest_triangle if the relief is projected along the axes, else patch_texcoord or triangle_texcoord; and patch_tile
 };
 
-// Texture coordinates of a triangle in the images of its material: three corners for each CHART_ constant.
+// Texture coordinates of a triangle in the images of its material. Each CHART_ constant has three corners.
 struct TriangleCharts {
     vec2 corners[3u * CHARTS];
 };
@@ -25,14 +25,15 @@ struct TriangleCharts {
 layout(std430) readonly buffer Vertices { Vertex vertices[]; };
 layout(set = 2, std430) readonly buffer Patches { PatchData patches[]; };
 
-// Control points of the four boundary curves.
+// The control points of the four boundary curves.
 struct Boundary {
     vec3 position[4];
     vec3 toward_next[4]; // inner Bezier points on the two boundaries at each corner
     vec3 toward_previous[4];
 };
 
-// Inner Bezier point beside `a` on the boundary from `a` to `b`. Precise: both patches of an edge get the same bits.
+// Returns the inner Bezier point next to `a` on the boundary from `a` to `b`. The result is precise, so both patches at an edge compute the
+// same bits.
 vec3 edge_point(const vec3 a, const vec3 normal_a, const vec3 b) {
     precise vec3 chord = (b - a) / 3.0;
     precise float drop = chord.x * normal_a.x + chord.y * normal_a.y + chord.z * normal_a.z;
@@ -54,11 +55,11 @@ vec3 cubic_derivative(const vec3 a, const vec3 b, const vec3 c, const vec3 d, co
 
 struct PatchPoint {
     vec3 position;
-    vec3 du; // d(position) by the patch's parameters
+    vec3 du; // derivative of the position by the patch's parameter u
     vec3 dv;
 };
 
-// The Coons patch of its boundary: cubics c0 (v=0), c1 (v=1) along u; d0 (u=0), d1 (u=1) along v.
+// The Coons patch of the boundary. The curves are the cubics c0 (v=0), c1 (v=1) along u; d0 (u=0), d1 (u=1) along v.
 PatchPoint patch_point(const Boundary b, const float u, const float v) {
     vec3 p0 = b.position[0], p1 = b.position[1], p2 = b.position[2], p3 = b.position[3];
     vec3 c0 = cubic(p0, b.toward_next[0], b.toward_previous[1], p1, u);
@@ -76,7 +77,7 @@ PatchPoint patch_point(const Boundary b, const float u, const float v) {
     return point;
 }
 
-// Displacement direction and its derivatives by the patch's parameters.
+// The displacement direction, and its derivatives by the patch's parameters.
 struct PatchNormal {
     vec3 normal;
     vec3 du;
@@ -107,7 +108,7 @@ PatchTexcoord patch_texcoord(const PatchData data, const float u, const float v)
     return PatchTexcoord(mix(mix(t0, t1, u), mix(t3, t2, u), v), mix(t1 - t0, t2 - t3, v), mix(t3 - t0, t2 - t1, u));
 }
 
-// Texture coordinates on a triangle: those of its corner 0 and their derivatives by the weights of the other two.
+// The texture coordinate on a triangle at its corner 0, and the derivatives by the barycentric weights of the other two corners.
 struct TriangleTexcoord {
     vec2 first;
     mat2 by_uv;
@@ -118,13 +119,13 @@ TriangleTexcoord triangle_texcoord(const PatchData data) {
     return TriangleTexcoord(first, mat2(data.mapping[0].zw - first, data.mapping[1].xy - first));
 }
 
-// Texture coordinates in an image of its material.
+// Returns the texture coordinates in one image of the material.
 TriangleTexcoord charted_texcoord(const TriangleCharts charts, const uint chart) {
     vec2 first = charts.corners[3u * chart];
     return TriangleTexcoord(first, mat2(charts.corners[3u * chart + 1u] - first, charts.corners[3u * chart + 2u] - first));
 }
 
-// Texture-space bounds of the taps: min.xy, max.xy.
+// Returns the bounds of the filter taps in texture space, as min.xy and max.xy.
 vec4 patch_tile(const PatchData data) {
     return data.mapping[2];
 }

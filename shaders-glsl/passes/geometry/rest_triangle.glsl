@@ -1,16 +1,18 @@
-// A triangle whose relief is projected along the axes of its rest pose (triplanar.glsl). Positions are as in triangle.glsl.
+// A triangle whose relief is projected along the axes of its rest pose (triplanar.glsl). Positions on it are barycentric weights, as in
+// triangle.glsl.
 #ifndef LEADR_GEOMETRY_REST_TRIANGLE
 #define LEADR_GEOMETRY_REST_TRIANGLE
 #include "../triplanar.glsl"
 #include "patch.glsl"
 
 struct RestTriangle {
-    vec3 first;      // corner, repeats
-    mat2x3 by_uv; // derivatives of the position at rest
+    vec3 first;      // rest position of the first corner, in repeats
+    mat2x3 by_uv; // derivatives of the rest position
     vec3 normals[3];
 };
 
-// Octahedral normal with 12 bits per coordinate, in a float that holds all 24 (crates/leadr-render/src/surfaces/object.rs).
+// Unpacks an octahedral normal with 12 bits per coordinate. All 24 bits are held exactly by a float
+// (crates/leadr-render/src/surfaces/object.rs).
 vec3 unpack_rest_normal(const float code) {
     vec2 octahedron = vec2(floor(code / 4096.0), mod(code, 4096.0)) / 4095.0 * 2.0 - 1.0;
     vec3 normal = vec3(octahedron, 1.0 - abs(octahedron.x) - abs(octahedron.y));
@@ -30,7 +32,7 @@ vec3 rest_normal(const RestTriangle rest, const vec2 patch_uv) {
     return normal * inversesqrt(max(dot(normal, normal), 1e-12));
 }
 
-// Derivatives of relief_weights by position.
+// Returns the derivatives of relief_weights by position.
 mat2x3 relief_weights_by_uv(const RestTriangle rest, const vec2 patch_uv, const vec3 normal) {
     mat2x3 normal_change = mat2x3(rest.normals[1] - rest.normals[0], rest.normals[2] - rest.normals[0]);
     vec3 blend = rest.normals[0] + normal_change * patch_uv;
@@ -43,12 +45,12 @@ mat2x3 relief_weights_by_uv(const RestTriangle rest, const vec2 patch_uv, const 
     return (change - outerProduct(weights, weights * change)) * per_root;
 }
 
-// The mean of a map, from its last level.
+// Returns the mean of a map, which is its last mip level.
 float mean_height(sampler2D heights) {
     return textureLod(heights, vec2(0.5), float(textureQueryLevels(heights) - 1)).x;
 }
 
-// A position projected along an axis, and its derivatives.
+// Returns a position projected along an axis. seen_by_uv returns the derivatives.
 vec2 seen_at(const RestTriangle rest, const int axis, const vec2 patch_uv, const vec3 normal) {
     return seen_along(axis, rest.first + rest.by_uv * patch_uv, normal) + TRIPLANAR_SHIFTS[axis];
 }
@@ -57,7 +59,7 @@ mat2 seen_by_uv(const RestTriangle rest, const int axis, const vec3 normal) {
     return mat2(seen_along(axis, rest.by_uv[0], normal), seen_along(axis, rest.by_uv[1], normal));
 }
 
-// The height at a position, relative to the mean of the map.
+// Returns the height at a position, relative to the mean of the map.
 float triplanar_height(const RestTriangle rest, const vec2 patch_uv, sampler2D heights, const float lod) {
     vec3 normal = rest_normal(rest, patch_uv);
     vec3 weights = relief_weights(normal);

@@ -1,10 +1,10 @@
-// Displaced triangles: the geometry pass draws them and the filter pass evaluates them again. Positions are the barycentric
-// weights of the second and third corner.
+// Displaced triangles. The geometry pass draws them, and the filter pass evaluates them again. Positions are the barycentric weights of the
+// second and third corner.
 #ifndef LEADR_GEOMETRY_TRIANGLE
 #define LEADR_GEOMETRY_TRIANGLE
 
-// On its edges a triangle is displaced along directions shared by all adjacent triangles. Where every corner has at least
-// this barycentric weight, it is displaced along its own normal, so that the relief of hard-edged faces stands upright.
+// On its edges, a triangle is displaced along directions shared by all adjacent triangles. Where every corner has at least this barycentric
+// weight, it is displaced along its own normal, so that the relief of hard-edged faces stands upright.
 const float OWN_NORMAL_FROM = 0.15;
 
 float own_normal_share(const vec2 patch_uv) {
@@ -12,14 +12,14 @@ float own_normal_share(const vec2 patch_uv) {
     return clamp(nearest / OWN_NORMAL_FROM, 0.0, 1.0);
 }
 
-// The direction of displacement and its derivatives by position.
+// The displacement direction, and its derivatives by position.
 struct TriangleNormal {
     vec3 normal;
     mat2x3 by_uv;
 };
 
-// along: shared directions at the corners; facing: normals of the corners. The derivatives exclude the change of the weight,
-// which affects the displaced position but not the shading.
+// Evaluates the displacement direction. along has the shared directions at the corners, and facing has the normals of the corners. The
+// derivatives leave out the change of the weight, which affects the displaced position but not the shading.
 TriangleNormal triangle_normal(const vec3 along[3], const vec3 facing[3], const vec2 patch_uv) {
     float own = own_normal_share(patch_uv);
     vec3 first = mix(along[0], facing[0], own);

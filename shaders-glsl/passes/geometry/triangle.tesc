@@ -19,7 +19,7 @@ void main() {
     if (i == 0) {
         out_patch = in_patch[0];
         uvec4 edge = patches[in_patch[0]].edges >> 1;
-        // The tessellator numbers an edge by the opposite corner; the third side of a triangle stored as a patch has no length.
+        // The tessellator numbers each edge by the opposite corner. A triangle is stored as a patch whose third side has no length.
         vec3 factor = vec3(edge_factors[edge.y], edge_factors[edge.w], edge_factors[edge.x]);
         gl_TessLevelOuter[0] = factor.x;
         gl_TessLevelOuter[1] = factor.y;

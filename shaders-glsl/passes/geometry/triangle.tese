@@ -21,21 +21,21 @@ layout(location = 4) out vec3 out_window;
 
 invariant gl_Position;
 
-// Level of the heights inside a triangle whose longest side spans this many texels.
+// Returns the level of the heights inside a triangle whose longest side spans this many texels.
 float height_lod(const float texels) {
     return max(log2(max(texels / gl_TessLevelInner[0], 1e-20)) - FINER, 0.0);
 }
 
 void main() {
-    vec3 share = gl_TessCoord; // weight of each corner
+    vec3 share = gl_TessCoord; // barycentric weight of each corner
     PatchData data = patches[in_patch];
     uint corner[3] = uint[3](data.vertices.x, data.vertices.y, data.vertices.w);
     vec3 facing[3] = vec3[3](vertices[corner[0]].facing.xyz, vertices[corner[1]].facing.xyz, vertices[corner[2]].facing.xyz);
     bool displaced = (OBJECT.flags & FLAG_DISPLACED) != 0u;
     float height = 0.0;
     vec3 position, normal;
-    // On the boundary everything is computed from the edge's own data, in the edge's own direction (from its lower position),
-    // so that all adjacent triangles compute the same bits, whatever their texture coordinates and normals.
+    // On the boundary, everything is computed from the edge's own data, in the edge's own direction (from its lower position). All adjacent
+    // triangles therefore compute the same bits, even if their texture coordinates and normals differ.
     if (share.x == 0.0 || share.y == 0.0 || share.z == 0.0) {
         int from = share.z == 0.0 ? 0 : (share.x == 0.0 ? 1 : 2), to = from == 2 ? 0 : from + 1;
         float t = share[to];
@@ -56,7 +56,7 @@ void main() {
     } else {
         position = in_position[0] * share.x + in_position[1] * share.y + in_position[2] * share.z;
         normal = triangle_normal(vec3[3](in_normal[0], in_normal[1], in_normal[2]), facing, share.yz).normal;
-        // The height filtered to about the vertex spacing: shading covers bumps too fine for the geometry.
+        // The height is filtered to about the vertex spacing. Shading accounts for bumps that are too fine for the geometry.
         vec2 size = vec2(textureSize(height_map, 0));
         if (displaced && (OBJECT.flags & FLAG_TRIPLANAR) != 0u) {
             RestTriangle rest = rest_triangle(data);
@@ -75,7 +75,7 @@ void main() {
 
     vec3 facing_here = facing[0] * share.x + facing[1] * share.y + facing[2] * share.z;
     out_patch_uv = share.yz;
-    // Bounded below, since opposite normals may meet.
+    // The square is bounded below, since opposite normals may meet.
     out_normal = facing_here * inversesqrt(max(dot(facing_here, facing_here), 1e-12));
     out_patch = in_patch;
     gl_Position = VIEW.clip_from_world * vec4(displaced_position, 1.0);

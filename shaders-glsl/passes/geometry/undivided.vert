@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Undivided patches: two triangles each, without the cost of the tessellation stages.
+// Draws undivided patches as two triangles each, without the cost of the tessellation stages.
 #include "interface.glsl"
 #include "corner.glsl"
 #include "../reached.glsl"

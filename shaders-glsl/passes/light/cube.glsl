@@ -1,9 +1,9 @@
-// Cube map geometry (pure functions). Faces in Vulkan's order +x −x +y −y +z −z, sampled with world directions (z up)
-// unchanged.
+// Geometry of cube maps, as pure functions. The faces are in Vulkan's order +x −x +y −y +z −z. The faces are sampled with world directions
+// (z up), which need no conversion.
 #ifndef CUBE_GLSL
 #define CUBE_GLSL
 
-// Unnormalised direction through the point (s, t), each in [-1, 1], of a face; the major component is ±1.
+// Returns the direction, not normalised, through the point (s, t) of a face, each in [-1, 1]. The major component is ±1.
 vec3 cube_direction(const int face, const vec2 st)
 {
     switch (face) {
@@ -16,15 +16,15 @@ vec3 cube_direction(const int face, const vec2 st)
     }
 }
 
-// Solid angle (sr) of a square of edge d < 0.1 around (s, t): the midpoint rule with its second-order term.
+// Returns the solid angle (sr) of a square of edge d < 0.1 around (s, t), by the midpoint rule with its second-order term.
 float cube_solid_angle_small(const vec2 st, const float d)
 {
     float q = 1.0 + dot(st, st);
     return d * d * inversesqrt(q) / q * (1.0 + d * d / 24.0 * (9.0 * q - 15.0) / (q * q));
 }
 
-// Solid angle (sr) of any square. The exact form is a difference of four atan, with three digits left in 32 bits at 256²; small
-// squares use the approximation instead. Either way the error is below 3e-6.
+// Returns the solid angle (sr) of a square of any size. The exact form is a difference of four atan, which has only three correct digits
+// left in 32 bits at 256². Small squares therefore use the approximation. The error is always below 3e-6.
 float cube_solid_angle(const vec2 st, const float d)
 {
     if (d < 0.1) return cube_solid_angle_small(st, d);

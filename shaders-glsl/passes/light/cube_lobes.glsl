@@ -1,6 +1,7 @@
-// One level of the environment blurred for few lookups (leadr/visible/kernel.glsl), from the previous level or, at first, from
-// the box mips: a Gaussian of 19 lookups on a hexagonal lattice about the texel, the centre and three rings of six at equal
-// distances. The lattice is unaligned with the texels, so neither texels nor faces nor corners show.
+// Computes one level of the blurred environment that shading samples with few lookups (leadr/visible/kernel.glsl). The source is the
+// previous level or, for the first blurred levels, the box mips. A Gaussian kernel of 19 lookups lies on a hexagonal lattice about the
+// texel: the centre, and three rings of six lookups. The lattice is not aligned with the texels, so texels, faces and corners of the cube
+// remain invisible.
 #extension GL_EXT_control_flow_attributes : require
 #include "cube.glsl"
 #include "../halves.glsl"
@@ -10,14 +11,15 @@ layout(local_size_x = 8, local_size_y = 8) in;
 uniform samplerCube source;
 layout(LEVEL_FORMAT) uniform writeonly image2DArray level;
 layout(push_constant) uniform Push {
-    vec4 weights;   // of the central lookup, and of each lookup of every ring; they sum to 1
-    vec3 tangents;  // of the angle between the centre and each ring's lookups
-    float lod;      // of the lookups, at the centre of a face
+    vec4 weights;   // weight of the central lookup, and of each lookup of the three rings; all weights sum to 1
+    vec3 tangents;  // tangents of the angles between the centre and the lookups of each ring
+    float lod;      // level of detail of the lookups at the centre of a face
     float coarsens; // 1 if the source has coarser mips for the edges of a face, else 0
-    float widening; // otherwise, ratio of the lookups' variance at the centre of a face, which shrinks with texels, to the lattice's
+    float widening; // if it has none: ratio of the variances of lookups and lattice; the lookups' variance shrinks with the texels
 };
 
-// Offsets of the first ring, of the second (sqrt(3) times the distance) and of the third (twice the distance), at distance 1.
+// The offsets of the first ring, at distance 1, and of the second ring, at distance sqrt(3). The third ring has the offsets of the first
+// ring at distance 2.
 const vec2 SIXTHS[6] = vec2[](vec2(1.0, 0.0), vec2(0.5, 0.866025404), vec2(-0.5, 0.866025404),
                               vec2(-1.0, 0.0), vec2(-0.5, -0.866025404), vec2(0.5, -0.866025404));
 const vec2 BETWEEN[6] = vec2[](vec2(0.866025404, 0.5), vec2(0.0, 1.0), vec2(-0.866025404, 0.5),
@@ -37,14 +39,14 @@ void main()
     ivec3 texel = ivec3(gl_GlobalInvocationID);
     if (texel.x >= size || texel.y >= size) return;
     vec3 through = cube_direction(texel.z, (vec2(texel.xy) + 0.5) * (2.0 / float(size)) - 1.0);
-    // Texels shrink toward the edges of a face, to this fraction of their size along one direction and its square root along
-    // the other. Coarser mips or, without them, a wider lattice compensate for the lookups' lost variance.
+    // Toward the edges of a face, texels shrink to this fraction of their size along one direction, and to its square root along the other.
+    // Coarser mips or, without them, a wider lattice compensate for the lookups' lost variance.
     float share = 1.0 / dot(through, through);
     Frame about = frame_about(through * sqrt(share));
     float mip = lod - 0.75 * coarsens * log2(share);
     float reach = sqrt(1.0 + widening * (1.0 - 0.5 * share * (1.0 + share)));
     vec3 sum = weights[0] * textureLod(source, about.z, mip).rgb;
-    // The finest level is a plain copy.
+    // The finest level is an unchanged copy.
     if (weights[0] == 1.0) {
         store(texel, sum);
         return;

@@ -1,4 +1,4 @@
-// A level in 16 bits.
+// Computes one level in 16 bits.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #define HALF

@@ -1,11 +1,11 @@
-// One cube mip level from the next finer one: the mean of 2×2 texels weighted by solid angle, which preserves the mean radiance
-// over the sphere.
+// Computes one mip level of a cube map from the next finer level. A texel is the mean of 2×2 texels weighted by solid angle, which
+// preserves the mean radiance over the sphere.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "cube.glsl"
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(constant_id = 0) const bool SMALL = false; // texels of the finer level are narrower than a tenth
+layout(constant_id = 0) const bool SMALL = false; // whether texels of the finer level are narrower than a tenth of a unit
 
 layout(rgba32f) uniform readonly image2DArray fine;
 layout(rgba32f) uniform writeonly image2DArray coarse;

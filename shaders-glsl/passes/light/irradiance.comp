@@ -1,13 +1,13 @@
-// Second half of the SH projection: one invocation per coefficient adds the rows' partial sums in a fixed order, so that
-// results are reproducible (LEADR Algorithm 2, with the doubled L00 of its first line corrected). Radiance coefficients: the
-// cosine lobe's factors A_l are not applied.
+// Second half of the SH projection. One invocation per coefficient adds the partial sums of the rows in a fixed order, so that results are
+// reproducible (LEADR Algorithm 2, with the doubled L00 of its first line corrected). The results are coefficients of radiance, without the
+// factors A_l of the cosine lobe.
 #version 460
 layout(local_size_x = 9) in;
 
 layout(std430) readonly buffer Partials { vec4 partials[]; };
 layout(std430) writeonly buffer Harmonics { vec4 harmonics[9]; };
 layout(push_constant) uniform Push {
-    uint rows; // partial sums per coefficient
+    uint rows; // number of partial sums per coefficient
 };
 
 void main()

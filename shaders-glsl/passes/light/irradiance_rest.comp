@@ -1,5 +1,5 @@
-// Irradiance beyond order 2, into a small cube: the exact sum over a coarse level of the environment. One normal per
-// invocation.
+// Writes the irradiance of orders above 2 to a small cube map. The irradiance is the exact sum over a coarse level of the environment. Each
+// invocation computes one normal.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "cube.glsl"
@@ -20,7 +20,7 @@ void main()
     vec3 sum = vec3(0.0);
     for (int j = 0; j < across; ++j)
         for (int i = 0; i < across; ++i) {
-            // Identical for all faces.
+            // The coordinates are identical for all faces.
             vec2 st = (vec2(i, j) + 0.5) * d - 1.0;
             float weight = cube_solid_angle(st, d);
             float shortening = inversesqrt(1.0 + dot(st, st));

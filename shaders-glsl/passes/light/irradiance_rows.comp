@@ -1,5 +1,5 @@
-// First half of the SH projection: each invocation projects one row of one face in registers and writes nine partial sums.
-// Shared-memory trees cost ten times as much on a CPU device (barriers), and no less on a GPU for so little work.
+// First half of the SH projection. Each invocation projects one row of one face in registers and writes nine partial sums. A reduction in
+// shared memory needs barriers. Such a reduction costs ten times as much on a CPU device, and is no faster on a GPU for so little work.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "cube.glsl"

@@ -9,10 +9,10 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(std430) readonly buffer Tables { SkyTables tables; };
 layout(rgba32f) uniform writeonly image2DArray cube;
 layout(push_constant) uniform Push {
-    vec4 sun;      // unit direction; w: aerosol extinction per km
-    vec4 albedo;   // of the ground
+    vec4 sun;      // unit direction to the sun; w: aerosol extinction per km
+    vec4 albedo;   // albedo of the ground
     vec4 sunlight; // rgb irradiance above the atmosphere
-    uint stage;    // unused here
+    uint stage;    // not used by this shader
 };
 
 vec3 view_at(const int k, const int row, const int column) { return tables.view[3 * (row * COLUMNS + column) + k].rgb; }
@@ -33,7 +33,7 @@ vec3 scattered(const float row, const float column, const float nu)
 
 vec3 radiance(const vec3 direction)
 {
-    // Well below the horizon this underflows to 0 in 32 bits.
+    // Far below the horizon, the exponential underflows to 0 in 32 bits.
     float ground = direction.z < 0.0 ? 1.0 - exp(direction.z / HORIZON) : 0.0;
     float down = 1.0 - max(direction.z, 0.0);
     float airglow = mix(NIGHT_ZENITH, NIGHT_HORIZON, down * down);

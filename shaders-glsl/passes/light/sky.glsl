@@ -1,5 +1,5 @@
-// The clear sky of crates/leadr-render/src/light/sky.rs in 32 bits, with the same names and order. The Rust file gives the
-// equations and sources.
+// The clear sky of crates/leadr-render/src/light/sky.rs in 32 bits. Names and order of the functions are the same. The Rust file has the
+// equations and their sources.
 #ifndef SKY_GLSL
 #define SKY_GLSL
 #include "atmosphere.glsl"
@@ -75,11 +75,11 @@ float phase_of_haze(const float nu)
     return 3.0 / (8.0 * PI) * (1.0 - g2) * (1.0 + nu * nu) / ((2.0 + g2) * base * sqrt(base));
 }
 
-// Per unit of sunlight above the atmosphere.
+// The tables of the sky, per unit of sunlight above the atmosphere.
 struct SkyTables {
     vec4 multiple[ALTITUDES];
     vec4 ground;
-    vec4 view[ROWS * COLUMNS * 3]; // air, haze, multiple
+    vec4 view[ROWS * COLUMNS * 3]; // light scattered by air, by haze, and more than once
 };
 
 #endif

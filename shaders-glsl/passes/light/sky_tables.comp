@@ -1,5 +1,5 @@
-// The three small tables of the clear sky (crates/leadr-render/src/light/sky.rs), one dispatch each: 0 multiple scattering by altitude
-// (16 groups), 1 view table (16 groups), 2 light on the ground (1 group).
+// Computes the three small tables of the clear sky (crates/leadr-render/src/light/sky.rs) in one dispatch each. Stage 0 is multiple
+// scattering by altitude (16 groups), stage 1 is the view table (16 groups), and stage 2 is the light on the ground (1 group).
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "sky.glsl"
@@ -7,9 +7,9 @@ layout(local_size_x = 64) in;
 
 layout(std430) buffer Tables { SkyTables tables; };
 layout(push_constant) uniform Push {
-    vec4 sun;      // unit direction; w: aerosol extinction per km
-    vec4 albedo;   // of the ground
-    vec4 sunlight; // unused here: both passes share the block
+    vec4 sun;      // unit direction to the sun; w: aerosol extinction per km
+    vec4 albedo;   // albedo of the ground
+    vec4 sunlight; // not used by this shader, which shares the block with sky.comp
     uint stage;
 };
 

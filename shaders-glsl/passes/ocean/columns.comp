@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
-// Transforms the columns and writes the finest level of the maps: one work group per column of a cascade.
+// Transforms the columns, and writes the finest level of the maps. Each work group transforms one column of a cascade.
 #include "cascade.glsl"
 #include "fft.glsl"
 layout(local_size_x = 32) in;
@@ -15,11 +15,11 @@ layout(std430) readonly buffer Cascades { Cascade cascades[]; };
 
 layout(push_constant) uniform Push { float choppiness; };
 
-// For the reference, quantities linear in the waves replace moments. displacement: Dx, Dy, height, dDx/dy; slopes: gradient,
-// dDx/dx, dDy/dy; joint is not written.
+// For the reference, quantities that are linear in the waves replace the moments. displacement has Dx, Dy, height and dDx/dy. slopes has
+// the gradient, dDx/dx and dDy/dy. joint is not written.
 layout(constant_id = 3) const bool DERIVATIVES = false;
 
-// Least area ratio: where the surface folds over itself its slope is meaningless.
+// The smallest area ratio. Where the surface folds over itself, its slope has no meaning.
 const float LEAST_AREA = 0.1;
 
 void main() {
@@ -41,12 +41,12 @@ void main() {
             imageStore(slopes, texel, vec4(gradient, choppiness * b.zw));
             continue;
         }
-        // J = I + dD/dp of the displaced surface; its slope is J^-T grad h = adj(J) grad h / det J.
+        // J = I + dD/dp is the Jacobian of the displaced surface. The slope of this surface is J^-T grad h = adj(J) grad h / det J.
         float jxx = 1.0 + choppiness * b.z, jyy = 1.0 + choppiness * b.w, jxy = choppiness * a.w;
         float area = jxx * jyy - jxy * jxy;
         vec2 flux = vec2(jyy * gradient.x - jxy * gradient.y, jxx * gradient.y - jxy * gradient.x);
         float held = max(area, LEAST_AREA);
-        // Means are over the displaced surface, so each sample is weighted by its area: w s = adj(J) grad h.
+        // Means are taken over the displaced surface, so each sample is weighted by its area: w s = adj(J) grad h.
         imageStore(displacement, texel, vec4(moved, height, area));
         imageStore(slopes, texel, vec4(flux, flux * flux / held));
         float stretch = 1.0 + foam_weight(cascades[cascade]) * (jxx + jyy - 2.0);

@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The unfiltered slope for the reference, at the pixel ray's hit point. It is computed from the summed gradients and Jacobians
-// of all cascades, not from a sum of their slopes.
+// Writes the unfiltered slope for the reference, at the point that the pixel ray hits. The slope follows from the summed gradients and
+// Jacobians of all cascades, and not from a sum of their slopes.
 #include "../constants.glsl"
 #include "cascade.glsl"
 #include "water.glsl"
@@ -14,11 +14,11 @@ uniform sampler2DArray displacement; // Dx, Dy, height, dDx/dy
 uniform sampler2DArray slopes;       // gradient, dDx/dx, dDy/dy
 layout(std430) readonly buffer Cascades { Cascade cascades[]; };
 
-// Least area ratio of a folding surface, as in columns.comp.
+// The smallest area ratio of a folding surface, as in columns.comp.
 const float LEAST_AREA = 0.1;
 
-// Six-point Lagrange weights at u in [0, 1] between the third and the fourth sample. A wave of six samples keeps 99 % of its
-// variance; linear interpolation would keep 84 %.
+// Returns the six-point Lagrange weights at u in [0, 1] between the third and the fourth sample. For a wave of six samples, 99 % of the
+// variance remains. With linear interpolation, 84 % would remain.
 float[6] weights(const float u) {
     float p = u + 2.0, q = u + 1.0, r = u - 1.0, s = u - 2.0, t = u - 3.0;
     return float[6](q * u * r * s * t / -120.0, p * u * r * s * t / 24.0, p * q * r * s * t / -12.0,
@@ -49,7 +49,7 @@ void main() {
         sum += here;
         stretch += foam_weight(cascades[i]) * (here.z + here.w);
     }
-    // J^-T grad h, and the curvature of the earth.
+    // The slope is J^-T grad h, plus the curvature of the earth.
     float jxx = 1.0 + sum.z, jyy = 1.0 + sum.w, area = jxx * jyy - mixed * mixed;
     vec2 slope = vec2(jyy * sum.x - mixed * sum.y, jxx * sum.y - mixed * sum.x) / max(area, LEAST_AREA);
     float covered = stretch < water.foam.w ? 1.0 : 0.0;

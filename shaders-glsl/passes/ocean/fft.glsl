@@ -1,11 +1,11 @@
-// Inverse Fourier transform of one line of N samples in shared memory, by one work group, in place. Each sample is a vec4 of
-// two complex numbers.
+// Computes the inverse Fourier transform of one line of N samples in place. One work group transforms the line in shared memory. Each
+// sample is a vec4 of two complex numbers.
 #ifndef LEADR_OCEAN_FFT
 #define LEADR_OCEAN_FFT
 
-layout(constant_id = 0) const uint N = 256;     // samples, a power of two from 4 on
+layout(constant_id = 0) const uint N = 256;     // number of samples, a power of two from 4 on
 layout(constant_id = 1) const uint LOG_N = 8;
-layout(constant_id = 2) const uint LINES = 1;   // lines in parallel in `line`
+layout(constant_id = 2) const uint LINES = 1;   // number of lines in `line`, which are transformed in parallel
 const uint THREADS = 32;
 
 shared vec4 line[N * LINES];
@@ -16,12 +16,12 @@ vec4 complex_product(const vec4 v, const vec2 w) {
     return vec4(v.x * w.x - v.y * w.y, v.x * w.y + v.y * w.x, v.z * w.x - v.w * w.y, v.z * w.y + v.w * w.x);
 }
 
-// A line is a table of ROWS x COLUMNS samples, transformed by columns, then by rows. Each thread transforms one of these in
-// registers, because barriers and shared-memory accesses dominate the cost.
+// A line is a table of ROWS x COLUMNS samples. The columns are transformed first, and then the rows. Each thread transforms one column or
+// row in registers, because barriers and shared-memory accesses dominate the cost.
 const uint LOG_ROWS = (LOG_N + 1u) / 2u, LOG_COLUMNS = LOG_N / 2u;
 const uint ROWS = 1u << LOG_ROWS, COLUMNS = 1u << LOG_COLUMNS;
 
-// Index of sample k after the transform.
+// Returns the index of sample k after the transform.
 uint found(const uint k) {
     return ((k & (ROWS - 1u)) << LOG_COLUMNS) | (k >> LOG_ROWS);
 }
@@ -37,7 +37,7 @@ uint found(const uint k) {
             }                                                                                   \
         }                                                                                       \
     }
-// In place, from bit-reversed order.
+// Transforms the values in place, from bit-reversed order.
 REGISTER_FFT(fft_of_column, ROWS, LOG_ROWS)
 REGISTER_FFT(fft_of_row, COLUMNS, LOG_COLUMNS)
 
@@ -45,8 +45,8 @@ uint reversed(const uint i, const uint bits) {
     return bitfieldReverse(i) >> (32u - bits);
 }
 
-// `line` holds the input in order; call with all threads, after a barrier. Leaves sample k of the result at found(k), followed
-// by a barrier.
+// Transforms `line`, which holds the input in order. Call the function with all threads, after a barrier. The function leaves sample k of
+// the result at found(k), and ends with a barrier.
 void inverse_fft(const uint thread) {
     for (uint item = thread; item < LINES * COLUMNS; item += THREADS) {
         uint column = item & (COLUMNS - 1u), first = (item >> LOG_COLUMNS) * N + column;

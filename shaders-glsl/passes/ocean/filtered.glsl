@@ -1,5 +1,5 @@
-// Filters the waves under each pixel of the sea: the slope moments of all cascades by the sum rule, the slopes of the waves
-// below the finest cascade, and the foam where the surface folds.
+// Filters the waves under each pixel of the sea: the slope moments of all cascades by the sum rule, the slopes of waves shorter than the
+// finest cascade, and the foam where the surface folds.
 #ifndef LEADR_OCEAN_FILTERED
 #define LEADR_OCEAN_FILTERED
 #include "../constants.glsl"
@@ -30,14 +30,14 @@ FilteredSurface filtered_sea(const ivec2 pixel, const uvec4 seen) {
     int count = textureSize(slopes, 0).z;
     float samples = float(textureSize(slopes, 0).x), last = log2(samples);
 
-    // The curvature of the earth gives a slope away from the centre.
+    // The curvature of the earth adds a slope away from the centre.
     vec2 mean = -away * water.centre.z;
-    vec3 tail = water.tail.xyz; // of the waves below the finest cascade
+    vec3 tail = water.tail.xyz; // covariance of waves shorter than the finest cascade
     float area = 1.0, area_variance = 0.0, finest = 0.0;
     float xx = dot(dx, dx), yy = dot(dy, dy);
     vec2 along = xx > yy ? dx : dy;
     float major = sqrt(max(xx, yy)), minor = abs(dx.x * dy.y - dx.y * dy.x) / max(major, 1e-20);
-    // Over a beach the swell adds its slope, shallow water has no ripples, and each cascade fades with the depth.
+    // Over a beach, the swell adds its slope, shallow water has no ripples, and each cascade fades with the depth.
     ShoreWater beach;
     beach.depth = 0.0;
     if (HAS_BEACH) {
@@ -58,7 +58,7 @@ FilteredSurface filtered_sea(const ivec2 pixel, const uvec4 seen) {
         if (FINEST_LEVEL) {
             lod = 0.0;
         }
-        if (FINEST_LEVEL || lod >= last) { // the last level is constant
+        if (FINEST_LEVEL || lod >= last) { // the last level has constant values
             taps = 1;
         }
         vec4 a = vec4(0.0), b = vec4(0.0);
@@ -68,7 +68,7 @@ FilteredSurface filtered_sea(const ivec2 pixel, const uvec4 seen) {
             a += textureLod(slopes, texcoord, lod);
             b += textureLod(joint, texcoord, lod);
         }
-        float inverse = 1.0 / max(b.y, 1e-6); // per area of the displaced sea
+        float inverse = 1.0 / max(b.y, 1e-6); // one over the area of the displaced sea
         vec2 m = a.xy * inverse;
         mean += calm * m;
         if (!FINEST_LEVEL) {
@@ -89,7 +89,7 @@ FilteredSurface filtered_sea(const ivec2 pixel, const uvec4 seen) {
     vec3 color = water.color.rgb;
     float alpha = water.tail.w;
     if (HAS_BEACH) {
-        // Light from the sand has passed through the water twice.
+        // Light from the sand passes through the water twice.
         color = mix(color, shore.bed.rgb, exp(-2.0 * shore.extinction.rgb * max(beach.depth, 0.0)));
         alpha = mix(0.1, alpha, smoothstep(0.0, 0.04, beach.depth));
         covered = 1.0 - (1.0 - covered) * (1.0 - shore_foam(beach, FINEST_LEVEL ? 0.0 : major));

@@ -1,19 +1,19 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The geometry of the reference: one ray per pixel against the waves of all cascades at full resolution, including horizontal
-// displacement. Like the rasterised sea it writes the rest position of the hit, and its depth.
+// Computes the geometry of the sea for the reference. One ray per pixel is intersected with the waves of all cascades at full resolution,
+// including horizontal displacement. Like the rasterised sea, the shader writes the rest position and the depth of the hit.
 #include "../constants.glsl"
 #include "../visible.glsl"
 #include "cascade.glsl"
 
 layout(std140) uniform View {
-    vec4 rays[3]; // world direction through ndc (x, y): rays[2] + x rays[0] + y rays[1], of length 1 along the view axis
-    vec4 eye;     // height above the water at rest; 1 / (2 radius of the earth); near plane; bound of the heights
+    vec4 rays[3]; // world direction through NDC (x, y): rays[2] + x rays[0] + y rays[1], of length 1 along the view axis
+    vec4 eye;     // height above the water at rest; 1 / (2 radius of the earth); near plane; largest height of the waves
     vec4 centre;  // world xy of the eye
 } view;
 layout(std430) readonly buffer Cascades { Cascade cascades[]; };
-layout(std430) readonly buffer Limits { vec2 limits[]; }; // per cascade: bound of the heights of later cascades,
-                                                                        // and of the slopes up to this one
+layout(std430) readonly buffer Limits { vec2 limits[]; }; // for each cascade: largest height of the later cascades together,
+                                                                        // and largest slope of all cascades up to this one
 uniform sampler2DArray displacement;               // Dx, Dy, height
 
 layout(location = 0) in vec2 in_texcoord;
@@ -21,7 +21,7 @@ layout(location = 0) in vec2 in_texcoord;
 layout(location = 0) out uvec4 out_surface;
 layout(location = 1) out uvec2 out_footprint;
 
-const int MOST_STEPS = 6000; // some software drivers cut loops short at 65,535 iterations, inner loops included
+const int MOST_STEPS = 6000; // some software drivers stop loops after 65,535 iterations, including those of inner loops
 
 vec3 moved_at(const vec2 rest, const int i) {
     return textureLod(displacement, vec3(cascade_texcoord(cascades[i], view.centre.xy + rest), float(i)), 0.0).xyz;
@@ -35,8 +35,8 @@ vec3 moved(const vec2 rest) {
     return sum;
 }
 
-// Height of the displaced sea above a point. Searches for the rest position that moves there, starting from a guess of the
-// displacement.
+// Returns the height of the displaced sea above a point. The function searches for the rest position that the waves displace to this point,
+// starting with a guess of the displacement.
 float surface_height(const vec2 position, const int turns, inout vec2 shift) {
     float height = 0.0;
     for (int i = 0; i < turns; ++i) {
@@ -53,7 +53,7 @@ void main() {
     float stretch = length(ray);
     vec3 u = ray / stretch;
 
-    // Height of the ray above the sea at rest: a s^2 + b s + c, within the bound of the waves from `begin` to `end`.
+    // The height of the ray above the sea at rest is a s^2 + b s + c. The ray lies within the height of the waves from `begin` to `end`.
     float a = dot(u.xy, u.xy) * view.eye.y, b = u.z, c = view.eye.x, bound = view.eye.w;
     float discriminant = b * b - 4.0 * a * (c - bound);
     if (discriminant < 0.0 || (b >= 0.0 && c > bound)) {
@@ -76,7 +76,7 @@ void main() {
             gap -= d.z;
             sum += d.xy;
             vec2 limit = limits[i];
-            // The shorter waves are small compared with the gap, so the step uses the long waves alone.
+            // The shorter waves are small compared with the gap, so the step uses the long waves only.
             if (gap > 2.0 * limit.x) {
                 advance = (gap - limit.x) / (abs(b + 2.0 * a * s) + limit.y);
                 if (i + 1 < count && advance > 4.0 * smallest) {
@@ -85,7 +85,7 @@ void main() {
             }
         }
         if (gap <= 0.0) {
-            // The displacement was that of the previous point: evaluate again before accepting the hit.
+            // The displacement belongs to the previous point, so it is evaluated again before the hit is accepted.
             sum = shift;
             gap = height - surface_height(position, 3, sum);
             if (gap <= 0.0) {
@@ -103,7 +103,7 @@ void main() {
     if (!hit) {
         discard;
     }
-    // Bisection and secant steps between the last point above the water and the first below.
+    // Secant and bisection steps alternate to narrow the interval between the last point above the water and the first point below.
     float low = before, high = s;
     float above = gap_before, below = gap;
     for (int n = 0; n < 6 && high > low; ++n) {

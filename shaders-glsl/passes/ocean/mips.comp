@@ -1,5 +1,5 @@
 #version 460
-// The next coarser level of the three maps of every cascade: means of 2 x 2 texels.
+// Computes the next coarser level of the three maps of every cascade, as means of 2 x 2 texels.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(rgba32f) uniform readonly image2DArray fine_displacement;

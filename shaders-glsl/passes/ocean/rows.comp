@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
-// Advances the waves to the present time and transforms the rows: one work group per row of a cascade.
+// Advances the waves to the present time, and transforms the rows. Each work group transforms one row of a cascade.
 #include "fft.glsl"
 #include "cascade.glsl"
 layout(local_size_x = 32) in;
@@ -10,7 +10,7 @@ layout(std430) readonly buffer Waves { vec4 waves[]; };      // [cascade][y][x]:
 layout(std430) readonly buffer Cascades { Cascade cascades[]; };
 layout(std430) writeonly buffer Lines { vec4 lines[]; };     // [cascade][y][2][x]
 
-// Fraction of the period, 0 to 1: 11 bits, whose product with a number of cycles is exact, and the remainder.
+// The fraction of the wave period, 0 to 1, in two parts: 11 bits, whose product with a number of cycles is exact, and the remainder.
 layout(push_constant) uniform Push { vec2 moment; };
 
 float wave_phase(const float cycles) {
@@ -29,14 +29,15 @@ void main() {
         vec4 wave = waves[tile + row * N + i];
         vec4 against = waves[tile + ((N - row) & (N - 1)) * N + ((N - i) & (N - 1))];
         float phase = wave_phase(wave.z), back = wave_phase(against.z);
-        // a(k) e^{-i w t} + conj(a(-k)) e^{i w t}
+        // The amplitude at this time is a(k) e^{-i w t} + conj(a(-k)) e^{i w t}.
         vec2 h = complex_product(wave.xy, vec2(cos(phase), -sin(phase)))
                + complex_product(vec2(against.x, -against.y), vec2(cos(back), sin(back)));
         vec2 n = vec2(ivec2(i, row)) - vec2(i < N / 2 ? 0 : N, row < N / 2 ? 0 : N);
         vec2 k = c.wave_step * vec2(c.rotation.x * n.x - c.rotation.y * n.y, c.rotation.y * n.x + c.rotation.x * n.y);
         float inverse = inversesqrt(max(dot(k, k), 1e-20));
         vec2 ih = vec2(-h.y, h.x);
-        // Real fields in pairs, f + i g: F + i G. Displacement D = i k/|k| h, its derivatives -k k^T/|k| h, the gradient i k h.
+        // Real fields are transformed in pairs: f + i g has the transform F + i G. The displacement is D = i k/|k| h, its derivatives are
+        // -k k^T/|k| h, and the gradient is i k h.
         vec2 dx = ih * (k.x * inverse), dy = ih * (k.y * inverse);
         vec2 jxy = -h * (k.x * k.y * inverse), jxx = -h * (k.x * k.x * inverse), jyy = -h * (k.y * k.y * inverse);
         vec2 hx = ih * k.x, hy = ih * k.y;

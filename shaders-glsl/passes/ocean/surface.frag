@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// The rest position of the sea under a pixel, and the pixel's footprint there. The filter pass reads the maps.
+// Writes the rest position of the sea under a pixel, and the pixel's footprint at this position. The filter pass reads the maps.
 #include "../constants.glsl"
 #define LEADR_FRAGMENT
 #include "../reached.glsl"
@@ -13,8 +13,8 @@ layout(location = 1) centroid in vec2 in_rest_reached;
 layout(location = 2) centroid in vec3 in_window;
 layout(location = 3) in flat vec4 in_patch_bounds;
 
-layout(location = 0) out uvec4 out_surface;   // index and point in a multisampled pixel; rest position from the centre: visible_surface.rs
-layout(location = 1) out uvec2 out_footprint; // its derivatives by x and y, metres
+layout(location = 0) out uvec4 out_surface;   // index, and point in a multisampled pixel; rest position relative to the centre
+layout(location = 1) out uvec2 out_footprint; // derivatives of the rest position by x and y, in metres
 
 // A vector shortened to a length. `along` may hold infinities or no number.
 vec2 bounded(const vec2 along, const float most) {
@@ -25,7 +25,7 @@ vec2 bounded(const vec2 along, const float most) {
 void main() {
     uint last = pack_position(gl_FragCoord.xy);
     if (PIXELS == PIXELS_ARE_EDGES) {
-        last = 0u; // upward
+        last = 0u; // upward direction
     }
     vec2 rest = in_rest;
     uint location = 0u;

@@ -1,4 +1,4 @@
-// Shared by the stages that draw the sea (crates/leadr-render/src/passes/ocean/surface.rs).
+// Code shared by the stages that draw the sea (crates/leadr-render/src/passes/ocean/surface.rs).
 #ifndef LEADR_OCEAN_SURFACE
 #define LEADR_OCEAN_SURFACE
 #include "cascade.glsl"
@@ -6,19 +6,19 @@
 
 layout(std140) uniform View {
     mat4 clip_from_world;
-    vec4 window; // xy: size of the image, pixels
-    vec4 centre; // below the camera: world xy, height of the water; w: 1 / (2 radius of the earth)
+    vec4 window; // xy: size of the image in pixels
+    vec4 centre; // point below the camera: world xy, height of the water; w: 1 / (2 radius of the earth)
 } view;
 
 struct Vertex {
-    vec2 position; // at rest, world metres
-    float spacing; // of the vertices around it, metres
+    vec2 position; // rest position, in world metres
+    float spacing; // spacing of the vertices around the position, in metres
     float unused;
 };
 
 layout(std430) readonly buffer Vertices { Vertex vertices[]; };
-layout(std430) readonly buffer Patches { uvec4 patches[]; };      // corners (0,0) (1,0) (1,1) (0,1)
-layout(std430) readonly buffer Edges { uvec4 patch_edges[]; };    // sides v=0, u=1, v=1, u=0: edge << 1 | backwards
+layout(std430) readonly buffer Patches { uvec4 patches[]; };      // vertices at the corners (0,0) (1,0) (1,1) (0,1)
+layout(std430) readonly buffer Edges { uvec4 patch_edges[]; };    // sides v=0, u=1, v=1, u=0, as edge << 1 | backwards
 layout(std430) readonly buffer EdgeFactors { float edge_factors[]; };
 layout(std430) readonly buffer VisiblePatches { uint visible_patches[]; };
 layout(std430) readonly buffer Cascades { Cascade cascades[]; };
@@ -26,8 +26,8 @@ uniform sampler2DArray displacement;
 layout(std140) uniform Beach { Shore shore; };
 layout(constant_id = 2) const bool HAS_BEACH = false; // a constant, because a branch on a uniform is slow on CPU drivers
 
-// A rest position displaced by the waves (xy; z: spacing of the vertices there). It depends on the position alone,
-// so shared vertices move alike.
+// Returns a rest position displaced by the waves. xy is the rest position, and z is the vertex spacing there. The result depends on the
+// position alone, so shared vertices move by the same amount.
 vec3 carried(const vec3 rest) {
     int count = textureSize(displacement, 0).z;
     float samples = float(textureSize(displacement, 0).x);
@@ -40,7 +40,7 @@ vec3 carried(const vec3 rest) {
     }
     for (int i = 0; i < count; ++i) {
         Cascade c = cascades[i];
-        // Two vertices per sample of the level: the geometry cannot resolve finer waves, which the moments cover.
+        // There are two vertices per sample of the level. The geometry cannot resolve finer waves; the moments account for them.
         float lod = log2(max(rest.z * samples / c.size, 1.0));
         float calm = HAS_BEACH ? shore_calm(shore, i, depth) : 1.0;
         moved += calm * textureLod(displacement, vec3(cascade_texcoord(c, rest.xy), float(i)), lod).xyz;

@@ -13,7 +13,7 @@ layout(location = 0) out vec3 out_rest[];
 layout(location = 1) patch out uint out_patch;
 
 
-// Whether a sphere lies outside the view or before the near plane.
+// Whether a sphere lies outside the view or in front of the near plane.
 bool outside(const vec3 centre, const float radius) {
     mat4 rows = transpose(view.clip_from_world);
     vec4 x = GUARD_BAND * rows[0], y = GUARD_BAND * rows[1], w = rows[3];
@@ -26,7 +26,7 @@ bool outside(const vec3 centre, const float radius) {
     return false;
 }
 
-// A bounding sphere of the displaced corners. Between the corners, waves with slopes of up to 1 add at most half the diagonal.
+// Tests a bounding sphere of the displaced corners. Between the corners, waves with slopes of up to 1 add at most half the diagonal.
 bool unseen() {
     vec3 corners[4], centre = vec3(0.0);
     for (int i = 0; i < 4; ++i) {

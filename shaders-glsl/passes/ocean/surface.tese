@@ -1,7 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Displaces the sea by the waves of every cascade, filtered to the vertex spacing. Positions on an edge are computed from its
-// lower vertex, so that both patches of an edge get the same bits.
+// Displaces the sea by the waves of every cascade, filtered to the vertex spacing. Positions on an edge are computed from its lower vertex,
+// so that both patches at an edge compute the same bits.
 #include "surface.glsl"
 #include "../reached.glsl"
 

@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 #include "surface.glsl"
 
-layout(location = 0) out vec3 out_rest; // position, spacing
+layout(location = 0) out vec3 out_rest; // rest position, and vertex spacing
 layout(location = 1) out flat uint out_patch;
 
 void main() {

@@ -1,17 +1,17 @@
-// Water parameters for the filters of the sea (`WaterGpu` in crates/leadr-render/src/passes/ocean/filter.rs).
+// The water parameters for the filters of the sea (`WaterGpu` in crates/leadr-render/src/passes/ocean/filter.rs).
 #ifndef LEADR_OCEAN_WATER
 #define LEADR_OCEAN_WATER
 
 #include "../gbuffer.glsl"
 
 layout(std140) uniform Water {
-    vec4 centre;   // of the rest positions, world xy; z: 1 / radius of the earth
-    vec4 tail;     // slope covariance xx, yy, xy of the waves below the cascades; w: roughness of the water itself
-    vec4 color;    // diffuse albedo of the water; w: reflectance at normal incidence
-    vec4 foam;     // albedo; w: stretch below which the sea foams
+    vec4 centre;   // xy: world position of the centre of the rest positions; z: 1 / radius of the earth
+    vec4 tail;     // slope covariance xx, yy, xy of the waves below the finest cascade; w: roughness of the water itself
+    vec4 color;    // rgb: diffuse albedo of the water; w: reflectance at normal incidence
+    vec4 foam;     // rgb: albedo of the foam; w: stretch below which the sea foams
 } water;
 
-// Water with these slopes: the displacement direction is up everywhere, and waves occlude no surroundings.
+// Returns water with these slopes. The displacement direction is up everywhere, and waves do not occlude the surroundings.
 FilteredSurface filtered_water(vec2 mean_slope, vec3 covariance, vec4 material, float f0) {
     FilteredSurface f;
     f.normal = vec3(0.0, 0.0, 1.0);

@@ -1,4 +1,4 @@
-// Light that facets of a base reflect more than once (MULTISCATTERING), specular and from the diffuse base below.
+// Light that the facets of a base reflect more than once (MULTISCATTERING), both specular light and light from the diffuse base below.
 #ifndef LEADR_SHADE_BOUNCES
 #define LEADR_SHADE_BOUNCES
 #include "energy.glsl"
@@ -7,16 +7,17 @@
 #include "leadr/slopes/grid.glsl"
 
 struct Bounces {
-    vec3 specular;       // factor on single-bounce reflection (Turquin 2019)
-    Frame about;         // the mean normal, in the tangent frame
-    vec3 wo;             // toward the viewer, in that frame
+    vec3 specular;       // factor on the single-bounce specular reflection (Turquin 2019)
+    Frame about;         // frame about the mean normal, in the tangent frame
+    vec3 wo;             // direction toward the viewer, in the frame `about`
     float alpha;
     FacetBounces facets;
-    vec3 entered;        // light that enters along wo
-    vec3 average;        // light that enters, mean over the hemisphere
+    vec3 entered;        // fraction of light that enters along wo
+    vec3 average;        // fraction of light that enters, averaged over the hemisphere
 };
 
-// alpha: of the base. The relief's own bounces are excluded: as the viewer approaches, roughness becomes resolved relief.
+// Computes the bounces for a base of roughness alpha. Bounces within the relief are excluded, because more of the roughness becomes visible
+// relief as the viewer approaches.
 Bounces bounces_of(const Surface surface, float alpha) {
     Bounces b;
     vec3 n = normal_of_slope(surface.mean_slope);
@@ -32,7 +33,7 @@ Bounces bounces_of(const Surface surface, float alpha) {
     return b;
 }
 
-// Diffuse light from wi (tangent frame) over that of a Lambertian surface with the same entering light.
+// Returns the diffuse light from wi (tangent frame), divided by that of a Lambertian surface with the same entering light.
 vec3 bounced_light(const Bounces b, const Surface surface, const vec3 albedo, const vec3 wi) {
     vec3 towards = to_frame(b.about, wi);
     towards.z = max(towards.z, 1e-3);

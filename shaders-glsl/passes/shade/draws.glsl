@@ -1,4 +1,4 @@
-// Random draws of the reference: points of a square, visible specular directions, directions on a hemisphere.
+// Random draws for the reference: points of a square, visible specular directions, and directions on a hemisphere.
 #ifndef LEADR_SHADE_DRAWS
 #define LEADR_SHADE_DRAWS
 #include "leadr/facets/beckmann.glsl"
@@ -7,8 +7,8 @@
 #include "leadr/frame.glsl"
 #include "leadr/visible/specular.glsl"
 
-// Solid angle that a drawn specular direction averages in the environment, relative to its share of the lobe among one sample's
-// draws. Draws of all samples overlap, so a fraction suffices; a smaller one widens the lobe less.
+// The solid angle over which a drawn specular direction averages the environment, relative to its share of the lobe among the draws of one
+// sample. The draws of all samples overlap, so a fraction suffices. A smaller fraction widens the lobe less.
 const float DRAW_WIDTH = 0.125;
 
 uint mixed_bits(uint x) {
@@ -19,8 +19,8 @@ uint mixed_bits(uint x) {
     return x ^ (x >> 16);
 }
 
-// Owen scrambling of binary digits, from the highest bit: each digit is flipped depending on those before it. Laine and Karras,
-// "Stratified Sampling for Stochastic Transparency" (2011): products with even numbers carry only upwards.
+// Applies Owen scrambling to the binary digits, from the highest bit: the digits before a digit decide whether it is flipped. The method
+// uses products with even numbers, which carry only upwards (Laine and Karras, "Stratified Sampling for Stochastic Transparency", 2011).
 uint owen_scrambled(uint x, const uint seed) {
     x = bitfieldReverse(x) + seed;
     x ^= x * 0x6c50b47cu;
@@ -30,8 +30,8 @@ uint owen_scrambled(uint x, const uint seed) {
     return bitfieldReverse(x);
 }
 
-// Point `index` of a sequence in the unit square, scrambled by `seed`: the first two Sobol dimensions. Of the first 2^n points,
-// each of 2^n equal boxes of any shape contains one.
+// Returns point `index` of a sequence in the unit square: the first two Sobol dimensions, scrambled by `seed`. If the square is divided
+// into 2^n equal boxes of any shape, each box contains one of the first 2^n points.
 vec2 drawn_point(const uint index, const uint seed) {
     uint second = 0u, direction = 0x80000000u;
     for (int bit = 0; bit < 32; ++bit) {
@@ -43,21 +43,21 @@ vec2 drawn_point(const uint index, const uint seed) {
     return (vec2(digits >> 8) + 0.5) / 16777216.0;
 }
 
-// The kind of draws that choose a facet. Lower kinds are specular, hemisphere and lights.
+// The kind of the draws that choose a facet. Lower kinds are for specular directions, the hemisphere, and lights.
 const uint FACET_DRAW = 0x100u;
 
-// The seed of a pixel for one kind of draws.
+// Returns the seed of a pixel for one kind of draws.
 uint draw_seed(const uvec2 pixel, const uint seed, const uint kind) {
     return mixed_bits(pixel.x + mixed_bits(pixel.y + mixed_bits(seed + mixed_bits(kind))));
 }
 
 struct DrawnReflection {
-    vec3 wi;       // direction that reflects towards wo, tangent frame
-    float cosine;  // between wo and the half vector
-    float density; // of wi, per solid angle
+    vec3 wi;       // direction that reflects towards wo, in the tangent frame
+    float cosine;  // cosine between wo and the half vector
+    float density; // density of wi per solid angle
 };
 
-// Density per solid angle of wi among the specular directions visible from wo.
+// Returns the density per solid angle of wi among the specular directions visible from wo.
 float specular_density(const vec3 wo, const vec3 wi, const vec2 m, const vec3 S, const float visible) {
     vec3 h = wo + wi;
     return 0.25 * beckmann_ndf_over(h * inversesqrt(max(dot(h, h), 1e-20)), m, S, max(visible, LEADR_MIN_AREA));
@@ -70,12 +70,12 @@ DrawnReflection drawn_reflection(const vec3 wo, const vec2 u, const vec2 m, cons
     return DrawnReflection(2.0 * cosine * wn - wo, cosine, density);
 }
 
-// Solid angle that one of `count` draws of this density averages in the environment.
+// Returns the solid angle over which one of `count` draws of this density averages the environment.
 float drawn_solid_angle(const float density, const int count) {
     return DRAW_WIDTH / (float(count) * max(density, 1e-9));
 }
 
-// A direction with the density cosine / pi about the normal z.
+// Returns a direction about the normal z, drawn with the density cosine / pi.
 vec3 drawn_cosine(const vec2 u) {
     float r = sqrt(u.x), phi = 6.28318531 * u.y;
     return vec3(r * cos(phi), r * sin(phi), sqrt(max(1.0 - u.x, 0.0)));

@@ -5,7 +5,7 @@
 #include "leadr/slopes/grid.glsl"
 #include "leadr/slopes/rotation.glsl"
 
-// For the reference, whose samples each hit one facet: its base is rough in this frame.
+// Used for the reference, where each sample hits one facet and the base is rough in the frame of this facet.
 Surface in_facet_frame(Surface surface) {
     Frame macro = surface.frame;
     surface.frame = frame_about(from_frame(macro, normal_of_slope(surface.mean_slope)));

@@ -12,20 +12,20 @@
 #include "leadr/integrals/light_size.glsl"
 #include "leadr/integrals/sh.glsl"
 
-// Values of FAMILY.
-const int FAMILY_UNLIT = 0;       // the albedo
+// The values of FAMILY.
+const int FAMILY_UNLIT = 0;       // shows the albedo
 const int FAMILY_BLINN_PHONG = 1; // a Blinn-Phong lobe about the mean normal
-const int FAMILY_TOKSVIG = 2;     // the same, with roughness from the length of the mean normal
+const int FAMILY_TOKSVIG = 2;     // like FAMILY_BLINN_PHONG, with roughness from the length of the mean normal
 const int FAMILY_LEAN = 3;        // a Beckmann lobe of the slopes, without projected areas
 const int FAMILY_LEADR = 4;       // integrals over the visible slopes
 const int FAMILY_GLOSS = 5;       // a GGX lobe about the mean normal, with roughness from shortened normals
 
-// Normal distribution of the lobe: about the mean normal for Blinn-Phong, in the tangent frame for LEAN.
+// Returns the normal distribution of the lobe. For Blinn-Phong it is about the mean normal, and for LEAN in the tangent frame.
 float classic_ndf(const vec3 wh, const vec3 n, const float exponent, const vec2 m, const vec3 S) {
     return FAMILY == FAMILY_LEAN ? beckmann_ndf(wh, m, S) : blinn_phong_ndf(dot(wh, n), exponent);
 }
 
-// Normal distribution of the lobe, widened by the size of light `i`.
+// Returns the normal distribution of the lobe, widened by the size of light `i`.
 float classic_light_ndf(const int i, const Light light, const vec3 wo, const vec3 wh, const vec3 n, float exponent, const vec2 m, vec3 S) {
     if (of_panorama(i)) {
         S = clamp_covariance(S + light_slope_covariance(wo, light.wi, light.variance));
@@ -34,8 +34,8 @@ float classic_light_ndf(const int i, const Light light, const vec3 wo, const vec
     return classic_ndf(wh, n, exponent, m, S);
 }
 
-// Techniques before LEADR: a lobe about one mean normal, without projected areas. Specular light is F D / 4 times the cosine, a
-// microfacet BRDF with implicit masking; diffuse light is the cosine. The environment is sampled once, in the reflected
+// Shades with techniques before LEADR, which use a lobe about one mean normal, without projected areas. Specular light is F D / 4 times the
+// cosine, which is a microfacet BRDF with implicit masking. Diffuse light is the cosine. The environment is sampled once, in the reflected
 // direction, blurred to the width of the lobe.
 vec3 classic_radiance(const Surface surface) {
     vec2 m = surface.mean_slope;
@@ -76,14 +76,14 @@ vec3 classic_radiance(const Surface surface) {
     return radiance;
 }
 
-// Specular response of GGX facets of roughness sqrt(square) about z to a light, without the Fresnel term.
+// Returns the specular response of GGX facets about z to a light, without the Fresnel term. `square` is the square of the roughness.
 float gloss_specular(const vec3 wo, const vec3 wi, const vec3 wh, const float square) {
     vec3 roughness = vec3(vec2(square), 0.0);
     return 0.25 * ggx_ndf(wh, vec2(0.0), roughness) * ggx_masking_shadowing(wo, wi, vec2(0.0), roughness, true);
 }
 
-// Shortened normals (Chan 2018): GGX about the mean normal, with roughness from its length. The length is the product of the
-// relief's and the base's.
+// Shades with shortened normals (Chan 2018): a GGX lobe about the mean normal, whose roughness follows from the length of the mean normal.
+// The length is the product of the lengths for relief and base.
 vec3 gloss_radiance(const Surface surface) {
     vec2 m = surface.mean_slope;
     float relief = tail_mean_ratio(inversesqrt(max(normal_variance(m, surface.slope_covariance), 1e-12)));
@@ -102,7 +102,7 @@ vec3 gloss_radiance(const Surface surface) {
     if (SPECULAR_ENVIRONMENT) {
         vec3 wi = from_frame(b.about, lobe_axis(alpha, b.wo));
         vec3 seen = vec3(0.0);
-        // GGX as a mixture of Gaussian lobes. Reflected directions rotate twice as far as normals.
+        // GGX is a mixture of Gaussian lobes. Reflected directions rotate by twice the angle of the normals.
         for (int k = 1; k < LEADR_GGX_LOBES; ++k) {
             GaussianLobe lobe = ggx_lobe(DisplacedGgx(1.0, vec3(vec2(alpha * alpha), 0.0)), k);
             seen += lobe.weight * lobe_radiance(surface, wi, 4.0 * lobe.S.x);
@@ -141,8 +141,8 @@ vec3 gloss_radiance(const Surface surface) {
     return radiance;
 }
 
-// A normal-map facet that faces away: <wo, wm> is clamped at 0. It has its reflectance at grazing incidence, but reflects no
-// visible light.
+// Returns the surface of a normal-map facet that faces away, where <wo, wm> is clamped at 0. Such a facet has the reflectance of grazing
+// incidence, but reflects no visible light.
 Surface facing_away(Surface surface) {
     surface.albedo *= 1.0 - grazing_reflectance(surface.diffuse_f0);
     surface.f0 = surface.diffuse_f0 = vec3(0.0);
@@ -152,7 +152,7 @@ Surface facing_away(Surface surface) {
     return surface;
 }
 
-// Radiance toward the viewer, by the technique's family.
+// Returns the radiance toward the viewer, by the family of the technique.
 vec3 family_radiance(Surface surface) {
     if (FAMILY == FAMILY_UNLIT) {
         return surface.albedo;

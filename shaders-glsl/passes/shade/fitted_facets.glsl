@@ -1,23 +1,23 @@
-// Measured facets themselves, not their lobes, for samples of the reference.
+// Measured facets for samples of the reference. The tables of the facets are used directly, not the fitted lobes.
 #ifndef LEADR_SHADE_FITTED_FACETS
 #define LEADR_SHADE_FITTED_FACETS
 #include "draws.glsl"
 #include "surface.glsl"
 
-// Share of the directions drawn from the hemisphere, for slopes that the lobes hardly cover.
+// The fraction of the directions that are drawn from the hemisphere. Such directions sample slopes that the lobes hardly cover.
 const float DEFENSIVE = 0.125;
 
 // A measured facet and its view direction, in the frame of its table.
 struct FittedFacet {
     uint fit;
     float stretch;
-    mat3 rotation;  // rotation from the surface's frame to the table's
+    mat3 rotation;  // rotation from the frame of the surface to the frame of the table
     vec3 wo;
-    float area; // area of its lobes visible from wo
+    float area; // visible area of the facet's lobes along wo
 };
 
-// The normal of a facet visible from wo, with slopes m and covariance S; of a mapped normal, any facet. Maps store a texel's
-// slopes only as these moments, and a table, unlike a lobe, cannot be widened by them. Anisotropic fits follow the axes of S.
+// Returns the normal of a facet visible from wo, with mean slope m and covariance S. On a normal map, the facet need not be visible. Maps
+// store the slopes of a texel as moments, which can widen a lobe but not a table. Anisotropic fits follow the axes of S.
 vec3 fitted_normal(const uint fit, const vec3 wo, const vec2 m, const vec3 S, const bool mapped, const vec2 u) {
     if (!fitted_is_round(fit) || S.x + S.y <= 2.0 * LEADR_MIN_VARIANCE) {
         return normal_of_slope(m);
@@ -28,7 +28,7 @@ vec3 fitted_normal(const uint fit, const vec3 wo, const vec2 m, const vec3 S, co
     return normal_of_slope(slope_at(vec2(normal_quantile(u.x), normal_quantile(u.y)), m, slope_cholesky(S)));
 }
 
-// normal: of the facet; widest: covariance that gives the direction of anisotropy.
+// Returns the measured facet. normal is the normal of the facet, and widest is the covariance that gives the direction of anisotropy.
 FittedFacet fitted_facet(uint fit, const float alpha, vec3 wo, const vec3 normal, const vec3 widest) {
     FittedFacet f;
     f.fit = fit;
@@ -45,7 +45,7 @@ FittedFacet fitted_facet(uint fit, const float alpha, vec3 wo, const vec3 normal
     return f;
 }
 
-// Radiance towards the viewer per unit of irradiance on a plane that faces wi.
+// Returns the radiance towards the viewer per unit of irradiance on a plane that faces wi.
 vec3 fitted_reflected(const FittedFacet f, vec3 wi) {
     wi = f.rotation * wi;
     if (f.wo.z <= 0.0 || wi.z <= 0.0) {
@@ -54,7 +54,7 @@ vec3 fitted_reflected(const FittedFacet f, vec3 wi) {
     return fitted_fresnel(f.fit, 0.5 * length(f.wo + wi)) * fitted_specular(f.fit, f.wo, wi, f.stretch);
 }
 
-// Density per solid angle of a drawn direction.
+// Returns the density of a drawn direction per solid angle.
 float fitted_density(const FittedFacet f, vec3 wi) {
     wi = f.rotation * wi;
     vec3 h = f.wo + wi;
@@ -62,12 +62,12 @@ float fitted_density(const FittedFacet f, vec3 wi) {
     return (1.0 - DEFENSIVE) * fitted_lobes_density(f.fit, f.wo, wn, f.area, f.stretch) + DEFENSIVE / LEADR_PI * max(wi.z, 0.0);
 }
 
-// Draws a direction from its specular term.
+// Draws a direction from the facet's specular term.
 vec3 fitted_direction_drawn(const FittedFacet f, const vec2 u) {
     if (u.x < DEFENSIVE) {
         return drawn_cosine(vec2(u.x / DEFENSIVE, u.y)) * f.rotation;
     }
-    // One number chooses both the lobe and the point on it; it has enough digits.
+    // One random number selects the lobe and the point on the lobe. The number has enough digits for lobe and point.
     float choice = (u.x - DEFENSIVE) / (1.0 - DEFENSIVE) * 64.0;
     vec3 wn = fitted_lobes_normal(f.fit, f.wo, (floor(choice) + 0.5) / 64.0, vec2(fract(choice), u.y), f.area, f.stretch);
     vec3 wi = 2.0 * max(dot(f.wo, wn), 0.0) * wn - f.wo;

@@ -13,7 +13,7 @@ uniform usampler2D gbuffer_reflection;
 uniform usampler2D gbuffer_emission;
 uniform usampler2D gbuffer_relief_color;
 
-// Pixels and edge samples share the last texel; values of the other kind are meaningless.
+// Pixels and edge samples have different data in the last texel. The values of the other kind are meaningless.
 FilteredSurface read_gbuffer(const ivec2 pixel, const bool with_horizon) {
     uvec4 slopes = texelFetch(gbuffer_slopes, pixel, 0), material = texelFetch(gbuffer_material, pixel, 0);
     uvec2 surface = texelFetch(gbuffer_surface, pixel, 0).xy;

@@ -1,8 +1,8 @@
-// The environment in spherical harmonics of order 2.
+// The environment as spherical harmonics of order 2.
 #ifndef LEADR_SHADE_HARMONICS
 #define LEADR_SHADE_HARMONICS
 
-// Coefficients of radiance, world space; w is 0 (light/irradiance.comp).
+// Coefficients of radiance in world space; w is 0 (light/irradiance.comp).
 layout(set = 1, std430) readonly buffer Harmonics { vec4 harmonics[9]; };
 
 vec3[9] environment_sh() {

@@ -1,6 +1,6 @@
-// LEADR: integrals over the visible slopes. Specular lights by eq. 17; specular environment by eq. 19 and 22, on the paper's
-// grid (Algorithm 1) or a few probes; diffuse by eq. 20-23 (Algorithms 2 and 3), on the grid or in closed form, or by one
-// lookup for shadowed environments.
+// Computes LEADR's integrals over the visible slopes. Specular lights use eq. 17. The specular environment uses eq. 19 and 22, on the
+// paper's grid (Algorithm 1) or with a few probes. Diffuse light uses eq. 20-23 (Algorithms 2 and 3), on the grid, in closed form, or with
+// one lookup for shadowed environments.
 #ifndef LEADR_SHADE_LEADR
 #define LEADR_SHADE_LEADR
 #include "draws.glsl"
@@ -23,25 +23,26 @@
 #include "leadr/visible/relief_color.glsl"
 #include "leadr/visible/specular.glsl"
 
-const float GRID_DEVIATION = 0.05; // angular deviation of one grid sample's light, for the horizon of the relief
-const int DIFFUSE_TERMS = 2; // of the closed form: see leadr/visible/diffuse.glsl
-const bool FACET_SPECULAR = FACET_FRAME && !FINEST_LEVEL && !GGX_BASE; // of the lights
+const float GRID_DEVIATION = 0.05; // angular deviation of the light of one grid sample, for the horizon of the relief
+const int DIFFUSE_TERMS = 2; // number of terms of the closed form (leadr/visible/diffuse.glsl)
+const bool FACET_SPECULAR = FACET_FRAME && !FINEST_LEVEL && !GGX_BASE; // whether lights use facet_specular.glsl
 
-// Means over the visible specular facets.
+// The means over the visible specular facets.
 struct SpecularTerm {
-    vec3 reflected; // radiance, Fresnel and shadowing included
-    vec3 fresnel;   // of the diffuse base: fraction of light that does not enter it
-    float area;     // visible area in arbitrary units: the weight among several lobes
+    vec3 reflected; // reflected radiance, including Fresnel term and shadowing
+    vec3 fresnel;   // fraction of light that does not enter the diffuse base
+    float area;     // visible area in arbitrary units, which is the weight among several lobes
 };
 
-// The specular term of a normal map from the facets that face the viewer. The others are black, with grazing reflectance.
+// Converts the specular term of the facets of a normal map that face the viewer to that of all facets. Facets that face away are black, and
+// have the reflectance of grazing incidence.
 SpecularTerm of_facing(const SpecularTerm specular, const Surface surface, const float facing) {
     vec3 grazing = grazing_reflectance(surface.diffuse_f0);
     return SpecularTerm(facing * specular.reflected, mix(grazing, specular.fresnel, facing), 1.0);
 }
 
-// One node of the grid; sums weights in `area`. relief: share of a normal map in the slope variance; its facets have equal
-// weights.
+// Adds one node of the grid, and sums the weights in `area`. relief is the fraction of the slope variance that a normal map contributes.
+// The facets of a normal map have equal weights.
 void add_grid_specular(inout SpecularTerm sum, const vec3 node, const Surface surface, const vec3 wo, const vec2 m, const vec3 S,
                        const vec3 cholesky, const DirectionArea o, const float base, const float relief) {
     EnvironmentSample e = environment_sample_at(wo, slope_at(node.xy, m, cholesky));
@@ -58,10 +59,10 @@ void add_grid_specular(inout SpecularTerm sum, const vec3 node, const Surface su
     sum.area += weight;
 }
 
-// Grids of up to this many samples per side are unrolled, a sixth faster (docs/measurements/performance.md).
+// Grids with up to this many samples per side are unrolled, which is a sixth faster (docs/measurements/performance.md).
 const int WRITTEN_OUT = 5;
 
-// Algorithm 1, with loop invariants moved out of the loop.
+// Evaluates Algorithm 1. Loop invariants are computed outside the loop.
 SpecularTerm grid_specular(Surface surface, vec3 wo, vec3 S) {
     float lambda = grid_lambda(SAMPLES);
     vec2 m = face_viewer(wo, surface.mean_slope, S, lambda);
@@ -90,17 +91,17 @@ SpecularTerm grid_specular(Surface surface, vec3 wo, vec3 S) {
     return MAPPED ? of_facing(mean, surface, mapped.facing) : mean;
 }
 
-// Probes per lobe, for three lobes or more (docs/measurements/fitting.md gives the error).
+// The number of probes per lobe, for three or more lobes (docs/measurements/fitting.md gives the error).
 const int PROBES_OF_LOBE = 5;
 
-// Positions of a lobe's probes and its visible area.
+// The positions of a lobe's probes, and the visible area of the lobe.
 struct ProbedLobe {
     VisibleProbes probes;
     DirectionArea o;
-    float facing; // share of the facets of a normal map that face the viewer
+    float facing; // fraction of the facets of a normal map that face the viewer
 };
 
-// kernel: of its quadrature rule.
+// Returns the probes of a lobe. kernel belongs to the lobe's quadrature rule.
 ProbedLobe probed_lobe(const Surface surface, const vec3 wo, const vec3 S, const vec3 kernel) {
     ProbedLobe lobe;
     lobe.facing = 1.0;
@@ -115,17 +116,17 @@ ProbedLobe probed_lobe(const Surface surface, const vec3 wo, const vec3 S, const
     return lobe;
 }
 
-// Sums over probes. Their weights add up to one.
+// The sums over probes. The weights of the probes add up to one.
 struct ProbeSums {
-    vec3 at_normal;  // as if all of it were reflected
-    vec3 by_angle;   // the same times Schlick's term, or times the cosine for a table of reflectances
+    vec3 at_normal;  // radiance as if all light were reflected
+    vec3 by_angle;   // this radiance times Schlick's term or, for a table of reflectances, times the cosine
     float lit;
-    float grazing;   // Schlick's term
+    float grazing;   // sum of Schlick's term
     float cosine;
     float cosine2;
 };
 
-// fitted: whether a table of reflectances multiplies the radiance.
+// Adds a probe. fitted is whether a table of reflectances multiplies the radiance.
 void add_probe(inout ProbeSums sums, const Surface surface, const vec3 wo, const ProbedLobe lobe, const ProbeNode node, const bool fitted) {
     VisibleProbe p = visible_probe(lobe.probes, wo, node);
     float mean_f0 = dot(surface.f0, vec3(1.0 / 3.0));
@@ -139,17 +140,18 @@ void add_probe(inout ProbeSums sums, const Surface surface, const vec3 wo, const
     sums.cosine2 += p.weight * p.cosine * p.cosine;
 }
 
-// The specular term from sums over probes.
+// Returns the specular term from sums over probes.
 SpecularTerm probes_specular(const ProbeSums sums, const Surface surface, const ProbedLobe lobe, const bool fitted) {
     vec3 reflected;
     if (fitted) {
-        // The table is nearly linear over a lobe: a line through its values one deviation of the cosines on either side.
+        // The table is nearly linear over a lobe. A line passes through its values at the mean cosine plus and minus one standard
+        // deviation.
         float spread = max(sqrt(max(sums.cosine2 - sums.cosine * sums.cosine, 0.0)), 1e-3);
         float high = min(sums.cosine + spread, 1.0), low = max(high - 2.0 * spread, 0.0);
         vec3 at_low = fitted_fresnel(surface.fit, low), slope = (fitted_fresnel(surface.fit, high) - at_low) / (high - low);
         reflected = max((at_low - low * slope) * sums.at_normal + slope * sums.by_angle, 0.0);
     } else {
-        // The edge tint varies slowly with the angle: its mean over the lobe is its value at the mean cosine.
+        // The edge tint varies slowly with the angle, so its mean over the lobe is approximated by its value at the mean cosine.
         vec3 rise = grazing_reflectance(surface.f0) - surface.f0;
         reflected = (surface.f0 - surface.edge_tint * edge_tint_weight(sums.cosine)) * sums.at_normal + rise * sums.by_angle;
     }
@@ -159,7 +161,7 @@ SpecularTerm probes_specular(const ProbeSums sums, const Surface surface, const 
     return MAPPED ? of_facing(mean, surface, lobe.facing) : mean;
 }
 
-// The specular term from `count` probes among the visible slopes.
+// Returns the specular term from `count` probes among the visible slopes.
 SpecularTerm probe_specular(Surface surface, vec3 wo, const vec3 S, int count) {
     ProbedLobe lobe = probed_lobe(surface, wo, S, probe_kernel(count));
     bool fitted = is_fitted(surface.fit);
@@ -170,7 +172,8 @@ SpecularTerm probe_specular(Surface surface, vec3 wo, const vec3 S, int count) {
     return probes_specular(sums, surface, lobe, fitted);
 }
 
-// The specular term from random visible directions. Its mean over the samples of the reference converges to the integral.
+// Returns the specular term from random visible directions. The mean of this term over the samples of the reference converges to the
+// integral.
 SpecularTerm drawn_specular(const Surface surface, const vec3 wo, const vec3 S) {
     vec2 m = surface.mean_slope;
     DirectionArea o = direction_area(wo, m, slope_cholesky(S));
@@ -180,7 +183,7 @@ SpecularTerm drawn_specular(const Surface surface, const vec3 wo, const vec3 S) 
         vec2 u = drawn_point(lighting.draws.x * uint(SAMPLES) + uint(i), seed);
         DrawnReflection d = drawn_reflection(wo, u, m, S, o.visible);
         vec3 f = fresnel_of(surface, d.cosine);
-        float variance = drawn_solid_angle(d.density, SAMPLES) / (4.0 * LEADR_PI); // per axis, of an even disc
+        float variance = drawn_solid_angle(d.density, SAMPLES) / (4.0 * LEADR_PI); // variance per axis of a disc of constant density
         float lit = lit_fraction(SHADOWING, o, area_for(SHADOWING, d.wi, m, S, slope_cholesky(S)))
                   * relief_visibility(surface, d.wi, sqrt(variance));
         reflected += f * lit * lobe_radiance(surface, d.wi, variance);
@@ -189,7 +192,7 @@ SpecularTerm drawn_specular(const Surface surface, const vec3 wo, const vec3 S) 
     return SpecularTerm(reflected / float(SAMPLES), fresnel / float(SAMPLES), o.visible);
 }
 
-// The specular term of measured facets from random directions.
+// Returns the specular term of measured facets from random directions.
 SpecularTerm drawn_facets(const Surface surface, const FittedFacet facet) {
     uint seed = draw_seed(surface.pixel, lighting.draws.y, 0u);
     vec3 reflected = vec3(0.0);
@@ -203,7 +206,7 @@ SpecularTerm drawn_facets(const Surface surface, const FittedFacet facet) {
     return SpecularTerm(reflected / float(SAMPLES), vec3(0.0), 1.0);
 }
 
-// probes: number per lobe, where probes are used.
+// Returns the specular term of Gaussian slopes. probes is the number of probes per lobe, where probes are used.
 SpecularTerm gaussian_specular(const Surface surface, const vec3 wo, const vec3 S, const int probes) {
     if (DRAWN_SPECULAR) {
         return drawn_specular(surface, wo, S);
@@ -214,7 +217,7 @@ SpecularTerm gaussian_specular(const Surface surface, const vec3 wo, const vec3 
     return grid_specular(surface, wo, S);
 }
 
-// Specular term of a GGX base: a mixture of Gaussian lobes, each weighted by its visible area.
+// Returns the specular term of a GGX base, which is a mixture of Gaussian lobes, each weighted by its visible area.
 SpecularTerm ggx_specular(const Surface surface, const vec3 wo, const DisplacedGgx d) {
     SpecularTerm sum = SpecularTerm(vec3(0.0), vec3(0.0), 0.0);
     for (int k = 0; k < LEADR_GGX_LOBES; ++k) {
@@ -231,14 +234,14 @@ SpecularTerm ggx_specular(const Surface surface, const vec3 wo, const DisplacedG
     return SpecularTerm(sum.reflected * scale, sum.fresnel * scale, sum.area);
 }
 
-// Mean Fresnel reflectance over the diffuse base for a specular covariance S.
+// Returns the mean Fresnel reflectance over the diffuse base, for a specular covariance S.
 vec3 diffuse_fresnel(const Surface surface, const vec3 wo, const vec3 S) {
     vec2 m = surface.mean_slope;
     return MAPPED ? mapped_fresnel(mapped_slopes(wo, m, surface.slope_covariance, S), surface.diffuse_f0)
                   : visible_fresnel(wo, m, S, surface.diffuse_f0);
 }
 
-// The mean Fresnel reflectance alone, without an environment.
+// Returns only the mean Fresnel reflectance, without an environment.
 vec3 ggx_fresnel(const Surface surface, const vec3 wo, const DisplacedGgx d) {
     vec4 sum = vec4(0.0);
     for (int k = 0; k < LEADR_GGX_LOBES; ++k) {
@@ -249,12 +252,12 @@ vec3 ggx_fresnel(const Surface surface, const vec3 wo, const DisplacedGgx d) {
     return sum.rgb / max(sum.w, 1e-12);
 }
 
-// Irradiance beyond SH order 2, for a normal n of any length; zero with the paper's grid, which uses order 2.
+// Returns the irradiance of orders above 2, for a normal n of any length. The result is zero with the paper's grid, which uses order 2.
 vec3 rest_irradiance(const Surface surface, const vec3 n) {
     return VISIBLE_SLOPES ? textureLod(irradiance_rest, from_frame(surface.frame, n), 0.0).rgb : vec3(0.0);
 }
 
-// Diffuse radiance of the environment per unit of albedo.
+// Returns the diffuse radiance of the environment per unit of albedo.
 vec3 diffuse_environment(const Surface surface, const NormalMoments normals) {
     vec3 c[9] = environment_sh();
     vec3 whole;
@@ -274,24 +277,24 @@ vec3 diffuse_environment(const Surface surface, const NormalMoments normals) {
     return diffuse_past_horizon(whole, open, horizon_hidden(m, surface.horizon), m, surface.frame, c);
 }
 
-// Share of the environment's specular light that a cone leaves.
+// Returns the fraction of the environment's specular light that a cone lets through.
 float specular_in_cone(const Surface surface) {
     vec3 S = add_roughness(surface.slope_covariance, surface.alpha);
     return cone_specular_share(surface, sqrt(2.0 * normal_variance(surface.mean_slope, S)));
 }
 
-// Visible albedo, weighted by the environment's irradiance where the albedo depends on slopes.
+// Returns the visible albedo. Where the albedo depends on slopes, it is weighted by the environment's irradiance.
 vec3 environment_albedo(const Surface surface, const DirectionArea o) {
     vec3 S = surface.slope_covariance, wo = surface.wo;
     vec2 m = surface.mean_slope;
-    // The relief of a normal map hides nothing: its facets count by their area on the surface, as from above.
+    // The relief of a normal map does not occlude. The facets of a normal map count by their area on the surface, as if seen from above.
     float open = SHADOWING == LEADR_SHADOWING_NONE || MAPPED ? 1.0 : bent_normal(wo, m, S).open;
     SlopesScore score = SlopesScore(vec2(0.0), vec3(0.0));
     if (!MAPPED) {
         score = seen_slopes_score(wo, m, S);
     }
     vec2 seen = score.moved;
-    // The derivative of the irradiance by slope, from differences over one deviation.
+    // The derivative of the irradiance by slope, from differences over one standard deviation.
     vec2 middle = m + vec2(S.x * seen.x + S.z * seen.y, S.z * seen.x + S.y * seen.y), step = sqrt(max(S.xy, 1e-6));
     vec3 c[9] = environment_sh();
     vec3 irradiance[4];
@@ -305,7 +308,7 @@ vec3 environment_albedo(const Surface surface, const DirectionArea o) {
     return relief_color(surface.albedo, surface.relief_color, MAPPED ? 0.0 : seen_height(o, open), change);
 }
 
-// Diffuse radiance per unit of albedo from an unshadowed light of unit irradiance.
+// Returns the diffuse radiance per unit of albedo, from an unshadowed light of unit irradiance.
 float diffuse_light(const Surface surface, const vec3 wo, const NormalMoments normals, const vec2 faced, const float lambda,
                     const vec3 wi) {
     vec3 S = surface.slope_covariance;
@@ -319,7 +322,7 @@ float diffuse_light(const Surface surface, const vec3 wo, const NormalMoments no
                           : leadr_diffuse_light(wo, wi, faced, S, false, SAMPLES, lambda);
 }
 
-// Light reflected by measured facets, per unit of irradiance. A light with a size is sampled at a drawn direction.
+// Returns the light reflected by measured facets, per unit of irradiance. If the light has a size, one of its directions is drawn.
 vec3 facet_light(const Surface surface, const FittedFacet facet, const int number, const Light light) {
     vec3 wi = light.wi;
     if (of_panorama(number)) {
@@ -331,7 +334,7 @@ vec3 facet_light(const Surface surface, const FittedFacet facet, const int numbe
     return fitted_reflected(facet, wi);
 }
 
-// Roughness and weight of each base that shares the surface; weights sum to one. A measured material has one per lobe.
+// The roughness and the weight of each base that shares the surface. All weights sum to one. A measured material has one base per lobe.
 const int OWN_BASES = MIXED_ROUGHNESS ? 2 : 1;
 const int BASES = FIT_LOBES > OWN_BASES ? FIT_LOBES : OWN_BASES;
 const int MOST_BASES = 4;
@@ -345,7 +348,7 @@ void bases_of(const Surface surface, out vec2 bases[MOST_BASES]) {
         bases[1] = vec2(surface.mixed.rough_alpha, surface.mixed.share);
     }
     if (is_fitted(surface.fit)) {
-        // Lobes are weighted by their visible facets.
+        // Lobes are weighted by the area of their visible facets.
         float stretch = fit_stretch(surface.fit, surface.alpha), all = 0.0;
         int lobes = fitted_lobes(surface.fit);
         for (int i = 0; i < MOST_BASES; ++i) {
@@ -360,13 +363,13 @@ void bases_of(const Surface surface, out vec2 bases[MOST_BASES]) {
     }
 }
 
-// The specular lobe of a base of one roughness on the relief.
+// The specular lobe of a base with one roughness on the relief.
 struct Base {
     float alpha;
     vec3 S;           // covariance of the specular lobe
-    DisplacedGgx ggx; // used instead for a GGX base
+    DisplacedGgx ggx; // replaces S for a GGX base
     vec3 cholesky;
-    DirectionArea o;  // area visible to the viewer
+    DirectionArea o;  // visible area for the viewer
 };
 
 Base base_of(const Surface surface, float alpha) {
@@ -385,7 +388,8 @@ Base base_of(const Surface surface, float alpha) {
     return base;
 }
 
-// Specular radiance of a light with a size, per unit of irradiance. Its size widens the lobe. o: area visible to the viewer.
+// Returns the specular radiance of a light, per unit of irradiance. The size of the light widens the lobe. o is the visible area for the
+// viewer.
 vec3 sized_light(const Surface surface, const DirectionArea o, const Light light, const vec3 S, const DisplacedGgx ggx,
                  const vec3 cholesky) {
     vec3 size = light_slope_covariance(surface.wo, light.wi, light.variance);
@@ -405,7 +409,7 @@ vec3 sized_light(const Surface surface, const DirectionArea o, const Light light
     return fresnel_schlick(surface.f0, dot(light.wi, wh)) * (0.25 * displaced_ggx_ndf(wh, m, wider) * lit);
 }
 
-// The base's specular reflection of the environment.
+// Returns the base's specular reflection of the environment.
 SpecularTerm environment_specular(const Surface surface, const Base base) {
     if (GGX_BASE) {
         return ggx_specular(surface, surface.wo, base.ggx);
@@ -413,12 +417,12 @@ SpecularTerm environment_specular(const Surface surface, const Base base) {
     return gaussian_specular(surface, surface.wo, base.S, SAMPLES);
 }
 
-// The mean Fresnel reflectance alone, for the diffuse base.
+// Returns only the mean Fresnel reflectance, for the diffuse base.
 vec3 mean_fresnel(const Surface surface, const Base base) {
     return GGX_BASE ? ggx_fresnel(surface, surface.wo, base.ggx) : diffuse_fresnel(surface, surface.wo, base.S);
 }
 
-// The base's specular reflection of a light, per unit of irradiance. diffuse_o, diffuse_i, diffuse_cholesky: of the relief
+// Returns the base's specular reflection of a light, per unit of irradiance. diffuse_o, diffuse_i and diffuse_cholesky belong to the relief
 // without its base.
 vec3 specular_light(const Surface surface, const Base base, const int number, const Light light, const DirectionArea diffuse_o,
                     const DirectionArea diffuse_i,
@@ -451,14 +455,14 @@ vec3 specular_light(const Surface surface, const Base base, const int number, co
     return leadr_specular_light(SHADOWING, base.o, i, wo, light.wi, m, base.S, f0);
 }
 
-// Passes for all kinds of surfaces shade single lobes in the loop over measured lobes, since software drivers run both sides of
-// every branch. Each iteration takes the nodes of one lobe's rule, or a slice of one rule of SAMPLES nodes.
+// Passes for all kinds of surfaces also shade single lobes in the loop over measured lobes, because software drivers run both sides of
+// every branch. Each iteration evaluates the nodes of one lobe's rule, or a part of a single rule with SAMPLES nodes.
 const bool SHARES_PROBES = FIT_LOBES > OWN_BASES && VISIBLE_SLOPES && !DRAWN_SPECULAR;
 const int LOBE_NODES = FIT_LOBES == 2 ? 9 : FIT_LOBES == 3 ? 6 : 5;
 const int LOBE_RULE = FIT_LOBES == 2 ? 9 : PROBES_OF_LOBE;
 const int SPREAD_NODES = FIT_LOBES == 2 ? (SAMPLES + 1) / 2 : FIT_LOBES == 3 ? (SAMPLES + 2) / 3 : (SAMPLES + 3) / 4;
 
-// The environment in the lobes of measured materials, each with its own rule, and in bases of one lobe.
+// Returns the environment in the lobes of measured materials, each with its own rule, and in bases of one lobe.
 SpecularTerm shared_probes(Surface surface, const vec2 bases[MOST_BASES]) {
     vec3 wo = surface.wo;
     bool fitted = is_fitted(surface.fit);
@@ -490,7 +494,7 @@ SpecularTerm shared_probes(Surface surface, const vec2 bases[MOST_BASES]) {
     return sum;
 }
 
-// The environment reflected by all bases.
+// Returns the environment reflected by all bases.
 SpecularTerm specular_of(const Surface surface, const vec2 bases[MOST_BASES]) {
     if (SHARES_PROBES) {
         return shared_probes(surface, bases);
@@ -504,7 +508,7 @@ SpecularTerm specular_of(const Surface surface, const vec2 bases[MOST_BASES]) {
         }
         return sum;
     }
-    // One or two bases are unrolled, which is faster. More would take drivers ten seconds to compile.
+    // One or two bases are unrolled, which is faster. With more bases, drivers would compile for ten seconds.
     [[unroll]] for (int i = 0; i < min(BASES, 2); ++i) {
         SpecularTerm part = environment_specular(surface, base_of(surface, bases[i].x));
         sum.reflected += bases[i].y * part.reflected;
@@ -513,7 +517,7 @@ SpecularTerm specular_of(const Surface surface, const vec2 bases[MOST_BASES]) {
     return sum;
 }
 
-// Mean Fresnel reflectance of all bases, over the diffuse base.
+// Returns the mean Fresnel reflectance of all bases over the diffuse base.
 vec3 fresnel_under(const Surface surface, const vec2 bases[MOST_BASES]) {
     vec3 sum = vec3(0.0);
     for (int i = 0; i < BASES; ++i) {
@@ -522,7 +526,7 @@ vec3 fresnel_under(const Surface surface, const vec2 bases[MOST_BASES]) {
     return sum;
 }
 
-// Mean Fresnel reflectance over the diffuse base without relief, as a single bounce has it.
+// Returns the mean Fresnel reflectance over the diffuse base without relief, as for a single bounce.
 vec3 smooth_fresnel(Surface surface, const Bounces bounces) {
     surface.mean_slope = vec2(0.0);
     surface.slope_covariance = vec3(0.0);
@@ -530,7 +534,7 @@ vec3 smooth_fresnel(Surface surface, const Bounces bounces) {
     return mean_fresnel(surface, base_of(surface, bounces.alpha));
 }
 
-// Specular reflection of a light by all bases, per unit of irradiance; arguments as in specular_light.
+// Returns the specular reflection of a light by all bases, per unit of irradiance. The arguments are those of specular_light.
 vec3 light_in_specular(const Surface surface, const vec2 bases[MOST_BASES], const int number, const Light light,
                        const DirectionArea diffuse_o, const DirectionArea diffuse_i,
                       const vec3 diffuse_cholesky) {
@@ -571,7 +575,7 @@ vec3 leadr_radiance(Surface surface) {
     }
     vec3 radiance = vec3(0.0);
 
-    // Light that the specular term does not reflect enters the surface and bounds the diffuse term.
+    // Only light that the specular term does not reflect enters the surface and reaches the diffuse base.
     vec3 entering = vec3(1.0);
     if (SPECULAR_ENVIRONMENT) {
         SpecularTerm specular;

@@ -1,4 +1,4 @@
-// The lights: suns with their shadows, point lights, the environment.
+// The lights: suns with their shadows, point lights, and the environment.
 #ifndef LEADR_SHADE_LIGHTING
 #define LEADR_SHADE_LIGHTING
 #include "point.glsl"
@@ -10,24 +10,24 @@
 #include "sky_visibility.glsl"
 #include "sun.glsl"
 
-layout(set = 1) uniform samplerCube environment_cube;  // without the panorama's suns; mips filtered by boxes
-layout(set = 1) uniform samplerCube environment_lobes; // the same, filtered by a smooth kernel
-layout(set = 1) uniform samplerCube irradiance_rest;   // its irradiance beyond SH order 2
-layout(set = 1) uniform samplerCube background_cube;   // includes the suns
+layout(set = 1) uniform samplerCube environment_cube;  // the environment without the panorama's suns; mip levels use a box filter
+layout(set = 1) uniform samplerCube environment_lobes; // the same environment, filtered by a smooth kernel
+layout(set = 1) uniform samplerCube irradiance_rest;   // the environment's irradiance of orders above 2
+layout(set = 1) uniform samplerCube background_cube;   // the environment with the panorama's suns
 
 struct Light {
-    vec3 wi;         // tangent frame, toward the light
-    vec3 irradiance; // on a plane facing it
-    float variance;  // of its directions
+    vec3 wi;         // direction toward the light, in the tangent frame
+    vec3 irradiance; // irradiance on a plane facing the light
+    float variance;  // variance of the light's directions
 };
 
-// Minimum filter width of a shadow map, in pixels of this image.
+// Returns the smallest filter width of a shadow map, in pixels of this image.
 float shadow_width(const Surface surface) {
     float edge = EDGES == EDGES_ARE_SHADED ? edge_shadow_width(surface.position, surface.relief) : 1.0;
     return lighting.viewport.z * edge;
 }
 
-// Light `i` without shadows.
+// Returns light `i` without shadows.
 Light light_sent(const int i, const Surface surface) {
     if (i < SUNS) {
         return Light(to_frame(surface.frame, lighting.sun_direction[i].xyz), lighting.sun_irradiance[i].rgb, lighting.sun_direction[i].w);
@@ -39,7 +39,7 @@ Light light_sent(const int i, const Surface surface) {
     return Light(to_frame(surface.frame, direction), lighting.point_intensity[i - SUNS].rgb * (reach / square), 0.0);
 }
 
-// Fraction of the light that passes the relief and the shadow casters.
+// Returns the fraction of the light that passes the relief and the shadow casters.
 float light_passed(const int i, const Surface surface, const Light light) {
     float seen = relief_visibility(surface, light.wi, sqrt(light.variance));
     if (!MAPPED_SHADOWS) {
@@ -47,7 +47,7 @@ float light_passed(const int i, const Surface surface, const Light light) {
     }
     vec3 mesonormal = from_frame(surface.frame, normal_of_slope(surface.mean_slope));
     float width = shadow_width(surface);
-    // The shadow map and the horizon contain the same bumps.
+    // The shadow map and the horizon contain the same bumps, so the smaller visibility counts, not the product of both.
     if (i < SUNS) {
         float sunlit = surface.joined < 1.0 ? sun_visibility(i, surface.position, mesonormal, surface.frame.z, width) : 0.0;
         return min(seen, mix(sunlit, i == 0 ? surface.sunlit : surface.more_sunlit[max(i - 1, 0)], surface.joined));
@@ -61,7 +61,7 @@ Light light_at(const int i, const Surface surface) {
     return light;
 }
 
-// Unshadowed fraction of the light from suns and lamps; 1 without such light.
+// Returns the unshadowed fraction of the light from suns and point lights, or 1 if there are none.
 float light_share(const Surface surface) {
     float sent = 0.0, passed = 0.0;
     for (int i = 0; i < LIGHTS; ++i) {
@@ -73,12 +73,12 @@ float light_share(const Surface surface) {
     return sent > 0.0 ? passed / sent : 1.0;
 }
 
-// Ambient visibility for a diffuse surface of this albedo.
+// Returns the ambient visibility for a diffuse surface of this albedo.
 vec3 ambient_on_diffuse(const Surface surface, const vec3 albedo) {
     return SKY_OCCLUSION ? sky_on_diffuse(surface.sky, surface.accessibility, albedo) : vec3(surface.accessibility);
 }
 
-// Ambient visibility for the specular term about the mean normal.
+// Returns the ambient visibility for the specular term about the mean normal.
 float ambient_in_specular(const Surface surface) {
     if (!SKY_OCCLUSION) {
         return surface.accessibility;
@@ -88,24 +88,24 @@ float ambient_in_specular(const Surface surface) {
     return sky_in_specular(surface.sky, surface.accessibility, towards);
 }
 
-// Ray through a point of the image, as surface_at expects it.
+// Returns the ray through a point of the image, in the form that surface_at expects.
 vec3 pixel_ray(const vec2 pixel) {
     vec2 ndc = (pixel / lighting.viewport.xy) * 2.0 - 1.0;
     return lighting.rays[2].xyz + ndc.x * lighting.rays[0].xyz + ndc.y * lighting.rays[1].xyz;
 }
 
-// Radiance along a ray that hits nothing.
+// Returns the radiance along a ray that hits nothing.
 vec3 sky_radiance(vec3 ray) {
     ray.z = max(ray.z, lighting.environment.w * length(ray.xy));
     return textureLod(background_cube, ray, 0.0).rgb;
 }
 
-// Radiance from the direction wi of the tangent frame.
+// Returns the radiance from the direction wi of the tangent frame.
 vec3 environment_radiance(const Surface surface, const vec3 wi, const float lod) {
     return textureLod(environment_cube, from_frame(surface.frame, wi), lod).rgb;
 }
 
-// Radiance from wi filtered by a smooth kernel of this variance.
+// Returns the radiance from wi, filtered by a smooth kernel of this variance.
 vec3 lobe_radiance(const Surface surface, const vec3 wi, const float variance) {
     float size = float(textureSize(environment_lobes, 0).x);
     return textureLod(environment_lobes, from_frame(surface.frame, wi), kernel_lod(variance, size)).rgb;

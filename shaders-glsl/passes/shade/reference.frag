@@ -16,10 +16,10 @@
 #include "leadr/visible/diffuse.glsl"
 #include "leadr/visible/fresnel.glsl"
 
-layout(constant_id = 5) const int TERMS = 15; // a bit per term of light transport
+layout(constant_id = 5) const int TERMS = 15; // a bit for each term of light transport
 layout(constant_id = 31) const bool FACET_FRAME = false; // frame in which the base is rough
-layout(constant_id = 81) const bool DISPLACED = true;    // heights move the surface
-layout(constant_id = 82) const bool DRAWN = true;        // directions are drawn from the environment
+layout(constant_id = 81) const bool DISPLACED = true;    // whether heights move the surface
+layout(constant_id = 82) const bool DRAWN = true;        // whether directions are drawn from the environment
 
 const int SPECULAR_DRAWS = 8;
 const int HEMISPHERE_DRAWS = 16;
@@ -27,14 +27,15 @@ const int DIFFUSE_TERMS = 2; // see leadr/visible/diffuse.glsl
 
 uniform sampler2D visible_depth; // reversed, 0 where nothing was drawn
 uniform samplerCube background_cube;
-// Radiance of the environment, and density of its draws relative to a face area of 2^2: faces and rows of a cube as in
-// environment_lights.rs. It is unfiltered: the weights require that all kinds of draws see the same light in a direction.
+// The radiance of the environment, and the density of its draws relative to a face area of 2^2. Faces and rows are in the order of
+// environment_lights.rs. The radiance is not filtered, because the weights require that all kinds of draws find the same light in a
+// direction.
 layout(std430) readonly buffer EnvironmentTexels { vec4 environment_texels[]; };
 
 layout(location = 0) in vec2 in_texcoord;
 layout(location = 0) out vec4 out_radiance;
 
-// Effects enabled for one kind of light.
+// The effects that are enabled for one kind of light.
 struct Transport {
     bool specular;
     bool diffuse;
@@ -48,22 +49,22 @@ Transport transport_of_environment() {
     return Transport((TERMS & TERM_SPECULAR_ENVIRONMENT) != 0, (TERMS & TERM_DIFFUSE_ENVIRONMENT) != 0);
 }
 
-// Material of the facet and its view direction, tangent frame.
+// The material of the facet and the view direction, in the tangent frame.
 struct Facet {
     vec3 wo;
     vec2 m;
     vec3 diffuse_s;
     vec3 specular_s;
-    vec3 albedo; // of the light that the specular term leaves
+    vec3 albedo; // albedo for the light that the specular term does not reflect
     vec3 f0;
     vec3 edge_tint; // F82 tint of a conductor's reflectance
-    bool fitted; // whether it was measured:
+    bool fitted; // whether the material is measured
     FittedFacet facet;
-    float visible; // visible area of its specular lobe
-    Frame frame;   // about its normal
+    float visible; // visible area of the specular lobe
+    Frame frame;   // frame about the facet's normal
 };
 
-// Radiance per unit of irradiance on a plane that faces wi.
+// Returns the radiance per unit of irradiance on a plane that faces wi.
 vec3 scattered(const Facet facet, const vec3 wi, const Transport transport) {
     vec3 sum = vec3(0.0);
     if (transport.diffuse) {
@@ -78,7 +79,7 @@ vec3 scattered(const Facet facet, const vec3 wi, const Transport transport) {
     return sum;
 }
 
-// Radiance of the environment in a world direction; w: density per solid angle of its draws there.
+// Returns the radiance of the environment in a world direction. w is the density of the environment's draws per solid angle.
 vec4 environment_at(const vec3 d) {
     vec3 a = abs(d);
     int face;
@@ -101,8 +102,8 @@ vec4 environment_at(const vec3 d) {
     return vec4(light.rgb, light.a * square * sqrt(square));
 }
 
-// Expected number of draws of all kinds per solid angle in a direction; the environment's draws have the given density. It is
-// independent of the rendered terms, so that images of single terms add up.
+// Returns the expected number of draws of all kinds per solid angle in a direction. density is the density of the environment's draws. The
+// number does not depend on the rendered terms, so that images of single terms add up.
 float draws_per_angle(const Facet facet, const vec3 wi, const float density) {
     float sum = float(lighting.counts.y) * density
               + float(SPECULAR_DRAWS) * (facet.fitted ? fitted_density(facet.facet, wi)
@@ -111,7 +112,7 @@ float draws_per_angle(const Facet facet, const vec3 wi, const float density) {
     return max(sum, 1e-9);
 }
 
-// Light of the environment from one drawn direction.
+// Returns the light of the environment from one drawn direction.
 vec3 drawn_light(const Facet facet, const Surface surface, const vec3 normal, const vec3 wi, const Transport transport) {
     vec3 towards = from_frame(surface.frame, wi);
     if (HEIGHT_FIELD && !reaches_over_field(surface.position, normal, towards, 1e9)) {
@@ -121,7 +122,7 @@ vec3 drawn_light(const Facet facet, const Surface surface, const vec3 normal, co
     return scattered(facet, wi, transport) * light.rgb / draws_per_angle(facet, wi, light.a);
 }
 
-// The environment in directions drawn from the facet's specular term and its hemisphere.
+// Returns the environment's light from directions drawn from the facet's specular term and from its hemisphere.
 vec3 drawn_environment(const Facet facet, const Surface surface, const vec3 normal) {
     Transport transport = transport_of_environment();
     if (!transport.specular && !transport.diffuse) {
@@ -158,14 +159,14 @@ void main() {
         out_radiance = vec4(1.0, 0.0, 1.0, 1.0);
         return;
     }
-    // For a height field the drawn triangles are exact; for other casters the maps give the facets.
+    // For a height field, the drawn triangles are exact. For other casters, the facets come from the maps.
     bool drawn_facet = HEIGHT_FIELD && DISPLACED;
     if (drawn_facet) {
         vec3 facing = to_frame(surface.frame, field_normal(surface.position));
         surface.mean_slope = -facing.xy / max(facing.z, 1e-3);
     }
     if (MIXED_ROUGHNESS) {
-        // Samples choose one of both roughnesses by the surface's shares.
+        // Each sample chooses one of the two roughnesses, in proportion to their shares of the surface.
         float u = drawn_point(uint(lighting.counts.w), draw_seed(uvec2(pixel), lighting.seed.x, 2u)).x;
         surface.alpha = u < surface.mixed.share ? surface.mixed.rough_alpha : surface.mixed.smooth_alpha;
     }
@@ -174,7 +175,7 @@ void main() {
     if (FACET_FRAME || fitted) {
         surface = in_facet_frame(surface);
     }
-    // The drawn facet has no slopes beyond its own. Those of the map still give the direction of anisotropy.
+    // The drawn facet has only its own slope. The slopes of the map still give the direction of anisotropy.
     vec3 widest = surface.slope_covariance;
     if (drawn_facet) {
         surface.slope_covariance = vec3(0.0);
@@ -195,10 +196,10 @@ void main() {
     facet.albedo = surface.albedo * (1.0 - visible_fresnel(facet.wo, facet.m, facet.specular_s, surface.diffuse_f0));
     facet.visible = visible_area(facet.wo, facet.m, facet.specular_s);
     facet.frame = frame_about(normal_of_slope(facet.m));
-    // The plane in the depth maps: the facet, or the smooth geometry for normal maps.
+    // The plane in the depth maps is the plane of the facet or, for normal maps, of the smooth geometry.
     vec3 normal = DISPLACED ? from_frame(surface.frame, facet.frame.z) : macronormal;
     vec3 radiance = DRAWN ? drawn_environment(facet, surface, normal) : vec3(0.0);
-    // The depth adds nothing, but stops the loop bound from being a uniform's (visibility.glsl).
+    // The depth adds nothing to the count. The depth prevents the loop bound from being a uniform (visibility.glsl).
     int lights = lighting.counts.x + int(depth);
     for (int i = 0; i < lights; ++i) {
         Light light = lighting.lights[i];
@@ -226,9 +227,9 @@ void main() {
             radiance += reached ? weight * irradiance * scattered(facet, wi, transport) : vec3(0.0);
             continue;
         }
-        // Depth maps cover only the directions of their lights. The draws above therefore ignore shadows, and the shadowed
-        // light is subtracted as the environment's own draws find it. These seldom hit narrow lobes, which therefore stay
-        // unshadowed.
+        // Depth maps exist only for the directions of their lights, so the directions drawn above have no shadows. Here the shadowed part
+        // of a light is subtracted, with the weight of the environment's own draws. The draws of the environment seldom hit narrow lobes,
+        // so narrow lobes stay without shadows.
         radiance += weight * irradiance * scattered(facet, wi, transport);
         transport.specular = transport.specular && surface.alpha >= MIRROR_ALPHA;
         if (!reached) {

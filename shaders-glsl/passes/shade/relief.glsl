@@ -1,5 +1,5 @@
-// Shadowing by the relief around a pixel: leadr/visible/horizon.glsl for techniques that support it, or the cone of its
-// material, which all techniques use (leadr/masking/occlusion.glsl).
+// Shadowing by the relief around a pixel. Techniques that support it use leadr/visible/horizon.glsl. All techniques use the cone of a
+// material, if there is one (leadr/masking/occlusion.glsl).
 #ifndef LEADR_SHADE_RELIEF
 #define LEADR_SHADE_RELIEF
 #include "surface.glsl"
@@ -12,7 +12,8 @@ bool has_cone(const Surface surface) {
     return CONES && surface.cone.w >= 0.0;
 }
 
-// Fraction of the light about wi (tangent frame) that passes the surrounding relief. deviation: of the light, radians.
+// Returns the fraction of the light about wi (tangent frame) that passes the surrounding relief. deviation is the standard deviation of the
+// light, in radians.
 float relief_visibility(const Surface surface, const vec3 wi, const float deviation) {
     if (has_cone(surface)) {
         return cone_light_smooth(cone_of_vector(surface.cone.xyz), wi);
@@ -20,9 +21,9 @@ float relief_visibility(const Surface surface, const vec3 wi, const float deviat
     return USES_HORIZON ? horizon_visibility(wi, surface.mean_slope, surface.horizon, deviation) : 1.0;
 }
 
-// Factor of a cone on the environment's diffuse light, for a surface of this albedo: the visible share of the surroundings,
-// with hidden directions as bright as the surface itself (Chan 2018, eq. 49), times the brightness about the axis of the cone
-// relative to that about the normal.
+// Returns the factor of a cone on the environment's diffuse light, for a surface of this albedo. The factor is the visible fraction of the
+// surroundings, where hidden directions are as bright as the surface itself (Chan 2018, eq. 49). The visible fraction is multiplied by the
+// ratio of the brightness about the cone's axis to the brightness about the normal.
 vec3 cone_diffuse(const Surface surface, const vec3 albedo, const vec3 c[9]) {
     if (!has_cone(surface)) {
         return vec3(1.0);
@@ -33,7 +34,7 @@ vec3 cone_diffuse(const Surface surface, const vec3 albedo, const vec3 c[9]) {
     return interreflected_visibility(surface.cone.w, albedo) * min(about / whole, 2.0);
 }
 
-// Fraction of the environment's specular light, of GGX roughness alpha about the mean normal, that a cone leaves.
+// Returns the fraction of the environment's specular light that a cone lets through, for GGX roughness alpha about the mean normal.
 float cone_specular_share(const Surface surface, const float alpha) {
     if (!has_cone(surface)) {
         return 1.0;

@@ -1,4 +1,4 @@
-// Specialisation constants of the shading pipelines (crates/leadr-render/src/passes/shade.rs).
+// The specialisation constants of the shading pipelines (crates/leadr-render/src/passes/shade.rs).
 #ifndef LEADR_SHADE_SETTINGS
 #define LEADR_SHADE_SETTINGS
 #include "../constants.glsl"
@@ -6,25 +6,25 @@
 #include "../technique.glsl"
 #include "leadr/masking/correlated.glsl"
 
-layout(constant_id = 1) const bool VISIBLE_SLOPES = false; // visible-slope rules instead of the paper's grid
+layout(constant_id = 1) const bool VISIBLE_SLOPES = false; // visible-slope rules replace the paper's grid
 layout(constant_id = 2) const int SAMPLES = 5;             // number of environment probes, or N of the N x N grid
 layout(constant_id = 3) const int SHADOWING_MODEL = LEADR_SHADOWING_SMITH;
-layout(constant_id = 4) const bool LIGHTS_BY_SH = false;   // diffuse lights through order-2 SH as in Algorithm 2
-layout(constant_id = 5) const int TERMS = 15;              // one bit per term of light transport
-// Order of the lights: the frame's own sun, those of its panorama, point lights.
+layout(constant_id = 4) const bool LIGHTS_BY_SH = false;   // diffuse lights use order-2 SH as in Algorithm 2
+layout(constant_id = 5) const int TERMS = 15;              // a bit for each term of light transport
+// The lights are in this order: the frame's own sun, the suns of its panorama, point lights.
 layout(constant_id = 6) const int OWN_SUNS = 1;            // 0 or 1
 layout(constant_id = 10) const int PANORAMA_SUNS = 0;      // at most MAX_ENVIRONMENT_LIGHTS
-layout(constant_id = 7) const bool MAPPED_SHADOWS = true;  // cast by the macrosurface, from the shadow maps
+layout(constant_id = 7) const bool MAPPED_SHADOWS = true;  // shadows of the macrosurface come from the shadow maps
 layout(constant_id = 8) const int POINT_LIGHTS = 0;        // at most MAX_POINT_LIGHTS
-layout(constant_id = 31) const bool FACET_FRAME = false;  // base roughness in the facets' frame; else in that of the macrosurface
+layout(constant_id = 31) const bool FACET_FRAME = false;  // base roughness is in the facets' frame, otherwise in the macrosurface's
 layout(constant_id = 9) const int EDGES = EDGES_ARE_ABSENT;
-layout(constant_id = 11) const bool MULTISCATTERING = false; // light between facets: leadr/materials/energy.glsl, multiscattering.glsl
-layout(constant_id = 12) const bool DRAWN_SPECULAR = false; // random visible specular directions, different for every sample
+layout(constant_id = 11) const bool MULTISCATTERING = false; // light between facets (leadr/materials/energy.glsl, multiscattering.glsl)
+layout(constant_id = 12) const bool DRAWN_SPECULAR = false; // random visible specular directions, which differ between samples
 layout(constant_id = 13) const bool SKY_OCCLUSION = false; // large shapes occlude the environment
-layout(constant_id = 14) const bool TELLS_LIGHT = false;   // outputs visibility of the light instead of radiance
+layout(constant_id = 14) const bool TELLS_LIGHT = false;   // outputs the visibility of the lights instead of radiance
 
-// A normal map on smooth geometry: its relief hides nothing. Each sample of the reference hits one facet, where masking is that
-// of the base.
+// Whether the material is a normal map on smooth geometry, whose relief does not occlude. In the reference, each sample hits one facet, and
+// only the base causes masking.
 const bool NORMAL_MAPPED = SHADOWING_MODEL == LEADR_SHADOWING_NORMAL_MAP;
 const int SHADOWING = NORMAL_MAPPED && FINEST_LEVEL ? LEADR_SHADOWING_CORRELATED : SHADOWING_MODEL;
 const bool MAPPED = NORMAL_MAPPED && !FINEST_LEVEL;
@@ -36,7 +36,7 @@ const bool DIFFUSE_ENVIRONMENT = (TERMS & TERM_DIFFUSE_ENVIRONMENT) != 0;
 const bool DIFFUSE = DIFFUSE_LIGHTS || DIFFUSE_ENVIRONMENT;
 const int SUNS = OWN_SUNS + PANORAMA_SUNS;
 const int LIGHTS = SUNS + POINT_LIGHTS;
-// Suns of the panorama belong to the environment.
+// Whether a light is a sun of the panorama. Suns of the panorama belong to the environment.
 bool of_panorama(const int light) { return light >= OWN_SUNS && light < SUNS; }
 bool on_diffuse(const int light) { return of_panorama(light) ? DIFFUSE_ENVIRONMENT : DIFFUSE_LIGHTS; }
 bool in_specular(const int light) { return of_panorama(light) ? SPECULAR_ENVIRONMENT : SPECULAR_LIGHTS; }

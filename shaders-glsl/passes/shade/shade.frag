@@ -9,8 +9,8 @@
 
 uniform usampler2D visible_surface;
 uniform sampler2D visible_depth; // reversed, 0 where nothing was drawn
-uniform sampler2D shares;     // see join.comp
-uniform sampler2D more_suns;  // the same
+uniform sampler2D shares;     // output of join.comp
+uniform sampler2D more_suns;  // output of join.comp
 
 layout(location = 0) out vec4 out_radiance;
 
@@ -26,7 +26,7 @@ void main() {
     vec3 ray = pixel_ray(gl_FragCoord.xy);
     float depth = texelFetch(visible_depth, pixel, 0).x;
     if (depth <= 0.0 || depth >= 1.0) { // see geometry.frag
-        // The sky pass (sky.frag) draws the sky behind pixels: lavapipe would look it up for every pixel here.
+        // The sky pass (sky.frag) draws the sky behind pixels, because lavapipe would look up the sky for every pixel here.
         out_radiance = EDGES == EDGES_ARE_SHADED ? vec4(sky_radiance(ray), 0.0) : vec4(0.0);
         return;
     }

@@ -1,6 +1,7 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Draws the tiles that need shading: for edge samples, those with a sample to shade; for pixels, those with objects.
+// Draws the tiles that need shading. For edge samples, tiles with at least one sample to shade are drawn. For pixels, tiles with objects
+// are drawn.
 #include "settings.glsl"
 #include "../tiles.glsl"
 

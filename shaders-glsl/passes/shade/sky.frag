@@ -1,11 +1,11 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
-// The sky at pixels that show no object: others fail the depth test.
+// Draws the sky at pixels that show no object. Other pixels fail the depth test.
 #include "lighting.glsl"
 #include "../visible.glsl"
 
-layout(constant_id = 60) const bool MULTISAMPLED = false; // lists of pixels are drawn, also for the sky
+layout(constant_id = 60) const bool MULTISAMPLED = false; // whether lists of pixels are drawn, which includes the sky
 
 uniform usampler2D visible_surface;
 

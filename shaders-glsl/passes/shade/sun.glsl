@@ -1,5 +1,5 @@
-// The lights' uniform block, and the fraction of each light that reaches a point. Suns are all directional lights: the frame's
-// own comes first, then those of its panorama.
+// The lights' uniform block, and the fraction of each light that reaches a point. A sun is a directional light. The frame's own sun comes
+// first, and the suns of its panorama follow.
 #ifndef LEADR_SHADE_SUN
 #define LEADR_SHADE_SUN
 #include "../constants.glsl"
@@ -7,13 +7,13 @@
 
 layout(set = 1, std140) uniform Lighting {
     vec4 rays[3];                 // see surface_at
-    mat4 shadow_from_world[MAX_SHADOW_MAPS]; // per light in order, to [0,1] texture coordinates and depth
-    vec4 camera_position;         // xyz; w: radiance of an emission of 1
-    vec4 sun_direction[MAX_SUNS]; // xyz toward it, w: variance of its directions
-    vec4 sun_irradiance[MAX_SUNS]; // rgb on a plane facing it, w: tangent of its angular radius
-    vec4 point_position[MAX_POINT_LIGHTS];  // xyz; w: 1 / range^2, or 0
+    mat4 shadow_from_world[MAX_SHADOW_MAPS]; // for each light in order: world space to [0,1] texture coordinates and depth
+    vec4 camera_position;         // xyz: position; w: radiance of an emission of 1
+    vec4 sun_direction[MAX_SUNS]; // xyz: direction toward the sun; w: variance of its directions
+    vec4 sun_irradiance[MAX_SUNS]; // rgb: irradiance on a plane facing the sun; w: tangent of its angular radius
+    vec4 point_position[MAX_POINT_LIGHTS];  // xyz: position; w: 1 / range^2, or 0
     vec4 point_intensity[MAX_POINT_LIGHTS]; // rgb
-    vec4 point_falloff[MAX_POINT_LIGHTS];   // see point_reach
+    vec4 point_falloff[MAX_POINT_LIGHTS];   // falloff (point_reach)
     vec4 point_shadow[MAX_POINT_LIGHTS];    // x: texels of penumbra per unit of depth; y: size of a map texel at distance 1
     vec4 viewport;                // width, height, pixels per pixel of the final image
     vec4 environment;             // x: cube face size, z: shadow texel in world units, w: tangent of the lowest elevation behind all
@@ -21,47 +21,48 @@ layout(set = 1, std140) uniform Lighting {
     uvec4 draws;                  // sample, seed
 } lighting;
 
-layout(set = 1) uniform sampler2DArray shadow_maps; // a layer per light: suns, then point lights
+layout(set = 1) uniform sampler2DArray shadow_maps; // one layer per light: suns, then point lights
 
-// Width of a pixel of this image at a point, in world units.
+// Returns the width of a pixel of this image at a point, in world units.
 float pixel_width(const vec3 position) {
     return distance(position, lighting.camera_position.xyz) * 2.0 * length(lighting.rays[0].xyz) / lighting.viewport.x;
 }
 
-// Width over which an edge sample averages the shadow map, in pixels of the final image. It exceeds the sample's own width,
-// because its geometry resolves finer bumps than the map, by up to half its relief (metres), which must not self-shadow.
+// Returns the width over which an edge sample averages the shadow map, in pixels of the final image. This width exceeds the width of the
+// sample. The geometry of a sample resolves finer bumps than the map, of up to half the relief (in metres), and these bumps must not shadow
+// themselves.
 float edge_shadow_width(const vec3 position, const float relief) {
     return clamp(0.5 * relief / max(pixel_width(position) * lighting.viewport.z, 1e-9), 0.25, 1.0);
 }
 
-// Taps of the blocker search, and of a penumbra.
+// The number of taps of the blocker search, and of a penumbra.
 const int SEARCH_TAPS = 16;
 const int PENUMBRA_TAPS = 32;
 const float GOLDEN_ANGLE = 2.39996323; // radians
-// Up to this width, the 4 x 4 comparisons, a box of 3, approximate the penumbra.
+// Up to this width, 4 x 4 comparisons, whose weights form a box of 3 texels, approximate the penumbra.
 const float NARROW = 2.0;
-// Largest penumbra in texels per side; a larger one needs more taps for its area.
+// The largest penumbra, in texels per side. A larger penumbra would need more taps for its area.
 const float WIDEST = 48.0;
-// Steepest receiver plane that is followed, as a tangent. Light at more grazing angles adds almost nothing.
+// The steepest slope of the receiver plane that is used, as a tangent. Light at more grazing angles adds almost nothing.
 const float STEEPEST = 4.0;
 
-// Position of a point on a map, [0,1], and its depth there.
+// Returns the position of a point on a shadow map, [0,1], and its depth.
 vec3 on_map(const int layer, const vec3 position) {
     vec4 s = lighting.shadow_from_world[layer] * vec4(position, 1.0);
     return s.xyz / max(s.w, 1e-6);
 }
 
-// Receiver parameters for a shadow map.
+// The parameters of the receiver for a shadow map.
 struct Receiver {
     vec3 position;
-    vec3 mesonormal;  // with the bumps under the pixel
-    vec3 macronormal; // without them
-    vec3 towards;     // to the light, unit
-    float texel;      // of the map there, world units
+    vec3 mesonormal;  // normal with the bumps under the pixel
+    vec3 macronormal; // normal without the bumps
+    vec3 towards;     // unit vector to the light
+    float texel;      // size of a map texel at the receiver, in world units
 };
 
-// Gradient of depth over the map on the receiver's plane: linear in parallel and perspective views. s: position of the
-// receiver.
+// Returns the gradient of depth over the map on the receiver's plane. Depth is linear in parallel and in perspective views. s is the
+// position of the receiver on the map.
 vec2 plane_on_map(const int layer, const Receiver r, const vec3 s, const float steepest) {
     Frame along = frame_about(r.macronormal);
     vec3 a = on_map(layer, r.position + r.texel * along.x) - s, b = on_map(layer, r.position + r.texel * along.y) - s;
@@ -70,13 +71,15 @@ vec2 plane_on_map(const int layer, const Receiver r, const vec3 s, const float s
     return slope * min(1.0, steepest / max(length(slope), 1e-20));
 }
 
-// Fraction of a light that reaches the macrosurface past its map, with a penumbra that grows with the blocker's distance
-// (percentage-closer soft shadows, Fernando 2005). width: least width of the filter, pixels of this image. spread: texels of
-// penumbra per side per unit of depth between blocker and receiver. steepest: STEEPEST in units of the map.
+// Returns the fraction of a light that reaches the macrosurface according to the light's shadow map. The penumbra grows with the distance
+// of the blocker (percentage-closer soft shadows, Fernando 2005). width is the smallest width of the filter, in pixels of this image.
+// spread is the width of the penumbra, in texels per side, per unit of depth between blocker and receiver. steepest is STEEPEST in units of
+// the map.
 //
-// The filter is at least a map texel and a pixel wide: 4 x 4 comparisons, bilinearly weighted. The slope statistics cast the
-// shadows of smaller bumps, so the point is offset clear of them. For wide penumbrae it is instead moved toward the light by a
-// fraction of their width. This moves no edges, and their blockers are far away, so no contact shadow is lost.
+// The filter is at least as wide as a map texel and as a pixel, and has 4 x 4 comparisons with bilinear weights. The slope statistics
+// include the shadows of smaller bumps, so the point is moved above these bumps. For a wide penumbra, the point is moved toward the light
+// instead, by a fraction of the penumbra's width. This movement does not shift the shadow's edges. The blockers of a wide penumbra are far
+// away, so no contact shadow is lost.
 float map_visibility(const int layer, const Receiver r, const float width, const float spread, const float steepest) {
     float stride = max(1.0, 0.5 * pixel_width(r.position) * width / r.texel);
     float cosine = dot(r.mesonormal, r.towards);
@@ -88,8 +91,8 @@ float map_visibility(const int layer, const Receiver r, const float width, const
     ivec2 size = textureSize(shadow_maps, 0).xy;
     vec2 slope = plane_on_map(layer, r, on_map(layer, r.position), steepest) / vec2(size);
     float widest = clamp(spread * (1.0 - s.z), NARROW * stride, WIDEST);
-    // Taps are denser at the centre to catch the thin ends of touching shadows. The long shadows of a low sun reach beyond the
-    // depth of the map, where no casters exist. Depths there are 0, and the receiver's depth is clamped to 0.
+    // Taps are denser at the centre to catch the thin ends of touching shadows. The long shadows of a low sun reach beyond the depth of the
+    // map, where no casters exist. Beyond the map the depth is 0, and the receiver's depth is clamped to 0.
     vec2 centre = s.xy * vec2(size);
     float blocked = 0.0, above = 0.0;
     [[unroll]] for (int i = 0; i < SEARCH_TAPS; ++i) {
@@ -111,8 +114,8 @@ float map_visibility(const int layer, const Receiver r, const float width, const
     }
     vec2 lattice = centre / stride - 0.5, base = floor(lattice), fraction = lattice - base;
     float lit = 0.0, angle = 0.0;
-    // One loop for both with a non-uniform bound: drivers without divergent branches (lavapipe) would run the bodies of two
-    // loops, and of an `if`, at every pixel.
+    // One loop with a non-uniform bound handles both cases. With two loops or an `if`, drivers without divergent branches (lavapipe) would
+    // run all bodies at every pixel.
     int taps = partly ? (wide ? PENUMBRA_TAPS : 16) : 1;
     for (int i = 0; i < taps; ++i) {
         vec2 node = vec2(i & 3, i >> 2) - 1.0;
@@ -127,23 +130,23 @@ float map_visibility(const int layer, const Receiver r, const float width, const
     return partly ? lit / (wide ? float(PENUMBRA_TAPS) : 9.0) : (blocked > 0.0 ? 0.0 : 1.0);
 }
 
-// Fraction of a sun that reaches the macrosurface.
+// Returns the fraction of a sun that reaches the macrosurface.
 float sun_visibility(const int sun, const vec3 position, const vec3 mesonormal, const vec3 macronormal, const float width) {
     Receiver r = Receiver(position, mesonormal, macronormal, lighting.sun_direction[sun].xyz, lighting.environment.z);
-    // The map is as deep as it is wide.
+    // The depth range of the map equals its width.
     float spread = lighting.sun_irradiance[sun].w * float(textureSize(shadow_maps, 0).x);
     return map_visibility(sun, r, width, spread, STEEPEST);
 }
 
-// Fraction of a point light that reaches the macrosurface. Its map covers the bounding sphere of all casters; nothing outside
-// is shadowed.
+// Returns the fraction of a point light that reaches the macrosurface. The map covers the bounding sphere of all casters, and nothing
+// outside is shadowed.
 float point_visibility(const int layer, const int point, const vec3 position, const vec3 mesonormal, const vec3 macronormal,
                        const float width) {
     vec3 towards = normalize(lighting.point_position[point].xyz - position);
     vec4 clip = lighting.shadow_from_world[layer] * vec4(position, 1.0);
     float texel = lighting.point_shadow[point].y * max(clip.w, 1e-6);
     Receiver r = Receiver(position, mesonormal, macronormal, towards, texel);
-    // Ratio of a map's width to its distance: it divides gradients of depth.
+    // The ratio of a map's width to its distance divides the gradients of depth.
     float wide = lighting.point_shadow[point].y * float(textureSize(shadow_maps, 0).x);
     float steepest = STEEPEST * wide * clip.z / max(clip.w, 1e-6);
     float lit = map_visibility(layer, r, width, lighting.point_shadow[point].x, steepest);

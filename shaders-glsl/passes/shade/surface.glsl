@@ -1,4 +1,4 @@
-// The surface that a pixel is shaded from.
+// The surface from which a pixel is shaded.
 #ifndef LEADR_SHADE_SURFACE
 #define LEADR_SHADE_SURFACE
 #include "../bases.glsl"
@@ -9,32 +9,32 @@
 
 struct Surface {
     uvec2 pixel;
-    vec3 position;       // world
-    Frame frame;         // tangent frame, z the displacement direction
-    vec3 wo;             // tangent frame, toward the viewer
+    vec3 position;       // position in world space
+    Frame frame;         // tangent frame, whose z is the displacement direction
+    vec3 wo;             // direction toward the viewer, in the tangent frame
     vec2 mean_slope;
     vec3 slope_covariance;
     vec3 albedo;
     float alpha;
-    MixedRoughness mixed; // the two roughnesses behind alpha, if MIXED_ROUGHNESS
+    MixedRoughness mixed; // the two roughnesses that alpha summarises, with MIXED_ROUGHNESS
     uint fit;            // start of the measured base material, or 0
     vec3 f0;             // reflectance at normal incidence
-    vec3 diffuse_f0;     // of the diffuse base: the metallic share has no albedo
+    vec3 diffuse_f0;     // reflectance of the diffuse base's surface; the metallic fraction has no albedo
     vec3 edge_tint;      // F82 tint of a conductor's reflectance
-    vec3 emission;       // radiance, to be scaled
-    ReliefColor relief_color; // dependence of albedo on the relief
+    vec3 emission;       // emitted radiance, before scaling
+    ReliefColor relief_color; // how the albedo depends on the relief
     float accessibility;
     bool inside;
-    float relief;        // relief of an edge sample's object, metres
+    float relief;        // relief of an edge sample's object, in metres
     float sunlit;        // fraction of the joined edge samples lit by the first sun
-    vec4 more_sunlit;    // the same for the other suns
+    vec4 more_sunlit;    // the same fraction for each of the other suns
     float joined;        // weight of `sunlit`, 0 to 1
-    Horizon horizon;     // of its relief
-    vec4 sky;            // environment left by large shapes, see sky_seen
-    vec4 cone;           // used instead, if CONES; w below 0 without one
+    Horizon horizon;     // horizon of the relief
+    vec4 sky;            // fraction of the environment that large shapes leave visible (sky_seen)
+    vec4 cone;           // replaces the horizon with CONES; w < 0 without a cone
 };
 
-// Whether the base is a measured material. At the finest level, normal-map facets that face away are not.
+// Whether the base is a measured material. At the finest level, this excludes normal-map facets that face away.
 bool is_fitted(const uint fit) {
     return FIT_LOBES > 0 && (ALL_FITTED && !FINEST_LEVEL || fit > 0u);
 }
@@ -46,7 +46,8 @@ vec3 fresnel_of(const Surface s, const float cosine) {
     return fresnel_edge_tint(s.f0, s.edge_tint, cosine);
 }
 
-// Fresnel term over its Schlick form: the F82 tint, or the whole term of a measured material, whose f0 is 1.
+// Returns the Fresnel term divided by its Schlick form. The quotient is due to the F82 tint. For a measured material, whose f0 is 1, it is
+// the whole Fresnel term.
 vec3 fresnel_over_schlick(const uint fit, const vec3 f0, const vec3 edge_tint, const float cosine) {
     if (is_fitted(fit)) {
         return fitted_fresnel(fit, cosine);
@@ -54,7 +55,8 @@ vec3 fresnel_over_schlick(const uint fit, const vec3 f0, const vec3 edge_tint, c
     return 1.0 - edge_tint * (edge_tint_weight(cosine) / max(fresnel_schlick(f0, cosine), 1e-6));
 }
 
-// ray: through the pixel, scaled so that the surface lies at ray * near / depth (reversed). Excludes joined edge samples.
+// Returns the surface at a pixel. ray passes through the pixel, scaled so that the surface lies at ray * near / depth (reversed depth). The
+// result excludes joined edge samples.
 Surface surface_at(const FilteredSurface f, const vec3 eye, const vec3 ray, const float near, const float depth) {
     Surface s;
     s.pixel = uvec2(0u);
@@ -71,7 +73,7 @@ Surface surface_at(const FilteredSurface f, const vec3 eye, const vec3 ray, cons
     s.edge_tint = f.edge_tint;
     s.fit = 0u;
     if (is_fitted(f.fit)) {
-        // Its own table of reflectances multiplies the specular term. The diffuse base is the measured diffuse part.
+        // The material's own table of reflectances multiplies the specular term. The diffuse base is the measured diffuse part.
         s.fit = fit_at(f.fit);
         s.f0 = vec3(1.0);
         s.diffuse_f0 = vec3(0.0);

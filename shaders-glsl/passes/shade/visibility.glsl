@@ -1,32 +1,33 @@
-// Visibility of lights from a facet past the relief: by their depth maps, or by marching over casters that are a height field.
+// Visibility of lights from a facet past the relief. The test uses the depth maps of the lights. If the casters are a height field, the
+// test marches over the field instead.
 #ifndef LEADR_SHADE_VISIBILITY
 #define LEADR_SHADE_VISIBILITY
 #include "../constants.glsl"
 
-// Constants, because lavapipe recompiles a shader for every draw if branches depend on uniforms alone.
-layout(constant_id = 80) const bool HEIGHT_FIELD = false; // the casters are one
+// These options are constants, because lavapipe recompiles a shader for every draw if branches depend only on uniforms.
+layout(constant_id = 80) const bool HEIGHT_FIELD = false; // whether the casters are a height field
 
 const float MAP_BIAS = 1.0;      // offset towards the light before the comparison, in texels of its map
 const float FIELD_BIAS = 0.06;   // offset along the normal before the march, in texels of the field
 const float FIELD_REACH = 0.5;   // span of height differences, in texels of the field: about a sixth of a relief texel
-const int FIELD_STEPS = 1024;    // of a march, which leaves the relief much earlier
-const float FIELD_STRIDE = 2.0;  // longest step in texels: less than a relief texel
-const float FIELD_GROWTH = 0.01; // of the steps, in texels per step
+const int FIELD_STEPS = 1024;    // largest number of steps of a march, which leaves the relief much earlier
+const float FIELD_STRIDE = 2.0;  // longest step in texels, less than a relief texel
+const float FIELD_GROWTH = 0.01; // growth of the steps, in texels per step
 
 struct Light {
-    mat4 texture_from_world; // of its map: [0,1] texture coordinates and reversed depth
+    mat4 texture_from_world; // world space to [0,1] texture coordinates and reversed depth of the light's map
     mat4 world_from_texture;
-    vec4 position; // xyz: direction towards it, or its position; w: 1 for a point light
-    vec4 power; // rgb: irradiance on a plane facing it, or intensity; w: LIGHT_ constant
-    vec4 falloff; // of a point light, see point_reach
+    vec4 position; // xyz: direction towards the light, or its position; w: 1 for a point light
+    vec4 power; // rgb: irradiance on a plane facing the light, or intensity; w: LIGHT_ constant
+    vec4 falloff; // falloff of a point light (point_reach)
     vec4 range;   // x: 1 / range^2, or 0
-    vec4 map;   // layer; world size of a texel, for a point light at distance 1; density of the draw; 1 if it has a map
+    vec4 map;   // layer; world size of a texel (for a point light, at distance 1); density of the draw; 1 if the light has a map
 };
 
 layout(std140) uniform Lighting {
-    mat4 field_from_world; // to [0,1] texture coordinates and reversed depth of the map of a height field
+    mat4 field_from_world; // world space to [0,1] texture coordinates and reversed depth of the height field's map
     vec4 rays[3];          // see surface_at
-    vec4 camera_position;  // xyz; w: radiance of an emission of 1
+    vec4 camera_position;  // xyz: position; w: radiance of an emission of 1
     vec4 viewport;         // width, height, face size of the environment's cube
     vec4 air;              // rgb: extinction per metre
     vec4 field;            // of a height field: texel size in metres, depth of the highest point, texels a side
@@ -37,8 +38,8 @@ layout(std140) uniform Lighting {
 
 uniform sampler2DArray depth_maps;
 
-// Whether a light with a map reaches a facet. The map holds depths at texel centres, so the facet's plane is evaluated there
-// too, not at the pixel's hit point. A facet therefore never shadows itself, at any angle.
+// Whether a light with a map reaches a facet. The map holds depths at texel centres, so the facet's plane is evaluated at texel centres as
+// well, not at the pixel's hit point. A facet therefore never shadows itself, at any angle.
 bool reaches_by_map(const Light light, const vec3 position, const vec3 normal, const vec3 towards) {
     if (light.map.w < 0.5) {
         return true;
@@ -60,7 +61,7 @@ bool reaches_by_map(const Light light, const vec3 position, const vec3 normal, c
     return texelFetch(depth_maps, ivec3(at, int(light.map.x)), 0).x <= s.z + clamp(slope, -limit, limit);
 }
 
-// Depth of the field, linear between the centres of its texels: exact inside a triangle.
+// Returns the depth of the field, interpolated linearly between the centres of its texels. The depth is exact inside a triangle.
 float field_depth(const vec2 st) {
     vec2 texel = st * lighting.field.z - 0.5;
     vec2 f = fract(texel);
@@ -68,7 +69,7 @@ float field_depth(const vec2 st) {
     return mix(mix(d.w, d.z, f.x), mix(d.x, d.y, f.x), f.y);
 }
 
-// The normal of the triangle of the height field above or below a point, world.
+// Returns the normal of the height field's triangle above or below a point, in world space.
 vec3 field_normal(const vec3 position) {
     mat3 to_map = mat3(lighting.field_from_world);
     vec3 x = vec3(to_map[0].x, to_map[1].x, to_map[2].x), y = vec3(to_map[0].y, to_map[1].y, to_map[2].y);
@@ -80,7 +81,7 @@ vec3 field_normal(const vec3 position) {
     return normalize(z - rise.x * x - rise.y * y);
 }
 
-// Whether the height field leaves a direction free within `reach` metres.
+// Whether the height field leaves a direction unobstructed within `reach` metres.
 bool reaches_over_field(const vec3 position, const vec3 normal, const vec3 towards, const float reach) {
     vec3 start = (lighting.field_from_world * vec4(position + normal * (FIELD_BIAS * lighting.field.x), 1.0)).xyz;
     vec3 along = mat3(lighting.field_from_world) * towards; // per metre

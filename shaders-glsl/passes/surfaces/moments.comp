@@ -1,4 +1,4 @@
-// Level 0 of the LEADR maps in 32 bits.
+// Computes level 0 of the LEADR maps in 32 bits.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #define SLOPES_FORMAT rgba32f

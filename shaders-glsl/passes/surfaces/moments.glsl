@@ -1,12 +1,12 @@
-// Heights -> level 0 of the LEADR maps (LEADR 3.2): first and second moments of the slopes per unit texture coordinate (the
-// whole image is [0, 1]²), over the texel, on triangles between the texels' centres. crates/leadr-maps/src/moments.rs computes
-// the same bits in the same order. The including file defines the formats SLOPES_FORMAT and JOINT_FORMAT (storage images need
-// literal formats).
+// Converts heights to level 0 of the LEADR maps (LEADR 3.2): the first and second moments of the slopes, per unit of texture coordinate
+// (the whole image is [0, 1]²). The moments are means over a texel of the triangles between the texels' centres.
+// crates/leadr-maps/src/moments.rs computes the same bits in the same order. The including file defines the formats SLOPES_FORMAT and
+// JOINT_FORMAT (storage images need literal formats).
 #include "../constants.glsl"
 #define LEADR_PRECISE precise
 #include "leadr/slopes/moments.glsl"
 #include "moments_store.glsl"
-// Rows, so that no two threads write to one cache line.
+// Groups are rows, so that no two threads write to one cache line.
 layout(local_size_x = 64, local_size_y = 1) in;
 
 layout(constant_id = 0) const uint EDGES = MOMENTS_REPEAT; // neighbours of the edge texels: a MOMENTS_ constant
@@ -15,13 +15,13 @@ layout(r32f) uniform readonly image2D heights;
 layout(SLOPES_FORMAT) uniform writeonly image2D slopes; // E[hs], E[ht], E[hs²], E[ht²]
 layout(JOINT_FORMAT) uniform writeonly image2D joint;   // E[hs·ht]
 layout(push_constant) uniform Push {
-    uint tile;    // texels, a power of two; atlas only
-    float limit;  // largest magnitude of the format
+    uint tile;    // size of a tile in texels, a power of two; atlases only
+    float limit;  // largest magnitude in the format
 };
 
 float height_at(const ivec2 p) { return imageLoad(heights, p).r; }
 
-// The neighbours of texel i of n along one axis, and whether the surface continues to them.
+// Returns the neighbours of texel i of n along one axis, and whether the surface continues to these neighbours.
 ivec2 neighbours(const int i, const int n, out bvec2 inside)
 {
     inside = bvec2(true);
@@ -47,7 +47,7 @@ void main()
     // There is no cell beyond the edge of a tile.
     vec2 ws = vec2(inside_s), wt = vec2(inside_t);
     vec4 weights = vec4(ws * wt.x, ws * wt.y);
-    // Units of texels: here and below, divisors are exact.
+    // Lengths are in texels here and below, so divisors are exact.
     SlopeMoments a = moments_of_corner(vec4(here, across.x, along.x, corners.x), vec2(-1.0, -1.0));
     SlopeMoments b = moments_of_corner(vec4(here, across.y, along.x, corners.y), vec2(1.0, -1.0));
     SlopeMoments c = moments_of_corner(vec4(here, across.x, along.y, corners.z), vec2(-1.0, 1.0));
@@ -55,7 +55,7 @@ void main()
     precise vec2 first = weights.x * a.first + weights.y * b.first + weights.z * c.first + weights.w * d.first;
     precise vec3 second = weights.x * a.second + weights.y * b.second + weights.z * c.second + weights.w * d.second;
     float quarters = weights.x + weights.y + weights.z + weights.w;
-    float share = 1.0 / max(quarters, 1.0); // of 1, 2 or 4
+    float share = 1.0 / max(quarters, 1.0); // number of quarters: 1, 2 or 4
     vec2 texels = vec2(size);
     precise vec2 mean = first * share * texels;
     precise vec3 square = second * share * vec3(texels * texels, texels.x * texels.y);

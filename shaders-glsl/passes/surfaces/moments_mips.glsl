@@ -1,12 +1,12 @@
-// One mip level of the LEADR maps from the next finer one: a box filter with exact area weights. Along an axis of odd size n =
-// 2m + 1 each texel covers 2 + 1/m finer ones: three taps, weights (m − i, m, i + 1) / n. crates/leadr-maps/src/moments.rs
-// computes the same bits in the same order. The including file defines the formats SLOPES_FORMAT and JOINT_FORMAT (storage
-// images need literal formats).
+// Computes one mip level of the LEADR maps from the next finer level, by a box filter with exact area weights. Along an axis of odd size n
+// = 2m + 1, each texel covers 2 + 1/m finer texels, so it needs three taps with the weights (m − i, m, i + 1) / n.
+// crates/leadr-maps/src/moments.rs computes the same bits in the same order. The including file defines the formats SLOPES_FORMAT and
+// JOINT_FORMAT (storage images need literal formats).
 #include "moments_store.glsl"
-// Rows, as in moments.glsl.
+// Groups are rows, as in moments.glsl.
 layout(local_size_x = 64, local_size_y = 1) in;
 
-layout(constant_id = 0) const bool EVEN = false; // width and height of the finer level are even
+layout(constant_id = 0) const bool EVEN = false; // whether width and height of the finer level are even
 
 layout(SLOPES_FORMAT) uniform readonly image2D fine_slopes;
 layout(JOINT_FORMAT) uniform readonly image2D fine_joint;

@@ -1,4 +1,4 @@
-// One mip level of the LEADR maps in 16 bits.
+// Computes one mip level of the LEADR maps in 16 bits.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #define HALF

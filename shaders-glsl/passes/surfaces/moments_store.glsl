@@ -4,7 +4,7 @@
 
 #include "../halves.glsl"
 
-// Variance is a difference of stored values. Second moments are adjusted to the rounded mean, so that only their own rounding
+// The variance is a difference of stored values. The second moments are adjusted to the rounded mean, so that only their own rounding error
 // remains.
 void as_stored(inout vec4 moments, inout float joint)
 {

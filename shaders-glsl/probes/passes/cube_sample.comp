@@ -1,4 +1,4 @@
-// Samples a cube map in a direction at a level of detail: x, y, z, lod -> r, g, b.
+// Samples a cube map. The input is a direction and a level of detail (x, y, z, lod), and the output is r, g, b.
 #version 460
 layout(local_size_x = 64) in;
 layout(std430) readonly buffer In { float x[]; };

@@ -1,4 +1,4 @@
-// The beach under the sea: point, reach -> offshore, ground, height, slope, foam.
+// Evaluates the beach under the sea. The input is a point and a reach, and the output is offshore, ground, height, slope and foam.
 #version 460
 #extension GL_GOOGLE_include_directive : require
 #include "../../passes/ocean/shore.glsl"

@@ -1,5 +1,5 @@
 #version 460
-// Reads clip-space corners from a storage buffer.
+// Reads the corners in clip space from a storage buffer.
 layout(std430) readonly buffer Corners { vec2 corners[]; };
 layout(push_constant) uniform P { vec4 color; float depth; };
 

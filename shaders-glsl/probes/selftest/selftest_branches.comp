@@ -1,5 +1,5 @@
 #version 460
-// Every way in which a constant can affect control flow.
+// Tests every way in which a constant can affect control flow.
 layout(local_size_x = 64) in;
 layout(constant_id = 0) const int WAY = 0;
 layout(constant_id = 1) const bool EARLY = false;
@@ -13,7 +13,7 @@ layout(std430) readonly buffer In { float x[]; };
 layout(std430) writeonly buffer Out { float y[]; };
 layout(push_constant) uniform P { uint count; };
 
-// A comparison of floats is no constant expression in GLSL.
+// In GLSL, a comparison of floats is not a constant expression.
 bool is_far() {
     return LIMIT > 2.0 || WAY == 3;
 }
@@ -35,7 +35,7 @@ float switched(float v) {
     return v + 0.5;
 }
 
-// A loop that constants may leave at once, after some iterations, or only by a run-time value.
+// Constants can end this loop at once or after some iterations. If they do not, a run-time value ends the loop.
 float looped(float v) {
     for (uint i = 0u; i < TURNS; ++i) {
         if (EARLY && i == 1u) {
@@ -84,7 +84,7 @@ void choose(const int way, inout bool chosen, out int steps) {
     steps = way + 1;
 }
 
-// Constants that reach a branch through calls, written parameters, and variables with several values.
+// These constants reach a branch through calls, through written parameters, and through variables with several values.
 float called(float v) {
     bool chosen = EARLY;
     int steps;

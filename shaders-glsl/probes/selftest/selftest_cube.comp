@@ -1,5 +1,5 @@
 #version 460
-// Samples a cube map: x holds a direction and a level of detail per item, y receives the colour.
+// Samples a cube map. For each item, x holds a direction and a level of detail, and y receives the colour.
 layout(local_size_x = 64) in;
 layout(std430) readonly buffer In { vec4 x[]; };
 layout(std430) writeonly buffer Out { vec4 y[]; };

@@ -1,5 +1,5 @@
 #version 460
-// One step of a mip chain: the mean of 2x2 texels, on all layers.
+// Computes one step of a mip chain, as the mean of 2x2 texels on all layers.
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(rgba32f) readonly uniform image2DArray source;
 layout(rgba32f) writeonly uniform image2DArray target;

@@ -1,5 +1,5 @@
 #version 460
-// Reads a resource of each set: y = factor x + term.
+// Reads one resource of each descriptor set: y = factor x + term.
 layout(local_size_x = 64) in;
 layout(std430) readonly buffer In { float x[]; };
 layout(std430) writeonly buffer Out { float y[]; };

@@ -1,6 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
-// Specialization constants, includes from both folders, and a struct shared with Rust.
+// Tests specialisation constants, includes from both folders, and a struct shared with Rust.
 #include "affine.glsl"
 #include "probes/selftest/affine.glsl"
 

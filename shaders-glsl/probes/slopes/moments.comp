@@ -29,7 +29,7 @@ void main() {
     put(mix_moments(a, b, t));
     put(roughen_moments(a, alpha));
     put(slope_of_heights(vec4(m, shear), abs(column) + 0.1));
-    // Mean and variances large enough not to cancel: covariance_from_moments has its own probe.
+    // Mean and variances are so large that they do not cancel. covariance_from_moments has its own probe.
     put(moments_covariance(SlopeMoments(0.1 * n.xy, S + 0.02)));
     put(moments_of_slope(shear).second.xy);
     put(moments_of_corner(vec4(m, shear), vec2(-0.2, 0.1) + vec2(-1.0, 1.0) * column * column));

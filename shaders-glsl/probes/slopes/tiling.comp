@@ -3,7 +3,7 @@
 #include "leadr/slopes/tiling.glsl"
 #include "probes/leadr_probe.glsl"
 
-// A map of one wave, and its slope. The blend is continuous where the variants of a point change.
+// A map of one wave, and its slope. The blend is continuous where the set of variants at a point changes.
 vec3 example(const vec2 at) {
     vec2 phase = 6.28318530718 * at;
     return vec3(sin(phase.x + 2.0 * phase.y), 6.28318530718 * cos(phase.x + 2.0 * phase.y) * vec2(1.0, 2.0));

@@ -30,7 +30,7 @@ void main() {
     put(fresnel);
     put(cosine);
     put(lod);
-    // The last probe itself.
+    // The last probe has these values.
     put((p.slope - m) * unit);
     put(p.wi);
     put(probes.area);

@@ -16,7 +16,7 @@ use leadr_reflectance::slopes::normal_blending::{
 };
 use leadr_render::settings::numbers::{positive, share, whole};
 
-/// Examples and units, printed below the help.
+/// Examples and units that are printed below the help.
 pub const EXAMPLES: &str = "Examples:
   leadr bake bricks.png -o bricks.ktx2                       use heights from 0 to 1, in the unit of the map
   leadr bake bricks.png --height-scale 0.05 -o bricks.ktx2   set the height of the value 1 to 5 % of the map's width
@@ -114,7 +114,7 @@ const GLOSS_SCALES: Names<Gloss> = &[
     ("advanced-warfare", Gloss::AdvancedWarfare, "α² = 2 / (2 + 2^16g) (Call of Duty: Advanced Warfare)"),
 ];
 
-/// Blends two unit normals, base first, into one.
+/// A function that blends two unit normals into one. The base normal is the first argument.
 pub type Blend = fn(DVec3, DVec3) -> DVec3;
 
 const BLENDS: Names<Blend> = &[

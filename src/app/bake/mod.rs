@@ -20,7 +20,7 @@ use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::{begin, extension, keep_inputs};
 use leadr_tools::command::output::Output;
 
-/// Minimum number of texels for a progress bar; smaller maps take less than a second.
+/// The smallest number of texels for which a progress bar is shown. Smaller maps take less than a second.
 const LONG: u64 = 1 << 20;
 
 /// The file format of a map.
@@ -31,14 +31,14 @@ enum Container {
     Png,
 }
 
-/// A map to be written.
+/// A map that will be written.
 struct Job {
     kind: Kind,
     container: Container,
     file: NewFile,
 }
 
-/// Returns the maps to bake, with their opened files.
+/// Returns the maps to bake. The files of the maps are already open.
 fn jobs(arguments: &BakeArgs) -> Result<Vec<Job>, AppError> {
     let precision = arguments.format;
     let kinds = &arguments.kind;
@@ -85,7 +85,7 @@ fn jobs(arguments: &BakeArgs) -> Result<Vec<Job>, AppError> {
     }
 }
 
-/// Whether a path without a known extension is meant as a folder.
+/// Whether a path without a known extension means a folder.
 fn names_a_folder(path: &Path) -> bool {
     path.is_dir() || path.to_string_lossy().ends_with(['/', std::path::MAIN_SEPARATOR])
 }
@@ -112,7 +112,7 @@ pub fn run(arguments: &BakeArgs, output: &Output) -> Result<(), AppError> {
     }
     let mut inputs = sources.load(arguments, output)?;
     inputs.size().map_err(|fault| fault.in_file(sources.main()))?;
-    // The heights and normals of the files are compared before heights are derived.
+    // The heights and the normals from the files are compared before heights are derived.
     let agreement = inputs.agree();
     if let Some(agreement) = &agreement {
         output.say(&format!("heights and normals: {agreement}"));
@@ -143,7 +143,7 @@ pub fn run(arguments: &BakeArgs, output: &Output) -> Result<(), AppError> {
     }
 }
 
-/// Computes heights and occlusion if the kinds need them and the files lack them.
+/// Computes heights and occlusion if the requested kinds need them and the files do not contain them.
 fn derive(inputs: &mut Inputs, kinds: &[Kind], sources: &Sources, output: &Output) -> Result<(), AppError> {
     let size = inputs.size().map_err(|fault| fault.in_file(sources.main()))?;
     let long = u64::from(size[0]) * u64::from(size[1]) >= LONG / 4;
@@ -187,7 +187,7 @@ fn write(inputs: &Inputs, plan: &Plan, job: &mut Job, progress: &dyn Fn(f32)) ->
     }
 }
 
-/// Refuses flags that would not affect any of the baked kinds.
+/// Refuses flags that do not affect any of the baked kinds.
 fn check_flags(arguments: &BakeArgs) -> Result<(), AppError> {
     let a = arguments;
     let has_gloss = a.gloss.is_some() || a.detail_gloss.is_some();
@@ -211,7 +211,7 @@ fn check_flags(arguments: &BakeArgs) -> Result<(), AppError> {
     Ok(())
 }
 
-/// Returns a warning if the error of the slope variance is over the limit for pictures.
+/// Returns a warning if the error of the slope variance exceeds the limit for pictures.
 fn beyond_the_goal(precision: Precision, baked: &Report) -> Option<String> {
     let (most, remedy) = match precision {
         Precision::F32 => return None,

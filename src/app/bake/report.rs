@@ -24,22 +24,22 @@ pub struct BakeReport {
     size: [u32; 2],
     levels: usize,
     channels: Vec<&'static str>,
-    /// Scale factor of the heights.
+    /// The factor on the heights.
     height_scale: f32,
     mean_slope: [f64; 2],
-    /// Slope variances along s and t, and their covariance, per unit of texture coordinate.
+    /// The slope variances along s and t, and the covariance of both slopes, per unit of texture coordinate.
     slope_variance: [f64; 3],
     slope_range: [[f64; 2]; 2],
     height_range: [f64; 2],
-    /// Agreement of heights and normals; null unless the input has both.
+    /// The agreement of heights and normals; null unless the input has both.
     agreement: Option<AgreementReport>,
-    /// Relative error of the worst channel against 32-bit floats, for each level.
+    /// The error of the worst channel relative to 32-bit floats, for each level.
     error: Vec<f64>,
-    /// Relative error of the slope variance, for each level.
+    /// The relative error of the slope variance, for each level.
     variance_error: Vec<f64>,
     bytes: u64,
     seconds: f64,
-    /// Peak memory of the program, bytes; null if the system does not report it.
+    /// The peak memory of the program in bytes, or null if the system does not report it.
     peak_bytes: Option<u64>,
 }
 

@@ -1,4 +1,4 @@
-//! Selects the files to bake from flags, names and folders, and reads them.
+//! Selects the files to bake from flags, names and folders, and reads these files.
 
 use std::path::{Path, PathBuf};
 
@@ -30,12 +30,12 @@ pub struct Sources {
     channel: usize,
     #[serde(skip)]
     meaning: RoughnessMeaning,
-    /// Remarks about unused files, one sentence each.
+    /// Remarks about files that are not used, as one sentence each.
     #[serde(skip)]
     pub remarks: Vec<String>,
 }
 
-/// Returns the direction of the green channel according to the name of a normal map.
+/// Returns the direction of the green channel that the name of a normal map suggests.
 fn green_of(role: Option<Role>) -> Option<GreenAxis> {
     match role {
         Some(Role::NormalUp) => Some(GreenAxis::Up),
@@ -59,7 +59,7 @@ fn sentence(faults: &SlopeFaults) -> Option<String> {
 }
 
 impl Sources {
-    /// Selects the files. With `slopes_only`, the result has no channels for roughness and colour.
+    /// Selects the files. With `slopes_only`, channels for roughness and colour are left out.
     pub fn find(arguments: &BakeArgs, slopes_only: bool) -> Result<Self, AppError> {
         use FileKind::{Exr, Folder, Picture};
         let inputs: [(&str, &Option<PathBuf>, &[FileKind]); 7] = [

@@ -1,4 +1,4 @@
-//! Arguments of `leadr bench` and the configuration that they resolve to.
+//! The arguments of `leadr bench`, and the configuration that results from them.
 
 use std::ffi::{OsStr, OsString};
 use std::path::PathBuf;
@@ -16,7 +16,7 @@ use leadr_tools::bench::{BenchConfig, Quad, Table};
 use leadr_tools::command::device::DeviceArgs;
 use leadr_tools::command::error::AppError;
 
-/// Examples after the help text.
+/// Examples that are printed after the help text.
 pub const EXAMPLES: &str = "Examples:
   leadr bench                                  measure everything; takes minutes without a GPU
   leadr bench --paper --frames 9 --json        measure the paper's tables and check the goals
@@ -112,20 +112,20 @@ const MEASURED: &str = "Measurements";
 const AGAINST: &str = "Comparison with an earlier run";
 const SCENES_OF: &str = "Scenes";
 
-/// Size of the full-screen quad and of its map in the paper.
+/// The size of the full-screen quad and of its map in the paper.
 const PAPER_SIZE: Size = Size { width: 1024, height: 1024 };
-/// Picture sizes for the table of views.
+/// The sizes of the pictures for the table of views.
 const VIEW_SIZES: [Size; 3] =
     [Size { width: 128, height: 128 }, Size { width: 480, height: 270 }, Size { width: 1024, height: 1024 }];
-/// Picture size for all other tables of scenes.
+/// The size of the pictures for all other tables of scenes.
 const SCENE_SIZE: Size = Size { width: 512, height: 512 };
-/// Default scenes of the bench.
+/// The scenes of the bench by default.
 const SCENES: [&str; 2] = ["sphere", "trex"];
 
 impl BenchArgs {
     /// Checks the arguments and returns the measurements that they select.
     pub fn resolve(&self) -> Result<BenchConfig, AppError> {
-        // The tables of the paper are measured alone, with scenes, or not at all.
+        // The tables of the paper can be measured alone, with the tables of scenes, or not at all.
         let about_scenes = self.technique.is_some() || !self.tables.is_empty();
         let everything = !self.paper && !self.forward && self.scene.is_none() && !about_scenes;
         let quad = self.paper || everything;
@@ -175,7 +175,7 @@ impl BenchArgs {
         Table::value_variants().iter().copied().filter(|table| wanted.contains(table)).collect()
     }
 
-    /// Returns the configuration of a scene: the defaults of `leadr capture` with changes by the flags of the bench.
+    /// Returns the configuration of a scene: the defaults of `leadr capture`, changed by the flags of the bench.
     fn scene_config(&self, scene: &OsStr) -> Result<SceneConfig, AppError> {
         let mut given = CommandLine::default();
         given.set("--scene", Some(scene));
@@ -190,7 +190,7 @@ impl BenchArgs {
         given.set("--atlas-tile", self.atlas_tile.as_ref());
         given.set("--map-precision", self.map_precision.as_ref());
         let mut config = SceneArgs { given }.resolve()?;
-        // The surroundings of a surface would be timed with it.
+        // The surroundings of a surface would add to the measured time.
         config.bare = config.scene.offers(Choice::Bare);
         Ok(config)
     }

@@ -1,5 +1,5 @@
-//! `leadr bench`: measures the time of every pass on the device and optionally compares it with an earlier run. With `--soak`, it measures
-//! the memory use over many frames.
+//! `leadr bench`: measures the time of every pass on the device. Optionally, it compares the times with an earlier run. With `--soak`, it
+//! measures the memory use over many frames.
 
 pub mod args;
 

@@ -1,4 +1,4 @@
-//! Arguments of `leadr capture` and the configuration that they resolve to.
+//! The arguments of `leadr capture`, and the configuration that results from them.
 
 use std::path::PathBuf;
 
@@ -21,7 +21,7 @@ use leadr_scenes::view::{Size, ViewChoice};
 use leadr_tools::command::device::DeviceArgs;
 use leadr_tools::command::error::AppError;
 
-/// Examples after the help text.
+/// Examples that are printed after the help text.
 pub const EXAMPLES: &str = "Examples:
   leadr capture                                       draw the T-rex into out/
   leadr capture --camera far --samples 16 -o far.png
@@ -99,7 +99,7 @@ pub struct CaptureArgs {
 }
 
 const SEQUENCE: &str = "Time and sequences";
-/// Help heading of the flags for files and printed results.
+/// The help heading of the flags for files and printed results.
 pub const OUTPUT: &str = "Output";
 
 /// The complete configuration of `leadr capture`, in the units of [`CaptureArgs`].
@@ -111,17 +111,17 @@ pub struct CaptureConfig {
     /// The device.
     #[serde(flatten)]
     pub device: DeviceArgs,
-    /// The moments of the whole capture, of which a sheet shows some.
+    /// The moments of the whole capture. A contact sheet shows some of them.
     pub timeline: Timeline,
-    /// Frames per second of an animation file.
+    /// The number of frames per second of an animation file.
     #[serde(skip)]
     pub rate: Rate,
-    /// Number of times that an animated WebP plays; 0 repeats it forever.
+    /// The number of times that an animated WebP plays. With 0, it repeats forever.
     #[serde(rename = "loop")]
     pub plays: u16,
-    /// Layers to write in addition to the colour: sorted, without repeats.
+    /// The layers that are written in addition to the colour. They are sorted, without repeats.
     pub layers: Vec<Layer>,
-    /// The technique of the right side, and the split position.
+    /// The technique of the right side, and the position of the split.
     #[serde(skip_serializing_if = "Option::is_none", serialize_with = "name_of_beside")]
     pub beside: Option<(Technique, Split)>,
     /// The techniques of a comparison; empty for one technique.
@@ -129,9 +129,9 @@ pub struct CaptureConfig {
     pub techniques: Vec<Technique>,
     /// The files to write.
     pub output: OutputPattern,
-    /// Whether to keep matching frames of an earlier run.
+    /// Whether frames of an earlier run are kept if they match.
     pub resume: bool,
-    /// The command that renders these pictures, recorded in their files.
+    /// The command that renders these pictures. It is recorded in their files.
     #[serde(skip)]
     pub command: String,
 }
@@ -148,7 +148,7 @@ fn names_of<S: Serializer>(techniques: &[Technique], serializer: S) -> Result<S:
 const REFERENCE_SAMPLES: u32 = 64;
 
 impl CaptureConfig {
-    /// Returns the moments to draw, in order.
+    /// Returns the moments that will be drawn, in order.
     pub fn moments(&self) -> Vec<Moment> {
         let moments = self.timeline.moments();
         match self.output.kind {
@@ -172,7 +172,7 @@ impl CaptureConfig {
 }
 
 impl CaptureArgs {
-    /// Checks that the arguments fit together and reads any camera file. `line` holds the arguments as text.
+    /// Checks that the arguments are consistent, and reads the camera file if there is one. `line` has the arguments as text.
     pub fn resolve(&self, line: CommandLine) -> Result<CaptureConfig, AppError> {
         let rate = self.fps.unwrap_or(Rate::DEFAULT);
         let timeline = self.timeline(rate)?;
@@ -210,7 +210,7 @@ impl CaptureArgs {
         })
     }
 
-    /// Returns the camera motion that replaces time, if any.
+    /// Returns the camera motion that replaces time, if there is one.
     fn travel(&self) -> Option<Travel> {
         let time = f64::from(self.time.unwrap_or(0.0));
         let (sweep, turntable) = (self.sweep, self.turntable);
@@ -280,7 +280,7 @@ impl CaptureArgs {
     }
 }
 
-/// Returns the command of `line` without flags that do not change the pictures.
+/// Returns the command of `line` without the flags that do not change the pictures.
 fn command_of(mut line: CommandLine) -> String {
     for flag in ["--output", "--device", "--validation", "--resume", "--shard"] {
         line.remove(flag);

@@ -1,4 +1,4 @@
-//! The source of a capture's pictures: the renderer, or a test double without a device.
+//! The source of a capture's pictures. The source is the renderer, or a test double that needs no device.
 
 use serde::Serialize;
 
@@ -9,33 +9,33 @@ use leadr_render::light::panorama::EnvironmentLight;
 use leadr_tools::command::device::DeviceInfo;
 use leadr_tools::command::error::AppError;
 
-/// The device time of one pass.
+/// The time that one pass takes on the device.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PassTime {
-    /// Name of the pass.
+    /// The name of the pass.
     pub pass: String,
-    /// Device time of the pass, milliseconds.
+    /// The time of the pass on the device in milliseconds.
     pub ms: f64,
 }
 
-/// One picture, in rows from the top left corner.
+/// One picture, as rows that start at the top left corner.
 #[derive(Clone, Debug, Default)]
 pub struct Frame {
-    /// Picture width, pixels.
+    /// The width of the picture in pixels.
     pub width: u32,
-    /// Picture height, pixels.
+    /// The height of the picture in pixels.
     pub height: u32,
-    /// Linear Rec. 709 radiance and coverage, `width · height` long.
+    /// Linear Rec. 709 radiance and coverage. The length is `width · height`.
     pub color: Vec<[f32; 4]>,
-    /// The requested layers. Each plane is `width · height` long, in the order of [`Layer::channels`].
+    /// The requested layers. Each plane has the length `width · height`. Planes are in the order of [`Layer::channels`].
     pub layers: Vec<(Layer, Vec<Vec<f32>>)>,
-    /// Exposure factor for display.
+    /// The exposure factor for display.
     pub exposure: f32,
-    /// Device time per pass, in order.
+    /// The time of each pass on the device, in order.
     pub passes: Vec<PassTime>,
 }
 
-/// Renders the moments of one capture.
+/// A source that renders the moments of one capture.
 pub struct FrameSource<'a> {
     /// The device that renders.
     pub device: DeviceInfo,
@@ -43,9 +43,9 @@ pub struct FrameSource<'a> {
     pub files: Vec<FileRead>,
     /// The lights extracted from the environment image.
     pub lights: Vec<EnvironmentLight>,
-    /// Duration of the set-up, seconds.
+    /// The duration of the set-up in seconds.
     pub set_up_seconds: f64,
-    /// Renders a moment, and reports the sample count after each sample. A moment always renders to the same bits.
+    /// Renders a moment, and reports the number of samples after each sample. Rendering the same moment always gives the same bits.
     pub render: Box<Render<'a>>,
 }
 

@@ -9,14 +9,14 @@ use leadr_scenes::stage::{Sweep, turntable_degrees};
 /// One moment of the animation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Moment {
-    /// Frame number; 0 for a still.
+    /// The number of the frame, or 0 for a still.
     pub frame: u32,
-    /// Seconds since the start of the animation.
+    /// The time since the start of the animation in seconds.
     pub time: f64,
-    /// Metres between the camera and its target, only in a sweep.
+    /// The distance between the camera and its target in metres, only in a sweep.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub distance: Option<f32>,
-    /// Degrees of the camera around its target, only in a turntable.
+    /// The rotation of the camera around its target in degrees, only in a turntable.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub turn_degrees: Option<f32>,
     /// The technique of this picture, only in a comparison of techniques.
@@ -34,16 +34,16 @@ fn name_of<S: Serializer>(technique: &Option<Technique>, serializer: S) -> Resul
 pub enum Timeline {
     /// A single picture.
     Still {
-        /// Seconds since the start of the animation.
+        /// The time since the start of the animation in seconds.
         time: f64,
     },
-    /// Frames at a constant time step.
+    /// Frames at constant steps of time.
     Sequence {
-        /// Range of frame numbers.
+        /// The range of frame numbers.
         frames: FrameRange,
-        /// Frames per second.
+        /// The number of frames per second.
         fps: Rate,
-        /// The fraction of the range that this process renders.
+        /// The part of the range that this process renders.
         shard: Option<Shard>,
         /// The camera motion that replaces time.
         #[serde(flatten, skip_serializing_if = "Option::is_none")]
@@ -51,8 +51,8 @@ pub enum Timeline {
     },
 }
 
-/// Selects `count` of `moments` at equal steps, including the first. A sweep also includes its end. Other sequences omit the end, because
-/// they continue or repeat after it.
+/// Selects `count` of `moments` at equal steps, including the first. The selection of a sweep also includes the end. Other sequences
+/// continue or repeat after their end, so the end is left out.
 pub fn spread(moments: &[Moment], count: usize) -> Vec<Moment> {
     let closed = moments.last().is_some_and(|moment| moment.distance.is_some());
     let at = |i: usize| {
@@ -65,12 +65,12 @@ pub fn spread(moments: &[Moment], count: usize) -> Vec<Moment> {
     (0..count).filter_map(|i| moments.get(at(i)).copied()).collect()
 }
 
-/// A camera motion during which time stands still.
+/// A camera motion during which the scene does not move.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Travel {
-    /// Seconds since the start of the animation.
+    /// The time since the start of the animation in seconds.
     pub time: f64,
-    /// Camera motion away from the target or towards it.
+    /// The motion of the camera away from the target or towards it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sweep: Option<Sweep>,
     /// Whether the camera moves once around its target.
@@ -79,7 +79,7 @@ pub struct Travel {
 }
 
 impl Timeline {
-    /// Returns the frames of the whole capture, including all shards. A still is frame 0.
+    /// Returns the frames of the whole capture, including all shards. A still has the frame number 0.
     pub fn frames(&self) -> FrameRange {
         match *self {
             Self::Still { .. } => FrameRange { start: 0, end: 1 },
@@ -98,7 +98,7 @@ impl Timeline {
                 let numbers = (frames.start..frames.end).skip(index as usize - 1).step_by(count as usize);
                 let moment = |frame| {
                     let (step, steps) = (frame - frames.start, frames.end - frames.start);
-                    // Division, unlike accumulation, makes a frame's time independent of its shard.
+                    // A division, unlike accumulation, makes the time of a frame independent of its shard.
                     let running = f64::from(frame) / fps.per_second();
                     Moment {
                         frame,

@@ -1,4 +1,5 @@
-//! `leadr capture`: renders moments of a scene, each into a file or all into one file. Incomplete files have temporary names.
+//! `leadr capture`: renders moments of a scene. Each moment is written to its own file, or all are written to one file. Incomplete files
+//! have temporary names.
 
 pub mod args;
 pub mod frame_source;
@@ -42,7 +43,7 @@ pub struct CaptureReport<'a> {
     #[serde(flatten)]
     device: DeviceInfo,
     settings: &'a CaptureConfig,
-    /// Lights extracted from the environment image.
+    /// The lights extracted from the environment image.
     lights: Vec<EnvironmentLight>,
     frames: Vec<FrameReport>,
     /// Measured differences of `--techniques`.
@@ -50,7 +51,7 @@ pub struct CaptureReport<'a> {
     errors: Vec<TechniqueErrors>,
     /// Wall-clock time of the set-up, seconds: reading files, baking and uploading maps, creating pipelines.
     set_up_seconds: f64,
-    /// Wall-clock time of drawing and writing all frames, seconds, without the set-up.
+    /// The wall-clock time for drawing and writing all frames in seconds, without the set-up.
     seconds: f64,
 }
 
@@ -61,9 +62,9 @@ pub struct FrameReport {
     moment: Moment,
     /// The file of this frame, or the file of all frames.
     file: PathBuf,
-    /// Whether the file is from an earlier run (`--resume`).
+    /// Whether the file was kept from an earlier run (`--resume`).
     kept: bool,
-    /// Whether the file of an earlier run was replaced, because its fingerprint differed (`--resume`).
+    /// Whether this run replaced the file of an earlier run, because its fingerprint differed (`--resume`).
     outdated: bool,
     passes: Vec<PassTime>,
 }
@@ -85,7 +86,7 @@ impl fmt::Display for CaptureReport<'_> {
     }
 }
 
-/// Renders the selected moments, prints the name of each completed file, and then the report. `line` holds the arguments as text.
+/// Renders the selected moments. Prints the name of each completed file, and then the report. `line` has the arguments as text.
 pub fn run(arguments: &CaptureArgs, line: CommandLine, output: &Output) -> Result<(), AppError> {
     let (config, read_first) = recorded(|| arguments.resolve(line));
     let config = config?;
@@ -101,7 +102,7 @@ pub fn run(arguments: &CaptureArgs, line: CommandLine, output: &Output) -> Resul
     output.summary(&capture(&config, source, output)?)
 }
 
-/// Refuses a video on standard output if that is a terminal, or if `--json` also writes to it.
+/// Refuses a video on standard output if this is a terminal, or if `--json` also writes to standard output.
 fn check_stdout(config: &CaptureConfig, output: &Output) -> Result<(), AppError> {
     if !config.output.is_stdout() {
         return Ok(());
@@ -115,8 +116,8 @@ fn check_stdout(config: &CaptureConfig, output: &Output) -> Result<(), AppError>
     Ok(())
 }
 
-/// Returns a remark if display settings have no effect because the file holds radiance. This is no error, because the flags are valid for a
-/// PNG.
+/// Returns a remark if display settings have no effect because the file stores radiance. Such settings are not an error, because the flags
+/// are valid for a PNG.
 fn unheeded(config: &CaptureConfig) -> Option<&'static str> {
     let chosen = config.scene.picture.exposure != 0.0 || config.scene.picture.tonemap != Tonemap::SHOWN;
     let is_exr = config.output.kind == FileKind::Still(StillKind::Exr);
@@ -146,7 +147,7 @@ fn check_files(config: &CaptureConfig) -> Result<(), AppError> {
 /// Renders and writes every moment of `config` with `source`.
 ///
 /// # Errors
-/// If rendering or writing fails. The message names the frame, and files already written stay.
+/// If rendering or writing fails. The message names the frame. Files that are already written remain.
 pub fn capture<'a>(
     config: &'a CaptureConfig,
     mut source: FrameSource<'_>,
@@ -249,7 +250,7 @@ pub mod tests {
     use leadr_scenes::config::SceneConfig;
     use std::path::Path;
 
-    /// A test renderer that draws a gradient depending on the time, counts calls, and fails at a chosen frame.
+    /// A test renderer that draws a gradient depending on the time. The renderer counts its calls, and fails at a chosen frame.
     #[derive(Default)]
     pub struct Double {
         pub size: (u32, u32),
@@ -405,7 +406,7 @@ pub mod tests {
                 calls == 0 && message.contains("3 of them kept") && !message.contains("again"),
                 "{calls}: {message}"
             );
-            // A picture from another program has no fingerprint, even if its size is right.
+            // A picture from another program has no fingerprint, even if its size matches.
             let config = configure(folder.path(), &name, &["--frames", "0..3"]);
             let texels = vec![[0.5; 3]; 15];
             match kind {

@@ -1,4 +1,4 @@
-//! File names and formats of a capture.
+//! The file names and formats of a capture.
 
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -12,12 +12,12 @@ use leadr_scenes::view::Size;
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::extension;
 
-/// Width of the gutter between pictures of a sheet, pixels.
+/// The width of the gap between the pictures of a sheet, in pixels.
 pub const GUTTER: u32 = 4;
 
-/// Returns the size of a sheet of pictures of size `cell`, or an error if it is over the limits.
+/// Returns the size of a sheet whose pictures have the size `cell`, or an error if it exceeds the limits.
 pub fn whole_size(sheet: Sheet, cell: Size) -> Result<Size, String> {
-    // At most 1000 pictures of 2¹⁴ pixels plus gutters per side cannot overflow.
+    // A side has at most 1000 pictures of 2¹⁴ pixels plus gaps, so it cannot overflow.
     let side = |count: u32, length: u32| count * length + (count - 1) * GUTTER;
     let whole = Size { width: side(sheet.columns, cell.width), height: side(sheet.rows, cell.height) };
     within_limits(whole, &format!("a --sheet of {}x{} pictures of {cell}", sheet.columns, sheet.rows))
@@ -48,7 +48,7 @@ pub enum FileKind {
     Comparison,
     /// One PNG with several frames side by side.
     Sheet {
-        /// Number of columns and rows.
+        /// The number of columns and rows.
         sheet: Sheet,
     },
 }
@@ -62,19 +62,19 @@ fn comparison<S: Serializer>(serializer: S) -> Result<S::Ok, S::Error> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum StillKind {
-    /// PNG with 8-bit tonemapped sRGB.
+    /// A PNG file with 8-bit tonemapped sRGB.
     Png,
-    /// EXR with linear radiance and layers as 32-bit floats.
+    /// An EXR file with linear radiance and layers as 32-bit floats.
     Exr,
 }
 
-/// The format of an animation; all formats hold 8-bit tonemapped sRGB.
+/// The format of an animation. All formats store 8-bit tonemapped sRGB.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum MovingKind {
     /// Lossless animated WebP.
     Webp,
-    /// Uncompressed YUV4MPEG2 video for encoders.
+    /// A YUV4MPEG2 video, uncompressed, for encoders.
     Y4m,
 }
 
@@ -82,7 +82,8 @@ impl MovingKind {
     /// Returns the supported frames per second.
     pub fn rates(self) -> RangeInclusive<f64> {
         match self {
-            // The lower limit keeps delays within 16 bits of milliseconds. Viewers replace delays of at most 10 ms by 100 ms.
+            // The lower limit keeps delays within 16 bits of milliseconds. Viewers replace delays of at most 10 ms by 100 ms, which the
+            // upper limit avoids.
             Self::Webp => 0.02..=90.0,
             Self::Y4m => 0.0..=f64::INFINITY,
         }
@@ -93,14 +94,14 @@ impl MovingKind {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct OutputPattern {
     pattern: PathBuf,
-    /// Output format, from the path's extension.
+    /// The output format that the extension of the path selects.
     pub kind: FileKind,
 }
 
-/// Placeholder of the frame number in a path.
+/// The placeholder of the frame number in a path.
 pub const FRAME: &str = "{frame}";
 
-/// Path that stands for standard output.
+/// The path that means standard output.
 const STDOUT: &str = "-";
 
 impl OutputPattern {
@@ -148,7 +149,7 @@ impl OutputPattern {
         }
     }
 
-    /// Whether the output is a video on stdout.
+    /// Whether the output is a video on standard output.
     pub fn is_stdout(&self) -> bool {
         self.pattern == Path::new(STDOUT)
     }
@@ -163,7 +164,7 @@ impl OutputPattern {
     }
 }
 
-/// Returns the first word in braces other than [`FRAME`], probably a misspelt placeholder.
+/// Returns the first word in braces other than [`FRAME`], which is probably a misspelt placeholder.
 fn odd_placeholder(text: &str) -> Option<&str> {
     let mut words = text.match_indices('{').filter_map(|(start, _)| {
         let word = &text[start..=start + text[start..].find('}')?];

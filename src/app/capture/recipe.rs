@@ -9,17 +9,17 @@ use leadr_maps::reads::FileRead;
 use leadr_maps::tonemap::Tonemap;
 use leadr_tools::program::{VERSION, build, commit};
 
-/// All data that determine the frames of a capture, except moments and device.
+/// All data that determine the frames of a capture, except the moments and the device.
 pub struct Recipe<'a> {
     config: &'a CaptureConfig,
-    /// Text of the program, scene, settings and files.
+    /// A text that describes the program, scene, settings and files.
     common: String,
 }
 
 impl<'a> Recipe<'a> {
     /// Creates the recipe of `config` with these input files.
     pub fn new(config: &'a CaptureConfig, files: &[FileRead]) -> Self {
-        // Display settings do not affect an EXR, which holds linear radiance.
+        // Display settings do not affect an EXR file, because it stores linear radiance.
         let shown = !matches!(config.output.kind, FileKind::Still(StillKind::Exr));
         let mut scene = config.scene.clone();
         if !shown {
@@ -32,7 +32,7 @@ impl<'a> Recipe<'a> {
         Self { config, common }
     }
 
-    /// Returns the origin to store in the frame of a moment.
+    /// Returns the origin that is stored in the frame of a moment.
     pub fn origin(&self, moment: Moment) -> Origin {
         // The frame number matters only for the moving split between two techniques.
         let Moment { frame, time, distance, turn_degrees, technique } = moment;
@@ -105,7 +105,7 @@ mod tests {
         assert_eq!(frames(&["--frames", "0..9"])[..4], first, "a longer range");
         assert_eq!(frames(&["--frames", "0..4", "--shard", "2/2"]), [&first[1..2], &first[3..]].concat(), "a shard");
         assert_eq!(frames(&["--frames", "0..4", "--validation", "--resume"]), first);
-        // Each range is a different sweep.
+        // Each range of frames is a different sweep.
         let sweep = |range| frames(&["--frames", range, "--sweep", "5..50"]);
         assert_ne!(sweep("0..9")[3], sweep("0..4")[3]);
         let exr = |flags: &[&str]| fingerprints(&[&["-o", "a.exr"], flags].concat(), &[]);

@@ -1,4 +1,4 @@
-//! The renderer as a [`FrameSource`], which draws a scene at the requested times with one configuration.
+//! The renderer as a [`FrameSource`], which draws a scene with one configuration at the requested times.
 
 use std::time::Instant;
 
@@ -15,7 +15,7 @@ use leadr_tools::command::output::Output;
 
 /// Loads the inputs of `config`, opens the device and prepares the renderer.
 pub fn open<'a>(config: &'a CaptureConfig, output: &Output) -> Result<FrameSource<'a>, AppError> {
-    // Files are read before a device is opened, so errors in files need no device.
+    // Files are read before a device is opened, so that errors in files are reported even without a device.
     let scene = &config.scene;
     let begun = Instant::now();
     let watch = output.set_up();

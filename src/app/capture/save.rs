@@ -15,14 +15,14 @@ use leadr_scenes::config::Picture;
 use leadr_scenes::view::Size;
 use leadr_tools::command::error::AppError;
 
-/// Maximum number of channels of a frame; an EXR with more is from another program.
+/// The largest number of channels in a frame. An EXR file with more channels is from another program.
 const MAX_CHANNELS: usize = 32;
 
-/// Writes `frame` to `path` atomically and creates missing folders. A PNG gets sRGB with the exposure and tone curve of `picture`; an EXR
-/// gets linear radiance and layers. The file stores `origin`.
+/// Writes `frame` to `path` atomically, and creates missing folders. A PNG file stores sRGB with the exposure and tone curve of `picture`.
+/// An EXR file stores linear radiance and layers. Both kinds of file store `origin`.
 ///
 /// # Errors
-/// If the frame cannot be encoded or the file cannot be written, in which case `path` is unchanged.
+/// If the frame cannot be encoded or the file cannot be written, `path` is unchanged in this case.
 pub fn save(path: &Path, kind: StillKind, frame: &Frame, picture: &Picture, origin: &Origin) -> Result<(), AppError> {
     let encoded = match kind {
         StillKind::Png => encode_png_srgb8(&display(frame, picture)).map(|png| origin.in_png(png)),
@@ -50,7 +50,7 @@ pub fn display(frame: &Frame, picture: &Picture) -> Rgb8Image {
     picture.codes(frame.width, &colors, display_factor(frame, picture))
 }
 
-/// Returns the stored origin if `path` is a complete picture of this format and size. The file is decoded to its end.
+/// Returns the stored origin if `path` is a complete picture of this format and size. The file is decoded to its end to check this.
 pub fn origin_if_whole(path: &Path, kind: StillKind, size: Size) -> Option<Option<Origin>> {
     match kind {
         StillKind::Png => {
@@ -64,7 +64,7 @@ pub fn origin_if_whole(path: &Path, kind: StillKind, size: Size) -> Option<Optio
 
 fn exr_is_complete(path: &Path, size: Size) -> Option<()> {
     use ex::{ReadChannels, ReadLayers};
-    // Opening a pipe would block until a writer opens it.
+    // If the path is a pipe, opening it would block until a writer opens it.
     path.is_file().then_some(())?;
     // The decoder allocates memory for the pixels, so the header is checked first.
     let meta = exr::meta::MetaData::read_from_file(path, false).ok()?;

@@ -8,7 +8,7 @@ use crate::app::flags::values::threshold;
 use leadr_render::settings::numbers::{finite, within};
 use leadr_tools::metrics::Crop;
 
-/// Examples after the help text.
+/// Examples that are printed after the help text.
 pub const EXAMPLES: &str = "Examples:
   leadr compare reference.png test.png
   leadr compare reference.exr test.exr --max-flip 0.02 --error-image out/error.png && echo close enough

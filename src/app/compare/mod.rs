@@ -1,4 +1,4 @@
-//! `leadr compare`: measures the difference between two pictures, with thresholds for scripts.
+//! `leadr compare`: measures the difference between two pictures. Scripts can set thresholds for the difference.
 
 pub mod args;
 
@@ -36,9 +36,9 @@ pub struct CompareReport {
     pixels: usize,
     /// Mean FLIP error, 0 to 1.
     flip: f64,
-    /// Relative root mean square error of the linear values; null (infinite) if only the reference is black.
+    /// The relative root mean square error of the linear values. The error is null (infinite) if only the reference is black.
     rrmse: f64,
-    /// Maximum absolute difference of a linear channel.
+    /// The largest absolute difference of a linear channel.
     max_abs: f64,
     error_image: Option<PathBuf>,
 }
@@ -55,12 +55,12 @@ impl fmt::Display for CompareReport {
     }
 }
 
-/// Formats a number with six decimals, or with three significant digits below 1e-3.
+/// Formats a number with six decimals. Numbers below 1e-3 have three significant digits.
 fn digits(value: f64) -> String {
     if (f64::MIN_POSITIVE..1e-3).contains(&value) { format!("{value:.2e}") } else { format!("{value:.6}") }
 }
 
-/// Whether a picture is an EXR with radiance, not a PNG with display codes.
+/// Whether a picture is an EXR file with radiance. The alternative is a PNG file with display codes.
 fn is_exr(path: &Path) -> Result<bool, AppError> {
     match extension(path).as_deref() {
         Some("png") => Ok(false),

@@ -10,7 +10,7 @@ use leadr_render::settings::numbers::{not_negative, whole};
 use leadr_render::settings::on_off;
 use leadr_tools::command::device::DeviceArgs;
 
-/// Folder of the shader sources that this program was built from.
+/// The folder of the shader sources from which this program was built.
 const SHADERS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/shaders-glsl");
 
 /// Arguments of `leadr demo`.

@@ -1,4 +1,4 @@
-//! The `leadr capture` command for the picture in the window.
+//! Builds the `leadr capture` command that draws the picture in the window.
 
 use super::window::choices::Choices;
 use leadr_scenes::config::Picture;
@@ -7,20 +7,20 @@ use leadr_scenes::light::SunDirection;
 use leadr_scenes::options::{SceneOption, Sets};
 use leadr_scenes::view::CameraPose;
 
-/// Options that the command includes even at their defaults, because these depend on files or describe the picture.
+/// Options that the command includes even with their default values, because the defaults depend on files, or describe the picture.
 const SAID: [&str; 3] = ["technique", "shadowing", "samples"];
 
-/// The window state that the command must reproduce.
+/// The state of the window that the command must reproduce.
 pub struct Seen<'a> {
-    /// Picture settings of the window.
+    /// The picture settings of the window.
     pub choices: &'a Choices,
-    /// Camera pose of the window.
+    /// The camera pose of the window.
     pub pose: CameraPose,
-    /// Time of the animation, seconds.
+    /// The time of the animation in seconds.
     pub time: f64,
-    /// Width and height in pixels.
+    /// The width and height in pixels.
     pub size: [u32; 2],
-    /// Direction of the sun, if the environment is a sky.
+    /// The direction of the sun, if the environment is a sky.
     pub sun: Option<SunDirection>,
 }
 
@@ -104,7 +104,7 @@ mod tests {
         (flags::given::<SceneArgs>(&matches), config)
     }
 
-    /// Resolves a command that has no quotes.
+    /// Resolves a command that contains no quotes.
     fn captured(command: &str) -> SceneConfig {
         let words: Vec<&str> = command.split(' ').collect();
         assert_eq!(&words[..2], ["leadr", "capture"]);
@@ -140,7 +140,7 @@ mod tests {
         };
         assert_eq!(drawn, expected);
 
-        // The flags of an environment image are included only while it is shown.
+        // The flags of an environment image are included only while the image is shown.
         let (mut line, of_studio) =
             given(&["--environment", "studio", "--environment-rotation", "40", "--auto-exposure"]);
         let without_sun = Seen { sun: None, ..seen(&choices) };
@@ -171,7 +171,7 @@ mod tests {
         let drawn = captured(&command_of(&line, &seen(&choices)));
         let [expected] = choices.sides(&RenderSettings { size: (640, 360), ..settings }).try_into().unwrap();
         assert_eq!(drawn.render_settings(), expected);
-        // Options that the technique does not support are omitted.
+        // Options that the technique does not support are left out.
         let options = ShadingOptions { pixel_kernel: true, ..options };
         assert_eq!(drawn.picture, Picture { options, ..choices.picture });
         for technique in Technique::ALL {
@@ -195,7 +195,7 @@ mod tests {
                 if option.spec.name != "technique" {
                     changed.picture.technique = technique;
                 }
-                // Traced relief shadows include the sky occlusion.
+                // Traced relief shadows include the occlusion of the sky.
                 let options = &mut changed.picture.options;
                 options.sky_occlusion &= !options.relief_shadows;
                 let drawn = captured(&command_of(&line, &seen(&Choices::new(changed.picture))));
@@ -260,7 +260,7 @@ mod tests {
         assert_eq!(line.to_string(), " --scene plane --material 'my wall' --smooth-geometry --samples 2");
         line.enter("it's.glb");
         assert_eq!(line.to_string(), r" --scene 'it'\''s.glb' --smooth-geometry --samples 2");
-        // The command omits settings that its scene would refuse.
+        // Settings that the scene of the command would refuse are left out.
         line.enter("ocean");
         let (_, config) = given(&[]);
         let choices = Choices::new(Picture { height_scale: 0.5, stretch: 2.0, ..config.picture });

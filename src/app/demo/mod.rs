@@ -40,7 +40,7 @@ pub struct DemoReport {
     #[serde(flatten)]
     device: DeviceInfo,
     settings: DemoConfig,
-    /// Lights extracted from the environment image.
+    /// The lights extracted from the environment image.
     lights: Vec<EnvironmentLight>,
     #[serde(flatten)]
     window: WindowReport,
@@ -60,16 +60,16 @@ impl fmt::Display for DemoReport {
     }
 }
 
-/// Shows a scene until the window closes or `--frames` are drawn, and prints the report. `line` holds the user's flags.
+/// Shows a scene until the window closes or `--frames` frames are drawn. Then prints the report. `line` has the flags of the user.
 pub fn run(arguments: &DemoArgs, line: CommandLine, output: &Output) -> Result<(), AppError> {
     let config = arguments.scene.resolve()?;
-    // Files are read first, so errors in files need neither display nor device.
+    // Files are read first, so that errors in files are reported even without a display or a device.
     let inputs = Inputs::load(&config)?;
     // The device must be able to present on the display, so the display is opened first.
     let display = Display::open()?;
     let device = arguments.device.clone();
     let gpu = leadr_render::open_gpu(&display.gpu_options(device.device.clone(), device.validation)?)?;
-    // Explicit quality flags also apply while the picture moves.
+    // Quality flags that the user sets also apply while the picture moves.
     let given = &arguments.scene.given;
     let msaa = given.has("msaa").then_some(config.msaa);
     let kept = KeptQuality { msaa, probes: given.has("probes"), min_fps: arguments.min_fps };
@@ -78,7 +78,7 @@ pub fn run(arguments: &DemoArgs, line: CommandLine, output: &Output) -> Result<(
     let mut program = DemoProgram::new(config.clone(), line, Pace::on(&gpu, kept));
     let show = program.begin(inputs, &gpu, &output.set_up())?;
     let lights = show.renderer.environment().lights().to_vec();
-    // With --frames, the result does not depend on a stored layout.
+    // With --frames, the result must not depend on a stored layout.
     let layout_file = Layout::file().filter(|_| arguments.frames.is_none());
     let mut layout = match &layout_file {
         Some(file) if !arguments.fresh_layout => Layout::read(file).unwrap_or_else(|fault| {

@@ -1,25 +1,25 @@
-//! The orbit camera that the mouse moves in the window.
+//! The orbit camera, which the mouse moves in the window.
 
 use glam::Vec3;
 
 use leadr_scenes::view::CameraPose;
 
-/// Maximum elevation, degrees; at 90 degrees the azimuth is undefined.
+/// The largest elevation in degrees. At 90 degrees, the azimuth is undefined.
 const MAX_ELEVATION: f32 = 89.0;
-/// Rotation per dragged pixel, degrees.
+/// The rotation per dragged pixel in degrees.
 const DEGREES_PER_PIXEL: f32 = 0.3;
-/// Factor for the distance per zoom step (one wheel notch).
+/// The factor on the distance for each zoom step (one wheel notch).
 const ZOOM_STEP: f32 = 0.9;
-/// Minimum and maximum distance between the eye and the target, metres.
+/// The smallest and the largest distance between the eye and the target, in metres.
 const DISTANCES: (f32, f32) = (0.2, 2000.0);
 
 /// The state of the orbit camera, with z up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Orbit {
     target: Vec3,
-    /// Azimuth of the eye around the target, degrees counter-clockwise from +x.
+    /// The azimuth of the eye around the target, in degrees counter-clockwise from +x.
     azimuth: f32,
-    /// Elevation of the eye above the target, degrees.
+    /// The elevation of the eye above the target in degrees.
     elevation: f32,
     distance: f32,
     fov_degrees: f32,
@@ -41,23 +41,23 @@ impl Orbit {
         }
     }
 
-    /// Returns the point that the camera orbits, metres.
+    /// Returns the point that the camera orbits, in metres.
     pub fn target(&self) -> Vec3 {
         self.target
     }
 
-    /// Orbits the target as if the scene were dragged by these pixels, right and down.
+    /// Rotates the eye around the target, as if the scene were dragged by this number of pixels to the right and down.
     pub fn rotate(&mut self, right: f32, down: f32) {
         self.azimuth = (self.azimuth - right * DEGREES_PER_PIXEL).rem_euclid(360.0);
         self.elevation = (self.elevation + down * DEGREES_PER_PIXEL).clamp(-MAX_ELEVATION, MAX_ELEVATION);
     }
 
-    /// Moves the eye closer by `steps` wheel notches, or away if negative.
+    /// Moves the eye closer by `steps` wheel notches. Negative steps move the eye away.
     pub fn zoom(&mut self, steps: f32) {
         self.distance = (self.distance * ZOOM_STEP.powf(steps)).clamp(DISTANCES.0, DISTANCES.1);
     }
 
-    /// Moves the target with a drag by these pixels, right and down, in a window `height` pixels high.
+    /// Moves the target as if the scene were dragged by this number of pixels to the right and down. The window is `height` pixels high.
     pub fn pan(&mut self, right: f32, down: f32, height: f32) {
         let eye = self.offset() / self.distance;
         let side = Vec3::Z.cross(eye).normalize_or_zero();
@@ -66,24 +66,24 @@ impl Orbit {
         self.target += (up * down - side * right) * metres;
     }
 
-    /// Returns the distance from the eye to the target, metres.
+    /// Returns the distance from the eye to the target in metres.
     pub fn distance(&self) -> f32 {
         self.distance
     }
 
-    /// Moves the eye along the line of sight to this distance from the target, metres.
+    /// Moves the eye along the line of sight to this distance from the target in metres.
     pub fn set_distance(&mut self, metres: f32) {
         self.distance = metres.clamp(DISTANCES.0, DISTANCES.1);
     }
 
-    /// Rotates the view about the eye as if the scene were dragged by these pixels, right and down.
+    /// Rotates the view about the eye, as if the scene were dragged by this number of pixels to the right and down.
     pub fn look(&mut self, right: f32, down: f32) {
         let eye = self.target + self.offset();
         self.rotate(-right, -down);
         self.target = eye - self.offset();
     }
 
-    /// Moves the eye and the target by these metres to the right, forward and up.
+    /// Moves the eye and the target to the right, forward and up by these distances in metres.
     pub fn fly(&mut self, metres: Vec3) {
         let eye = self.offset() / self.distance;
         let right = Vec3::Z.cross(eye).normalize_or_zero();
@@ -140,7 +140,7 @@ mod tests {
 
     #[test]
     fn dragging_right_moves_the_scene_right() {
-        // With an eye at −y, a point in front of the target moves to +x when the eye moves to −x.
+        // The eye is at −y. If it moves to −x, a point in front of the target moves to +x.
         let mut orbit = Orbit::new(&CameraPose {
             position: [0.0, -10.0, 0.0],
             target: [0.0; 3],

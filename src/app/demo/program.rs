@@ -1,4 +1,4 @@
-//! The scenes that the window can open, and the `leadr capture` commands for their pictures.
+//! The scenes that the window can open, and the `leadr capture` commands that draw their pictures.
 
 use std::ffi::{OsStr, OsString};
 use std::path::PathBuf;
@@ -50,7 +50,7 @@ impl DemoProgram {
         Self { current, next: None, names, pace }
     }
 
-    /// Opens the first scene. On a software device its maps are coarse, so that the first picture appears sooner.
+    /// Opens the first scene. On a software device, the maps are coarse, so that the first picture appears sooner.
     pub fn begin(&mut self, inputs: Inputs, gpu: &Arc<Gpu>, watch: Watch<'_>) -> Result<Show, AppError> {
         let Current { config, is_complete, .. } = &mut self.current;
         let coarse = config.scene.first_tile(config.atlas_tile).filter(|_| gpu.is_software());

@@ -9,7 +9,7 @@ use leadr_reflectance::extraction::power_iteration::Backscattering;
 use leadr_reflectance::facets::gaussian_mixture::MOST_LOBES;
 use leadr_render::settings::numbers::whole;
 
-/// Examples after the help text.
+/// Examples that are printed after the help text.
 pub const EXAMPLES: &str = "Examples:
   leadr fit gold.binary -o gold.json                       fit a material of the MERL database
   leadr fit paper_white_rgb.bsdf -o paper.json --page paper.html   also compare the fit with the measurement

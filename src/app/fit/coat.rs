@@ -1,4 +1,4 @@
-//! A rough dielectric coat over a diffuse base, as implemented by Mitsuba and pbrt.
+//! A rough dielectric coat over a diffuse base, in the form that Mitsuba and pbrt implement.
 
 use std::f64::consts::FRAC_1_PI;
 
@@ -8,26 +8,26 @@ use leadr_reflectance::facets::fresnel::fresnel_dielectric;
 use leadr_reflectance::facets::ggx::Ggx;
 use leadr_reflectance::facets::slope_distribution::SlopeDistribution as _;
 
-/// Maximum albedo and reflectance in an export.
+/// The largest albedo and reflectance in an exported material.
 pub const MOST: f64 = 0.999;
-/// Number of cosines in the table, evenly spaced from 0 to 1.
+/// The number of cosines in the table, which are evenly spaced from 0 to 1.
 const COSINES: usize = 65;
-/// Cells along each side of the sampling grid for visible facets.
+/// The number of cells along each side of the grid that samples visible facets.
 const FACETS: usize = 24;
 
-/// Transmission of dielectric GGX facets. One facet refracts or reflects the light; light that other facets mask is lost.
+/// The transmission of dielectric GGX facets. A single facet refracts or reflects the light. Light that other facets mask is lost.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coat {
-    /// Refractive index of the coat.
+    /// The refractive index of the coat.
     index: f64,
-    /// Transmitted fraction of light from outside, at each tabulated cosine.
+    /// The transmitted fraction of light from outside, at each cosine of the table.
     entering: [f64; COSINES],
-    /// Fraction of diffuse light from inside that is reflected back.
+    /// The fraction of diffuse light from inside that is reflected back.
     kept: f64,
 }
 
 impl Coat {
-    /// Computes facets of roughness `alpha` and this refractive index, above 1.
+    /// Computes the transmission of facets with roughness `alpha` and this refractive index, which must be above 1.
     pub fn new(alpha: f64, index: f64) -> Self {
         let facets = Ggx::new(DVec2::ZERO, DVec3::new(alpha * alpha, alpha * alpha, 0.0));
         let cosine = |i: usize| (i as f64 / (COSINES - 1) as f64).max(1e-3);
@@ -40,7 +40,7 @@ impl Coat {
         Self { index, entering, kept: kept.sum::<f64>().min(MOST) }
     }
 
-    /// Returns `f_r` of a white diffuse base without internal reflection; 0 below the horizon.
+    /// Returns `f_r` of a white diffuse base without internal reflection, or 0 below the horizon.
     pub fn window(&self, wo: DVec3, wi: DVec3) -> f64 {
         if wo.z <= 0.0 || wi.z <= 0.0 {
             return 0.0;
@@ -48,12 +48,13 @@ impl Coat {
         FRAC_1_PI * self.entered(wo.z) * self.entered(wi.z) / (self.index * self.index)
     }
 
-    /// Returns the factor for [`Coat::window`] with a base of albedo `ρ`: `ρ / (1 − ρ kept)`, the sum over all internal reflections.
+    /// Returns the factor on [`Coat::window`] for a base of albedo `ρ`. The factor is `ρ / (1 − ρ kept)`, the sum over all internal
+    /// reflections.
     pub fn strength(&self, albedo: DVec3) -> DVec3 {
         albedo / (DVec3::ONE - self.kept * albedo)
     }
 
-    /// Returns the albedo for this factor, at most [`MOST`].
+    /// Returns the albedo that gives this factor, at most [`MOST`].
     pub fn albedo(&self, strength: DVec3) -> DVec3 {
         let strength = strength.max(DVec3::ZERO);
         (strength / (DVec3::ONE + self.kept * strength)).min(DVec3::splat(MOST))
@@ -66,7 +67,7 @@ impl Coat {
     }
 }
 
-/// Fraction of the light that a facet reflects or refracts, and the coefficients `(a, b)` of its direction `a ω + b m`.
+/// The fraction of the light that a facet reflects or refracts, and the coefficients `(a, b)` of the outgoing direction `a ω + b m`.
 type Deed = (f64, DVec2);
 
 fn reflected(cosine: f64, index: f64) -> Deed {
@@ -78,7 +79,8 @@ fn entered(cosine: f64, index: f64) -> Deed {
     (1.0 - fresnel_dielectric(cosine, index), DVec2::new(-1.0 / index, cosine / index - inside))
 }
 
-/// Averages, over the facets visible at this cosine, the fraction multiplied by the probability that no other facet masks it.
+/// Averages a fraction over the facets that are visible at this cosine. The fraction is multiplied by the probability that no other facet
+/// masks the light.
 fn mean_over_facets(facets: &Ggx, cosine: f64, deed: impl Fn(f64) -> Deed) -> f64 {
     let w = DVec3::new((1.0 - cosine * cosine).max(0.0).sqrt(), 0.0, cosine);
     let mut sum = 0.0;
@@ -87,7 +89,7 @@ fn mean_over_facets(facets: &Ggx, cosine: f64, deed: impl Fn(f64) -> Deed) -> f6
         let facet = facets.sample_visible(w, DVec2::new(at(i % FACETS), at(i / FACETS)));
         let (share, way) = deed(w.dot(facet).clamp(0.0, 1.0));
         let to = way.x * w + way.y * facet;
-        // Reflected light must go up, and refracted light down. In other directions it hits another facet.
+        // Reflected light must go up, and refracted light must go down. In other directions, the light hits another facet.
         if to.z * to.dot(facet) > 0.0 && (to.z > 0.0) == (to.dot(facet) * w.dot(facet) > 0.0) {
             let up = if to.z < 0.0 { -to } else { to };
             sum += share * up.z / facets.visible_area(up).max(1e-9);
@@ -114,8 +116,8 @@ mod tests {
 
     #[test]
     fn rough_coats_are_those_of_mitsuba() {
-        // Transmission at cosines 0.25, 0.5 and 1, and internal reflection, from Mitsuba 3.9.1's `roughplastic` without specular
-        // reflectance, as the quotient of a white and a nearly black diffuse base.
+        // The expected values are the transmission at cosines 0.25, 0.5 and 1, and the internal reflection. The values come from
+        // `roughplastic` of Mitsuba 3.9.1 without specular reflectance, as the quotient of a white and a nearly black diffuse base.
         for (alpha, entering, kept) in [
             (0.05, [0.7455, 0.9093, 0.9600], 0.5761),
             (0.2, [0.7937, 0.8989, 0.9572], 0.4863),
@@ -128,7 +130,7 @@ mod tests {
                 println!("{alpha} {cosine}: {:.4}", entered - expected);
                 assert!((entered - expected).abs() < 5e-3, "{alpha} {cosine}: {entered}");
             }
-            // Mitsuba averages 64 cosines and gives the two end points full weight.
+            // Mitsuba averages over 64 cosines, and gives the two end points full weight.
             let mean = (63.0 * coat.kept + 0.04) / 64.0;
             println!("{alpha}: {:.4}", mean - kept);
             assert!((mean - kept).abs() < 5e-3, "{alpha}: {mean}");

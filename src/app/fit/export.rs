@@ -1,5 +1,5 @@
-//! Exports the nearest material with one GGX lobe to other renderers. It is a mixture of a metal and a diffuse base, or a coat over a
-//! diffuse base, whichever fits the measurement better. The fit uses the masking of each renderer.
+//! Exports a material with one GGX lobe, which fits the measurement best, to other renderers. The material is a mixture of a metal and a
+//! diffuse base, or a coat over a diffuse base. The fit uses the masking model of each renderer.
 
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI};
 use std::fmt;
@@ -16,16 +16,16 @@ use leadr_reflectance::masking::variants::Masking;
 use leadr_reflectance::materials::brdf::Brdf;
 use leadr_reflectance::materials::microfacet::{Microfacet, microfacet_eval};
 
-/// Refractive index of exported coats, typical of plastics and varnishes.
+/// The refractive index of exported coats, typical of plastics and varnishes.
 const COAT_INDEX: f64 = 1.5;
 
-/// A renderer to export to.
+/// A renderer to which materials are exported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Renderer {
-    /// Mitsuba 3, with independent masking and shadowing and isotropic coats.
+    /// Mitsuba 3, which has independent masking and shadowing, and isotropic coats.
     Mitsuba,
-    /// pbrt-v4, with height-correlated masking and shadowing.
+    /// pbrt-v4, which has height-correlated masking and shadowing.
     Pbrt,
 }
 
@@ -33,12 +33,12 @@ pub enum Renderer {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Simple {
     renderer: Renderer,
-    /// Half-axes of `α`, and the angle of the first half-axis from the tangent.
+    /// The half-axes of `α`, and the angle of the first half-axis from the tangent.
     ellipse: Ellipse,
     surface: Surface,
 }
 
-/// The surface under the GGX lobe.
+/// The surface under the GGX lobe of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Surface {
     /// A metal of index `eta + i k` that covers the fraction `share` of a diffuse base of this albedo.
@@ -47,10 +47,11 @@ enum Surface {
     Coated(DVec3),
 }
 
-/// Candidates for the fraction of metal.
+/// The candidates for the fraction of metal.
 const SHARES: [f64; 11] = [1.0, 0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1, 0.05];
 
-/// Candidates, 0 to 1, for the `refraction` of [`index`]. The first is tried with all fractions of metal, the others with the best.
+/// The candidates for the `refraction` of [`index`], from 0 to 1. The first is tried with all fractions of metal, and the others with the
+/// best fraction.
 const REFRACTIONS: [f64; 3] = [0.5, 0.0, 1.0];
 
 /// Whether an ellipse is a circle, whose angle has no meaning.
@@ -63,17 +64,17 @@ fn rounded(ellipse: Ellipse) -> Ellipse {
     Ellipse { radii: DVec2::splat((ellipse.radii.x * ellipse.radii.y).sqrt()), angle: 0.0 }
 }
 
-/// Returns the index `eta + i k` of a metal with the reflectance `f0` (below 1) at normal incidence. `refraction` ranges from 0 (smallest
-/// `eta`, 1) to 1 (largest `eta`, `(1 + √F₀) / (1 − √F₀)`, where `k` is 0).
+/// Returns the index `eta + i k` of a metal with the reflectance `f0` (below 1) at normal incidence. `refraction` is from 0 to 1. At 0,
+/// `eta` has its smallest value, 1. At 1, `eta` has its largest value, `(1 + √F₀) / (1 − √F₀)`, and `k` is 0.
 fn index(f0: DVec3, refraction: f64) -> (DVec3, DVec3) {
     let root = f0.map(f64::sqrt);
     let eta = DVec3::ONE + refraction * (2.0 * root / (DVec3::ONE - root));
-    // Solves F₀ ((η + 1)² + k²) = (η − 1)² + k² for k².
+    // The equation F₀ ((η + 1)² + k²) = (η − 1)² + k² is solved for k².
     let square = (f0 * (eta + 1.0) * (eta + 1.0) - (eta - 1.0) * (eta - 1.0)) / (DVec3::ONE - f0);
     (eta, square.max(DVec3::ZERO).map(f64::sqrt))
 }
 
-/// A simple material, evaluated as in its renderer.
+/// A simple material that is evaluated in the same way as in its renderer.
 struct Reflecting {
     facets: Microfacet<Ggx>,
     surface: Surface,
@@ -104,7 +105,7 @@ impl Renderer {
     }
 }
 
-/// Weighted sums over the samples at one difference angle, for the normal equations of a specular term and a diffuse base.
+/// Weighted sums over the samples at one difference angle. The sums give the normal equations of a specular term and a diffuse base.
 #[derive(Clone, Copy, Default)]
 struct Ring {
     weight: f64,
@@ -115,17 +116,17 @@ struct Ring {
     specular_values: DVec3,
 }
 
-/// Number of one-degree rings. Sampled difference angles are further apart, so all samples of a ring have the same angle.
+/// The number of rings of one degree. Sampled difference angles are further apart, so all samples of a ring have the same angle.
 const RINGS: usize = 91;
 
 fn ring_of(s: &Sample) -> usize {
     s.wo.dot(s.wh).clamp(0.0, 1.0).acos().to_degrees() as usize
 }
 
-/// The samples, and the specular term for a Fresnel term of 1.
+/// The samples, and their specular term for a Fresnel term of 1.
 struct Lobe<'a> {
     samples: &'a [Sample],
-    /// Ideal specular `f_r` of each sample.
+    /// The value of `f_r` of ideal specular facets for each sample.
     specular: Vec<f64>,
     rings: [Ring; RINGS],
 }
@@ -149,7 +150,8 @@ impl<'a> Lobe<'a> {
         Self { samples, specular, rings }
     }
 
-    /// Fits a metal of fraction `share` and the diffuse base beside it by alternating least squares, with Gauss-Newton steps for the metal.
+    /// Fits a metal of fraction `share`, and the diffuse base of the remaining fraction. The fit uses alternating least squares, with
+    /// Gauss-Newton steps for the metal.
     fn metal(&self, share: f64, refraction: f64) -> Surface {
         const ROUNDS: usize = 60;
         const STEP: f64 = 1e-4;
@@ -176,7 +178,7 @@ impl<'a> Lobe<'a> {
             }
             diffuse = (rest / weight).clamp(DVec3::ZERO, DVec3::splat(most));
         }
-        // A fraction of 1 leaves no diffuse base.
+        // With a fraction of 1, no diffuse base remains.
         let albedo = if share < 1.0 { diffuse * (PI / (1.0 - share)) } else { DVec3::ZERO };
         let (eta, k) = index(f0, refraction);
         Surface::Metal { share, eta, k, albedo }
@@ -193,7 +195,7 @@ impl<'a> Lobe<'a> {
         Surface::Coated(coat.albedo(product / square))
     }
 
-    /// Returns the squared error of a surface in cube roots, proportional to the square of [`Misfit::perceptual`].
+    /// Returns the squared error of a surface in cube roots. The error is proportional to the square of [`Misfit::perceptual`].
     fn error(&self, surface: &Surface, coat: &Coat) -> f64 {
         let fresnel = self.rings.map(|ring| surface.fresnel().at(ring.cosine));
         let root = |f: DVec3| f.map(f64::cbrt);
@@ -213,7 +215,7 @@ impl Surface {
         }
     }
 
-    /// Returns the fraction of the surface with the specular lobe.
+    /// Returns the fraction of the surface that has the specular lobe.
     fn share(&self) -> f64 {
         match *self {
             Self::Metal { share, .. } => share,
@@ -231,7 +233,7 @@ impl Surface {
 }
 
 impl Simple {
-    /// Returns the nearest material with a lobe of this roughness, and its misfit to the samples.
+    /// Returns the material that is nearest to the samples, with a lobe of this roughness, and its misfit.
     pub fn nearest(samples: &[Sample], ellipse: Ellipse, renderer: Renderer) -> (Self, Misfit) {
         let coat = coat(&ellipse);
         let lobe = Lobe::new(samples, &ellipse, renderer);
@@ -270,7 +272,7 @@ impl Simple {
         }
     }
 
-    /// Returns a BSDF for Mitsuba 3. With `nonlinear`, the diffuse base also colours light that the coat reflects inwards.
+    /// Returns a BSDF for Mitsuba 3. With `nonlinear`, the diffuse base also colours the light that the coat reflects back to the base.
     fn mitsuba(&self, name: &str) -> String {
         let rgb = |name: &str, c: DVec3| format!(r#"<rgb name="{name}" value="{:.6}, {:.6}, {:.6}"/>"#, c.x, c.y, c.z);
         let float = |name: &str, value: f64| format!(r#"<float name="{name}" value="{value:.6}"/>"#);
@@ -304,7 +306,7 @@ impl Simple {
         format!("{}{first}\n{lines}</bsdf>\n", remark.unwrap_or_default())
     }
 
-    /// Returns a named material for pbrt-v4. A coat has thickness 0, so it absorbs no light. A mixture names its two materials.
+    /// Returns a named material for pbrt-v4. A coat has a thickness of 0, so it absorbs no light. A mixture refers to two named materials.
     fn pbrt(&self, name: &str) -> String {
         let (u, v, rotation) = self.axes();
         let rgb = |name: &str, c: DVec3| format!(" \"rgb {name}\" [ {:.6} {:.6} {:.6} ]", c.x, c.y, c.z);
@@ -336,8 +338,8 @@ impl Simple {
         remark.unwrap_or_default() + &materials
     }
 
-    /// Returns `α` along the axis nearest to the tangent, `α` across it, and the counter-clockwise rotation of the axes, −45 to 45 degrees.
-    /// Neither renderer can apply this rotation.
+    /// Returns `α` along the axis nearest to the tangent, `α` across it, and the counter-clockwise rotation of the axes, from −45 to 45
+    /// degrees. Neither renderer supports this rotation.
     fn axes(&self) -> (f64, f64, Option<f64>) {
         let Ellipse { radii, angle } = self.ellipse;
         if is_round(&self.ellipse) {
@@ -375,7 +377,7 @@ mod tests {
 
     #[test]
     fn a_metal_is_written_as_a_metal() {
-        // The rougher axis is 100° from the tangent, so the smoother axis comes first.
+        // The rougher axis is 100° from the tangent, so the smoother axis is closer to the tangent and comes first.
         let long = Ellipse { radii: DVec2::new(0.3, 0.1), angle: 100f64.to_radians() };
         let (eta, k) = index(DVec3::new(0.9, 0.7, 0.4), 0.5);
         for renderer in [Renderer::Mitsuba, Renderer::Pbrt] {

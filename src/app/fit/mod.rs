@@ -33,10 +33,10 @@ use leadr_tools::fit::lobe_plot::lobe_plot;
 use leadr_tools::fit::spheres::{contact_sheet, sphere_error, spheres};
 use leadr_tools::html::{Figure, Html, PageSection, Table, address, page};
 
-/// Width of a sphere in pixels, and number of spheres in the picture.
+/// The width of a sphere in pixels, and the number of spheres in the picture.
 const SPHERE: u32 = 128;
 const SHOWN: usize = 5;
-/// Light directions of the plots, as degrees from the normal.
+/// The light directions of the plots, in degrees from the normal.
 const LIT_FROM: [f64; 3] = [15.0, 45.0, 75.0];
 
 /// Fits a material and writes the requested files.
@@ -73,9 +73,9 @@ pub fn run(arguments: &FitArgs, output: &Output) -> Result<(), AppError> {
     }
     let stem = arguments.input.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     if arguments.mitsuba.is_some() || arguments.pbrt.is_some() {
-        // The diffuse base is exported separately, so this roughness is that of the fitted slopes.
+        // The diffuse base is exported separately, so this is the roughness of the fitted slopes.
         let roughness = ggx_roughness(&found.fitted.facets.distribution);
-        // A backscattering table covers no other directions, so the fit replaces it.
+        // A table of backscattering does not cover other directions, so the fit replaces it.
         let known: &dyn Brdf = if measured.is_backscattering() { &found.fitted } else { &measured };
         let (samples, ellipse) = (samples(known, isotropic), ellipse_from_roughness(roughness));
         for (file, renderer) in [(&arguments.mitsuba, Renderer::Mitsuba), (&arguments.pbrt, Renderer::Pbrt)] {

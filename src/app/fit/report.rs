@@ -26,24 +26,24 @@ pub struct FitReport {
     masking: &'static str,
     /// The masking model that the fit used for backscattering.
     backscattering: &'static str,
-    /// Slope roughness from backscattering alone, as Beckmann and as GGX.
+    /// The roughness of the slopes from backscattering alone, for a Beckmann and for a GGX distribution.
     pub beckmann: Roughness,
     pub ggx: Roughness,
-    /// Luminance of F0 from backscattering alone.
+    /// The luminance of F0 from backscattering alone.
     extracted_f0: f64,
     iterations: u32,
-    /// F0 and diffuse albedo of the fitted material, linear RGB.
+    /// The F0 and the diffuse albedo of the fitted material, in linear RGB.
     pub f0: [f64; 3],
     pub diffuse: [f64; 3],
     lobes: Vec<LobeReport>,
-    /// Shifted gamma and ABC curves nearest to the slopes; null for anisotropic materials.
+    /// The shifted gamma curve and the ABC curve that are nearest to the slopes; null for anisotropic materials.
     curves: Option<[CurveReport; 2]>,
-    /// Misfits of the fit and of the thesis' fit to the measurement, over all directions.
+    /// The misfits of this fit and of the fit in the thesis, over all measured directions.
     misfit: MisfitReport,
     thesis_misfit: MisfitReport,
-    /// Misfits of the exports to other renderers.
+    /// The misfits of the exports to other renderers.
     pub exports: Vec<ExportReport>,
-    /// Errors of the rendered spheres; empty if none were drawn.
+    /// The errors of the rendered spheres. The list is empty if no spheres were drawn.
     pub spheres: Vec<SphereReport>,
     pub seconds: Seconds,
     pub files: Vec<PathBuf>,
@@ -52,12 +52,12 @@ pub struct FitReport {
 /// The axes of a roughness matrix.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Roughness {
-    /// Geometric mean of `alpha_x` and `alpha_y`.
+    /// The geometric mean of `alpha_x` and `alpha_y`.
     pub alpha: f64,
     pub alpha_x: f64,
     pub alpha_y: f64,
     pub rho: f64,
-    /// Angle of the larger half-axis from the x axis, degrees.
+    /// The angle of the larger half-axis from the x axis, in degrees.
     pub rotation_degrees: f64,
 }
 
@@ -94,7 +94,7 @@ impl fmt::Display for CurveReport {
     }
 }
 
-/// Misfit of the material exported to a renderer.
+/// The misfit of the material that is exported to a renderer.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct ExportReport {
     pub renderer: Renderer,
@@ -108,7 +108,7 @@ pub struct MisfitReport {
     divergence: f64,
 }
 
-/// Error of a sphere relative to the measured one.
+/// The error of a sphere relative to the sphere with the measured material.
 #[derive(Clone, Debug, Serialize)]
 pub struct SphereReport {
     pub material: &'static str,
@@ -116,11 +116,11 @@ pub struct SphereReport {
     pub error: SphereError,
 }
 
-/// Duration of each step, seconds.
+/// The duration of each step in seconds.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Seconds {
     pub reading: f64,
-    /// Duration of power iteration and of the tables of its result.
+    /// The duration of the power iteration, and of computing tables from its result.
     pub slopes: f64,
     pub fresnel: f64,
     pub refinement: f64,

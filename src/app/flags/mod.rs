@@ -1,4 +1,4 @@
-//! The flags that several commands share, their values, and the flags set by the user.
+//! The flags that several commands share, the values of these flags, and the flags that the user sets.
 
 pub mod scene;
 pub mod values;
@@ -9,7 +9,7 @@ use clap::parser::ValueSource;
 use clap::{ArgMatches, Args, Command};
 use leadr_scenes::given::CommandLine;
 
-/// Returns the flags of `A` that the user set, with their values.
+/// Returns those flags of `A` that the user has set, with their values.
 pub fn given<A: Args>(matches: &ArgMatches) -> CommandLine {
     let mut line = CommandLine::default();
     for argument in A::augment_args(Command::new("given")).get_arguments() {

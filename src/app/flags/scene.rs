@@ -1,4 +1,4 @@
-//! The flags of commands that draw a scene, generated from the option table of `leadr-scenes`.
+//! The flags of commands that draw a scene. The flags are generated from the option table of `leadr-scenes`.
 
 use std::ffi::OsString;
 
@@ -45,7 +45,7 @@ impl FromArgMatches for SceneArgs {
 }
 
 impl SceneArgs {
-    /// Checks that the flags fit together and reads any camera file.
+    /// Checks that the flags are consistent, and reads the camera file if there is one.
     pub fn resolve(&self) -> Result<SceneConfig, AppError> {
         let mut config = self.given.resolve().map_err(AppError::Usage)?;
         if let Some(file) = config.camera_file.take() {
@@ -72,7 +72,7 @@ fn arg(option: &'static SceneOption) -> Arg {
         return arg.action(ArgAction::SetTrue);
     }
     let arg = arg.value_name(spec.value_name).value_parser(value(option)).allow_negative_numbers(true);
-    // clap recognises only single negative numbers, and these values are lists of numbers.
+    // clap recognises only single negative numbers. The values of these options are lists of numbers.
     let arg = arg.allow_hyphen_values(matches!(spec.name, "sun" | "camera"));
     arg.action(if option.repeats { ArgAction::Append } else { ArgAction::Set })
 }
@@ -97,7 +97,7 @@ fn possible((name, help): (&'static str, &'static str)) -> PossibleValue {
     if help.is_empty() { value } else { value.help(help) }
 }
 
-/// Returns the value parser of a named choice, with one line of help per name. `some` is any value of the type.
+/// Returns the value parser of a choice between names, with one line of help per name. `some` can be any value of the type.
 pub fn choice<T: Named + Copy + Send + Sync + 'static>(some: T) -> impl TypedValueParser<Value = T> {
     PossibleValuesParser::new(some.names().into_iter().map(possible)).try_map(move |text| {
         let mut value = some;
@@ -105,7 +105,7 @@ pub fn choice<T: Named + Copy + Send + Sync + 'static>(some: T) -> impl TypedVal
     })
 }
 
-/// Names of values with their meanings and lines of help.
+/// The names of values, with their meanings and their lines of help.
 pub type Names<T> = &'static [(&'static str, T, &'static str)];
 
 /// Returns the value parser of a flag with these named values.
@@ -142,7 +142,7 @@ pub mod tests {
         Flags::try_parse_from(words).map_err(|e| e.to_string())?.scene.resolve().map_err(|e| e.to_string())
     }
 
-    /// Returns the JSON value of an option in a configuration.
+    /// Returns the value of an option in a configuration as JSON.
     fn json(option: &SceneOption, config: &SceneConfig) -> Option<Value> {
         serde_json::to_value(config).unwrap().pointer(&format!("/{}", option.spec.json_key())).cloned()
     }

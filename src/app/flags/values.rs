@@ -8,7 +8,7 @@ use leadr_render::settings::numbers::{positive, share};
 use leadr_scenes::stage::Sweep;
 use leadr_scenes::view::TIMES;
 
-/// Parses a finite number of at least 0 in double precision.
+/// Parses a finite number in double precision, which must be at least 0.
 pub fn threshold(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(value) if value.is_finite() && value >= 0.0 => Ok(value),
@@ -17,18 +17,18 @@ pub fn threshold(text: &str) -> Result<f64, String> {
     }
 }
 
-/// Parses two numbers on the two sides of a separator.
+/// Parses the two numbers before and after a separator.
 fn two(sides: Option<(&str, &str)>) -> Option<[u32; 2]> {
     let (a, b) = sides?;
     Some([a.parse().ok()?, b.parse().ok()?])
 }
 
-/// The frames `start..end`, without `end`, written as `A..B`.
+/// The frames from `start` up to, but not including, `end`. The range is written as `A..B`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct FrameRange {
     /// The first frame.
     pub start: u32,
-    /// One past the last frame; above `start`.
+    /// The number after the last frame, which is above `start`.
     pub end: u32,
 }
 
@@ -45,7 +45,8 @@ impl FromStr for FrameRange {
     }
 }
 
-/// Frames per second as an exact fraction, 0.001 to 1000. It is written as a decimal (`24`, `29.97`) or a fraction (`30000/1001`).
+/// A number of frames per second as an exact fraction, 0.001 to 1000. The rate is written as a decimal (`24`, `29.97`) or a fraction
+/// (`30000/1001`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rate {
     numerator: u32,
@@ -53,7 +54,7 @@ pub struct Rate {
 }
 
 impl Rate {
-    /// Default of 30 frames per second.
+    /// The default of 30 frames per second.
     pub const DEFAULT: Self = Self { numerator: 30, denominator: 1 };
 
     /// Returns the numerator of the reduced fraction, above 0.
@@ -76,7 +77,7 @@ impl Rate {
         while rest > 0 {
             (divisor, rest) = (rest, divisor % rest);
         }
-        // The divisor is 0 only if both numbers are 0, which is refused below.
+        // The divisor is 0 only if both numbers are 0. The code below refuses this case.
         let rate = Self { numerator: numerator / divisor.max(1), denominator: denominator / divisor.max(1) };
         (denominator > 0 && (0.001..=1000.0).contains(&rate.per_second())).then_some(rate)
     }
@@ -110,7 +111,7 @@ impl Serialize for Rate {
     }
 }
 
-/// Parses the distances to the target at the first and last frame, in metres, written as `NEAR..FAR`.
+/// Parses the distances to the target at the first and the last frame. They are in metres, and written as `NEAR..FAR`.
 pub fn sweep(text: &str) -> Result<Sweep, String> {
     let (near, far) = text.split_once("..").ok_or("a sweep is NEAR..FAR in metres, such as 5..100")?;
     Ok(Sweep { near: positive(near)?, far: positive(far)? })
@@ -119,9 +120,9 @@ pub fn sweep(text: &str) -> Result<Sweep, String> {
 /// A contact sheet of `columns` by `rows` pictures, written as `COLUMNSxROWS`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Sheet {
-    /// Number of columns, 1 to 1000.
+    /// The number of columns, 1 to 1000.
     pub columns: u32,
-    /// Number of rows, 1 to 1000.
+    /// The number of rows, 1 to 1000.
     pub rows: u32,
 }
 
@@ -144,13 +145,13 @@ impl FromStr for Sheet {
     }
 }
 
-/// Start position of the right side of a picture, as a fraction of the width. In a sequence it moves from `start` to `end` and back. It is
-/// written as `SHARE` or `A..B`.
+/// The position at which the right side of a picture starts, as a fraction of the width. In a sequence, the position moves from `start` to
+/// `end` and back. The split is written as `SHARE` or `A..B`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Split {
-    /// Position at the first frame or in a still.
+    /// The position at the first frame, or in a still.
     pub start: f32,
-    /// Position in the middle of a sequence.
+    /// The position in the middle of a sequence.
     pub end: f32,
 }
 
@@ -161,7 +162,7 @@ impl Default for Split {
 }
 
 impl Split {
-    /// Returns the position at a frame of a sequence. The sequence is periodic, with its first frame after its last.
+    /// Returns the position at a frame of a sequence. The sequence is periodic: its first frame follows its last frame.
     pub fn of_frame(self, frame: u32, frames: FrameRange) -> f32 {
         self.at(frame - frames.start, frames.end - frames.start)
     }
@@ -181,12 +182,12 @@ impl FromStr for Split {
     }
 }
 
-/// Every `count`-th frame, starting with the `index`-th, written as `I/N`.
+/// Every `count`-th frame, starting with the frame `index`. A shard is written as `I/N`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Shard {
-    /// Number of this shard, 1 to `count`.
+    /// The number of this shard, from 1 to `count`.
     pub index: u32,
-    /// Number of shards.
+    /// The number of shards.
     pub count: u32,
 }
 

@@ -1,6 +1,6 @@
-//! Folds constant operations, by the opcodes of the SPIR-V specification.
+//! Folds constant operations. The numbers are the opcodes of the SPIR-V specification.
 
-/// Types of values that can be constants, with 32 bits or boolean.
+/// The types of values that can be constants: numbers of 32 bits, and booleans.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     Bool,
@@ -8,13 +8,13 @@ pub enum Kind {
     Float,
 }
 
-/// Whether [`fold`] can compute an operation. Floating-point arithmetic is left to the device, because rounding may differ.
+/// Whether [`fold`] can compute an operation. Floating-point arithmetic is left to the device, because its rounding may differ.
 pub fn is_known(operation: u32) -> bool {
     matches!(operation, 83 | 124 | 126 | 128 | 130 | 132 | 134 | 135 | 137..=139 | 164..=191 | 194..=200)
 }
 
-/// Returns the bits of the result of an operation, or `None` if it depends on an unknown operand or the specification leaves it
-/// undefined. The result and the operands are scalars.
+/// Returns the bits of the result of an operation. Returns `None` if the result depends on an unknown operand, or if the
+/// specification leaves it undefined. The result and the operands are scalars.
 pub fn fold(operation: u32, operands: [Option<u32>; 3]) -> Option<u32> {
     let [a, b, c] = operands;
     // A single operand may determine the result.
@@ -103,7 +103,7 @@ mod tests {
             (130, 3, 5, -2),
             (132, -3, 5, -15),
             (135, -7, 2, -3),
-            // The remainders have the sign of the dividend (138) or of the divisor (139).
+            // The remainder has the sign of the dividend for opcode 138, and of the divisor for opcode 139.
             (138, -7, 2, -1),
             (138, 7, -2, 1),
             (139, -7, 2, 1),
@@ -165,7 +165,7 @@ mod tests {
             }
         }
         assert_eq!(of(184, f32::NAN, 1.0), None);
-        // Operation 129 is the addition of floats.
+        // Opcode 129 adds floats.
         assert!(!is_known(129));
     }
 

@@ -9,6 +9,6 @@ pub(super) use specialize::specialized;
 
 use leadr_glsl::spirv::{HEADER, Instruction, all_instructions, instructions};
 
-/// Index of the header word that bounds all identifiers.
+/// The index of the header word that holds the upper bound of all identifiers.
 const BOUND: usize = 3;
 const OP_LOOP_MERGE: u32 = 246;

@@ -2,9 +2,9 @@
 //!
 //! One entry point contains every technique, light and type of surface, but a pipeline needs only a third of it. Drivers translate
 //! all of the code before they remove dead code. For each pipeline that filters and shades, this took llvmpipe a second, and
-//! llvmpipe has no cache to avoid it. Specialisation takes milliseconds. It propagates constants along reachable edges (Wegman and
-//! Zadeck 1991), through calls, returned values and local variables. It then removes unreachable blocks and uncalled functions. All
-//! other instructions stay unchanged.
+//! llvmpipe has no cache to avoid it. Specialisation takes milliseconds. Constants are propagated along reachable edges (Wegman and
+//! Zadeck 1991), through calls, returned values and local variables. Then unreachable blocks and uncalled functions are removed.
+//! All other instructions stay unchanged.
 
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
@@ -46,10 +46,10 @@ const OP_TERMINATE_INVOCATION: u32 = 4416;
 const OP_DEMOTE: u32 = 5380;
 const SPEC_ID: u32 = 1;
 
-/// Lattice value of an identifier.
+/// The value of an identifier in constant propagation, as an element of a lattice.
 #[derive(Clone, Copy, PartialEq)]
 enum Known {
-    /// The value was not reached on any path so far.
+    /// No path has reached the value so far.
     Nothing,
     Value(u32),
     /// The value is not a constant.
@@ -69,29 +69,27 @@ impl Known {
 
 /// Data about the identifiers of a module.
 struct Globals {
-    /// Lattice value of each identifier. For a function's variable, this is the value of its content; for a function, of its
+    /// The lattice value of each identifier. For a function's variable, it belongs to the content, and for a function, to the
     /// result.
     known: Vec<Known>,
-    /// Index of each label's block within its function.
+    /// The index of each label's block within its function.
     block_indices: Vec<Option<usize>>,
     /// Whether each identifier is a function variable, or a parameter that may point to one.
     addresses: Vec<bool>,
-    /// The kind of each type.
     kinds: Vec<Option<Kind>>,
     /// Whether each identifier was removed.
     lost: Vec<bool>,
 }
 
-/// A block of a function.
 struct Block {
     label: u32,
-    /// Words of the block, from its label to the end of its last instruction.
+    /// The range of the block's words, from its label to the end of its last instruction.
     words: Range<usize>,
-    /// Start of the last instruction; `merge` is the start of the merge instruction, if there is one.
+    /// The start of the last instruction. `merge` is the start of the merge instruction, if there is one.
     last: usize,
     merge: Option<usize>,
     reached: bool,
-    /// Labels of the block's predecessors along reachable edges.
+    /// The labels of the block's predecessors along reachable edges.
     before: Vec<u32>,
 }
 
@@ -148,14 +146,14 @@ fn parse_functions(module: &[u32], from: usize, globals: &mut Globals) -> Option
     Some(functions)
 }
 
-/// Marks variables and parameters as varying if their address is used by anything but loads and stores of their function.
+/// Marks a variable or parameter as varying if its address is used by anything but loads and stores of its own function.
 fn invalidate_escaping_variables(module: &[u32], from: usize, functions: &[Function], globals: &mut Globals) {
     let mut written = Vec::new();
     let mut passed = Vec::new();
     for i in instructions(module, from) {
         match i.operation {
             OP_VARIABLE | OP_LOAD | OP_FUNCTION_PARAMETER => (),
-            // A literal operand may equal an identifier. This only makes the result less precise.
+            // A literal operand may have the same number as an identifier, which only makes the result less precise.
             OP_STORE => written.extend([(i.words[2], true), (i.words[1], false)]),
             OP_FUNCTION_CALL => passed.push(i.words),
             OP_RETURN_VALUE => written.push((i.words[1], true)),
@@ -171,7 +169,7 @@ fn invalidate_escaping_variables(module: &[u32], from: usize, functions: &[Funct
         }
     }
     let by_id: HashMap<u32, &Function> = functions.iter().map(|function| (function.id, function)).collect();
-    // Arguments for read-only parameters keep their values. The loop proceeds from the innermost call outwards.
+    // An argument keeps its value if the parameter is only read. The loop proceeds from the innermost call outwards.
     loop {
         let mut changed = false;
         for call in &passed {
@@ -192,7 +190,7 @@ fn invalidate_escaping_variables(module: &[u32], from: usize, functions: &[Funct
     }
 }
 
-/// Finds reachable code and its constants.
+/// Finds the reachable code and the constants in it.
 fn follow(module: &[u32], functions: &mut [Function], globals: &mut Globals) {
     let by_id: HashMap<u32, usize> = functions.iter().enumerate().map(|(i, function)| (function.id, i)).collect();
     loop {
@@ -300,7 +298,7 @@ impl Globals {
         self.known[id as usize]
     }
 
-    /// Lowers the lattice value of an identifier. Returns whether it changed.
+    /// Merges `known` into the lattice value of an identifier. Returns whether the value changed.
     fn learn(&mut self, id: u32, known: Known) -> bool {
         let slot = &mut self.known[id as usize];
         let before = std::mem::replace(slot, slot.or(known));
@@ -311,7 +309,7 @@ impl Globals {
     fn add_variable(&mut self, words: &[u32]) -> Option<()> {
         let (of_type, id) = (*words.get(1)? as usize, *words.get(2)? as usize);
         *self.known.get_mut(id)? = Known::Nothing;
-        // A parameter of a value type is never written.
+        // A parameter that is not a pointer is never written.
         self.addresses[id] = self.kinds.get(of_type)?.is_none();
         Some(())
     }
@@ -326,13 +324,12 @@ struct Function {
     id: u32,
     parameters: Vec<u32>,
     reached: bool,
-    /// Words before the first block; `tail` is the words after the last block.
+    /// The words before the first block. `tail` holds the words after the last block.
     head: Range<usize>,
     tail: Range<usize>,
     blocks: Vec<Block>,
 }
 
-/// Whether an instruction ends a block.
 fn ends_block(operation: u32) -> bool {
     (OP_BRANCH..=OP_UNREACHABLE).contains(&operation) || operation == OP_TERMINATE_INVOCATION
 }
@@ -392,7 +389,7 @@ impl Function {
     }
 
     /// Returns the only target of the conditional branch at the end of a block. Returns `None` for a branch that closes a loop,
-    /// which stays unchanged.
+    /// because such a branch stays unchanged.
     fn always(&self, module: &[u32], block: usize, globals: &Globals) -> Option<u32> {
         let i = last_of(module, &self.blocks[block]);
         match (i.operation == OP_BRANCH_CONDITIONAL).then(|| globals.of(i.words[1]))? {
@@ -446,7 +443,7 @@ impl Function {
         }
     }
 
-    /// Marks unknown conditions of branches as varying. Returns whether there are any.
+    /// Marks unknown branch conditions as varying, and returns whether there are any.
     fn open_choices(&self, module: &[u32], globals: &mut Globals) -> bool {
         let mut opened = false;
         for block in self.blocks.iter().filter(|block| block.reached) {
@@ -509,7 +506,7 @@ impl Function {
         changed
     }
 
-    /// Writes the reachable code. `undefined` returns an undefined value of a type.
+    /// Writes the reachable code. `undefined` returns the identifier of an undefined value of a type.
     fn write(&self, module: &[u32], globals: &mut Globals, out: &mut Vec<u32>, undefined: &mut impl FnMut(u32) -> u32) {
         if !self.reached {
             let gone = instructions(&module[..self.tail.end], self.head.start);
@@ -702,7 +699,7 @@ mod tests {
         faults
     }
 
-    /// Returns the numbers of all constants, each with several test values.
+    /// Returns the number of each constant together with several test values.
     fn settings(shader: &Shader) -> Vec<(u32, u32)> {
         let of = |kind| match kind {
             ConstantKind::Bool => 0..2,
@@ -760,7 +757,7 @@ mod tests {
             });
             all_instructions(&special).filter(|i| i.operation == OP_FUNCTION).count()
         };
-        // Only `main` remains if it returns at once. `looped` is called in either case.
+        // If `main` returns at once, it is the only function left. `looped` is called in either case.
         assert_eq!(functions(0, -1.0), 1);
         assert_eq!(functions(0, 1.0), functions(1, 1.0));
         assert!(functions(0, 1.0) > 5);

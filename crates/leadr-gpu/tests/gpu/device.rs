@@ -1,4 +1,4 @@
-//! Vulkan itself: computing, drawing and transfers work, validation is active, and errors name the remedy.
+//! Tests Vulkan itself. Computing, drawing and transfers work, validation is active, and errors name the remedy.
 
 use std::process::Command;
 
@@ -14,7 +14,7 @@ const FLOATS: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
 #[test]
 fn a_probe_sees_every_item_once() {
     let Some(gpu) = test_gpu() else { return };
-    // More than one chunk, and not a multiple of the work group size.
+    // This is more than one chunk, and not a multiple of the work group size.
     let inputs: Vec<[f32; 1]> = (0..300_001).map(|i| [i as f32]).collect();
     let outputs = run_probe(&gpu, "probes/selftest/selftest.comp", &inputs, 1);
     assert_eq!(outputs.len(), inputs.len());
@@ -24,7 +24,7 @@ fn a_probe_sees_every_item_once() {
 #[test]
 fn device_buffers_keep_what_is_written_in_pieces() {
     let Some(gpu) = test_gpu() else { return };
-    // More than one staging chunk.
+    // The data exceeds one staging chunk.
     let data: Vec<u32> = (0..10_000_000u32).map(|i| i.wrapping_mul(2_654_435_761)).collect();
     let buffer = Buffer::from_slice(&gpu, "large", &data).unwrap();
     assert!(buffer.read_all::<u32>().unwrap() == data);
@@ -53,7 +53,7 @@ leadr_gpu::shared_struct! {
 }
 
 leadr_gpu::shared_struct! {
-    /// `std140`: elements of arrays are 16 bytes apart.
+    /// In `std140`, the elements of arrays are 16 bytes apart.
     struct Settings for "Settings" {
         offset: [f32; 4],
         gain: [[f32; 4]; 3],
@@ -199,7 +199,7 @@ fn constants_decide_where_shaders_go_on() {
             seen.insert(format!("{outputs:?}"));
         }
     }
-    // Otherwise the constants would have no effect.
+    // Fewer different outputs would mean that constants have no effect.
     assert!(seen.len() > 20, "{} different outputs", seen.len());
 }
 
@@ -434,7 +434,7 @@ fn validation_reports_a_wrong_layout() {
     let Some(gpu) = test_gpu() else { return };
     let cube = Image::new(&gpu, "cube", ImageDesc::new(FLOATS, 8, 8).cube()).unwrap();
     let sampler = Sampler::new(&gpu, Filter::Nearest, AddressMode::ClampToEdge).unwrap();
-    // Never written and never changed to Use::Sampled.
+    // The cube is never written and never changed to Use::Sampled.
     let further = [("cube", Descriptor::Sampled(cube.whole(), &sampler))];
     run_probe_with(&gpu, "probes/selftest/selftest_cube.comp", &[[1.0, 0.0, 0.0, 0.0]], 4, &[], &further, &[]);
     let messages = gpu.take_validation_messages();
@@ -505,7 +505,7 @@ fn missing_driver_error_gives_install_hint() {
     assert!(text.contains("install") && text.contains("mesa-vulkan-drivers"), "{text}");
 }
 
-/// An atlas as large as the baked one: half a gigabyte through a 2 GiB heap. Run it by hand.
+/// Tests an atlas as large as the baked one, with half a gigabyte through a 2 GiB heap. Run it by hand.
 #[test]
 #[ignore = "needs 1.5 GiB of memory"]
 fn the_largest_atlas_passes_through() {
@@ -516,7 +516,7 @@ fn the_largest_atlas_passes_through() {
     assert!(image.read::<[f32; 4]>(0, 0).unwrap() == data);
 }
 
-/// Run by `missing_driver_error_gives_install_hint` in another process, because the loader reads its variables once.
+/// `missing_driver_error_gives_install_hint` runs this test in another process, because the loader reads its variables once.
 #[test]
 fn child_without_a_driver() {
     if std::env::var_os("VK_DRIVER_FILES").is_none_or(|files| files != "nonexistent.json") {
@@ -526,7 +526,7 @@ fn child_without_a_driver() {
     println!("{error}");
 }
 
-/// Objects of a large scene have a few samplers each; devices support as few as 4,000.
+/// The objects of a large scene have a few samplers each, and some devices support only 4,000 samplers.
 #[test]
 fn samplers_of_a_kind_are_one() {
     let Some(gpu) = test_gpu() else { return };

@@ -1,4 +1,4 @@
-//! The layer over Vulkan: resources, pipelines, names, recording.
+//! Tests the layer over Vulkan: resources, pipelines, names and recording.
 
 mod device;
 mod names;

@@ -1,4 +1,4 @@
-//! Names shared by Rust and the shaders: the accepted ones, and the errors for others.
+//! Tests which names that Rust and the shaders share are accepted.
 
 use leadr_gpu::{
     Buffer, Commands, ComputePipeline, Descriptor, GraphicsDesc, GraphicsPipeline, Memory, SharedStruct, SpecValue,
@@ -37,7 +37,6 @@ fn resources_are_bound_by_name_and_refusals_list_the_names() {
     }
 }
 
-/// The order of the names has no effect.
 #[test]
 fn names_may_come_in_any_order() {
     let Some(gpu) = test_gpu() else { return };
@@ -53,7 +52,7 @@ fn names_may_come_in_any_order() {
     assert_eq!(output.read_all::<f32>().unwrap(), [42.0]);
 }
 
-/// Variants of a shader remove unused resources; recording code may still bind them.
+/// A variant of a shader may leave out unused resources, but recording code may still bind them.
 #[test]
 fn unused_declarations_may_be_bound() {
     let Some(gpu) = test_gpu() else { return };

@@ -1,4 +1,4 @@
-//! Recordings run ahead, keep their objects alive, are submitted once, and change nothing before submission.
+//! Tests that recordings run ahead, keep their objects alive, are submitted once, and change nothing before submission.
 
 use leadr_gpu::{
     Buffer, CommandRecorder, Commands, ComputePipeline, Descriptor, GpuError, Image, ImageDesc, Memory, Result,
@@ -30,7 +30,7 @@ fn recorder_keeps_resources_alive() {
         let recorder = &mut ring[frame % 2];
         recorder
             .record("frame", |cmd| {
-                // Dropped by the CPU while the device still uses it.
+                // The CPU drops this buffer while the device still uses it.
                 let lost = Buffer::new(&gpu, "lost", 256, Memory::Device).unwrap();
                 cmd.fill_buffer(&lost, 0);
                 record_double(cmd, &double, &buffers[frame], &buffers[frame + 1]);
@@ -54,7 +54,7 @@ fn a_recording_is_submitted_once() {
     refused(recorder.submit(&[], &[]));
     recorder.record("frame", |cmd| record_double(cmd, &double, &from, &to)).unwrap();
     recorder.submit(&[], &[]).unwrap();
-    // Pending or done, it cannot be submitted again.
+    // A recording cannot be submitted again, whether it is pending or done.
     refused(recorder.submit(&[], &[]));
     recorder.wait().unwrap();
     refused(recorder.submit(&[], &[]));
@@ -86,7 +86,7 @@ fn image_layouts_follow_submission_order() {
     dropped.record("never submitted", |cmd| cmd.transition(&image, Use::ComputeReadWrite)).unwrap();
     assert_eq!(image.read::<f32>(0, 0).unwrap(), texels);
     gpu.assert_silent();
-    // Within a recording, each barrier starts from the last use.
+    // Within a recording, each barrier starts from the image's last use.
     gpu.submit("there and back", |cmd| {
         cmd.transition(&image, Use::ComputeReadWrite);
         cmd.transition(&image, Use::CopySource);
@@ -96,7 +96,7 @@ fn image_layouts_follow_submission_order() {
     assert_eq!(image.read::<f32>(0, 0).unwrap(), texels);
 }
 
-/// Otherwise reading the marks would wait forever.
+/// Tests that marks of commands that were never submitted cannot block a reader.
 #[test]
 fn timestamps_follow_submission() {
     let Some(gpu) = test_gpu() else { return };
@@ -118,7 +118,7 @@ fn timestamps_follow_submission() {
     assert!(error.contains("not reset"), "{error}");
 }
 
-/// Without the label lock at the creation of command buffers, the validation layer of Debian 12 crashed in 5 of 40 runs.
+/// Without the label lock, creating command buffers crashed the validation layer of Debian 12 in 5 of 40 runs.
 #[test]
 fn threads_upload_side_by_side() {
     let Some(gpu) = test_gpu() else { return };

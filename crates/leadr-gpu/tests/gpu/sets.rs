@@ -1,4 +1,4 @@
-//! Longer-lived sets: their bindings, their lifetime, and the rejected ones.
+//! Tests how longer-lived sets are bound, how long they live, and which are rejected.
 
 use std::sync::Arc;
 
@@ -10,14 +10,14 @@ use leadr_testing::gpu::{Count, test_gpu};
 
 const SHADER: &str = "probes/selftest/selftest_sets.comp";
 
-// Unused resources come first, so that binding numbers matter.
+// Each unused resource comes first, so that the binding numbers matter.
 static FACTORS: SetLayout =
     SetLayout { number: 1, name: "scene", resources: &[("Unread", Uniform), ("Factors", Storage)] };
 static TERMS: SetLayout = SetLayout { number: 2, name: "object", resources: &[("Terms", Storage)] };
 static TEXTURES: SetLayout = SetLayout { number: 2, name: "texture", resources: &[("Terms", Sampled)] };
 static OTHER_TERMS: SetLayout = SetLayout { number: 2, name: "stranger", resources: &[("Terms", Storage)] };
 
-/// A device with such sets; `None` if tests run without a device.
+/// Opens a device with these sets. Returns `None` if tests run without a device.
 fn gpu_with(sets: &[&'static SetLayout]) -> Option<Arc<Gpu>> {
     test_gpu()?;
     let options = GpuOptions {
@@ -76,7 +76,7 @@ impl Probe {
     }
 }
 
-/// More sets than a pool holds. Each keeps its resources alive, and is freed when dropped.
+/// There are more sets than one pool holds. Each set keeps its resources alive, and is freed when dropped.
 #[test]
 fn sets_are_read_by_every_pipeline_and_keep_their_resources() {
     let Some(gpu) = gpu_with(&[&FACTORS, &TERMS]) else { return };
@@ -87,11 +87,11 @@ fn sets_are_read_by_every_pipeline_and_keep_their_resources() {
         assert_eq!(probe.result(), 20.0 + i as f32);
     }
     drop(all);
-    // Another pipeline, and a set that is dropped while it is recorded.
+    // This uses another pipeline, and a set that is dropped while it is recorded.
     gpu.submit("again", |cmd| Probe::new(&gpu).run(cmd, &[&factors, &terms(&gpu, 5.0)])).unwrap();
     gpu.submit("in any order", |cmd| probe.run(cmd, &[&terms(&gpu, 7.0), &factors])).unwrap();
     assert_eq!(probe.result(), 27.0);
-    // Rebinding the pipeline drops its sets; rebinding a set replaces it.
+    // Rebinding the pipeline drops its sets, and rebinding a set replaces it.
     gpu.submit("twice", |cmd| {
         probe.run(cmd, &[&factors, &terms(&gpu, 1.0)]);
         cmd.bind_set(&terms(&gpu, 2.0));

@@ -1,4 +1,4 @@
-//! Arguments of `leadr-lab report`.
+//! The arguments of `leadr-lab report`.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! Measures the rules for diffuse facets under order-2 harmonics by moments of the visible normals.
+//! Measures the rules for diffuse facets under order-2 harmonics, by moments of the visible normals.
 
 use super::Row;
 use super::surfaces::{Surface, surfaces};
@@ -11,17 +11,18 @@ use leadr_reflectance::slopes::grid::{grid_lambda, normal_of_slope};
 use leadr_reflectance::visible::diffuse::visible_diffuse_moments;
 use rayon::prelude::*;
 
-/// Panels per axis of the converged integrals, which use 96² slopes.
+/// The number of panels per axis of the converged integrals, which use 96² slopes.
 const PANELS: usize = 12;
 
-/// Random surfaces with their converged moments and environments.
+/// Random surfaces, with their converged moments and their environments.
 pub struct DiffuseSet {
     surfaces: Vec<Surface>,
     truth: Vec<NormalMoments>,
     environments: Vec<Environment>,
 }
 
-/// Irradiance over π as a function of the moments: `constant + linear·E[n] + (diag, off)·E[n nᵀ]`. The mean radiance is 1.
+/// The irradiance divided by π, as a function of the moments: `constant + linear·E[n] + (diag, off)·E[n nᵀ]`. The mean
+/// radiance is 1.
 #[derive(Clone, Copy, Debug)]
 pub struct Environment {
     constant: f64,
@@ -31,7 +32,7 @@ pub struct Environment {
 }
 
 impl Environment {
-    /// Returns one to six von Mises–Fisher lobes of concentration 1–1000 over a constant.
+    /// Returns one to six von Mises–Fisher lobes of concentration 1–1000 on a constant background.
     pub fn random(r: &mut Random) -> Self {
         let lobes = 1 + (r.unit() * 6.0) as usize;
         let ambient = r.range(0.0, 0.6) * if r.unit() < 0.7 { 1.0 } else { 0.0 };
@@ -58,7 +59,7 @@ impl Environment {
     }
 }
 
-/// Computes converged moments with `panels`² panels of 8×8 slopes.
+/// Computes converged moments from `panels`² panels of 8×8 slopes.
 pub fn converged_moments(surface: &Surface, panels: usize) -> NormalMoments {
     let Surface { wo, m, s } = *surface;
     let mean = |g: fn(DVec3) -> DVec3| visible_mean(wo, m, s, panels, |slope| g(normal_of_slope(slope)));
@@ -70,7 +71,7 @@ pub fn converged_moments(surface: &Surface, panels: usize) -> NormalMoments {
 }
 
 impl DiffuseSet {
-    /// Returns `n` surfaces under `environments` environments each.
+    /// Returns `n` surfaces, each under `environments` environments.
     pub fn new(n: usize, environments: usize, seed: u64) -> Self {
         let surfaces = surfaces(n, seed);
         let truth = surfaces.par_iter().map(|s| converged_moments(s, PANELS)).collect();
@@ -101,7 +102,7 @@ impl DiffuseSet {
     }
 }
 
-/// Computes the moments by the paper's grid as implemented in the renderer.
+/// Computes the moments by the paper's grid, as the renderer implements it.
 pub fn grid_moments(surface: &Surface, n: u32) -> NormalMoments {
     let lambda = grid_lambda(n);
     let m = face_viewer(surface.wo, surface.m, surface.s, lambda);

@@ -1,5 +1,5 @@
-//! Fits the constants of [`visible_diffuse`](leadr_reflectance::visible::diffuse) by nonlinear [`least_squares`] over the radiance of
-//! random surfaces under random environments.
+//! Fits the constants of [`visible_diffuse`](leadr_reflectance::visible::diffuse) by nonlinear [`least_squares`] to the
+//! radiance of random surfaces under random environments.
 //!
 //! The command is `cargo run --release --example 11_fit_diffuse_terms`.
 
@@ -11,12 +11,12 @@ use leadr_reflectance::random::Random;
 use leadr_reflectance::visible::diffuse::{Term, moments_by_terms};
 use rayon::prelude::*;
 
-/// Environments per surface.
+/// The number of environments per surface.
 const ENVIRONMENTS: usize = 16;
-/// Panels per axis of the converged integrals.
+/// The number of panels per axis of the converged integrals.
 const PANELS: usize = 12;
 
-/// Random surfaces with their converged moments and environments.
+/// Random surfaces, with their converged moments and their environments.
 pub struct Training {
     surfaces: Vec<Surface>,
     truth: Vec<NormalMoments>,
@@ -24,7 +24,7 @@ pub struct Training {
 }
 
 impl Training {
-    /// Returns `tame` surfaces like those of the tables with another seed, and `wild` ones outside their ranges.
+    /// Returns `tame` surfaces like those of the tables but with another seed, and `wild` surfaces with wider ranges.
     pub fn new(tame: usize, wild: usize, seed: u64) -> Self {
         let mut all = surfaces(tame, seed);
         all.extend(wild_surfaces(wild, seed + 1));
@@ -34,14 +34,14 @@ impl Training {
         Self { surfaces: all, truth, environments }
     }
 
-    /// Computes the radiance errors, for every surface and environment, weighted by roughness.
+    /// Computes the radiance errors for every surface and environment. Errors are weighted by roughness.
     fn residuals(&self, terms: &[Term]) -> Vec<f64> {
         self.surfaces
             .par_iter()
             .zip(&self.truth)
             .flat_map_iter(|(surface, truth)| {
                 let v = moments_by_terms(surface.wo, surface.m, surface.s, terms);
-                // Smoother surfaces are more frequent in pictures, so their errors have a larger weight.
+                // Smoother surfaces are more frequent in pictures, so errors of smooth surfaces have larger weights.
                 let weight = 1.0 / (0.1 + surface.roughness()).sqrt();
                 self.environments.iter().map(move |e| weight * (e.radiance(&v) - e.radiance(truth)))
             })
@@ -55,15 +55,16 @@ impl Training {
     }
 }
 
-/// Returns terms with geometrically spaced exponents that are exact for a smooth surface, as the start of a fit.
+/// Returns terms with geometrically spaced exponents, as the start of a fit. The terms are exact for a smooth surface.
 pub fn plain_terms(n: usize) -> Vec<Term> {
-    // The integrals ∫ t^(−1/2) exp(−t x) dt and ∫ exp(−t x) dt give the two inverses of |N|, with x = |N|².
+    // With x = |N|², the integrals ∫ t^(−1/2) exp(−t x) dt and ∫ exp(−t x) dt give the inverses 1/|N| and 1/|N|².
     let ladder = (0..n).map(|i| 0.2 * 6f64.powi(i as i32));
     let whole: f64 = ladder.clone().map(|t| t.sqrt() * (-t).exp()).sum();
     ladder.map(|t| Term { exponent: [t, 0.0], first: [t.sqrt() / whole, 0.0], second: [t / 0.2, 0.0] }).collect()
 }
 
-/// Sets the last weight of `1/|N|` so that the sum is 1 at `|N|² = 1` without spread, which makes the terms exact for smooth surfaces.
+/// Sets the last weight of `1/|N|`, so that the sum is 1 at `|N|² = 1` without spread. The terms are then exact for smooth
+/// surfaces.
 fn exact_when_smooth(mut terms: Vec<Term>) -> Vec<Term> {
     if let Some((last, others)) = terms.split_last_mut() {
         let rest: f64 = others.iter().map(|t| t.first[0] * (-t.exponent[0]).exp()).sum();
@@ -103,7 +104,8 @@ fn terms_of(p: &[f64], n: usize) -> Vec<Term> {
     exact_when_smooth(terms)
 }
 
-/// Fits terms to `training` by least squares, from `start`, in at most `steps` Levenberg–Marquardt steps.
+/// Fits terms to `training` by least squares. The search begins at `start` and takes at most `steps` Levenberg–Marquardt
+/// steps.
 pub fn fit_terms(training: &Training, start: &[Term], steps: u32) -> Vec<Term> {
     let n = start.len();
     terms_of(&least_squares(unknowns(start), steps, |p| training.residuals(&terms_of(p, n))), n)
@@ -131,7 +133,7 @@ mod tests {
         let start = plain_terms(2);
         let fitted = fit_terms(&training, &start, 20);
         let [before, after, ours] = [&start, &fitted, visible_diffuse_terms(2)].map(|t| training.error(t));
-        // After a fit to these few surfaces, the terms beat the default constants on them, but not by much.
+        // The fit to a few surfaces has smaller errors on these surfaces than the default constants, but not by much.
         assert!(after < 0.2 * before && after < ours && after > 0.5 * ours, "{before} {after} {ours}");
     }
 }

@@ -1,10 +1,11 @@
-//! Fits the wide-lobe rings of [`visible_specular`](leadr_reflectance::visible::specular) by least squares. Targets are random rough
-//! surfaces under point-like lights and random lobes, with and without shadows.
+//! Fits the wide-lobe rings of [`visible_specular`](leadr_reflectance::visible::specular) by least squares. The targets are
+//! random rough surfaces under point lights and random lobes, with and without shadows.
 //!
-//! The radius, weight and cover of each wide-lobe ring and the kernels' fraction are free; narrow lobes are fixed. Every surface is lit by
-//! [`POINTS`] lights without width, one at a time, from directions that it reflects. The reflected lobe is the truth; errors are relative
-//! to its RMS. A light without width reveals every pattern of a rule. The fit also minimises errors of six radiance lobes, the lit fraction
-//! of a white room, and the mean Fresnel term.
+//! The free parameters are the radius, weight and cover of each wide-lobe ring and the kernels' fraction. Narrow lobes are
+//! fixed. Every surface is lit by [`POINTS`] point lights, one at a time, from directions that the surface reflects. The
+//! reflected lobe is the truth, and errors are relative to the RMS of the reflected lobe. A light without width shows every
+//! pattern that a rule leaves. The fit also minimises errors of six radiance lobes, the lit fraction of a white room, and
+//! the mean Fresnel term.
 //!
 //! The command is `cargo run --release --example 12_fit_probes`.
 
@@ -23,13 +24,13 @@ use leadr_reflectance::visible::specular::{ProbeKernel, ProbeRing, ProbeRule, vi
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 
-/// Lights without width per surface.
+/// The number of point lights per surface.
 pub const POINTS: usize = 10;
-/// Error weights for one light without width and for lobes, each without and with shadows, then for the lit fraction of a white room and
-/// the Fresnel term.
+/// The weights of the errors: for one point light and for lobes, each without and with shadows, then for the lit fraction of
+/// a white room and the Fresnel term.
 const FACTORS: [f64; 6] = [0.1, 1.5, 0.4, 6.0, 4.0, 5.0];
 
-/// Computes the density of reflected directions about `wi`, per steradian, and its lit fraction.
+/// Computes the density per steradian of directions that are reflected about `wi`, and the lit fraction.
 pub fn reflected_density(surface: &Surface, wi: DVec3) -> [f64; 2] {
     let Surface { wo, m, s } = *surface;
     let h = wo + wi;
@@ -50,7 +51,7 @@ pub fn reflected_density(surface: &Surface, wi: DVec3) -> [f64; 2] {
     [density, density * lit_fraction(Shadowing::Correlated, &area(wo), &area(wi))]
 }
 
-/// Evaluates a kernel of this variance, per steradian, at an angle with this cosine from its axis.
+/// Evaluates a kernel of this variance, per steradian. `cosine` is the cosine of the angle from the kernel's axis.
 pub fn kernel(variance: f64, cosine: f64) -> f64 {
     let k = Lobes::of_variance(variance.max(1e-7));
     k / (TAU * (1.0 - (-2.0 * k).exp())) * (k * (cosine - 1.0)).exp()
@@ -58,19 +59,19 @@ pub fn kernel(variance: f64, cosine: f64) -> f64 {
 
 struct Item {
     surface: Surface,
-    /// Directions of the lights without width, with the reflection of each without and with shadows.
+    /// The directions of the point lights, and the reflection of each without and with shadows.
     points: Vec<(DVec3, [f64; 2])>,
     lobes: Lobes,
-    /// Radiance without and with shadows, lit fraction, and Schlick's weight.
+    /// The radiance without and with shadows, the lit fraction, and Schlick's weight.
     truth: [f64; 4],
-    /// Units of the errors: two for the points, without and with shadows, then one for each entry of `truth`.
+    /// The units of the errors: two for the points, without and with shadows, then one for each entry of `truth`.
     unit: [f64; 6],
 }
 
-/// Random surfaces with their lights and converged sums.
+/// Random surfaces, with their lights and converged sums.
 pub struct ProbeTraining(Vec<Item>);
 
-/// Computes the converged sums under lobes.
+/// Computes the converged sums under an environment of lobes.
 fn converged(surface: &Surface, lobes: &Lobes, finest: f64) -> [f64; 4] {
     let Surface { wo, m, s } = *surface;
     let panels = visible_extents(wo, s).map(|e| (4.0 + 2.5 * finest.sqrt() * e).ceil() as usize);
@@ -108,7 +109,7 @@ fn reflected(r: &mut Random, surface: &Surface) -> Vec<DVec3> {
     out
 }
 
-/// Returns surfaces with round, mostly wide lobes and no mean slope.
+/// Returns surfaces with mean slope 0 and round, mostly wide lobes.
 fn round_surfaces(n: usize, r: &mut Random) -> Vec<Surface> {
     (0..n)
         .map(|_| {
@@ -123,8 +124,8 @@ fn round_surfaces(n: usize, r: &mut Random) -> Vec<Surface> {
 }
 
 impl ProbeTraining {
-    /// Returns `n` surfaces like those of the tables with another seed, and twice `rough` ones, half of them with round lobes. Half of each
-    /// group is under smooth lobes, half under sharp ones.
+    /// Returns `n` surfaces like those of the tables but with another seed, and `2 * rough` rough surfaces, of which half
+    /// have round lobes. Half of each group's surfaces are under smooth lobes, the others under sharp lobes.
     pub fn new(n: usize, rough: usize, seed: u64) -> Self {
         let mut r = Random(seed + 2);
         let mut all = surfaces(n, seed);
@@ -147,8 +148,8 @@ impl ProbeTraining {
         Self(cases.into_par_iter().enumerate().map(item).collect())
     }
 
-    /// Computes the errors of a rule in the module's units, six kinds per surface. The first two are RMS over the points, followed by the
-    /// errors of each point.
+    /// Computes six kinds of errors per surface of a rule, in the units of the module. The first two kinds are RMS over the
+    /// points, followed by the errors of each point.
     fn errors(&self, rule: ProbeRule<'_>) -> Vec<Vec<f64>> {
         self.0
             .par_iter()
@@ -187,8 +188,8 @@ impl ProbeTraining {
             .collect()
     }
 
-    /// Returns the RMS errors of a rule for one light without width and for lobes, each without and with shadows, then for the lit fraction
-    /// and the Fresnel term.
+    /// Returns the RMS errors of a rule: for one point light and for lobes, each without and with shadows, then for the lit
+    /// fraction and the Fresnel term.
     pub fn error(&self, rule: ProbeRule<'_>) -> [f64; 6] {
         let mut sums = [0.0; 6];
         for errors in self.errors(rule) {
@@ -200,7 +201,6 @@ impl ProbeTraining {
     }
 }
 
-/// Returns the kind of the error at an index.
 fn kind(i: usize) -> usize {
     if i < 2 * POINTS { i / POINTS } else { i - 2 * POINTS + 2 }
 }
@@ -208,9 +208,9 @@ fn kind(i: usize) -> usize {
 /// A probe rule that owns its rings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FittedRule {
-    /// Kernels of the rule.
+    /// The kernels of the rule.
     pub kernel: ProbeKernel,
-    /// Rings of the rule.
+    /// The rings of the rule.
     pub rings: Vec<ProbeRing>,
 }
 
@@ -220,8 +220,8 @@ impl FittedRule {
         ProbeRule { kernel: self.kernel, rings: &self.rings }
     }
 
-    /// Returns the unknowns, logarithms of ratios for the wide rings and the kernels' fraction. The weight of the first ring and
-    /// the radius of the last one are the units; unit variance sets the scale.
+    /// Returns the unknowns, which are logarithms of ratios, for the wide rings and the kernels' fraction. The weight of the
+    /// first ring and the radius of the last ring are the units. Unit variance sets the scale.
     fn unknowns(&self) -> Vec<f64> {
         let unit = self.rings[0].wide.weight;
         let last = self.rings.len() - 1;
@@ -234,7 +234,7 @@ impl FittedRule {
         self.rings.iter().enumerate().flat_map(of_ring).chain([(share / (1.0 - share)).ln()]).collect()
     }
 
-    /// Builds the rule of these unknowns, with this rule's narrow rings.
+    /// Builds a rule from these unknowns and the narrow rings of this rule.
     fn with_unknowns(&self, p: &[f64]) -> Self {
         let mut out = self.clone();
         let mut p = p.iter().map(|p| p.exp());
@@ -260,7 +260,8 @@ impl FittedRule {
     }
 }
 
-/// Fits a rule to `training` by least squares, from `start`, in at most `steps` steps. Large errors are down-weighted.
+/// Fits a rule to `training` by least squares. The search begins at `start` and takes at most `steps` steps. Large errors
+/// get a lower weight.
 pub fn fit_probes(training: &ProbeTraining, start: &FittedRule, steps: u32) -> FittedRule {
     let residuals = |p: &[f64]| -> Vec<f64> {
         let errors = training.errors(start.with_unknowns(p).rule());
@@ -275,7 +276,7 @@ mod tests {
     use super::*;
     use leadr_reflectance::visible::specular::probe_rule;
 
-    /// The truth for lights without width must be a density.
+    /// The truth for point lights must be a density.
     #[test]
     fn reflected_directions_add_up() {
         let surface = Surface { wo: spherical(0.7, 0.3), m: DVec2::new(0.1, 0.0), s: DVec3::new(0.05, 0.02, 0.01) };

@@ -12,10 +12,10 @@ use leadr_reflectance::visible::diffuse::{leadr_diffuse_light_visible, visible_d
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 
-/// Panels of the converged integrals between two kinks.
+/// The number of panels of the converged integrals between two kinks.
 const PANELS: usize = 6;
 
-/// Random surfaces with one light each and the converged cosine.
+/// Random surfaces, each with one light and the converged cosine.
 pub struct LightSet {
     surfaces: Vec<Surface>,
     lights: Vec<DVec3>,
@@ -23,7 +23,8 @@ pub struct LightSet {
 }
 
 impl LightSet {
-    /// Returns `n` surfaces with lights up to 88° from the displacement direction, an eighth of them below the horizon.
+    /// Returns `n` surfaces with lights up to 88° from the displacement direction. An eighth of the lights are below the
+    /// horizon.
     pub fn new(n: usize, seed: u64) -> Self {
         let surfaces = surfaces(n, seed);
         let mut r = Random(seed + 2);
@@ -82,7 +83,7 @@ impl LightSet {
     }
 }
 
-/// Computes the cosine by the paper's grid as implemented in the renderer.
+/// Computes the cosine by the paper's grid, as the renderer implements it.
 pub fn grid_cosine(surface: &Surface, wi: DVec3, n: u32) -> f64 {
     let lambda = grid_lambda(n);
     let m = face_viewer(surface.wo, surface.m, surface.s, lambda);

@@ -1,9 +1,10 @@
 //! Measures the accuracy of the library's rules for integrals over visible slopes, against converged integrals over random surfaces,
 //! viewers and environments. `docs/measurements/quadrature.md` has the tables.
 //!
-//! The module [`diffuse`] measures order-2 irradiance, and [`light`] one light's clamped cosine. The module [`specular`] measures
-//! environments of smooth or sharp lobes, prefiltered like a mip chain. The modules [`fit`] and [`fit_probes`] fit the constants of these
-//! rules. The module [`sweep`] measures the change of the result per step of a slow sweep.
+//! The module [`diffuse`] measures order-2 irradiance, and [`light`] measures the clamped cosine of one light. The module
+//! [`specular`] measures environments of smooth or sharp lobes, prefiltered like a mip chain. The modules [`fit`] and
+//! [`fit_probes`] fit the constants of the rules. The module [`sweep`] measures how much the result changes per step of a
+//! slow sweep.
 
 pub mod diffuse;
 pub mod fit;
@@ -15,32 +16,33 @@ pub mod sweep;
 
 use surfaces::Surface;
 
-/// Upper bounds of the roughness classes of [`Row::classes`], by the larger slope deviation. The last class is open.
+/// The upper bounds of the roughness classes of [`Row::classes`]. The larger slope deviation selects the class. The last
+/// class has no upper bound.
 pub const CLASSES: [f64; 5] = [0.1, 0.3, 0.7, 1.2, 2.0];
 
-/// Errors of one quadrature rule.
+/// The errors of one quadrature rule.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Row {
-    /// Name of the rule.
+    /// The name of the rule.
     pub rule: String,
-    /// Slopes, terms or lookups per pixel.
+    /// The number of slopes, terms or lookups per pixel.
     pub evaluations: u32,
-    /// RMS error, in units of the environment's mean radiance or the light's irradiance.
+    /// The RMS error, in units of the environment's mean radiance or the light's irradiance.
     pub rms: f64,
-    /// 95th percentile of the absolute error.
+    /// The 95th percentile of the absolute error.
     pub p95: f64,
-    /// Largest absolute error.
+    /// The largest absolute error.
     pub max: f64,
-    /// RMS error per class of [`CLASSES`]; NaN for classes without surfaces.
+    /// The RMS error per class of [`CLASSES`], which is NaN for classes without surfaces.
     pub classes: [f64; 5],
 }
 
 impl Row {
-    /// Header line for [`Row::line`].
+    /// The header line for [`Row::line`].
     pub const HEADER: &str =
         "rule                          n      rms      p95      max | rms by roughness <.1 <.3 <.7 <1.2 <2";
 
-    /// Computes statistics of the absolute errors `errors[surface]`, with any number of errors per surface.
+    /// Computes statistics of the absolute errors `errors[surface]`. A surface may have any number of errors.
     pub fn new(rule: &str, evaluations: u32, surfaces: &[Surface], errors: &[Vec<f64>]) -> Self {
         let rms = |e: &mut dyn Iterator<Item = f64>| {
             let (sum, n) = e.fold((0.0, 0u32), |(s, n), e| (s + e * e, n + 1));

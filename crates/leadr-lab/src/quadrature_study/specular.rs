@@ -15,18 +15,18 @@ use leadr_reflectance::visible::specular::{ProbeRule, VisibleProbe, probe_rule};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// Texels per edge of the prefiltered environment.
+/// The number of texels per edge of the prefiltered environment.
 pub const SIZE: f64 = 128.0;
-/// Number of box-filtered mip levels, and of the levels blurred for probes.
+/// The number of box-filtered mip levels, and of levels that are blurred for probes.
 const LEVELS: usize = 8;
 const KERNELS: usize = 6;
 
-/// Lobe width of an environment.
+/// The width of the lobes of an environment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sharpness {
-    /// Concentrations 2–20: skies and rooms.
+    /// Concentrations of 2–20, as in skies and rooms.
     Smooth,
-    /// Concentrations 20–300 (3° of standard deviation): windows and lamps.
+    /// Concentrations of 20–300 (3° of standard deviation), as for windows and lamps.
     Sharp,
 }
 
@@ -39,30 +39,30 @@ impl Sharpness {
     }
 }
 
-/// A von Mises–Fisher lobe, with its blurred form at every mip level.
+/// A von Mises–Fisher lobe, and its blurred form at every mip level.
 #[derive(Clone, Debug)]
 struct Lobe {
     direction: DVec3,
-    /// Concentration and peak of the unblurred lobe, then of its blurred form at each mip level.
+    /// The concentration and peak of the unblurred lobe, then of its blurred form at each mip level.
     levels: [(f64, f64); LEVELS + 1],
-    /// Concentration and peak at each level used by probes.
+    /// The concentration and peak at each level that probes use.
     kernels: [(f64, f64); KERNELS],
 }
 
-/// Lobes over a constant, with mean radiance 1 and trilinear lookups in a box-filtered mip chain. Level `l` with texels of size `h` adds a
-/// variance of `h²/4`.
+/// Lobes on a constant background, with mean radiance 1. Lookups are trilinear in a box-filtered mip chain. Level `l` with
+/// texels of size `h` adds a variance of `h²/4`.
 #[derive(Clone, Debug)]
 pub struct Lobes {
     ambient: f64,
     lobes: Vec<Lobe>,
 }
 
-/// Computes the mean cosine of a lobe of concentration `k`.
+/// Computes the mean cosine of a lobe with concentration `k`.
 fn mean_cosine(k: f64) -> f64 {
     1.0 / k.tanh() - 1.0 / k
 }
 
-/// Computes the concentration of a lobe with mean cosine `a` (Banerjee's estimate, then Newton's method).
+/// Computes the concentration of a lobe with mean cosine `a`, by Banerjee's estimate and Newton's method.
 fn concentration(a: f64) -> f64 {
     let mut k = a * (3.0 - a * a) / (1.0 - a * a);
     for _ in 0..8 {
@@ -106,7 +106,7 @@ impl Lobes {
         self.sum(d, |l| l.levels[level])
     }
 
-    /// Looks up the radiance through a kernel of this variance, as used by probes.
+    /// Looks up the radiance through a kernel of this variance, as probes do.
     pub fn seen(&self, d: DVec3, variance: f64) -> f64 {
         let lod = kernel_lod(variance, SIZE).min((KERNELS - 1) as f64);
         let level = (lod as usize).min(KERNELS - 2);
@@ -155,7 +155,7 @@ pub fn converged_radiance(surface: &Surface, lobes: &Lobes, finest: f64) -> f64 
     .x
 }
 
-/// Random surfaces with one environment each and the converged radiance.
+/// Random surfaces, each with one environment and the converged radiance.
 pub struct SpecularSet {
     surfaces: Vec<Surface>,
     environments: Vec<Lobes>,
@@ -188,8 +188,8 @@ impl SpecularSet {
         Row::new(name, evaluations, &self.surfaces, &errors)
     }
 
-    /// Measures the paper's grids and the rules with few probes. The grids use matched solid angles, and the supplement's level of detail
-    /// where it gives one.
+    /// Measures the paper's grids and the rules with few probes. The grids use matched solid angles, or the supplement's
+    /// level of detail where the supplement gives one.
     pub fn rows(&self) -> Vec<Row> {
         let grid = |n: u32, name: &str, constant: f64| {
             self.row(&format!("paper {n}x{n}{name}"), n * n, |s, lobes| grid_radiance(s, lobes, n, constant))
@@ -213,7 +213,7 @@ impl SpecularSet {
     }
 }
 
-/// Computes the radiance by the paper's grid as implemented in the renderer.
+/// Computes the radiance by the paper's grid, as the renderer implements it.
 pub fn grid_radiance(surface: &Surface, lobes: &Lobes, n: u32, constant: f64) -> f64 {
     let Surface { wo, m, s } = *surface;
     let lambda = grid_lambda(n);

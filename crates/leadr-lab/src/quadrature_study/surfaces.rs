@@ -8,11 +8,11 @@ use std::f64::consts::TAU;
 /// A viewer and Gaussian slopes, in the tangent frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Surface {
-    /// Unit vector to the viewer.
+    /// The unit vector to the viewer.
     pub wo: DVec3,
-    /// Mean slope.
+    /// The mean slope.
     pub m: DVec2,
-    /// Slope covariance `(s_xx, s_yy, s_xy)`.
+    /// The slope covariance `(s_xx, s_yy, s_xy)`.
     pub s: DVec3,
 }
 
@@ -28,8 +28,9 @@ pub fn spherical(theta: f64, phi: f64) -> DVec3 {
     DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
 }
 
-/// Returns random surfaces: viewers up to 85°, log-uniform deviations in .01–2, correlations in ±.9, and mean slopes in the unit disc. The
-/// mesosurface faces the viewer with a projected area above .01.
+/// Returns random surfaces. Viewers are up to 85° from the displacement direction, deviations are log-uniform in .01–2,
+/// correlations are within ±.9, and mean slopes are in the unit disc. The mesosurface faces the viewer with a projected area
+/// above .01.
 pub fn surfaces(n: usize, seed: u64) -> Vec<Surface> {
     let mut r = Random(seed);
     let mut out = Vec::with_capacity(n);
@@ -44,9 +45,10 @@ pub fn surfaces(n: usize, seed: u64) -> Vec<Surface> {
     out
 }
 
-/// Returns surfaces with wide lobes. Viewers are distributed like the pixels of a sphere, to 83°. The larger deviation is log-uniform in
-/// .4–2, the smaller .15–1 times as large. Two in five surfaces are isotropic. Half of the others are axis-aligned and half correlated to
-/// ±.7. Half of the mean slopes are 0, the others up to .7 per axis.
+/// Returns surfaces with wide lobes. Viewers are distributed like the pixels of a sphere, up to 83°. The larger deviation is
+/// log-uniform in .4–2, and the smaller is .15–1 times as large. Of every ten surfaces, four are isotropic, three are
+/// axis-aligned, and three have correlations up to ±.7. Half of the mean slopes are 0, and the other half are up to .7 per
+/// axis.
 pub fn rough_surfaces(n: usize, seed: u64) -> Vec<Surface> {
     let mut r = Random(seed);
     let mut out = Vec::with_capacity(n);
@@ -64,8 +66,8 @@ pub fn rough_surfaces(n: usize, seed: u64) -> Vec<Surface> {
     out
 }
 
-/// Returns surfaces with viewers to 88°, log-uniform deviations in .01–2.5, correlations in ±.95, and mean slopes of any direction to 4.
-/// The mesosurface faces away from the viewer by at most one deviation.
+/// Returns surfaces with viewers up to 88°, log-uniform deviations in .01–2.5, correlations within ±.95, and mean slopes up
+/// to 4 in any direction. The mesosurface faces away from the viewer by at most one deviation.
 pub fn wild_surfaces(n: usize, seed: u64) -> Vec<Surface> {
     let mut r = Random(seed);
     let mut out = Vec::with_capacity(n);

@@ -1,4 +1,4 @@
-//! Measures how much the result changes per step in slow sweeps of viewer, roughness and azimuth.
+//! Measures how much the result changes per step when the viewer, the roughness or the azimuth changes slowly.
 
 use super::diffuse::{Environment, grid_moments};
 use super::light::grid_cosine;
@@ -15,11 +15,11 @@ use std::f64::consts::{PI, TAU};
 /// The quantity that a sweep changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Path {
-    /// Polar angle of the viewer, −80° to 80° through the displacement direction, in steps of 0.1°.
+    /// The polar angle of the viewer, from −80° to 80° through the displacement direction, in steps of 0.1°.
     Elevation,
-    /// Azimuth of the viewer over 360°, at 1° from the displacement direction, in steps of 0.25°.
+    /// The azimuth of the viewer over 360°, at 1° from the displacement direction, in steps of 0.25°.
     Azimuth,
-    /// Ratio of the deviations, from 1/2 to 2 through isotropy, with correlation ±.02, in 1600 steps.
+    /// The ratio of the two slope deviations, from 1/2 to 2 through isotropy, with correlation ±.02, in 1600 steps.
     Anisotropy,
     /// Both slope deviations, from .02 to 1.5, in 1600 steps.
     Roughness,
@@ -74,13 +74,13 @@ impl Path {
 /// The largest step and the largest second difference along paths.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Steps {
-    /// Largest change from one step to the next.
+    /// The largest change from one step to the next.
     pub step: f64,
-    /// Largest difference between consecutive changes, visible as popping.
+    /// The largest difference between consecutive changes, which is visible as popping.
     pub bend: f64,
 }
 
-/// Measures the steps of `value` along `path`, from each of `n` surfaces. The surface index is also passed to `value`.
+/// Measures the steps of `value` along `path`, from each of `n` surfaces. `value` also receives the index of the surface.
 pub fn steps(path: Path, n: usize, seed: u64, value: impl Fn(usize, &Surface) -> f64 + Sync) -> Steps {
     let one = |(i, base): (usize, &Surface)| {
         let values: Vec<f64> = path.surfaces(base).iter().map(|s| value(i, s)).collect();
@@ -96,13 +96,13 @@ pub fn steps(path: Path, n: usize, seed: u64, value: impl Fn(usize, &Surface) ->
 /// The steps of one rule along one path.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SweepRow {
-    /// Name of the integral.
+    /// The name of the integral.
     pub integral: &'static str,
-    /// Path of the sweep.
+    /// The path of the sweep.
     pub path: Path,
-    /// Name of the rule.
+    /// The name of the rule.
     pub rule: String,
-    /// Largest steps, in units of the environment's mean radiance or of the light's irradiance.
+    /// The largest steps, in units of the environment's mean radiance or of the light's irradiance.
     pub steps: Steps,
 }
 

@@ -1,23 +1,22 @@
 //! Casts rays against a [`Tile`]: finds first hits from above, and whether a ray from the surface escapes.
 //!
-//! Between crossings of the lattice lines (and diagonals), the ray and the surface under it are straight. A ray is therefore below the
-//! surface on a segment exactly when it is below at one end of the segment. There is no length tolerance, no gap between triangles, and no
-//! start offset. [`BELOW`] only absorbs rounding.
+//! Between two crossings of lattice lines (or diagonals), the ray and the surface under it are straight. If a ray is below
+//! the surface anywhere on a segment, it is therefore below the surface at one end. There is no length tolerance, no gap
+//! between triangles, and no start offset. [`BELOW`] only absorbs rounding.
 
 use glam::{DVec2, DVec3};
 
 use super::tile::Tile;
 
-/// Depth below the surface that counts as rounding, in cells. Heights are at most tens of cells, in 53 bits.
+/// A depth below the surface, in cells, that counts as rounding. Heights are at most tens of cells, in 53 bits.
 const BELOW: f64 = -1e-10;
 
-/// A point on the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct SurfacePoint {
     pub cell: [i32; 2],
     /// Whether the point is on the triangle above the cell's diagonal.
     pub upper: bool,
-    /// Position on the lattice, with the height as `z`.
+    /// The position on the lattice, with the height as `z`.
     pub position: DVec3,
 }
 
@@ -35,8 +34,8 @@ fn surface([h00, h10, h01, h11]: [f64; 4], at: DVec2, upper: bool) -> f64 {
     if upper { h00 + (h11 - h01) * at.x + (h01 - h00) * at.y } else { h00 + (h10 - h00) * at.x + (h11 - h10) * at.y }
 }
 
-/// Finds the first intersection with the surface of a ray from `direction` (upward, any length) aimed at `over` on the plane `z = 0`.
-/// Returns `None` for directions that are not upward.
+/// Finds the first intersection of the surface with a ray aimed at `over` on the plane `z = 0`. `direction` points up,
+/// against the ray. Returns `None` for other directions.
 pub(super) fn first_hit(tile: &Tile, over: DVec2, direction: DVec3) -> Option<SurfacePoint> {
     if direction.z <= 0.0 {
         return None;
@@ -65,7 +64,7 @@ fn walk(tile: &Tile, origin: DVec3, direction: DVec3, cell: [i32; 2], level: u32
     let top = tile.top();
     let ceiling = tile.highest(top, 0, 0);
     let inverse = DVec2::new(direction.x.recip(), direction.y.recip());
-    // Whether the ray leaves cells through their far side, per axis.
+    // Whether the ray leaves a cell through its far side, for each axis.
     let forward = [direction.x > 0.0, direction.y > 0.0];
     let [mut x, mut y] = cell;
     let (mut level, mut t) = (level, 0.0f64);
@@ -97,7 +96,7 @@ fn walk(tile: &Tile, origin: DVec3, direction: DVec3, cell: [i32; 2], level: u32
             y = if forward[1] { (ny + 1) << level } else { (ny << level) - 1 };
             x = within(origin.x + direction.x * t, nx);
         }
-        // The ray enters a new square of the next level, which it may be able to skip.
+        // The ray enters a new square of the next level, and may be able to skip the whole square.
         if level < top && ((x >> (level + 1)) != (nx >> 1) || (y >> (level + 1)) != (ny >> 1)) {
             level += 1;
         }
@@ -143,7 +142,7 @@ mod tests {
         DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
     }
 
-    /// Tests by brute force whether a ray escapes: every cell along the ray, in steps too small to miss one.
+    /// Tests by brute force whether a ray escapes. The test visits every cell along the ray, in steps too small to miss one.
     fn escapes_by_steps(tile: &Tile, from: &SurfacePoint, direction: DVec3) -> bool {
         let top = tile.highest(tile.top(), 0, 0);
         let step = 0.01;

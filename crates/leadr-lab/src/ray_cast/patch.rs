@@ -1,7 +1,8 @@
-//! Stretches, shears and tilts a [`Tile`] to slopes of any mean and covariance, and computes what an observer sees of it.
+//! Stretches, shears and tilts a [`Tile`] to slopes of any mean and covariance, and computes what an observer sees of the
+//! surface.
 //!
-//! An affine map of the plane plus a plane added to the heights preserves triangles and rays. One tile therefore serves every surface, and
-//! its slope moments are exact rather than expected values.
+//! An affine map of the plane preserves triangles and rays. Adding a plane to the heights also preserves triangles and rays.
+//! One tile therefore serves every surface, and the slope moments are exact instead of expected values.
 
 use glam::{DMat2, DVec2, DVec3, Vec3Swizzles as _};
 use rayon::prelude::*;
@@ -21,16 +22,16 @@ pub struct Patch<'a> {
     tile: &'a Tile,
     mean: DVec2,
     covariance: DVec3,
-    /// Linear map from lattice slopes: slopes are `mean + factor · (slope on the lattice)`.
+    /// The linear map from lattice slopes. A slope is `mean + factor · (slope on the lattice)`.
     factor: DMat2,
 }
 
-/// A facet hit by a ray.
+/// A facet that a ray hits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Facet {
-    /// Slope of the facet.
+    /// The slope of the facet.
     pub slope: DVec2,
-    /// Unit normal of the facet.
+    /// The unit normal of the facet.
     pub normal: DVec3,
     point: SurfacePoint,
 }
@@ -42,13 +43,13 @@ impl Facet {
     }
 }
 
-/// Means of `K` values over rays.
+/// The means of `K` values over many rays.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate<const K: usize> {
-    /// Mean over all rays.
+    /// The mean over all rays.
     pub mean: [f64; K],
-    /// Means over two disjoint halves of the rays. Their difference estimates ray noise, but not the variation between tiles, which needs
-    /// several seeds.
+    /// The means over two disjoint halves of the rays. The difference of the means estimates the noise of the rays, but not
+    /// the variation between tiles, which needs several seeds.
     pub halves: [[f64; K]; 2],
 }
 
@@ -57,22 +58,22 @@ impl<const K: usize> Estimate<K> {
         Self { mean: std::array::from_fn(|k| 0.5 * (halves[0][k] + halves[1][k])), halves }
     }
 
-    /// Returns half the difference of the halves, one sample of the mean's standard error.
+    /// Returns half the difference of the two halves, which is one sample of the mean's standard error.
     pub fn half_difference(&self) -> [f64; K] {
         std::array::from_fn(|k| 0.5 * (self.halves[0][k] - self.halves[1][k]))
     }
 }
 
-/// Visibility and lighting of facets with one slope.
+/// The visibility and lighting of facets with one slope.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SeenAndLit {
-    /// Fraction of the facets visible to the viewer.
+    /// The fraction of the facets that the viewer sees.
     pub seen: f64,
-    /// Fraction of the facets reached by the light.
+    /// The fraction of the facets that the light reaches.
     pub lit: f64,
-    /// Fraction of the facets that are both visible and lit.
+    /// The fraction of the facets that are both visible and lit.
     pub both: f64,
-    /// Number of triangles with the slope.
+    /// The number of triangles with the slope.
     pub facets: usize,
 }
 
@@ -84,12 +85,13 @@ fn cholesky(s: DVec3) -> DMat2 {
 }
 
 impl<'a> Patch<'a> {
-    /// Creates a surface of mean slope `m` and slope covariance `s = (s_xx, s_yy, s_xy)`, which must be positive semidefinite.
+    /// Creates a surface of mean slope `m` and slope covariance `s = (s_xx, s_yy, s_xy)`. The covariance must be positive
+    /// semidefinite.
     pub fn new(tile: &'a Tile, m: DVec2, s: DVec3) -> Self {
         Self { tile, mean: m, covariance: s, factor: cholesky(s) * cholesky(tile.covariance()).inverse() }
     }
 
-    /// Transforms a direction to the lattice frame. The result's height is the projected area of the mesosurface.
+    /// Transforms a direction to the lattice frame. The z component of the result is the projected area of the mesosurface.
     fn lattice(&self, w: DVec3) -> DVec3 {
         (self.factor.transpose() * w.xy()).extend(meso_area(w, self.mean))
     }
@@ -100,21 +102,24 @@ impl<'a> Patch<'a> {
         Facet { slope, normal: normal_of_slope(slope), point }
     }
 
-    /// Computes `A(w)`, the area of all facets facing `w`, projected along it, per unit of macrosurface. It is exact for these triangles;
-    /// for Gaussian slopes it is [`visible_area`](leadr_reflectance::facets::projected_area::visible_area).
+    /// Computes `A(w)`, the area of all facets that face `w`, projected along `w`, per unit of macrosurface. The area is
+    /// exact for the tile's triangles. For Gaussian slopes it would be
+    /// [`visible_area`](leadr_reflectance::facets::projected_area::visible_area).
     pub fn facing_area(&self, w: DVec3) -> f64 {
         self.tile.mean_over_facets(|s| meso_area(w, self.mean + self.factor * s).max(0.0))
     }
 
-    /// Whether light from `wi` reaches a facet: the facet faces the light and is not blocked.
+    /// Whether light from `wi` reaches a facet. The facet must face the light and must not be blocked.
     pub fn is_lit(&self, facet: &Facet, wi: DVec3) -> bool {
         meso_area(wi, facet.slope) > 0.0 && escapes(self.tile, &facet.point, self.lattice(wi))
     }
 
-    /// Computes means of `f` over the visible surface from direction `wo`, with `n`² rays spread evenly over one repeat (jittered by
-    /// `seed`). The result is a pixel's mean if `f` is a facet's radiance. `f` may draw random numbers.
+    /// Computes means of `f` over the surface that is visible from direction `wo`. `n`² rays are spread evenly over one
+    /// repeat and jittered by `seed`. If `f` is the radiance of a facet, the result is the mean over a pixel. `f` may draw
+    /// random numbers.
     ///
-    /// The result is `None` where the mesosurface faces away from the viewer, so that nothing of an infinite surface is visible.
+    /// The result is `None` where the mesosurface faces away from the viewer, because nothing of an infinite surface is then
+    /// visible.
     pub fn mean_over_visible<const K: usize>(
         &self,
         wo: DVec3,
@@ -145,7 +150,7 @@ impl<'a> Patch<'a> {
                 sum
             })
             .collect();
-        // Results are summed in row order, so that they do not depend on threads.
+        // Results are summed in row order, which makes them independent of the number of threads.
         let half = |first: usize| {
             let rows = rows.iter().skip(first).step_by(2);
             let count = f64::from(n) * rows.len() as f64;
@@ -155,7 +160,7 @@ impl<'a> Patch<'a> {
         Some(Estimate::new([half(0), half(1)]))
     }
 
-    /// Computes mean and covariance of the visible slopes, with components `x, y` and `xx, yy, xy`.
+    /// Computes the mean and covariance of the visible slopes, with components `x, y` and `xx, yy, xy`.
     pub fn visible_slopes(&self, wo: DVec3, n: u32, seed: u64) -> Option<(DVec2, DVec3)> {
         let e = self.mean_over_visible(wo, n, seed, |f, _| {
             let s = f.slope - self.mean;
@@ -165,7 +170,7 @@ impl<'a> Patch<'a> {
         Some((self.mean + DVec2::new(x, y), DVec3::new(xx - x * x, yy - y * y, xy - x * y)))
     }
 
-    /// Measures the hidden fraction of the area that faces `w`, projected along it, by rays that start on `n`² facets. An infinite surface
+    /// Measures the hidden fraction of the projected area that faces `w`. `n`² rays start on the facets. An infinite surface
     /// hides `1 − a(w) / A(w)`.
     pub fn masked_fraction(&self, w: DVec3, n: u32, seed: u64) -> f64 {
         let direction = self.lattice(w);
@@ -194,8 +199,8 @@ impl<'a> Patch<'a> {
         hidden / all.max(f64::MIN_POSITIVE)
     }
 
-    /// Computes the radiance of white diffuse facets under a directional light of unit irradiance on a plane facing it. The first value has
-    /// masking only, with all facets facing the light lit; the second has shadows.
+    /// Computes the radiance of white diffuse facets under a directional light, of unit irradiance. With the first value's
+    /// masking only, all facets that face the light are lit. The second value includes shadows.
     pub fn diffuse_light(&self, wo: DVec3, wi: DVec3, n: u32, seed: u64) -> Option<Estimate<2>> {
         self.mean_over_visible(wo, n, seed, |facet, _| {
             let radiance = facet.normal.dot(wi).max(0.0) * FRAC_1_PI;
@@ -203,8 +208,9 @@ impl<'a> Patch<'a> {
         })
     }
 
-    /// Computes the radiance of white diffuse facets under an environment, with `directions` rays from every facet. The first value has
-    /// masking only; the second has shadows (blocked light is black; light is not reflected twice).
+    /// Computes the radiance of white diffuse facets under an environment, with `directions` rays from every facet. The
+    /// first value has masking only. The second value includes shadows. Blocked light is black, and light is reflected only
+    /// once.
     pub fn diffuse_environment(
         &self,
         wo: DVec3,
@@ -242,8 +248,8 @@ impl<'a> Patch<'a> {
         })
     }
 
-    /// Measures the visibility from `wo` and the lighting from `wi` of facets with a slope within `radius` standard deviations of `slope`,
-    /// by up to `rays` rays that start on them. Returns `None` if no triangle has a slope in this range.
+    /// Measures the visibility from `wo` and the lighting from `wi` of facets whose slope is within `radius` standard
+    /// deviations of `slope`. Up to `rays` rays start on these facets. Returns `None` if no triangle has such a slope.
     pub fn visibility_of_slope(
         &self,
         slope: DVec2,
@@ -254,7 +260,7 @@ impl<'a> Patch<'a> {
         seed: u64,
     ) -> Option<SeenAndLit> {
         let size = self.tile.size() as i32;
-        // On the lattice, slopes are whitened up to the tile's own, nearly unit, covariance.
+        // On the lattice, the slopes have the tile's own covariance, which is nearly the identity.
         let centre = self.factor.inverse() * (slope - self.mean);
         if !centre.is_finite() {
             return None;
@@ -278,7 +284,7 @@ impl<'a> Patch<'a> {
             .into_par_iter()
             .map(|i| {
                 let mut random = Random::stream(seed, u64::from(i));
-                // Ray starts are spread evenly over all found triangles, however few rays there are.
+                // Rays start evenly spread over all triangles that were found, even if there are few rays.
                 let at = (u64::from(i) * found.len() as u64 / u64::from(rays)) as usize;
                 let (cell, upper) = found[at];
                 let (a, b) = (random.unit(), random.unit());
@@ -292,10 +298,10 @@ impl<'a> Patch<'a> {
         Some(SeenAndLit { seen, lit, both, facets: found.len() })
     }
 
-    /// Computes the radiance of ideal specular facets (`F = 1`) under a directional light of unit irradiance on a plane facing it. It is
-    /// the density of Gaussian slopes at the half vector, times the fraction of facets seen (masking only) or both seen and lit (with
-    /// shadows), per projected area of the mesosurface: `P22 G / (4 a_o wh.z⁴)`. The arguments are those of
-    /// [`visibility_of_slope`](Self::visibility_of_slope).
+    /// Computes the radiance of ideal specular facets (`F = 1`) under a directional light of unit irradiance. The radiance
+    /// is `P22 G / (4 a_o wh.z⁴)`, where `P22` is the density of Gaussian slopes at the half vector. `G` is the fraction of
+    /// facets that are seen (masking only) or both seen and lit (with shadows), and `a_o` is the projected area of the
+    /// mesosurface. The arguments are those of [`visibility_of_slope`](Self::visibility_of_slope).
     pub fn specular_light(&self, wo: DVec3, wi: DVec3, radius: f64, rays: u32, seed: u64) -> Option<[f64; 2]> {
         let half = (wo + wi).normalize();
         let area = meso_area(wo, self.mean);

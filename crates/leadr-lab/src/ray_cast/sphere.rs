@@ -1,4 +1,4 @@
-//! Renders pictures of a sphere with infinitely fine relief, where every pixel is a [`Patch`](super::Patch) at its own angle.
+//! Renders pictures of a sphere with infinitely fine relief. Every pixel is a [`Patch`](super::Patch) at its own angle.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -7,18 +7,19 @@ use super::patch::{Facet, Patch};
 use leadr_reflectance::frame::{Frame, to_frame};
 use leadr_reflectance::random::Random;
 
-/// One pixel of a unit sphere, viewed by an orthographic viewer at `+z`, with x to the right and y up.
+/// One pixel of a unit sphere in an orthographic view from `+z`, with x to the right and y up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpherePixel {
-    /// Tangents and the sphere's normal. The frame's x axis points along the pixel's meridian, towards the top of the sphere.
+    /// The tangents and the normal of the sphere. The frame's x axis points along the pixel's meridian, towards the top of
+    /// the sphere.
     pub frame: Frame,
-    /// View direction in `frame`.
+    /// The view direction in `frame`.
     pub wo: DVec3,
 }
 
 impl SpherePixel {
-    /// Returns the centre of pixel `(x, y)` of `size`² pixels, with row 0 on top, or `None` outside the sphere. `radius` is the sphere
-    /// radius in half picture widths.
+    /// Returns the centre of pixel `(x, y)` of `size`² pixels, with row 0 on top. Returns `None` outside the sphere.
+    /// `radius` is the radius of the sphere in half picture widths.
     pub fn new(x: u32, y: u32, size: u32, radius: f64) -> Option<Self> {
         let at = |i: u32| ((2.0 * f64::from(i) + 1.0) / f64::from(size) - 1.0) / radius;
         let p = DVec2::new(at(x), -at(y));
@@ -36,33 +37,33 @@ impl SpherePixel {
 /// `K` pictures of a sphere and their noise.
 #[derive(Clone, Debug)]
 pub struct SphereTruth<const K: usize> {
-    /// Pixels along a side.
+    /// The number of pixels along a side.
     pub size: u32,
-    /// Radius of the sphere, in half picture widths.
+    /// The radius of the sphere, in half picture widths.
     pub radius: f64,
-    /// Values per pixel, row by row from the top, for two halves of the rays; `None` outside the sphere.
+    /// The values per pixel for two halves of the rays, row by row from the top. Pixels outside the sphere are `None`.
     pub halves: Vec<Option<[[f64; K]; 2]>>,
 }
 
-/// Difference of a picture from the truth, relative to the truth's mean over the same pixels.
+/// The difference between a picture and the truth, relative to the truth's mean over the same pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SphereError {
-    /// RMSE without the truth's noise. If the noise estimate is larger than the difference, it is minus the root of the deficit: the
-    /// difference is then too small to measure.
+    /// The RMSE without the noise of the truth. If the estimated noise exceeds the difference, the value is negative (minus
+    /// the root of the deficit), and the difference is too small to measure.
     pub rmse: f64,
-    /// RMSE including the noise.
+    /// The RMSE including the noise.
     pub rmse_with_noise: f64,
-    /// Standard error of a pixel of the truth.
+    /// The standard error of a pixel of the truth.
     pub noise: f64,
-    /// Mean difference, positive when the picture is too bright.
+    /// The mean difference, which is positive if the picture is too bright.
     pub bias: f64,
-    /// Mean difference over pixels with a normal of `z < 0.35`, relative to the mean of the same pixels.
+    /// The mean difference over pixels whose normal has `z < 0.35`, relative to the mean of the same pixels.
     pub rim_bias: f64,
 }
 
 impl<const K: usize> SphereTruth<K> {
-    /// Casts `rays`² rays per pixel (an even number) against `patch`. `value` returns the radiance of a facet towards the viewer; normals
-    /// and directions are in the pixel's frame.
+    /// Casts `rays`² rays per pixel against `patch`. `rays` must be even. `value` returns the radiance of a facet towards
+    /// the viewer. Normals and directions are in the frame of the pixel.
     pub fn cast(
         patch: &Patch<'_>,
         size: u32,
@@ -89,8 +90,8 @@ impl<const K: usize> SphereTruth<K> {
         self.halves[(y * self.size + x) as usize].map(|h| 0.5 * (h[0][k] + h[1][k]))
     }
 
-    /// Compares picture `k` with `model`, which returns a pixel's value, or NaN to skip it. The halves are independent, so the mean product
-    /// of their differences is the mean squared true difference without noise.
+    /// Compares picture `k` with `model`, which returns a pixel's value, or NaN to skip the pixel. The halves of the rays
+    /// are independent, so the mean product of their differences is the mean squared difference without noise.
     pub fn compare(&self, k: usize, model: impl Fn(u32, u32, &SpherePixel) -> f64) -> SphereError {
         let mut sums = Sums::default();
         let mut rim = Sums::default();

@@ -1,4 +1,4 @@
-//! Periodic Gaussian height fields, with a pyramid of maxima for skipping empty space.
+//! Periodic Gaussian height fields, with a pyramid of maxima that lets rays skip empty space.
 
 use std::f64::consts::{PI, TAU};
 
@@ -7,12 +7,13 @@ use rayon::prelude::*;
 
 use leadr_reflectance::random::Random;
 
-/// Energy spectrum of a random surface by wave number `k`, with correlation length `L`.
+/// The energy spectrum of a random surface by wave number `k`, with correlation length `L`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Spectrum {
-    /// Spectrum of heights with autocorrelation `exp(−r²/L²)`, with energy `exp(−k²L²/4)`.
+    /// The energy is `exp(−k²L²/4)`, so that heights have the autocorrelation `exp(−r²/L²)`.
     Gaussian,
-    /// Spectrum of waves of nearly one length in all directions, with equal energy within 15 % of `k = 2/L` and none elsewhere.
+    /// The waves have nearly one length, in all directions. The energy is constant within 15 % of `k = 2/L`, and 0
+    /// elsewhere.
     Ring,
 }
 
@@ -26,24 +27,24 @@ impl Spectrum {
     }
 }
 
-/// A periodic height field on a square lattice of unit cells. The diagonal from a cell's lower to its upper corner splits the cell into two
-/// flat triangles. Slopes have standard deviation near 1 along both axes.
+/// A periodic height field on a square lattice of unit cells. The diagonal from a cell's lower to its upper corner splits
+/// the cell into two flat triangles. The slopes have standard deviations near 1 along both axes.
 #[derive(Clone, Debug)]
 pub struct Tile {
     size: u32,
     heights: Vec<f32>,
-    /// Highest corner of each cell, then of each block of 2 × 2 cells, and so on.
+    /// The highest corner of each cell, then of each block of 2 × 2 cells, and so on.
     maxima: Vec<Vec<f32>>,
     covariance: DVec3,
 }
 
 impl Tile {
-    /// Creates a random surface of `size`² cells (a power of two, at least 16) with a correlation length of `correlation` cells. The result
-    /// is deterministic.
+    /// Creates a random surface of `size`² cells with a correlation length of `correlation` cells. The result is
+    /// deterministic.
     ///
     /// # Panics
-    /// If the size is not a power of two or is below 16, or if the correlation length is below 2 or above an eighth of the size. A ring
-    /// needs wave numbers on the tile's lattice, and a spectrum must be resolved.
+    /// Panics if the size is not a power of two or is below 16. Also panics if the correlation length is below 2 or above an
+    /// eighth of the size. A ring needs wave numbers on the tile's lattice, and a spectrum must be resolved.
     pub fn new(spectrum: Spectrum, size: u32, correlation: f64, seed: u64) -> Self {
         assert!(size.is_power_of_two() && size >= 16, "a tile of {size} cells: use a power of two, at least 16");
         assert!(
@@ -65,7 +66,7 @@ impl Tile {
             field.par_chunks_mut(n).for_each(fourier);
             field = transpose(&field, n);
         }
-        // Only the real part is used, which has the spectrum's correlation; the imaginary part would be another surface.
+        // The real part has the correlation of the spectrum. The imaginary part would be another surface and is not used.
         let raw: Vec<f64> = field.iter().map(|v| v.x).collect();
         let s = slope_covariance(n, |x, y| raw[y * n + x]);
         let scale = (0.5 * (s.x + s.y)).sqrt().recip();
@@ -75,7 +76,7 @@ impl Tile {
     /// Creates the periodic surface through `heights`, row by row, in cell units.
     ///
     /// # Panics
-    /// If the size is not a power of two, or the number of heights is not its square.
+    /// Panics if the size is not a power of two, or if the number of heights is not its square.
     pub fn from_heights(size: u32, heights: Vec<f32>) -> Self {
         let n = size as usize;
         assert!(size.is_power_of_two() && heights.len() == n * n, "{} heights for {size}² cells", heights.len());
@@ -111,7 +112,7 @@ impl Tile {
         &self.heights
     }
 
-    /// Returns the covariance `(s_xx, s_yy, s_xy)` of the slopes of all triangles, which have a mean of 0.
+    /// Returns the covariance `(s_xx, s_yy, s_xy)` of the slopes of all triangles. The mean slope is 0.
     pub fn covariance(&self) -> DVec3 {
         self.covariance
     }
@@ -121,7 +122,7 @@ impl Tile {
         self.maxima.len() as u32 - 1
     }
 
-    /// Returns the highest point of a square of `2^level` cells, with periodic coordinates.
+    /// Returns the highest point of a square of `2^level` cells. The coordinates are periodic.
     #[inline]
     pub(super) fn highest(&self, level: u32, x: i32, y: i32) -> f64 {
         let (bits, mask) = (self.top() - level, (1i32 << (self.top() - level)) - 1);
@@ -137,7 +138,7 @@ impl Tile {
         [y0 + x0, y0 + x1, y1 + x0, y1 + x1].map(|i| f64::from(self.heights[i]))
     }
 
-    /// Returns the slopes of the two triangles of a cell: below (`u > v`) and above the diagonal.
+    /// Returns the slopes of the two triangles of a cell: below the diagonal (`u > v`), then above it.
     #[inline]
     pub(super) fn slopes(&self, x: i32, y: i32) -> [DVec2; 2] {
         let [h00, h10, h01, h11] = self.corners(x, y);
@@ -179,7 +180,8 @@ fn transpose(field: &[DVec2], n: usize) -> Vec<DVec2> {
     (0..n * n).map(|i| field[(i % n) * n + i / n]).collect()
 }
 
-/// Computes the discrete Fourier transform in place, `Σ f_j exp(2πi jk/n)` (Cooley and Tukey). The length is a power of two.
+/// Computes the discrete Fourier transform `Σ f_j exp(2πi jk/n)` in place (Cooley and Tukey). The length must be a power of
+/// two.
 fn fourier(row: &mut [DVec2]) {
     let n = row.len();
     let bits = n.trailing_zeros();

@@ -1,4 +1,4 @@
-//! Stores a picture compared with the truth for the last section, which lists the worst pictures.
+//! A picture that is compared with the truth. The report's last section lists the worst pictures.
 
 use serde::{Deserialize, Serialize};
 
@@ -6,29 +6,29 @@ use super::nan::or_nan;
 use super::verdict::{Anatomy, Errors, Verdict};
 use leadr_tools::html::Figure;
 
-/// Measured errors of one picture.
+/// The measured errors of one picture.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Case {
-    /// Name of the section that made the picture.
+    /// The name of the section that made the picture.
     pub section: String,
-    /// Subject of the picture, such as roughness and light.
+    /// The subject of the picture, such as roughness and light.
     pub subject: String,
-    /// Technique and rule of the picture.
+    /// The technique and rule of the picture.
     pub look: String,
-    /// Name of the truth in the comparison.
+    /// The name of the truth in the comparison.
     pub truth: String,
-    /// Errors over the object.
+    /// The errors over the whole object.
     pub object: Errors,
-    /// Errors over the object's interior.
+    /// The errors over the object's interior.
     pub interior: Errors,
-    /// Distribution of the error.
+    /// The distribution of the error.
     pub anatomy: Anatomy,
-    /// Interior errors against the normal-map truth, if measured.
+    /// The interior errors against the normal-map truth, if measured.
     pub normal_map: Option<Errors>,
-    /// Relative noise of the truth in the interior.
+    /// The relative noise of the truth in the interior.
     #[serde(deserialize_with = "or_nan")]
     pub noise: f64,
-    /// Figures on the page: picture, truth and errors.
+    /// The figures on the page: the picture, the truth and the errors.
     pub figures: Vec<Figure>,
 }
 

@@ -1,10 +1,11 @@
-//! The techniques and rules compared with the truth, with their names on the page.
+//! The techniques and rules that are compared with the truth, and their names on the page.
 
 use leadr_reflectance::masking::shadowing::Shadowing;
 use leadr_render::settings::{Probes, Quadrature, RenderSettings, Shading, ShadingOptions, Technique, Terms};
 
-/// Returns the program's default options with the rasterised truth's shadowing. Only lights have shadows (Smith), because bumps do not
-/// block the environment in the rasterised truth. They do in ray casts, so the other shadowing models are compared with ray casts.
+/// Returns the program's default options with the shadowing of the rasterised truth. The rasterised truth has shadows only
+/// for lights (Smith), because its bumps do not block the environment. Ray-cast bumps block the environment, so the other
+/// shadowing models are compared with ray casts.
 fn options() -> ShadingOptions {
     ShadingOptions { shadowing: Shadowing::Smith, relief_occlusion: false, ..Default::default() }
 }
@@ -12,9 +13,9 @@ fn options() -> ShadingOptions {
 /// A named shading configuration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Configuration {
-    /// Name on the page and in the data.
+    /// The name on the page and in the data.
     pub name: String,
-    /// Shading settings.
+    /// The shading settings.
     pub shading: Shading,
 }
 
@@ -48,7 +49,7 @@ impl Configuration {
         Self { name: "leadr, default rules".to_owned(), shading: Technique::Leadr.with(options()) }
     }
 
-    /// Returns LEADR with the program's default settings, for truths with all shadows.
+    /// Returns LEADR with the program's default settings, for comparison with truths that have all shadows.
     pub fn program_default() -> Self {
         Self { name: "leadr, as by default".to_owned(), shading: Shading::default() }
     }
@@ -62,7 +63,7 @@ impl Configuration {
         configs
     }
 
-    /// Returns the same configuration with these light terms and this shadowing model.
+    /// Returns a copy of the configuration with these light terms and this shadowing model.
     #[must_use]
     pub fn with(mut self, terms: Terms, shadowing: Shadowing) -> Self {
         self.shading = self.shading.adjusted(|options| ShadingOptions { terms, shadowing, ..options });
@@ -75,7 +76,7 @@ impl Configuration {
         RenderSettings { size, samples, shading, ..RenderSettings::default() }
     }
 
-    /// Returns the name in a form for file names.
+    /// Returns the name in a form that is valid in file names.
     pub fn file(&self) -> String {
         self.name.replace(", ", "-").replace(' ', "-").replace('×', "x")
     }

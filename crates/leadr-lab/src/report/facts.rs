@@ -1,4 +1,4 @@
-//! Facts about a run: device, program and time.
+//! Facts about a run, such as the device, the program and the time.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -7,18 +7,18 @@ use serde::Serialize;
 use leadr_gpu::Gpu;
 use leadr_tools::program::{VERSION, commit};
 
-/// Device, program and time of a run.
+/// The device, program and time of a run.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Facts {
-    /// Device name from the driver.
+    /// The name of the device as the driver reports it.
     pub device: String,
-    /// Driver and version.
+    /// The name and version of the driver.
     pub driver: String,
-    /// Start time of the run, UTC.
+    /// The start time of the run in UTC.
     pub date: String,
-    /// Command that repeats the run.
+    /// The command that repeats the run.
     pub call: String,
-    /// Whether pictures are smaller and samples fewer than in the papers.
+    /// Whether pictures are smaller, and samples fewer, than in the papers.
     pub quick: bool,
 }
 
@@ -36,7 +36,7 @@ impl Facts {
         }
     }
 
-    /// Returns names and values for the head of the page.
+    /// Returns the names and values for the head of the page.
     pub fn rows(&self) -> Vec<(String, String)> {
         let size = if self.quick { "quick: small pictures, few samples" } else { "full" };
         [
@@ -52,7 +52,7 @@ impl Facts {
     }
 }
 
-/// Formats seconds since 1970 as `2026-01-31 23:59 UTC`, by the Gregorian calendar.
+/// Formats seconds since 1970 by the Gregorian calendar, such as `2026-01-31 23:59 UTC`.
 fn utc(seconds: u64) -> String {
     let (mut day, minute) = (seconds / 86_400, seconds / 60 % 1440);
     let leap = |year: u64| year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));

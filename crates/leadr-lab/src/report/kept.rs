@@ -15,25 +15,25 @@ use leadr_maps::new_file::write_atomic;
 use leadr_tools::error::LabError;
 use leadr_tools::program::build;
 
-/// Folder of the stored sections, below the report's folder.
+/// The name of the folder of the stored sections, which is inside the report's folder.
 const FOLDER: &str = "kept";
 
 /// A finished section with all its results.
 #[derive(Debug)]
 pub struct Made {
-    /// Entry of the section in the list of sections.
+    /// The entry of the section in the list of sections.
     pub entry: &'static SectionEntry,
-    /// Content of the section.
+    /// The content of the section.
     pub section: Section,
-    /// Time to build the section, seconds.
+    /// The time in seconds to build the section.
     pub seconds: f64,
-    /// Comparisons of the section's pictures with the truth.
+    /// The comparisons of the section's pictures with the truth.
     pub cases: Vec<Case>,
-    /// Pictures of the section, as paths from the page and PNG bytes.
+    /// The pictures of the section: paths relative to the page, and PNG bytes.
     pub pictures: BTreeMap<String, Vec<u8>>,
 }
 
-/// Build, device and quick flag, which must be equal for sections to share a page.
+/// The build, the device and the quick flag. Sections can share a page only if their origins are equal.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Origin {
     program: String,
@@ -49,7 +49,7 @@ impl Origin {
     }
 }
 
-/// Content of the file of a stored section.
+/// The content of the file of a stored section.
 #[derive(Serialize, Deserialize)]
 struct File {
     origin: Origin,
@@ -63,10 +63,10 @@ fn section_path(folder: &Path, entry: &SectionEntry) -> PathBuf {
     folder.join(FOLDER).join(entry.key).with_extension("json")
 }
 
-/// Stores a section: its pictures first, then the file that lists them.
+/// Stores a section. The pictures are written first, then the file that lists them.
 ///
 /// # Errors
-/// If a file cannot be written.
+/// Fails if a file cannot be written.
 pub fn keep(folder: &Path, origin: &Origin, made: &Made) -> Result<(), LabError> {
     for (file, bytes) in &made.pictures {
         write_atomic(folder.join(FOLDER).join(file), bytes)?;

@@ -1,8 +1,8 @@
 //! Builds the report, section by section.
 //!
-//! Sections run one after another and are stored when finished, so an interrupted run can resume. The page is written only after all
-//! sections succeed: pictures first, then `report.json`, then `index.html`. Each file gets its final name when complete. A failing section
-//! ends the report and leaves an older page in place.
+//! Sections run one after another and are stored when finished, so an interrupted run can resume. The page is written only
+//! after all sections succeed: pictures first, then `report.json`, then `index.html`. Each file gets its final name when it
+//! is complete. If a section fails, the report ends and an older page stays in place.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -24,20 +24,20 @@ use leadr_tools::error::LabError;
 use leadr_tools::html::{PageSection, page};
 use leadr_tools::program::Stamped;
 
-/// Configuration of a report.
+/// The configuration of a report.
 #[derive(Clone, Debug)]
 pub struct ReportConfig {
     /// Whether to render small pictures with few samples.
     pub quick: bool,
-    /// Sections to run. An empty list runs all sections.
+    /// The sections to run. An empty list runs all sections.
     pub only: Vec<&'static SectionEntry>,
-    /// Whether to reuse sections stored in the folder by an earlier run of this build on this device.
+    /// Whether to reuse sections that an earlier run of this build on this device stored in the folder.
     pub resume: bool,
-    /// Folder of the report.
+    /// The folder of the report.
     pub folder: PathBuf,
 }
 
-/// Findings and location of a report.
+/// The findings and location of a report.
 #[derive(Debug, Serialize)]
 pub struct ReportSummary {
     command: &'static str,
@@ -47,7 +47,6 @@ pub struct ReportSummary {
     page: PathBuf,
 }
 
-/// One section of a [`ReportSummary`].
 #[derive(Debug, Serialize)]
 struct SectionSummary {
     name: &'static str,
@@ -68,11 +67,11 @@ impl fmt::Display for ReportSummary {
     }
 }
 
-/// Builds the report and writes it. `open` opens the device, after the folder is known to be writable.
+/// Builds and writes the report. `open` opens the device, after the folder is known to be writable.
 ///
 /// # Errors
-/// If the folder cannot be written, there is no device or it is lost, a section fails (its name is given), or there is any validation
-/// message. Nothing is written in these cases.
+/// Fails if the folder cannot be written, if the device is missing or lost, if a section fails (the error gives its name),
+/// or if there is any validation message. After an error, the page is not written.
 pub fn report(
     config: &ReportConfig,
     open: impl FnOnce() -> Result<Arc<Gpu>, LabError>,
@@ -118,7 +117,6 @@ pub fn report(
     Ok(ReportSummary { command: "report", facts, sections, page: page_file })
 }
 
-/// Builds one section.
 fn make(entry: &'static SectionEntry, studio: &mut Studio) -> Result<Made, LabError> {
     let before = studio.cases.len();
     let start = Instant::now();

@@ -8,19 +8,19 @@ use leadr_tools::html::Html;
 /// The content of a section.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Section {
-    /// HTML content for the page.
+    /// The HTML content for the page.
     pub html: Html,
-    /// Machine-readable data.
+    /// The machine-readable data.
     pub data: serde_json::Value,
-    /// Conclusions computed from the data.
+    /// The conclusions that are computed from the data.
     pub findings: Vec<String>,
 }
 
 impl Section {
-    /// Creates a section with an introduction, its findings, and the supporting tables and plots.
+    /// Creates a section from an introduction, its findings, and the tables and plots that support them.
     ///
     /// # Errors
-    /// If the data cannot be written as JSON.
+    /// Fails if the data cannot be written as JSON.
     pub fn new(intro: &str, findings: Vec<String>, shown: &Html, data: impl Serialize) -> Result<Self, LabError> {
         let mut html = Html::new();
         html.paragraph(intro);

@@ -1,4 +1,4 @@
-//! Finds third-party data in the folder of the variable `LEADR_SHARED`.
+//! Finds third-party data in the folder that the environment variable `LEADR_SHARED` names.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! State shared by the sections of a run: device, settings, pictures, and cases for the last section.
+//! The state that the sections of a run share: the device, settings, pictures, and cases for the last section.
 
 use std::cell::{Cell, OnceCell};
 use std::collections::BTreeMap;
@@ -20,23 +20,23 @@ use leadr_tools::command::output::Output;
 use leadr_tools::error::LabError;
 use leadr_tools::html::Figure;
 
-/// Folder of the pictures next to the page.
+/// The folder of the pictures, next to the page.
 pub const PICTURES: &str = "pictures";
 
-/// State shared by the sections of one run.
+/// The state that the sections of a run share.
 pub struct Studio<'a> {
-    /// Device that renders the pictures.
+    /// The device that renders the pictures.
     pub gpu: Arc<Gpu>,
     /// Whether to render small pictures with few samples.
     pub quick: bool,
-    /// Output that receives progress.
+    /// The output that receives progress.
     pub progress: &'a Output,
-    /// Pictures compared with the truth so far.
+    /// The pictures that were compared with the truth so far.
     pub cases: Vec<Case>,
     pictures: BTreeMap<String, Vec<u8>>,
-    /// Progress bar of the current section, once it renders or reports steps.
+    /// The progress bar of the current section, once the section renders or reports steps.
     bar: OnceCell<Bar>,
-    /// Number of pictures rendered for the current section.
+    /// The number of pictures that were rendered for the current section.
     rendered: Cell<u32>,
 }
 
@@ -58,7 +58,7 @@ impl<'a> Studio<'a> {
         self.bar.get_or_init(|| self.progress.bar(0, "rendering the report"))
     }
 
-    /// Sets the number of steps of a section. Progress counts pictures if this is never called.
+    /// Sets the number of steps of a section. Without this call, progress counts pictures.
     pub fn steps(&self, steps: usize) {
         self.bar().restart(steps);
     }
@@ -82,7 +82,7 @@ impl<'a> Studio<'a> {
     /// Renders a picture.
     ///
     /// # Errors
-    /// If the device fails, or a pixel is not finite (its position is given).
+    /// Fails if the device fails, or if a pixel is not finite. The error gives the position of the pixel.
     pub fn shoot(
         &self,
         renderer: &mut Renderer,
@@ -95,7 +95,7 @@ impl<'a> Studio<'a> {
     /// Renders a range of a picture's samples and returns their mean.
     ///
     /// # Errors
-    /// Like [`shoot`](Self::shoot).
+    /// Returns the errors of [`shoot`](Self::shoot).
     pub fn shoot_range(
         &self,
         renderer: &mut Renderer,
@@ -123,7 +123,7 @@ impl<'a> Studio<'a> {
     /// Renders a truth in two halves with different seeds. The difference of the halves estimates the noise of their mean.
     ///
     /// # Errors
-    /// Like [`shoot`](Self::shoot).
+    /// Returns the errors of [`shoot`](Self::shoot).
     pub fn shoot_truth(
         &self,
         renderer: &mut Renderer,
@@ -137,10 +137,11 @@ impl<'a> Studio<'a> {
         Shot::mean_of(&first, &second).map_err(fault)
     }
 
-    /// Stores a picture under `name` (letters, digits and dashes), with the factor `exposure` and the filmic curve.
+    /// Stores a picture under `name` (letters, digits and dashes). The picture is scaled by `exposure` and displayed with
+    /// the filmic curve.
     ///
     /// # Errors
-    /// If the picture cannot be encoded.
+    /// Fails if the picture cannot be encoded.
     pub fn picture(
         &mut self,
         name: &str,
@@ -152,10 +153,10 @@ impl<'a> Studio<'a> {
         self.codes(name, &display_image(image, exposure, Tonemap::Filmic), alt, caption)
     }
 
-    /// Stores the picture of a verdict's FLIP errors. Black is 0, pale yellow is 1.
+    /// Stores the picture of a verdict's FLIP errors. Black means 0, and pale yellow means 1.
     ///
     /// # Errors
-    /// If the picture cannot be encoded.
+    /// Fails if the picture cannot be encoded.
     pub fn error_picture(
         &mut self,
         name: &str,
@@ -175,13 +176,13 @@ impl<'a> Studio<'a> {
         Ok(Figure { file, alt: alt.to_owned(), caption, width: codes.width, height: codes.height, scale: 1 })
     }
 
-    /// Takes the pictures since the last call, as paths relative to the page and PNG bytes.
+    /// Takes the pictures since the last call, as PNG bytes with paths relative to the page.
     pub fn take_pictures(&mut self) -> BTreeMap<String, Vec<u8>> {
         std::mem::take(&mut self.pictures)
     }
 }
 
-/// Converts an error of a picture that has no file.
+/// Converts a fault of a picture that has no file.
 pub fn fault(fault: MapFault) -> LabError {
     LabError(fault.to_string())
 }

@@ -1,4 +1,4 @@
-//! Subjects of the sections, each a stage on the device with its lights.
+//! The subjects of the sections. Each subject is a stage on the device with its lights.
 
 use super::studio::Studio;
 use leadr_maps::RgbImage;
@@ -12,11 +12,11 @@ use leadr_scenes::stage::{Lights, ReliefOptions, Stage, sphere_stage};
 use leadr_scenes::trex::stage::trex_stage;
 use leadr_tools::error::LabError;
 
-/// A stage with uploaded objects.
+/// A stage whose objects are on the device.
 pub struct Subject {
-    /// Renderer that holds the objects.
+    /// The renderer that holds the objects.
     pub renderer: Renderer,
-    /// Stage with the objects' motion and the views.
+    /// The stage with the objects' motion and the views.
     pub stage: Stage,
     lights: Lights,
     time: f64,
@@ -24,10 +24,10 @@ pub struct Subject {
 }
 
 impl Subject {
-    /// Uploads a stage lit by a panorama and `lights`.
+    /// Uploads a stage that a panorama and `lights` illuminate.
     ///
     /// # Errors
-    /// If the device fails.
+    /// Fails if the device fails.
     pub fn in_panorama(
         studio: &Studio,
         mut stage: Stage,
@@ -40,18 +40,18 @@ impl Subject {
         Ok(Self { renderer, stage, lights, time: 0.0, objects })
     }
 
-    /// Uploads a stage under the sky and its sun, with its motion at `time` seconds.
+    /// Uploads a stage under the sky and its sun. `time` is the time of the stage's motion in seconds.
     ///
     /// # Errors
-    /// If the device fails.
+    /// Fails if the device fails.
     pub fn under_the_sky(studio: &Studio, stage: Stage, time: f64) -> Result<Self, LabError> {
         Self::kept_in(MomentFormat::default(), studio, stage, time)
     }
 
-    /// Like `under_the_sky`, but with map slopes stored in `format`.
+    /// Like `under_the_sky`, but stores the slopes of maps in `format`.
     ///
     /// # Errors
-    /// If the device fails.
+    /// Fails if the device fails.
     pub fn kept_in(format: MomentFormat, studio: &Studio, mut stage: Stage, time: f64) -> Result<Self, LabError> {
         let sky = Sky { ground_albedo: stage.below_horizon, ..Sky::default() };
         let environment = Environment::from_sky(&studio.gpu, Environment::FACE_SIZE, &sky)?;
@@ -64,7 +64,7 @@ impl Subject {
     /// Uploads rock on a unit sphere under the sky, with atlas tiles of `tile` texels.
     ///
     /// # Errors
-    /// If the device fails.
+    /// Fails if the device fails.
     pub fn rock(studio: &Studio, tile: u32) -> Result<Self, LabError> {
         Self::under_the_sky(studio, sphere_stage(ReliefOptions { tile, ..ReliefOptions::default() }), 0.0)
     }
@@ -72,7 +72,7 @@ impl Subject {
     /// Uploads the T-rex in mid-step under the sky, without its ground, with atlas tiles of `tile` texels.
     ///
     /// # Errors
-    /// If the T-rex cannot be made or the device fails.
+    /// Fails if the T-rex cannot be created or the device fails.
     pub fn trex(studio: &Studio, tile: u32) -> Result<Self, LabError> {
         let mut stage = trex_stage(tile, &|_| {}).map_err(|e| LabError(e.to_string()))?;
         // The ground is the last object.
@@ -80,12 +80,12 @@ impl Subject {
         Self::under_the_sky(studio, stage, 0.4)
     }
 
-    /// Sets the time of the stage's motion, seconds.
+    /// Sets the time of the stage's motion in seconds.
     pub fn set_time(&mut self, time: f64) {
         self.time = time;
     }
 
-    /// Returns the stage's state from `camera`.
+    /// Returns the state of the stage as seen from `camera`.
     pub fn seen_by(&self, camera: &Camera) -> FrameState {
         let mut state = self.stage.state(self.time, camera, &self.lights);
         state.poses.truncate(self.objects);
@@ -93,8 +93,8 @@ impl Subject {
     }
 }
 
-/// Returns `camera` moved to `factor` times its distance from its target, with a narrower field of view. A picture with `factor` times
-/// fewer pixels along each axis then shows the same region.
+/// Returns `camera` moved to `factor` times its distance from its target, with a narrower field of view. With `factor` times
+/// fewer pixels along each axis, the picture then shows an equal region.
 pub fn framed_from(camera: &Camera, factor: f32) -> Camera {
     let distance = camera.position.distance(camera.target);
     let fov_y = 2.0 * ((0.5 * camera.fov_y).tan() / factor).atan();

@@ -7,16 +7,16 @@ use leadr_render::surfaces::tessellation::TessellationSettings;
 /// The reference picture of a comparison.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Truth {
-    /// The displaced surface, supersampled.
+    /// A supersampled picture of the displaced surface.
     Displacement,
-    /// The displaced surface, supersampled, with shadows between bumps from every light and the environment.
+    /// A supersampled picture of the displaced surface. Bumps shadow each other from every light and the environment.
     Shadowed,
-    /// The smooth surface with the slopes of the displaced one, supersampled.
+    /// A supersampled picture of the smooth surface with the slopes of the displaced surface.
     NormalMap,
 }
 
 impl Truth {
-    /// Returns the name in files and data.
+    /// Returns the name that files and data use.
     pub fn name(self) -> &'static str {
         match self {
             Self::Displacement => "displacement",
@@ -25,7 +25,7 @@ impl Truth {
         }
     }
 
-    /// Returns the name on the page.
+    /// Returns the name that the page shows.
     pub fn title(self) -> &'static str {
         match self {
             Self::Displacement => "displacement-map truth",
@@ -50,7 +50,8 @@ impl Truth {
                 relief_shadows: self == Self::Shadowed,
                 shadowing: if self == Self::NormalMap { Shadowing::NormalMap } else { default.shadowing },
                 sky_occlusion: false,
-                // The `Shadowed` truth has complete shadows, the other truths none; an estimate would alter all of them.
+                // An estimate of occlusion is not needed. The `Shadowed` truth has all shadows, and the other truths have
+                // none.
                 relief_occlusion: false,
                 ..default
             }),

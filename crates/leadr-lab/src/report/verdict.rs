@@ -11,21 +11,22 @@ use leadr_reflectance::color::luminance;
 use leadr_tools::metrics::Mask;
 use leadr_tools::metrics::compare::{bias_over, compare, rrmse_over};
 
-/// Width of the silhouette excluded from the interior, pixels.
+/// The width in pixels of the silhouette, which the interior excludes.
 pub const SILHOUETTE: u32 = 2;
 
 /// A rendered picture with its coverage.
 #[derive(Clone, Debug)]
 pub struct Shot {
-    /// Linear radiance.
+    /// The linear radiance.
     pub image: RgbImage,
-    /// Fraction of each pixel covered by objects, 0 to 1.
+    /// The fraction of each pixel that objects cover, from 0 to 1.
     pub coverage: Vec<f32>,
-    /// Device time of all passes and samples, milliseconds.
+    /// The device time in milliseconds of all passes and samples.
     pub milliseconds: f64,
-    /// Samples per pixel.
+    /// The number of samples per pixel.
     pub samples: u32,
-    /// Noise of a truth as relative RMSE in the interior, from the difference of its two halves; 0 for other pictures.
+    /// The noise of a truth as relative RMSE in the interior, from the difference of its two halves. The noise is 0 for
+    /// other pictures.
     pub noise: f64,
 }
 
@@ -33,7 +34,7 @@ impl Shot {
     /// Returns the mean of shots with equal sample counts. Sample counts and times are summed.
     ///
     /// # Errors
-    /// If sizes differ, or there is no shot.
+    /// Fails if sizes differ, or there is no shot.
     pub fn mean(shots: &[Self]) -> Result<Self, MapFault> {
         let Some(first) = shots.first() else { return Err(MapFault::Empty { width: 0, height: 0 }) };
         let share = 1.0 / shots.len() as f32;
@@ -59,7 +60,7 @@ impl Shot {
     /// Returns the mean of independent truths of different subjects, with its noise.
     ///
     /// # Errors
-    /// Like [`mean`](Self::mean).
+    /// Returns the errors of [`mean`](Self::mean).
     pub fn mean_of_truths(truths: &[Self]) -> Result<Self, MapFault> {
         let noise = truths.iter().map(|truth| truth.noise.powi(2)).sum::<f64>().sqrt() / truths.len() as f64;
         Ok(Self { noise, ..Self::mean(truths)? })
@@ -68,18 +69,19 @@ impl Shot {
     /// Returns the mean of two independent shots of one subject, with its noise.
     ///
     /// # Errors
-    /// If sizes differ.
+    /// Fails if sizes differ.
     pub fn mean_of(a: &Self, b: &Self) -> Result<Self, MapFault> {
         let mut mean = Self::mean(&[a.clone(), b.clone()])?;
-        // Independent halves differ by √2 times the noise of one half, and the noise of their mean is 1/√2 of the same value.
+        // Independent halves differ by √2 times the noise of one half. The mean of the halves has 1/√2 of the noise of one
+        // half.
         mean.noise = 0.5 * rrmse_over(&a.image, &b.image, &mean.interior()?)?;
         Ok(mean)
     }
 
-    /// Combines this shot with more samples.
+    /// Combines this shot with a shot of more samples.
     ///
     /// # Errors
-    /// If sizes differ.
+    /// Fails if sizes differ.
     pub fn joined(&self, more: &Self) -> Result<Self, MapFault> {
         if (more.image.width, more.image.height) != (self.image.width, self.image.height) {
             return Err(MapFault::SizeMismatch { what: "shots of different sizes cannot be joined".to_owned() });
@@ -101,7 +103,7 @@ impl Shot {
     /// Reduces blocks of `side × side` pixels to one pixel each.
     ///
     /// # Errors
-    /// If the picture is smaller than a block.
+    /// Fails if the picture is smaller than a block.
     pub fn of_blocks(&self, side: u32) -> Result<Self, MapFault> {
         let covered = self.coverage.iter().map(|&c| [c; 3]).collect();
         let coverage = block_means(&RgbImage::new(self.image.width, self.image.height, covered)?, side)?;
@@ -118,21 +120,21 @@ impl Shot {
     /// Returns the pixels that objects touch.
     ///
     /// # Errors
-    /// Never for a rendered picture.
+    /// Does not fail for a rendered picture.
     pub fn object(&self) -> Result<Mask, MapFault> {
         Mask::covered(self.image.width, self.image.height, &self.coverage, 1e-4)
     }
 
-    /// Returns the pixels fully covered by objects and at least [`SILHOUETTE`] pixels away from all others.
+    /// Returns the pixels that objects cover fully and that are at least [`SILHOUETTE`] pixels away from all other pixels.
     ///
     /// # Errors
-    /// Never for a rendered picture.
+    /// Does not fail for a rendered picture.
     pub fn interior(&self) -> Result<Mask, MapFault> {
         let filled = Mask::covered(self.image.width, self.image.height, &self.coverage, 0.999)?;
         Ok(filled.eroded(SILHOUETTE))
     }
 
-    /// Computes the mean luminance (Rec. 709) over the pixels of a mask, or 0 when it is empty.
+    /// Computes the mean luminance (Rec. 709) over the pixels of a mask, or 0 if the mask is empty.
     pub fn luminance(&self, mask: &Mask) -> f64 {
         let pixels = self.image.texels.iter().zip(&mask.inside).filter(|&(_, &inside)| inside);
         let sum: f64 = pixels.map(|(t, _)| luminance(Vec3::from(*t).as_dvec3())).sum();
@@ -140,52 +142,53 @@ impl Shot {
     }
 }
 
-/// Errors over a set of pixels, or NaN if the set is empty.
+/// The errors over a set of pixels, or NaN if the set is empty.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
-    /// Mean FLIP, 0 to 1.
+    /// The mean FLIP error, from 0 to 1.
     #[serde(deserialize_with = "or_nan")]
     pub flip: f64,
-    /// Relative RMSE of linear radiance.
+    /// The relative RMSE of the linear radiance.
     #[serde(deserialize_with = "or_nan")]
     pub rrmse: f64,
-    /// Relative bias, positive where the picture is too bright.
+    /// The relative bias, which is positive where the picture is too bright.
     #[serde(deserialize_with = "or_nan")]
     pub bias: f64,
 }
 
-/// Distribution of the squared error between parts of a picture.
+/// How the squared error is distributed over the parts of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Anatomy {
-    /// Fraction of the object's squared error that lies on its silhouette.
+    /// The fraction of the object's squared error that lies on its silhouette.
     pub outline: f64,
-    /// Fraction of the interior's squared error that lies in the brightest twentieth of the reference's interior.
+    /// The fraction of the interior's squared error that lies in the brightest twentieth of the reference's interior.
     pub highlights: f64,
 }
 
-/// Differences of a test picture from a reference.
+/// The differences between a test picture and a reference.
 #[derive(Clone, Debug)]
 pub struct Verdict {
-    /// Errors over the pixels that the reference's object touches, without the background.
+    /// The errors over the pixels that the reference's object touches, without the background.
     pub object: Errors,
-    /// Errors over the interior, without the silhouette.
+    /// The errors over the interior, without the silhouette.
     pub interior: Errors,
-    /// Distribution of the squared error.
+    /// The distribution of the squared error.
     pub anatomy: Anatomy,
-    /// Noise of the reference ([`Shot::noise`]).
+    /// The noise of the reference ([`Shot::noise`]).
     pub noise: f64,
-    /// FLIP of every pixel, as colours.
+    /// The FLIP error of every pixel, as colours.
     pub error_image: Rgb8Image,
 }
 
-/// Compares `test` with `reference`. FLIP uses both pictures with the factor `exposure` and the filmic curve.
+/// Compares `test` with `reference`. Before FLIP, both pictures are scaled by `exposure` and displayed with the filmic
+/// curve.
 ///
 /// # Errors
-/// If sizes differ, or a pixel is NaN or infinite; its position is given.
+/// Fails if sizes differ, or if a pixel is NaN or infinite. The error gives the position of the pixel.
 pub fn judge(reference: &Shot, test: &Shot, exposure: f32) -> Result<Verdict, MapFault> {
     let compared = compare(&reference.image, &test.image, exposure, Tonemap::Filmic)?;
     let errors = |mask: &Mask| -> Result<Errors, MapFault> {
-        // The result is NaN, because zero would claim that missing pixels are correct.
+        // Without pixels the result is NaN, because 0 would mean that the picture is correct.
         if mask.count() == 0 {
             return Ok(Errors { flip: f64::NAN, rrmse: f64::NAN, bias: f64::NAN });
         }
@@ -206,7 +209,7 @@ pub fn judge(reference: &Shot, test: &Shot, exposure: f32) -> Result<Verdict, Ma
 }
 
 fn anatomy(reference: &RgbImage, test: &RgbImage, object: &Mask, interior: &Mask) -> Anatomy {
-    // Returns the squared error and brightness of every pixel of a mask.
+    // Returns the squared error and the brightness of every pixel in a mask.
     let pixels = |mask: &Mask| -> Vec<(f64, f64)> {
         let pairs = reference.texels.iter().zip(&test.texels).zip(&mask.inside).filter(|&(_, &inside)| inside);
         pairs
@@ -225,9 +228,10 @@ fn anatomy(reference: &RgbImage, test: &RgbImage, object: &Mask, interior: &Mask
     Anatomy { outline: share(whole - within, whole).max(0.0), highlights: share(total(&inside), within) }
 }
 
-/// Estimates the error of the filter from errors of the mean picture over several reliefs and of single pictures. A pixel covers only a few
-/// random bumps, and the truth is noisy; these two errors are independent between reliefs. The mean of n pictures has 1/n of their squared
-/// value, and (n mean² − single²) / (n − 1) removes it. One relief alone does not allow this separation.
+/// Estimates the error of the filter over several reliefs, from the error of the mean picture and the errors of single
+/// pictures. A single picture also has random errors, because a pixel covers only a few random bumps and the truth is noisy.
+/// Averaging n pictures divides the square of these independent errors by n, so (n mean² − single²) / (n − 1) removes the
+/// random errors.
 pub fn without_relief_noise(of_mean: f64, of_singles: &[f64]) -> f64 {
     let n = of_singles.len() as f64;
     if n < 2.0 {
@@ -242,7 +246,7 @@ mod tests {
     use super::*;
     use leadr_reflectance::random::Random;
 
-    /// A disc on a bright background, with interior and outline dimmed by factors.
+    /// Returns a disc on a bright background. The interior and the outline are dimmed by factors.
     fn disc(inside: f32, outline: f32) -> Shot {
         let (mut texels, mut coverage) = (Vec::new(), Vec::new());
         for i in 0..40 * 40 {
@@ -266,7 +270,7 @@ mod tests {
         assert!((mean(&blocks) - mean(&shot)).abs() < 1e-5);
     }
 
-    /// Tests pictures with a known common error and independent random errors.
+    /// The pictures have a known common error, and independent random errors.
     #[test]
     fn grain_is_separated_from_filter_error() {
         let (bias, grain, n) = (0.03, 0.1, 8);
@@ -315,7 +319,7 @@ mod tests {
         let edge = judge(&truth, &disc(1.0, 0.5), 1.0).unwrap();
         assert!(edge.object.rrmse > 5.0 * edge.interior.rrmse, "{:?} {:?}", edge.object, edge.interior);
         assert!(edge.anatomy.outline > 0.9 && dim.anatomy.outline < 0.2, "{:?} {:?}", edge.anatomy, dim.anatomy);
-        // Half the light is missing evenly, which is not an error of highlights.
+        // Half of the light is missing everywhere, which is not an error of the highlights.
         assert!(dim.anatomy.highlights < 0.1, "{:?}", dim.anatomy);
         let mut lit = truth.clone();
         (790..795).for_each(|i| lit.image.texels[i] = [9.0; 3]);

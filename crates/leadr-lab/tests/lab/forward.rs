@@ -1,4 +1,4 @@
-//! The bench's plain forward pass draws the same pictures as the renderer, so that their times are comparable.
+//! Tests that the bench's plain forward pass draws the same pictures as the renderer, so that times are comparable.
 
 use leadr_scenes::view::Size;
 use leadr_tools::bench::{Forward, FullScreen, against_forward};
@@ -7,7 +7,8 @@ use leadr_testing::gpu::test_gpu;
 
 const SIZE: Size = Size { width: 96, height: 64 };
 
-/// RMS colour difference relative to the reference's RMS, and the largest difference relative to the reference's mean.
+/// Returns the RMS colour difference relative to the reference's RMS, and the largest difference relative to the reference's
+/// mean.
 fn difference(reference: &[[f32; 4]], test: &[[f32; 4]]) -> (f64, f64) {
     assert!(reference.len() == test.len() && test.iter().flatten().all(|value| value.is_finite()));
     let colors =
@@ -37,7 +38,7 @@ fn forward_pass_matches_the_renderer() {
         rms
     };
     let same = [
-        // The G-buffer keeps eight bits of the albedo.
+        // The G-buffer stores the albedo in eight bits.
         ("constant", Forward::Constant, 5e-3),
         ("blinn-phong", Forward::BlinnPhong, 1e-3),
         ("lean", Forward::Lean, 1e-3),
@@ -53,7 +54,7 @@ fn forward_pass_matches_the_renderer() {
         let rms = drawn(name, kind, 1.0);
         faults.extend((rms > tolerance).then(|| format!("{name} and {kind}: {rms}")));
     }
-    // Another technique, fewer samples and steeper bumps must be detected.
+    // The test must detect another technique, fewer samples and steeper bumps.
     let wrong = [
         ("lean", Forward::Leadr, 1.0),
         ("leadr", Forward::Lean, 1.0),

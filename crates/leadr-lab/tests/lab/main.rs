@@ -1,4 +1,4 @@
-//! The laboratory: quadrature rules, ray casts, shadowing, the forward pass of the bench.
+//! Tests of quadrature rules, ray casts, shadowing, and the forward pass of the bench.
 
 mod forward;
 mod painted;

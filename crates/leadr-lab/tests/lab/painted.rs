@@ -1,4 +1,4 @@
-//! Painted relief by ray casts: the visible lit colour against its closed form and against the mean colour.
+//! Tests painted relief by ray casts. The visible lit colour is compared with a closed form and with the mean colour.
 
 use glam::{DVec2, DVec3};
 use leadr_lab::ray_cast::{Patch, Spectrum, Tile};
@@ -13,14 +13,14 @@ use leadr_testing::standard::direction;
 
 const SIZE: u32 = 512;
 
-/// The region painted white on black.
+/// The region that is painted white on black.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Paint {
-    /// This fraction of the heights, at the top.
+    /// The highest part of the relief, as a fraction of the heights.
     Tops(f64),
-    /// This fraction of the heights, at the bottom.
+    /// The lowest part of the relief, as a fraction of the heights.
     Cracks(f64),
-    /// Slopes that rise toward +x.
+    /// The slopes that rise towards +x.
     RainSide,
 }
 
@@ -32,7 +32,7 @@ struct Painted {
 }
 
 impl Painted {
-    /// The paint on slopes of deviation `sigma`.
+    /// Creates the paint on slopes of deviation `sigma`.
     fn new(paint: Paint, sigma: f64) -> Self {
         let tile = Tile::new(Spectrum::Gaussian, SIZE, 10.0, 3);
         let heights = tile.heights();
@@ -71,7 +71,7 @@ impl Painted {
         self.colors[cell(over.y) * SIZE as usize + cell(over.x)]
     }
 
-    /// The visible lit colour: by ray casts and by closed form.
+    /// Returns the visible lit colour from ray casts, and from the closed form.
     fn colors(&self, sigma: f64, wo: DVec3, wi: DVec3) -> [f64; 2] {
         let s = self.tile.covariance() * sigma * sigma;
         let patch = Patch::new(&self.tile, DVec2::ZERO, s);
@@ -89,7 +89,8 @@ impl Painted {
     }
 }
 
-/// RMS errors of the closed form and of the mean colour, over views from 15 to 80 degrees and lights from all sides.
+/// Returns the RMS errors of the closed form and of the mean colour. Views are from 15 to 80 degrees, and lights are on all
+/// sides.
 fn errors(paint: Paint, sigma: f64) -> [f64; 2] {
     let painted = Painted::new(paint, sigma);
     let (mut ours, mut of_mean, mut count) = (0.0, 0.0, 0.0);

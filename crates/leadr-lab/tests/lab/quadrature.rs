@@ -1,5 +1,6 @@
-//! The visible-slope rules against converged integrals, with the paper's grids for comparison. Bounds are close to the values measured on
-//! these seeds, so a wrong rule breaks them. `examples/07_quadrature.rs` and docs/measurements/quadrature.md have full tables.
+//! Tests the visible-slope rules against converged integrals, with the paper's grids for comparison. Bounds are close to the
+//! values that were measured with these seeds, so a wrong rule exceeds the bounds. `examples/07_quadrature.rs` and
+//! docs/measurements/quadrature.md have full tables.
 
 use glam::{DVec2, DVec3};
 use leadr_lab::quadrature_study::Row;
@@ -25,7 +26,7 @@ fn find<'a>(rows: &'a [Row], rule: &str) -> &'a Row {
     rows.iter().find(|r| r.rule == rule).unwrap_or_else(|| panic!("no row {rule}"))
 }
 
-/// Upper bounds `(rule, rms, max)` of the rows.
+/// Checks the upper bounds `(rule, rms, max)` of the rows.
 fn check(rows: &[Row], bounds: &[(&str, f64, f64)]) {
     print(rows);
     for &(rule, rms, max) in bounds {
@@ -52,7 +53,7 @@ fn diffuse_moments() {
     assert!(wrong.rms > 10.0 * find(&rows, "visible 2 terms").rms, "{}", wrong.line());
 }
 
-/// Denser grids are more accurate, up to the densest; with a fixed extent they would all miss the same tail.
+/// Denser grids are more accurate, up to the densest grid. With a fixed extent, all grids would miss the same tail.
 #[test]
 fn grids_converge() {
     let (diffuse, light) = (DiffuseSet::new(120, 8, 5).rows(), LightSet::new(300, 5).rows());
@@ -64,7 +65,7 @@ fn grids_converge() {
     }
 }
 
-/// The converged integrals do not change when refined.
+/// A finer resolution does not change the converged integrals.
 #[test]
 fn references_are_converged() {
     let mut worst = 0.0f64;
@@ -119,7 +120,7 @@ fn sharp_environments() {
     specular(Sharpness::Sharp, &[("rings of 5", 0.228, 2.1), ("rings of 9", 0.21, 2.3), ("rings of 16", 0.126, 1.25)]);
 }
 
-/// The mean Fresnel term of the visible facets, which the specular term takes from the diffuse one.
+/// The mean Fresnel term of the visible facets, which the specular term takes from the diffuse term, must be correct.
 #[test]
 fn fresnel_of_the_visible_facets() {
     let all = surfaces(400, 21);
@@ -139,7 +140,7 @@ fn fresnel_of_the_visible_facets() {
         };
         let white = along(&all[0], DVec3::ONE);
         assert!((white.reflected - DVec3::ONE).length() < 1e-7 && (white.fresnel - DVec3::ONE).length() < 1e-7);
-        // Schlick's weight alone, without the reflectance at normal incidence.
+        // The case has Schlick's weight only, without the reflectance at normal incidence.
         let f0 = 0.04;
         let (rms, worst) = error(&|s| (along(s, DVec3::splat(f0)).fresnel.x - f0) / (1.0 - f0));
         println!("mean Fresnel term by {n} probes: rms {rms:.1e}, worst {worst:.1e}");
@@ -147,8 +148,9 @@ fn fresnel_of_the_visible_facets() {
     }
 }
 
-/// No popping in slow sweeps of the view, the roughness and the anisotropy, through normal incidence and isotropy. The largest second
-/// difference of any rule is below the grid's; its largest step is no larger than that of the exact picture.
+/// Slow sweeps of the view, the roughness and the anisotropy show no popping, even through normal incidence and isotropy.
+/// The largest second difference of any rule is below the grid's. The largest step of any rule is at most the step of the
+/// exact picture.
 #[test]
 fn no_popping() {
     let rows = sweep_rows(20);
@@ -177,8 +179,8 @@ fn no_popping() {
     }
 }
 
-/// The rules are smooth at the singularities of formulas with azimuths or eigenvectors: seen from straight above, and with circular
-/// footprints.
+/// The rules are smooth where formulas with azimuths or eigenvectors are singular: seen from straight above, and with
+/// circular footprints.
 #[test]
 fn flat_and_overhead_surfaces() {
     let m = DVec2::new(0.3, -0.2);

@@ -1,4 +1,5 @@
-//! The ray casts against another ray caster (`crates/leadr-testing/data`), closed forms, and another resolution.
+//! Compares the ray casts with another ray caster (`crates/leadr-testing/data`), with closed forms, and with another
+//! resolution.
 
 use std::collections::BTreeMap;
 
@@ -48,7 +49,7 @@ fn patches_agree_with_another_ray_caster() {
                 ("spec_env_const", patch.specular_environment(wo, n, 6, |_| 1.0)),
                 ("spec_env_lobe10", patch.specular_environment(wo, n, 7, lobe)),
             ];
-            // On steep surfaces both casts are noisy, and shadow rays of the other leak.
+            // On steep surfaces both ray casters are noisy, and shadow rays of the other ray caster leak.
             let steep = s.x.max(s.y) > 2.0;
             for (name, estimate) in got {
                 let estimate = estimate.expect("a surface that faces the viewer");
@@ -65,7 +66,7 @@ fn patches_agree_with_another_ray_caster() {
         let n = errors.len() as f64;
         let rms = (errors.iter().map(|e| e * e).sum::<f64>() / n).sqrt();
         let (mean, largest) = (errors.iter().sum::<f64>() / n, errors.iter().fold(0.0f64, |a, e| a.max(e.abs())));
-        // Percent; about 1.5 times the measured values.
+        // The bounds are in percent, and about 1.5 times the measured values.
         let bound = match (name, key, steep) {
             ("diffuse_env_const" | "spec_env_const", "mask", _) => 1e-9,
             ("diffuse_dir_front", _, false) => 0.3,
@@ -117,7 +118,7 @@ fn spheres_agree_with_another_ray_caster() {
             let e = truth.compare(k, |x, y, _| want.radiance[(y * SIZE + x) as usize]);
             let (mean, count) = want.mean();
             let theirs = want.noise / mean;
-            // The mean square error without the noise of the other, and its standard error.
+            // The mean square error without the noise of the other ray caster, and its standard error.
             let rest = e.rmse.powi(2).copysign(e.rmse) - theirs.powi(2);
             let error = 2.0 * (e.noise.powi(2) + theirs.powi(2)) / (count as f64).sqrt();
             println!(
@@ -128,7 +129,7 @@ fn spheres_agree_with_another_ray_caster() {
                 100.0 * e.noise,
                 100.0 * theirs,
             );
-            // Shadow rays of the other leak a little.
+            // Shadow rays of the other ray caster leak slightly.
             let (rms, bias) = if name.ends_with("mask") { (0.005, 0.004) } else { (0.015, 0.012) };
             assert!(rest < rms * rms + 3.0 * error, "{case} {name}: {rest:.1e} is more than {rms}²");
             assert!(e.bias.abs() < bias, "{case} {name}: bias {:+.2} %", 100.0 * e.bias);
@@ -136,7 +137,8 @@ fn spheres_agree_with_another_ray_caster() {
     }
 }
 
-/// An infinite surface shows exactly its mean area `a` of the area `A` that faces the viewer: rays must not leak at any angle.
+/// The visible fraction of the area facing the viewer is exactly `a / A` on an infinite surface. Rays must not leak at any
+/// angle.
 #[test]
 fn infinite_surface_shows_its_mean_area() {
     let tile = Tile::new(Spectrum::Gaussian, 512, 8.0, 2);
@@ -151,7 +153,7 @@ fn infinite_surface_shows_its_mean_area() {
             let w = direction(theta, 200.0);
             let (a, area) = (meso_area(w, m), patch.facing_area(w));
             let closed = visible_area(w, m, s);
-            // One tile of 64 correlation lengths is not quite Gaussian.
+            // A tile of 64 correlation lengths is not exactly Gaussian.
             assert!((area / closed - 1.0).abs() < 0.01, "facing area {area}, of Gaussian slopes {closed}");
             let (seen, want) = (1.0 - patch.masked_fraction(w, n, 7), a / area);
             let error = ((1.0 - want).max(1e-6) / (want * f64::from(n * n))).sqrt();
@@ -169,13 +171,13 @@ fn slopes_from_above_are_those_prescribed() {
     let (mean, covariance) = patch.visible_slopes(DVec3::Z, 512, 1).unwrap();
     assert!((mean - m).length() < 0.002, "{mean}");
     assert!((covariance - s).abs().max_element() < 0.003, "{covariance}");
-    // Seen from the side, slopes facing the viewer dominate, and slopes correlated with them also do.
+    // Seen from the side, slopes that face the viewer dominate. Correlated slopes also dominate.
     let (mean, _) = patch.visible_slopes(direction(60.0, 0.0), 256, 1).unwrap();
     assert!(mean.x < m.x - 0.1 && mean.y > m.y + 0.02, "{mean}");
     assert!(patch.visible_slopes(direction(80.0, 0.0), 16, 1).is_none(), "turned away");
 }
 
-/// The visible areas of all slopes add up to the visible area. This ties casts per slope to the projected area.
+/// The visible areas of all slopes add up to the visible area. The test relates casts per slope to the projected area.
 #[test]
 fn visibility_by_slope_sums_to_the_projection() {
     let tile = Tile::new(Spectrum::Gaussian, 512, 8.0, 4);
@@ -202,7 +204,8 @@ fn visibility_by_slope_sums_to_the_projection() {
     assert!((both / seen / rays - 1.0).abs() < 0.03);
 }
 
-/// Specular facets seen from above under a high light, where almost nothing is hidden: LEADR eq. 17 with masking only is exact.
+/// For specular facets seen from above under a high light, almost nothing is hidden. LEADR eq. 17 with masking only is then
+/// exact.
 #[test]
 fn specular_from_above_is_the_slope_density() {
     let tile = Tile::new(Spectrum::Gaussian, 512, 8.0, 6);
@@ -214,7 +217,7 @@ fn specular_from_above_is_the_slope_density() {
     assert!((masked / want - 1.0).abs() < 1e-4 && (shadowed / want - 1.0).abs() < 0.01, "{masked} {shadowed} {want}");
 }
 
-/// Eight cells per correlation length suffice: doubling them with the same statistics changes little.
+/// Eight cells per correlation length suffice. Twice as many cells with the same statistics change the result little.
 #[test]
 fn the_lattice_resolves_the_relief() {
     let truth = |cells: f64, size: u32| {
@@ -240,7 +243,7 @@ fn the_lattice_resolves_the_relief() {
     }
 }
 
-/// The error of a wrong picture is measured correctly even below the noise.
+/// The error of a wrong picture is measured correctly, even if it is below the noise.
 #[test]
 fn errors_of_spheres_are_measured_correctly() {
     let tile = Tile::new(Spectrum::Gaussian, 256, 8.0, 1);
@@ -251,7 +254,7 @@ fn errors_of_spheres_are_measured_correctly() {
     let bright = truth.compare(0, |x, y, _| 1.03 * better.at(0, x, y).unwrap());
     println!("{right:?}\n{bright:?}");
     assert!(right.noise > 0.03 && right.rmse_with_noise > 0.03, "the pictures should be noisy");
-    // With 1,600 pixels the mean square is uncertain by 2 · 0.068² / √1600, with a root of 0.015.
+    // With 1,600 pixels the mean square is uncertain by 2 · 0.068² / √1600, whose root is 0.015.
     assert!(right.rmse.abs() < 0.03 && right.bias.abs() < 0.005);
     assert!((bright.bias - right.bias - 0.03).abs() < 0.001);
     let added = bright.rmse * bright.rmse - right.rmse * right.rmse;

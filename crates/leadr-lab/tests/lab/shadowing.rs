@@ -1,5 +1,5 @@
-//! Direction-correlated shadowing and shadowed environments: properties for any constants, and the models' errors against ray casts of this
-//! library and of another ray caster (`crates/leadr-testing/data`).
+//! Tests direction-correlated shadowing and shadowed environments. The tests check properties that hold for any constants,
+//! and errors against the ray casts of this library and of another ray caster (`crates/leadr-testing/data`).
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
@@ -34,14 +34,14 @@ use serde_json::Value;
 
 const CORRELATED: [Shadowing; 2] = [Shadowing::Correlated, Shadowing::CorrelatedSimple];
 
-/// Random arguments.
+/// Generates random arguments.
 trait Arguments {
     fn surface(&mut self) -> Surface;
     fn direction(&mut self) -> DVec3;
 }
 
 impl Arguments for Random {
-    /// A surface with a mean slope and correlated slopes.
+    /// Returns a surface with a mean slope and correlated slopes.
     fn surface(&mut self) -> Surface {
         let (x, y) = (self.range(-3.0, 0.7).exp(), self.range(-3.0, 0.7).exp());
         let r = self.range(-0.95, 0.95);
@@ -75,7 +75,7 @@ fn symmetric_and_between_smith_and_masking_alone() {
     assert!(brighter > 10_000, "only {brighter} differ from Smith's form");
 }
 
-/// For equal whitened azimuths, the lower of the two rays decides: `1 / (1 + max Λ)`.
+/// For equal whitened azimuths, the lower of the two rays determines the result: `1 / (1 + max Λ)`.
 #[test]
 fn equal_azimuths_are_exact() {
     let mut r = Random(2);
@@ -98,7 +98,7 @@ fn equal_azimuths_are_exact() {
     assert!(tried > 10_000);
 }
 
-/// The terms are continuous: the largest step of a sweep vanishes with refinement around it.
+/// The terms are continuous: the largest step of a sweep vanishes if the sweep is refined around the step.
 #[test]
 fn continuous_in_azimuth_and_elevation() {
     let mut r = Random(3);
@@ -108,7 +108,7 @@ fn continuous_in_azimuth_and_elevation() {
         let (theta, phi) = (start.z.acos().to_degrees(), start.y.atan2(start.x));
         let o = surface.area(wo);
         if o.meso < 0.05 {
-            continue; // Of an edge-on mesosurface every form jumps at the light's own edge.
+            continue; // On an edge-on mesosurface, every form jumps where the light is edge-on too.
         }
         for v in CORRELATED {
             let azimuth = |t: f64| lit_fraction(v, &o, &surface.area(direction(theta, phi + 2.0 * PI * t)));
@@ -130,7 +130,8 @@ fn continuous_in_azimuth_and_elevation() {
     assert!(largest < 1e-4);
 }
 
-/// As a masking variant of microfacet BRDFs it creates no energy for either distribution, and equals the function of the areas.
+/// As a masking variant of microfacet BRDFs, the shadowing term creates no energy for either distribution. The term equals
+/// the function of the areas.
 #[test]
 fn white_furnace_of_the_variants() {
     let mut r = Random(4);
@@ -191,7 +192,7 @@ fn smooth_surfaces_have_no_shadows() {
     }
 }
 
-/// The occlusion and the tilt of the bent normal against casts of reliefs outside the fit.
+/// The occlusion and the tilt of the bent normal are compared with ray casts of reliefs that the fit did not use.
 #[test]
 fn the_bent_normal_leans_as_the_light_does() {
     for sigma in [0.2f64, 0.5, 1.0] {
@@ -205,7 +206,8 @@ fn the_bent_normal_leans_as_the_light_does() {
     }
 }
 
-/// A few probes lose nearly as much of a constant environment to shadows as the converged integral; without shadows, nothing.
+/// Of a constant environment, a few probes lose nearly as much to shadows as the converged integral. Without shadows, probes
+/// lose nothing.
 #[test]
 fn probes_preserve_moments() {
     let mut r = Random(6);
@@ -232,8 +234,9 @@ fn probes_preserve_moments() {
     assert!(count > 30.0 && rms[0] < 0.027 && rms[1] < 0.0195 && rms[2] < 0.0112);
 }
 
-/// The library's own ray casts. Bounds are 1.5 times the measured values, to allow for other seeds. The paper's terms must show their known
-/// errors: 17 % for shadows without the angle between the directions, 51 % for environments without shadows.
+/// The models are compared with the library's own ray casts. Bounds are 1.5 times the measured values, to allow for other
+/// seeds. The paper's terms must show their known errors: 17 % for shadows without the angle between the directions, 51 %
+/// for environments without shadows.
 #[test]
 fn spheres_of_the_librarys_ray_caster() {
     let surface = Surface { m: DVec2::ZERO, s: DVec3::new(1.0, 1.0, 0.0) };
@@ -255,7 +258,7 @@ fn spheres_of_the_librarys_ray_caster() {
     assert!(error(SpecularEnvironment, Smith) > 5.0 && error(SpecularEnvironment, Masking) > 60.0);
 }
 
-/// Coefficients of a radiance of order 2, by a product rule that is exact for such functions.
+/// Returns the coefficients of a radiance of order 2. The product rule is exact for such functions.
 fn order_two(radiance: impl Fn(DVec3) -> f64) -> Sh9 {
     let mut c = [DVec3::ZERO; 9];
     for (z, w) in gauss_legendre(8) {
@@ -278,7 +281,7 @@ fn bent(surface: &Surface, wo: DVec3, c: &Sh9, frame: &Frame) -> f64 {
 
 const WORLD: Frame = Frame { x: DVec3::X, y: DVec3::Y, z: DVec3::Z };
 
-/// Relative RMS errors in percent, by surface and quantity.
+/// The relative RMS errors in percent, by surface and quantity.
 #[derive(Default)]
 struct Errors(BTreeMap<(String, &'static str), Vec<f64>>);
 
@@ -293,7 +296,7 @@ impl Errors {
     }
 }
 
-/// Errors of one entry of the file: a surface seen from one direction.
+/// Returns the errors of one entry of the file, which is a surface seen from one direction.
 fn patch_errors(row: &Value) -> Vec<(String, &'static str, f64, f64)> {
     let name = format!("{} {} {} m {}", row["kind"].as_str().unwrap(), row["sigma_x"], row["sigma_y"], row["mean_x"]);
     let wo = direction(number(&row["theta_o"]), number(&row["phi_o"]).to_radians());
@@ -353,7 +356,8 @@ fn shadowed_patches_agree_with_external_ray_caster() {
     let rows: Vec<&Value> = ["gauss", "ring"].iter().flat_map(|k| rows(&data[*k])).collect();
     let all: Vec<_> = rows.par_iter().map(|row| patch_errors(row)).collect();
     let mut errors = Errors::default();
-    // With light and viewer on opposite sides of a tilted surface, almost nothing is lit and relative errors are not significant.
+    // If light and viewer are on opposite sides of a tilted surface, almost nothing is lit, and relative errors are not
+    // significant.
     for (surface, quantity, got, want) in all.into_iter().flatten().filter(|e| e.3 > 1e-3) {
         errors.add(&surface, quantity, got, want);
     }
@@ -366,7 +370,7 @@ fn shadowed_patches_agree_with_external_ray_caster() {
             print!("  {quantity} {:.2}", errors.rms(surface, quantity));
         }
         println!();
-        // Percent of each value, over four angles up to 80°; σ = 2 has its own bounds.
+        // Bounds are in percent of each value, over four angles up to 80°. σ = 2 has its own bounds.
         let steep = surface.contains("2.0");
         for (quantity, bound) in [
             ("front full", 1.6),

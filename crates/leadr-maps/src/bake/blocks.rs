@@ -1,9 +1,9 @@
 //! Block compression of baked maps: the quantities that blocks store, and the encoding of rows into blocks.
 //!
-//! **Stored quantities.** Blocks are too coarse for raw second moments: if values have errors of some percent, `E[x²] − E[x]²`
-//! is useless (measured in docs/measurements/maps.md). Blocks therefore store deviations and correlation. The moments of a
-//! texel follow from these and from the means *as stored*. Stored quantities are not linear, so convert each texel to moments
-//! before interpolation.
+//! **Stored quantities.** Blocks are too coarse for raw second moments. If the stored values have errors of a few percent,
+//! `E[x²] − E[x]²` is useless (measured in docs/measurements/maps.md). Blocks therefore store deviations and correlation. A
+//! reader computes the moments of a texel from the deviations, the correlation and the stored means. Deviations cannot be
+//! interpolated linearly, so convert each texel to moments before interpolation.
 //!
 //! **Residual layers.** A BC5 block resolves a value to 1/14 of the block's range. A second layer stores the residual of the
 //! first, and a third layer the residual of the second. Heights, which are visible directly, and mean slopes use four layers.
@@ -14,10 +14,12 @@ use rayon::prelude::*;
 use super::Kind;
 use crate::bc5;
 
-/// Upper bound of a layer's residual, relative to the layer's range: the block error plus one step of the bytes.
+/// The upper bound of a layer's residual, relative to the layer's range: the block error plus one step of the byte
+/// endpoints.
 const REST: f32 = 1.0 / 7.0 + 1.0 / 127.0;
 
-/// Content of one channel of a layer: the map's channel, and the residual index (0 for the value itself).
+/// The content of one channel of a layer: the index of the map channel, and the index of the residual. Residual index 0
+/// means the value itself.
 pub(crate) type Slot = (usize, usize);
 
 fn depth(name: &str) -> usize {
@@ -27,8 +29,7 @@ fn depth(name: &str) -> usize {
     }
 }
 
-/// Returns the content of the two-channel layers: first the pairs of map channels, then the remaining residuals of single
-/// channels.
+/// Returns the content of each two-channel layer: first pairs of map channels, then further residuals of single channels.
 fn slots(channels: &[&str]) -> Vec<Option<Slot>> {
     let mut slots = Vec::new();
     for (pair, names) in channels.chunks(2).enumerate() {
@@ -52,7 +53,7 @@ pub(crate) fn rest_name(name: &str, rest: usize) -> String {
     }
 }
 
-/// Parses a name into channel and residual index; inverse of [`rest_name`].
+/// Parses a name into the channel name and the residual index. Inverse of [`rest_name`].
 pub(crate) fn of_rest_name(name: &str) -> Option<(&str, usize)> {
     Some(match name.split_once(".rest") {
         None => (name, 0),
@@ -75,7 +76,7 @@ pub(crate) fn stored_names(kind: Kind, channels: &[String]) -> Vec<String> {
     channels.iter().map(stored).collect()
 }
 
-/// Replaces second moments by deviations and correlation.
+/// Replaces the second moments of a texel by deviations and correlation.
 fn to_stored(kind: Kind, texel: &mut [f32]) {
     let deviation = |second: f32, square: f32| (second - square).max(0.0).sqrt();
     let [x, y] = [texel[0], texel.get(1).copied().unwrap_or(0.0)];
@@ -91,7 +92,7 @@ fn to_stored(kind: Kind, texel: &mut [f32]) {
     }
 }
 
-/// Restores second moments; inverse of [`to_stored`].
+/// Restores the second moments of a texel. Inverse of [`to_stored`].
 fn of_stored(kind: Kind, texel: &mut [f32]) {
     let [x, y] = [texel[0], texel.get(1).copied().unwrap_or(0.0)];
     match kind {
@@ -106,7 +107,8 @@ fn of_stored(kind: Kind, texel: &mut [f32]) {
     }
 }
 
-/// Returns the ranges of the stored quantities, for slopes up to `slope`, heights in `heights` and radiance up to `light`.
+/// Returns the ranges of the stored quantities. Slopes are at most `slope`, heights lie in `heights`, and radiance is at
+/// most `light`.
 pub(super) fn ranges(kind: Kind, channels: &[&str], slope: f32, heights: [f32; 2], light: f32) -> Vec<[f32; 2]> {
     let wide = |[low, high]: [f32; 2]| if high > low { [low, high] } else { [low - 1e-6, low + 1e-6] };
     let range = |name: &str| match (kind, name) {
@@ -115,26 +117,27 @@ pub(super) fn ranges(kind: Kind, channels: &[&str], slope: f32, heights: [f32; 2
         (_, "red" | "green" | "blue") => [0.0, light],
         (Kind::Toksvig | Kind::Normal | Kind::Gloss | Kind::Cones, _) | (_, "xy" | "M.xy") => [-1.0, 1.0],
         (_, "xx" | "yy" | "M.xx" | "M.yy") => [0.0, slope],
-        // A CLEAN deviation covers both axes.
+        // The single deviation of a CLEAN map covers both axes.
         (_, "M") => [0.0, 1.5 * slope],
         _ => [-slope, slope],
     };
     channels.iter().map(|name| wide(range(name))).collect()
 }
 
-/// Layout of a map's channels in two-channel layers.
+/// The assignment of a map's channels to two-channel layers.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct BlockPlan {
     kind: Kind,
     channels: usize,
-    /// Content of each channel of each layer. The residuals of a channel follow its values.
+    /// The content of each channel of each layer. The residuals of a map channel follow its values.
     pub slots: Vec<Option<Slot>>,
-    /// Factor and offset of each slot. A map channel is the sum of `value / factor + offset` over its slots.
+    /// The factor and offset of each slot. The value of a map channel is the sum of `value / factor + offset` over its
+    /// slots.
     pub scales: Vec<[f32; 2]>,
 }
 
 impl BlockPlan {
-    /// Creates the layout for channels with these ranges.
+    /// Creates the layout for channels with the given value ranges.
     pub fn new(kind: Kind, channels: &[&str], ranges: &[[f32; 2]]) -> Self {
         let slots = slots(channels);
         let scale = |&slot: &Option<Slot>| {
@@ -146,7 +149,7 @@ impl BlockPlan {
         Self { kind, channels: channels.len(), scales: slots.iter().map(scale).collect(), slots }
     }
 
-    /// Creates the layout that a file describes by the content, factor and offset of each slot.
+    /// Creates the layout that a file describes. The file gives the content, factor and offset of each slot.
     pub fn of_slots(kind: Kind, channels: usize, slots: Vec<Option<Slot>>, factors: &[f64], offsets: &[f64]) -> Self {
         let scales = factors.iter().zip(offsets).map(|(&factor, &offset)| [factor as f32, offset as f32]).collect();
         Self { kind, channels, slots, scales }
@@ -157,7 +160,7 @@ impl BlockPlan {
         self.slots.len() / 2
     }
 
-    /// Encodes up to four rows of interleaved channels. Returns the blocks of each layer, and the same rows after decoding.
+    /// Encodes up to four rows of interleaved channels. Returns the blocks of each layer, and the decoded rows.
     pub fn encode(&self, rows: &[Vec<f32>]) -> (Vec<Vec<u8>>, Vec<Vec<f32>>) {
         let (channels, width) = (self.channels, rows[0].len() / self.channels);
         let across = width.div_ceil(bc5::SIDE);
@@ -179,7 +182,7 @@ impl BlockPlan {
         (layers, decoded)
     }
 
-    /// Encodes one block for every channel of every layer. Positions outside the map repeat the edge texels.
+    /// Encodes one block for every channel of every layer. Texels beyond the map's edge repeat the edge texel.
     fn encode_block(&self, rows: &[Vec<f32>], block: usize) -> Vec<[u8; bc5::BYTES]> {
         let width = rows[0].len() / self.channels;
         let texels: Vec<Vec<f32>> = (0..16)
@@ -203,8 +206,8 @@ impl BlockPlan {
         slots.collect()
     }
 
-    /// Decodes the blocks of all channels of all layers. Calls `put` for each of the 16 texels with its position in the block
-    /// and its channel values.
+    /// Decodes the blocks of all channels of all layers. Calls `put` for each of the 16 texels, with the texel's position in
+    /// the block and its channel values.
     pub fn decode_block(&self, blocks: &[[u8; bc5::BYTES]], mut put: impl FnMut(usize, usize, &[f32])) {
         let mut texels = vec![vec![0.0; self.channels]; 16];
         for ((slot, &[factor, offset]), block) in self.slots.iter().zip(&self.scales).zip(blocks) {
@@ -226,7 +229,7 @@ mod tests {
 
     #[test]
     fn moments_come_back_with_their_variance() {
-        // These texels have steep mean slopes and little variance, which raw second moments lose.
+        // The texels have steep mean slopes and little variance. Raw second moments would lose the variance.
         let texel = |i: usize| {
             let (x, y) = (3.0 + 0.2 * (i as f32 * 0.7).sin(), -2.0 + 0.1 * (i as f32 * 1.3).cos());
             let (sx, sy, rho) = (0.05 + 0.01 * (i % 5) as f32, 0.08, 0.5 - 0.1 * (i % 3) as f32);
@@ -239,7 +242,7 @@ mod tests {
         assert_eq!((layers.len(), layers[0].len()), (9, 2 * 16));
         for (row, decoded) in rows.iter().zip(&decoded) {
             for (a, b) in row.chunks_exact(6).zip(decoded.chunks_exact(6)) {
-                // Means span a range of 8 and heights a range of 0.2. The tolerances are 1/8000 and 1/4000 of these ranges.
+                // Means span a range of 8 and heights a range of 0.2. The tolerances are 1/8000 and 1/4000 of the ranges.
                 assert!((a[0] - b[0]).abs() < 1e-3 && (a[5] - b[5]).abs() < 5e-5, "{a:?} {b:?}");
                 let variance = |m: &[f32]| [m[2] - m[0] * m[0], m[3] - m[1] * m[1], m[4] - m[0] * m[1]];
                 for (va, vb) in variance(a).into_iter().zip(variance(b)) {
@@ -247,7 +250,7 @@ mod tests {
                 }
             }
         }
-        // The plan that is read back from a file is identical.
+        // Reading the plan back from a file must give an identical plan.
         let [factors, offsets] = [0, 1].map(|i| plan.scales.iter().map(|s| f64::from(s[i])).collect::<Vec<_>>());
         assert_eq!(BlockPlan::of_slots(Kind::Leadr, 6, plan.slots.clone(), &factors, &offsets), plan);
     }
@@ -260,8 +263,8 @@ mod tests {
         assert!(["x.rest1", "x.rest0", "x.restless", "x.rest99"].iter().all(|name| of_rest_name(name).is_none()));
     }
 
-    /// Returns the RMS error of the variances along both axes for one map level. Each error is relative to the variance plus
-    /// that of a base with α = 0.35.
+    /// Returns the RMS error of the slope variances along both axes for one map level. Each error is relative to the
+    /// variance plus the variance of a base material with α = 0.35.
     fn variance_error(exact: &[Vec<f32>], stored: &[Vec<f32>], raw: bool) -> f64 {
         let channels = if raw { 5 } else { 6 };
         let (mut sum, mut count) = (0.0, 0.0);
@@ -281,7 +284,7 @@ mod tests {
     #[test]
     fn raw_second_moments_do_not_survive_blocks() {
         let mut map = crate::procedural::rock(256, 256, 1);
-        // The plane scene has 0.12 m of relief, times the factor of generated rock, over 2 m.
+        // The plane scene has 0.12 m of relief per 2 m, and generated rock scales the relief by 0.6.
         map.texels.iter_mut().for_each(|height| *height *= 0.6 * 0.12 / 2.0);
         let leadr = crate::LeadrMap::new(&map, crate::Wrap::Repeat);
         println!("level   raw     raw twice   deviations   deviations twice");
@@ -296,7 +299,7 @@ mod tests {
             let [low, high] = [-most(5), most(5)];
             let deviations = ranges(Kind::Leadr, &["x", "y", "xx", "yy", "xy", "height"], slope, [low, high], 1.0);
             let square = slope * slope;
-            // A kind whose channels are stored unchanged.
+            // The channels are stored unchanged.
             let raw = [[-slope, slope], [-slope, slope], [0.0, square], [0.0, square], [-square, square]];
             let mut errors = Vec::new();
             for (kind, ranges, channels) in [(Kind::Toksvig, &raw[..], 5), (Kind::Leadr, &deviations[..], 6)] {
@@ -304,7 +307,6 @@ mod tests {
                     let names = ["x", "y", "xx", "yy", "xy", "height"];
                     let mut plan = BlockPlan::new(kind, &names[..channels], ranges);
                     if once {
-                        // Removes the residuals.
                         let rests =
                             plan.scales.iter_mut().zip(&plan.slots).filter(|(_, slot)| slot.is_some_and(|s| s.1 > 0));
                         rests.for_each(|(scale, _)| scale[0] = 1e30);

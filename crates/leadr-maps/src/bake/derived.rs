@@ -1,19 +1,19 @@
-//! Maps that are derived before baking: heights from normals, and ambient visibility.
+//! Maps that are derived before baking: heights that are integrated from normals, and ambient visibility.
 
 use super::Inputs;
 use crate::derive::{About, Integrated, Integration, SLICES, Slopes, heights_of_slopes, visibility};
 use crate::{MapFault, limits};
 
-/// Quality of the fit between integrated heights and the normals' slopes.
+/// How well the integrated heights fit the slopes of the normals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FoundHeights {
-    /// RMS of the normals' slopes about their mean.
+    /// The RMS of the normals' slopes about their mean.
     pub slope_rms: f64,
-    /// Fraction of the squared slopes that is curl, which no height map can represent.
+    /// The fraction of the squared slopes that is curl, which no height map can represent.
     pub curl_share: f64,
-    /// RMS difference between the normals' slopes and the slopes of the heights.
+    /// The RMS difference between the normals' slopes and the slopes of the heights.
     pub residual_rms: f64,
-    /// Mean slope of the normals, which repeating heights cannot represent.
+    /// The mean slope of the normals, which repeating heights cannot represent.
     pub mean_slope: [f64; 2],
 }
 
@@ -48,8 +48,8 @@ impl Inputs {
         Ok(FoundHeights { slope_rms, curl_share, residual_rms, mean_slope })
     }
 
-    /// Computes the ambient visibility of each texel from the heights. The normals are not needed, since their slopes differ
-    /// only by curl.
+    /// Computes the ambient visibility of each texel from the heights. Normals are not used, because the slopes of normals
+    /// and heights differ only by curl.
     ///
     /// # Errors
     /// Fails if heights are missing or memory runs out.
@@ -58,13 +58,13 @@ impl Inputs {
             let what = "there are no heights to compute occlusion from";
             return Err(MapFault::unsupported(what, "give a height map or a normal map"));
         };
-        // The steepness of heights in an unknown unit is unknown, so the map is assumed to be one unit wide.
+        // If the unit of the heights is unknown, the map is assumed to be one unit wide.
         let scale = self.usual_height_scale();
         let found = visibility(heights, scale, self.wrap, About::Surface, SLICES, progress)?;
         let mut texels = limits::zeroed::<[f32; 4]>(found.visibility.len())?;
         for (i, texel) in texels.iter_mut().enumerate() {
             let [x, y, z] = [0, 1, 2].map(|axis| found.vectors[axis][i]);
-            // The y axis points up, as in normal maps.
+            // The y axis of the stored vector points up, as in normal maps.
             *texel = [x, -y, z, found.visibility[i]];
         }
         self.visibility = Some(texels);

@@ -1,7 +1,8 @@
-//! EXR writer with mip levels: tiles of 64 x 64, level sizes rounded down, and one channel for each channel of the plan.
+//! EXR writer with mip levels. Tiles have 64 x 64 texels, level sizes are rounded down, and each channel of the plan becomes
+//! one EXR channel.
 //!
-//! The whole result stays in memory until it is written, because the format stores the largest level first and the `exr` crate
-//! takes a complete image.
+//! The whole result stays in memory until it is written. The format stores the largest level first, and the `exr` crate
+//! takes only a complete image.
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -21,7 +22,7 @@ use crate::fault::one_line;
 use crate::pyramid::level_sizes;
 use crate::{MapFault, Wrap, limits};
 
-/// An EXR file that is being prepared.
+/// An EXR file in preparation.
 pub struct ExrFile<'a> {
     plan: &'a Plan,
     sizes: Vec<[u32; 2]>,

@@ -1,4 +1,4 @@
-//! Inputs of baking: heights, normals, roughness and colour images of one size, read row by row.
+//! The inputs of a bake: images of heights, normals, roughness and colour that have one size and are read row by row.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -13,11 +13,11 @@ use leadr_reflectance::facets::shortened_normals::NormalArea;
 /// A roughness map.
 #[derive(Clone, Debug)]
 pub struct Roughness {
-    /// Texels of the roughness map.
+    /// The texels of the roughness map.
     pub raster: Raster,
-    /// Index of the raster channel that stores roughness.
+    /// The index of the raster channel that stores roughness.
     pub channel: usize,
-    /// Meaning of the roughness values.
+    /// The meaning of the roughness values.
     pub meaning: RoughnessMeaning,
 }
 
@@ -27,47 +27,49 @@ impl Roughness {
     }
 }
 
-/// A detail normal map that repeats over the surface, with optional roughness.
+/// A detail normal map, with optional roughness, that repeats over the surface.
 #[derive(Clone, Debug)]
 pub struct DetailNormals {
-    /// Normals of the detail.
+    /// The normals of the detail.
     pub normals: NormalMap,
-    /// Roughness of the detail. `None` uses the roughness of the base.
+    /// The roughness of the detail. `None` means the roughness of the base.
     pub roughness: Option<Roughness>,
-    /// Number of repeats of the detail within one repeat of the surface.
+    /// The number of repeats of the detail within one repeat of the surface.
     pub repeat: u32,
-    /// Function that blends the base normal (first argument) with the detail normal
-    /// ([`leadr_reflectance::slopes::normal_blending`]).
+    /// The function that blends the base normal (first argument) with the detail normal. See
+    /// [`leadr_reflectance::slopes::normal_blending`].
     pub blend: fn(DVec3, DVec3) -> DVec3,
 }
 
-/// Input images of one size. Heights or normals are required.
+/// Input images of one size. At least heights or normals must be given.
 #[derive(Clone, Debug, Default)]
 pub struct Inputs {
-    /// Height map, if any.
+    /// The height map, if any.
     pub heights: Option<HeightMap>,
-    /// Normal map, if any. Its slopes replace the slopes of the heights.
+    /// The normal map, if any. The slopes of the normals replace the slopes of the heights.
     pub normals: Option<NormalMap>,
-    /// Roughness of the material, filtered together with the slopes.
+    /// The roughness of the material, which is filtered together with the slopes.
     pub roughness: Option<Roughness>,
-    /// Colour, filtered in linear light.
+    /// The colour image, which is filtered in linear light.
     pub color: Option<Raster>,
-    /// Factor from heights to texture widths. `None` uses the best fit to the normals, or 1 without normals, which keeps the
-    /// map's own unit.
+    /// The factor from heights to texture widths. `None` means the best fit to the normals, or 1 without normals, which
+    /// keeps the map's own unit.
     pub height_scale: Option<f32>,
-    /// Addressing mode outside the height map.
+    /// How texels outside the height map are addressed.
     pub wrap: Wrap,
-    /// Detail that is blended over the normals, for kinds normal and gloss.
+    /// The detail that is blended over the normals, for the kinds normal and gloss.
     pub detail: Option<DetailNormals>,
-    /// Cone and visible fraction of each texel, for kinds occlusion and cones ([`Inputs::compute_occlusion`]).
+    /// The visibility cone and visible fraction of each texel, for the kinds occlusion and cones. See
+    /// [`Inputs::compute_occlusion`].
     pub visibility: Option<Vec<[f32; 4]>>,
-    /// Weight of the slope variance inside texels when heights are integrated ([`crate::derive::Integration::smoothness`]).
+    /// The weight of the slope variance inside texels when normals are integrated to heights. See
+    /// [`crate::derive::Integration::smoothness`].
     pub smoothness: Option<f64>,
-    /// Gloss scale, for kind gloss.
+    /// The gloss scale of kind gloss.
     pub gloss: Gloss,
-    /// Area that each normal represents, for kind gloss.
+    /// The area that each normal represents in kind gloss.
     pub area: NormalArea,
-    /// Meaning of a texel of the finest level, for kind gloss.
+    /// What a texel of the finest level represents in kind gloss.
     pub texels: Texels,
 }
 
@@ -97,13 +99,13 @@ impl Inputs {
         }
     }
 
-    /// Compares the heights with the normals. Returns `None` if one of them is missing or flat.
+    /// Compares the heights with the normals. Returns `None` if heights or normals are missing or flat.
     pub fn agreement(&self) -> Option<Agreement> {
         agreement(self.heights.as_ref()?, self.normals.as_ref()?, self.wrap)
     }
 
-    /// Compares the heights with the normals and sets `height_scale` if it is unset, so that the comparison runs only once for
-    /// all kinds.
+    /// Compares the heights with the normals, and sets `height_scale` if it is `None`. Later bakes of other kinds then skip
+    /// the comparison.
     pub fn agree(&mut self) -> Option<Agreement> {
         let agreement = self.agreement();
         if agreement.is_some() {
@@ -112,14 +114,14 @@ impl Inputs {
         agreement
     }
 
-    /// Returns the best-fitting height factor, or 1 without a comparison.
+    /// Returns the best-fitting height factor, or 1 if heights and normals could not be compared.
     fn scale_of(&self, agreement: Option<Agreement>) -> f32 {
         let agreed = agreement.filter(|agreed| agreed.scale_texels > 0.0);
         let width = self.heights.as_ref().map_or(1, |map| map.width);
         agreed.map_or(1.0, |agreed| (agreed.scale_texels / f64::from(width)) as f32)
     }
 
-    /// Returns the explicit height factor, else the best fit to the normals, else 1.
+    /// Returns the height factor: the given one, or the best fit to the normals, or 1 if neither exists.
     pub(super) fn usual_height_scale(&self) -> f32 {
         self.height_scale.unwrap_or_else(|| self.scale_of(self.agreement()))
     }
@@ -129,14 +131,15 @@ impl Inputs {
         match (&self.heights, &self.normals) {
             (Some(heights), None) => row_moments(heights, self.wrap, scale, y),
             _ => {
-                // Slopes are in 32 bits, because the renderer squares 32-bit slopes.
+                // The slopes are rounded to 32 bits, because the renderer squares 32-bit slopes.
                 let narrow = self.slopes(scale, y).into_iter().map(|slope| slope.map(|v| v as f32));
                 narrow.map(|[x, y, height]| [x, y, x * x, y * y, x * y, height]).collect()
             }
         }
     }
 
-    /// Returns the slopes `dh/ds`, `dh/dt` and the height of each texel of a row, from normals or central differences.
+    /// Returns the slopes `dh/ds`, `dh/dt` and the height of each texel of a row. The slopes come from the normals if
+    /// present, otherwise from central differences.
     pub(super) fn slopes(&self, scale: f32, y: u32) -> Vec<[f64; 3]> {
         let [width, height] = self.size().expect("checked before baking");
         let texels = [f64::from(width), f64::from(height)];
@@ -158,7 +161,7 @@ impl Inputs {
         (0..width).map(texel).collect()
     }
 
-    /// Appends the additional channels of a texel: α² and α⁴, then the linear colour.
+    /// Appends the additional channels of a texel: first α² and α⁴, then the linear colour.
     pub(super) fn beside(&self, kind: Kind, x: u32, y: u32, texel: &mut Vec<f32>) {
         if let Some(roughness) = self.roughness.as_ref().filter(|_| kind.stores_variance()) {
             let alpha = roughness.alpha(x, y);
@@ -169,14 +172,14 @@ impl Inputs {
         }
     }
 
-    /// Returns the cone and visible fraction of a texel, or a fully open cone if visibility was not computed.
+    /// Returns the visibility cone and visible fraction of a texel. If visibility was not computed, the cone is fully open.
     pub(super) fn visible_from(&self, x: u32, y: u32) -> [f32; 4] {
         let width = self.size().map_or(0, |size| size[0]) as usize;
         let at = y as usize * width + x as usize;
         self.visibility.as_ref().map_or([0.0, 0.0, 1.0, 1.0], |texels| texels[at])
     }
 
-    /// Returns the largest absolute slope `dh/ds` or `dh/dt`.
+    /// Returns the largest absolute value of the slopes `dh/ds` and `dh/dt`.
     pub(super) fn steepest(&self, scale: f32) -> f32 {
         if self.normals.is_none() {
             return self.bounds(scale.into())[0] as f32;
@@ -193,7 +196,7 @@ impl Inputs {
         if low <= high { [low, high] } else { [0.0; 2] }
     }
 
-    /// Returns the largest colour value, at least 1.
+    /// Returns the largest colour value, or 1 if all values are smaller.
     pub(super) fn brightest(&self) -> f32 {
         match self.color.as_ref().map(Raster::samples) {
             Some(Samples::F32(values)) => values.iter().fold(1.0, |most, &v| most.max(v)),
@@ -201,7 +204,7 @@ impl Inputs {
         }
     }
 
-    /// Returns upper bounds of the absolute slopes `dh/ds`, `dh/dt` and of the absolute heights.
+    /// Returns two upper bounds: of the absolute slopes `dh/ds` and `dh/dt`, and of the absolute heights.
     pub(super) fn bounds(&self, scale: f64) -> [f64; 2] {
         let [width, height] = self.size().expect("checked before baking").map(f64::from);
         let highest =

@@ -1,12 +1,12 @@
-//! Metadata of a baked file as key-value texts, identical in KTX2 and EXR.
+//! The metadata of a baked file as pairs of key and text, which are identical in KTX2 and EXR.
 
 use super::blocks::{Slot, rest_name, stored_names};
 use super::{Kind, Plan, Report};
 use crate::Wrap;
 use crate::pyramid::level_sizes;
 
-/// Returns the keys and texts in no particular order. `slots` maps each channel of the file to a channel of the plan. Text
-/// lengths do not depend on `report`.
+/// Returns the keys and their texts in no particular order. `slots` gives the plan's channel for each channel of the file.
+/// The length of a text does not depend on `report`.
 pub(super) fn keys(plan: &Plan, slots: &[Option<usize>], report: Option<&Report>) -> Vec<(&'static str, String)> {
     let per_slot = |of: &dyn Fn(usize) -> String, none: &str| {
         slots.iter().map(|slot| slot.map_or(none.into(), of)).collect::<Vec<String>>().join(" ")
@@ -17,7 +17,7 @@ pub(super) fn keys(plan: &Plan, slots: &[Option<usize>], report: Option<&Report>
         (0..levels).map(|i| format!("{:>10.3e}", report.map_or(0.0, |r| r.errors[i].channels))).collect();
     let range = |c: usize| report.map_or([0.0; 2], |r| r.channel_ranges[c]).map(number).join(" ");
     let ranges = match plan.blocks {
-        // Ranges refer to the map's channels, not to slots.
+        // The ranges are listed by map channel, not by slot.
         Some(_) => (0..plan.channels.len()).map(range).collect::<Vec<_>>().join(" "),
         None => per_slot(&range, &[0.0, 0.0].map(number).join(" ")),
     };
@@ -49,7 +49,7 @@ pub(super) fn keys(plan: &Plan, slots: &[Option<usize>], report: Option<&Report>
         ("leadr.channels", channels),
         ("leadr.error", errors.join(" ")),
         ("leadr.factors", factors),
-        // The text is the shortest that reproduces the number.
+        // The `{:e}` format gives the shortest text that reproduces the number.
         ("leadr.height_scale", format!("{:e}", plan.height_scale)),
         ("leadr.heights", heights.to_owned()),
         ("leadr.middle", format!("{:e}", plan.middle)),
@@ -63,7 +63,7 @@ pub(super) fn keys(plan: &Plan, slots: &[Option<usize>], report: Option<&Report>
     keys
 }
 
-/// Returns the map channel in each slot of the layers. A layer has four slots, and colour starts a new layer.
+/// Returns the map channel in each slot of the layers. A layer has four slots, and colour always starts a new layer.
 pub(crate) fn packed(channels: &[impl AsRef<str>]) -> Vec<Option<usize>> {
     let mut slots: Vec<Option<usize>> = Vec::new();
     for (i, name) in channels.iter().enumerate() {

@@ -1,10 +1,10 @@
-//! KTX2 writer (Khronos KTX file format 2.0). The file contains the header, level index, data format descriptor and keys, then
-//! the levels from the smallest to the largest. All offsets are computed in advance.
+//! KTX2 writer (Khronos KTX file format 2.0). The file contains the header, the level index, the data format descriptor, the
+//! keys, and the levels from the smallest to the largest. All offsets are computed in advance.
 //!
 //! Block-compressed layers hold two channels ([`super::blocks`]). Uncompressed maps of one or two channels form a one- or
-//! two-channel texture. Maps with more channels form an array texture with four channels per layer: first the kind's own
-//! channels, then `alpha2` and `alpha4`, colour in a new layer, and in 16 bits the residual of the height. Channels named `-`
-//! are zero.
+//! two-channel texture. Maps with more channels form an array texture with four channels per layer. The kind's own channels
+//! come first, and `alpha2` and `alpha4` follow. Colour starts a new layer. In 16-bit files the last channel is the residual
+//! of the height. Channels named `-` are unused and zero.
 
 use std::fs::File;
 use std::io::{Seek, SeekFrom, Write};
@@ -18,7 +18,7 @@ use super::{Plan, Precision, Report, Target};
 use crate::pyramid::level_sizes;
 use crate::{MapFault, bc5};
 
-/// 32-bit float formats by channel count.
+/// The 32-bit float formats, each with its channel count.
 pub(crate) const FLOATS_32: [(usize, Format); 3] =
     [(1, Format::R32_SFLOAT), (2, Format::R32G32_SFLOAT), (4, Format::R32G32B32A32_SFLOAT)];
 pub(crate) const FLOATS_16: [(usize, Format); 3] =
@@ -51,8 +51,8 @@ fn descriptor(precision: Precision, channels: usize) -> Vec<u8> {
     let (size, bytes) = (24 + 16 * channels as u8, (channels as u16 * bits / 8) as u8);
     // The colour model is BC5 or RGBSDA. The texel block dimension is stored minus one.
     let (model, last) = if in_blocks { (132, 3) } else { (1, 0) };
-    // The block consists of: total size; vendor and type 0; version 2, block size; colour model, BT.709, linear, straight
-    // alpha; block dimensions; bytes.
+    // The block consists of: total size; vendor and type 0; version 2 and block size; colour model, BT.709, linear, straight
+    // alpha; texel block dimensions; bytes per plane.
     let mut block = [
         u32::from(size + 4).to_le_bytes(),
         [0; 4],
@@ -63,7 +63,7 @@ fn descriptor(precision: Precision, channels: usize) -> Vec<u8> {
         [0; 4],
     ]
     .concat();
-    // Samples are signed normalised values or signed floats.
+    // Each sample is a signed normalised value or a signed float.
     let (sign, [low, high]) = if in_blocks {
         (0x40, [i32::MIN, i32::MAX].map(i32::to_le_bytes))
     } else {
@@ -82,7 +82,7 @@ fn float_format(precision: Precision, channels: usize) -> Format {
     of_counts.into_iter().find(|(count, _)| *count == channels).expect("1, 2 or 4 channels").1
 }
 
-/// Returns the encoded keys, whose length does not depend on `report`.
+/// Returns the encoded keys. The length of the keys does not depend on `report`.
 fn encoded_keys(plan: &Plan, layers: &[Vec<Option<usize>>], report: Option<&Report>) -> Vec<u8> {
     let slots: Vec<Option<usize>> = layers.iter().flatten().copied().collect();
     let mut keys = keys(plan, &slots, report);
@@ -115,7 +115,7 @@ impl<'a> Ktx2File<'a> {
         let (descriptor, keys) = (descriptor(plan.precision, channels), encoded_keys(plan, &layers, None));
         let descriptor_at = (Header::LENGTH + sizes.len() * LevelIndex::LENGTH) as u64;
         let keys_at = descriptor_at + descriptor.len() as u64;
-        // Number of bytes in a texel or block of one layer.
+        // The number of bytes in a texel or block of one layer.
         let unit = if plan.precision == Precision::Bc { 16 } else { (channels * plan.precision.bytes()) as u64 };
         let count = plan.blocks.as_ref().map_or(layers.len(), BlockPlan::layers);
         let bytes = |size: [u32; 2]| count as u64 * units(plan, size).iter().product::<u64>() * unit;
@@ -135,7 +135,7 @@ impl<'a> Ktx2File<'a> {
             pixel_width: plan.size[0],
             pixel_height: plan.size[1],
             pixel_depth: 0,
-            // A layer count of zero means that the texture is not an array.
+            // In KTX2, a layer count of zero means that the texture is not an array.
             layer_count: if count > 1 { count as u32 } else { 0 },
             face_count: 1,
             level_count: sizes.len() as u32,
@@ -160,7 +160,7 @@ impl<'a> Ktx2File<'a> {
         Ok(Self { file, plan, layers, sizes, offsets, keys_at })
     }
 
-    /// Writes the keys whose values are available only after baking.
+    /// Writes the keys whose values are known only after the bake.
     ///
     /// # Errors
     /// Fails if the file cannot be written.

@@ -1,13 +1,13 @@
-//! Baking of heights, normals or both into files of filtered slope moments with all mip levels. Baking streams rows, so memory
+//! Bakes heights, normals or both into files of filtered slope moments with all mip levels. Rows are streamed, so memory
 //! holds only the input images and bands of the result.
 //!
-//! **Units.** `s` and `t` run over the map from 0 to 1, `t` down. Heights are in the unit of the height map times the height
-//! scale. With a normal map the unit is the texture width, since normals give rise over run and texels are square. LEADR
-//! moments are moments of the slopes `dh/ds`, `dh/dt` and equal those of [`super::LeadrMap`] to the last bit. Other kinds use
-//! the tangent frame of a normal map with green up ([`Kind`]).
+//! **Units.** `s` and `t` run from 0 to 1 over the map, and `t` points down. Heights are in the unit of the height map,
+//! multiplied by the height scale. If a normal map is given, the unit is the texture width, because normals define slopes
+//! and texels are square. LEADR moments are moments of the slopes `dh/ds`, `dh/dt`, and equal the moments of
+//! [`super::LeadrMap`] to the last bit. Other kinds use the tangent frame of a normal map with green up ([`Kind`]).
 //!
-//! **Heights and normals.** If both are given, slopes come from the normals, one per texel, and heights are used only for
-//! displacement.
+//! **Heights and normals.** If heights and normals are both given, each texel takes its slope from the normals, and heights
+//! are used only for displacement.
 
 pub(super) mod blocks;
 mod derived;

@@ -1,4 +1,4 @@
-//! Mip filtering of normals and gloss, for kinds normal and gloss.
+//! Mip filtering of normals and gloss, for the kinds normal and gloss.
 
 use glam::{DVec3, DVec4};
 
@@ -8,13 +8,13 @@ use leadr_reflectance::facets::footprint_normals::{NormalTexel, continuous_norma
 use leadr_reflectance::facets::gloss::Gloss;
 use leadr_reflectance::facets::shortened_normals::{NormalArea, NormalFacets, Shortening};
 
-/// Returns the function that shortens a texel's normal by its roughness, with GGX facets like the gloss.
+/// Returns the function that shortens a texel's normal by its roughness. The function assumes GGX facets, as the gloss does.
 const fn shortening(area: NormalArea) -> Shortening {
     Shortening { facets: NormalFacets::Ggx, area }
 }
 
 impl DetailNormals {
-    /// Returns the detail texel at a given texel of a surface of `size` texels.
+    /// Returns the detail texel that covers a given texel of a surface of `size` texels.
     fn texel(&self, [x, y]: [u32; 2], size: [u32; 2]) -> [u32; 2] {
         let raster = &self.normals.texture.raster;
         let at = |k: u32, of: u32, to: u32| {
@@ -26,7 +26,7 @@ impl DetailNormals {
 }
 
 impl Inputs {
-    /// Returns the unit normals of a row, blended with the detail, in the tangent frame with y up.
+    /// Returns the unit normals of a row after blending with the detail, in the tangent frame with y up.
     fn unit_normals(&self, scale: f32, y: u32) -> Vec<DVec3> {
         let size = self.size().expect("checked before baking");
         let aspect = f64::from(size[0]) / f64::from(size[1]);
@@ -41,12 +41,12 @@ impl Inputs {
         slopes.map(normal).collect()
     }
 
-    /// Returns the unit normals of a row as four numbers each, the fourth of which is 0.
+    /// Returns the unit normals of a row as four numbers each. The fourth number is 0.
     pub(super) fn normals_of_row(&self, scale: f32, y: u32) -> Vec<[f64; 4]> {
         self.unit_normals(scale, y).into_iter().map(|n| n.extend(0.0).to_array()).collect()
     }
 
-    /// Returns the roughness `α` at a texel: the roughness of the surface combined with the roughness of the detail.
+    /// Returns the roughness `α` of a texel, which combines the roughness of the surface with the roughness of the detail.
     fn alpha(&self, x: u32, y: u32) -> f64 {
         let surface = self.roughness.as_ref().map_or(0.0, |roughness| roughness.alpha(x, y));
         let Some((detail, roughness)) = self.detail.as_ref().and_then(|d| Some((d, d.roughness.as_ref()?))) else {
@@ -67,8 +67,8 @@ impl Inputs {
         normals.map(|(x, normal)| NormalTexel { normal, alpha: self.alpha(x as u32, y) }).collect()
     }
 
-    /// Returns the values to average for gloss (Chan 2018, algorithms 1 to 3): x, y, weight − z and weight of the shortened
-    /// normal. The difference `weight − z` keeps 32-bit precision on smooth surfaces.
+    /// Returns the values whose averages give the gloss (Chan 2018, algorithms 1 to 3): x, y, weight − z and weight of the
+    /// shortened normal. The difference `weight − z` keeps 32-bit precision on smooth surfaces.
     pub(super) fn shortened_normals_of_row(&self, scale: f32, y: u32) -> Vec<[f64; 4]> {
         let [width, height] = self.size().expect("checked before baking");
         let shortening = shortening(self.area);
@@ -93,11 +93,12 @@ pub(super) fn restore_length(texel: &mut [f32]) {
     texel[..3].copy_from_slice(&mean.normalize_or(DVec3::Z).as_vec3().to_array());
 }
 
-/// Table of gloss over the shortening `1 − ‖n̄‖` of a mean normal. Root finding for every texel would dominate the baking time.
+/// A table of the gloss as a function of the shortening `1 − ‖n̄‖` of a mean normal. Without the table, root finding for
+/// every texel would dominate the baking time.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct GlossOfShortening {
     scale: Gloss,
-    /// Values of `ln α` at even steps of the log odds of the shortening, in which `ln α` is nearly linear.
+    /// The values of `ln α` at equal steps of the log odds of the shortening. `ln α` is nearly linear in the log odds.
     logs: Vec<f64>,
 }
 
@@ -114,7 +115,7 @@ impl GlossOfShortening {
         Self { scale, logs: (0..=Self::STEPS).map(step).collect() }
     }
 
-    /// Returns the gloss for a shortening below 1.
+    /// Returns the gloss for a shortening that is below 1.
     fn gloss(&self, one_minus_length: f64) -> f64 {
         let odds = (one_minus_length / (1.0 - one_minus_length)).max(1e-30).ln();
         let at = ((odds - Self::LOW) / (Self::HIGH - Self::LOW)).clamp(0.0, 1.0) * Self::STEPS as f64;
@@ -124,12 +125,12 @@ impl GlossOfShortening {
     }
 }
 
-/// Converts averages of [`Inputs::shortened_normals_of_row`] to a normal and a gloss.
+/// Converts the averages of [`Inputs::shortened_normals_of_row`] to a normal and a gloss.
 pub(super) fn to_normal_and_gloss(texel: &mut [f32], gloss: &GlossOfShortening) {
     let [x, y, below, weight] = [0, 1, 2, 3].map(|i| f64::from(texel[i]));
     let [x, y, below] = [x, y, below].map(|v| v / weight.max(1e-30));
     let mean = DVec3::new(x, y, 1.0 - below);
-    // This form of 1 - |mean| avoids cancellation: (1 - |mean|²) / (1 + |mean|).
+    // 1 - |mean| is computed as (1 - |mean|²) / (1 + |mean|), which avoids cancellation.
     let one_minus_length = ((2.0 - below) * below - x * x - y * y) / (1.0 + mean.length());
     let normal = mean.normalize_or(DVec3::Z).as_vec3();
     texel[..4].copy_from_slice(&[
@@ -158,7 +159,7 @@ mod tests {
 
     #[test]
     fn smooth_texels_weigh_more_in_filtered_normals() {
-        // The values are from Chan 2018, Figure 7.
+        // The expected values are from Chan 2018, Figure 7.
         let sum = |x: f64, alpha| {
             let normal = DVec3::new(x, 0.0, 0.75f64.sqrt());
             normal_sum(&NormalTexel { normal, alpha }, shortening(NormalArea::Macro))

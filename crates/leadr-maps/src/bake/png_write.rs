@@ -1,4 +1,4 @@
-//! 16-bit PNG writer for the finest level, which artists can view and paint on. The PNG has no mip levels.
+//! 16-bit PNG writer for the finest level, without mip levels. Artists can view and paint the file.
 
 use std::fs::File;
 use std::io::Write;
@@ -9,14 +9,14 @@ use super::{Kind, Plan, Report, Target};
 use crate::save::encode_png;
 use crate::{MapFault, limits};
 
-/// A PNG file that is being prepared.
+/// A PNG file in preparation.
 pub struct PngFile<'a> {
     plan: &'a Plan,
     texels: Vec<f32>,
 }
 
 impl<'a> PngFile<'a> {
-    /// Whether a PNG can hold maps of this kind.
+    /// Whether a PNG can store maps of this kind.
     pub const fn holds(kind: Kind) -> bool {
         !kind.stores_variance()
     }
@@ -30,8 +30,8 @@ impl<'a> PngFile<'a> {
         Ok(Self { plan, texels: limits::zeroed(texels * plan.kind.channels().len())? })
     }
 
-    /// Writes the file. Heights use the full code range ([`Report::height_range`] gives the limits), directions use -1 to 1,
-    /// and other values use 0 to 1.
+    /// Writes the file. Heights use the full code range, whose limits are in [`Report::height_range`]. Directions map -1..1
+    /// to the code range, and other values map 0..1.
     ///
     /// # Errors
     /// Fails if the file cannot be written.
@@ -46,7 +46,7 @@ impl<'a> PngFile<'a> {
         let ranges: Vec<[f64; 2]> = channels.iter().map(|name| range(name)).collect();
         let code = |(i, &value): (usize, &f32)| {
             let [low, high] = ranges[i % channels.len()];
-            // The float-to-integer cast saturates.
+            // The cast from float to integer saturates.
             ((f64::from(value) - low) / (high - low) * 65535.0).round() as u16
         };
         let samples: Vec<u8> = self.texels.iter().enumerate().flat_map(|texel| code(texel).to_ne_bytes()).collect();

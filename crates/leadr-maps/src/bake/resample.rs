@@ -1,11 +1,11 @@
-//! Resampling of a surface's input images to a common size.
+//! Resamples the input images of a surface to a common size.
 
 use super::Inputs;
 use crate::material::{Encoding, Raster, Samples};
 use crate::moments::{Wrap, coverage};
 
-/// Returns, for each texel of `to`, the source texels and weights that sum to 1. Weights are area fractions when shrinking, and
-/// linear between texel centres when enlarging.
+/// Returns the source texels of each of `to` texels, with weights that sum to 1. When shrinking, the weights are area
+/// fractions. When enlarging, the weights interpolate linearly between texel centres.
 fn taps(from: u32, to: u32, wrap: Wrap) -> Vec<Vec<(usize, f64)>> {
     if to < from {
         return coverage(from, to);
@@ -40,7 +40,7 @@ fn resampled(
     texels
 }
 
-/// Resamples a raster of the given source `encoding` to linear floats.
+/// Resamples a raster, whose samples have the given `encoding`, to linear floats.
 fn resampled_raster(raster: &Raster, to: [u32; 2], encoding: Encoding, wrap: Wrap) -> Raster {
     let value = |x, y, channel| match encoding {
         Encoding::Srgb => raster.color(x, y, encoding)[channel],
@@ -52,7 +52,7 @@ fn resampled_raster(raster: &Raster, to: [u32; 2], encoding: Encoding, wrap: Wra
 }
 
 impl Inputs {
-    /// Resamples all images to the size of the first image and returns a message for each change.
+    /// Resamples all images to the size of the first image. Returns a message for each resampled image.
     pub fn resample(&mut self) -> Vec<String> {
         let heights = self.heights.as_ref().map(|map| [map.width, map.height]);
         let Some(size) = heights.or(self.normals.as_ref().map(|map| map.texture.raster.size())) else {
@@ -68,7 +68,7 @@ impl Inputs {
         if let Some(normals) = &mut self.normals
             && differs("normals", normals.texture.raster.size())
         {
-            // Normals are resampled as slopes, because stored vectors that are not unit length would weight texels.
+            // Normals are resampled as slopes. If vectors were resampled, a vector's length would act as a weight.
             let map = normals.clone();
             let slope = |x, y, channel: usize| if channel < 2 { map.slope(x, y)[channel] as f32 } else { 0.0 };
             let texels = resampled(slope, map.texture.raster.size(), size, 3, self.wrap);

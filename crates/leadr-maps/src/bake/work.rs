@@ -1,4 +1,4 @@
-//! The baking loop: bands of rows pass through the mip pyramid into a file.
+//! The baking loop, which passes bands of rows through the mip pyramid into a file.
 
 use half::f16;
 use rayon::prelude::*;
@@ -13,50 +13,51 @@ use crate::{HeightMap, MapFault, Wrap, bc5};
 
 const BAND: u32 = 64;
 const SIDE: u32 = bc5::SIDE as u32;
-/// Target maximum of slopes in 16-bit floats. The square of a slope stays far below the format's maximum of 65504.
+/// The maximum slope that the power-of-two factors aim at in 16-bit floats. The square of a slope then stays far below the
+/// format's maximum of 65504.
 const FULL_SLOPE: f64 = 128.0;
-/// Target maximum of heights in 16-bit floats.
+/// The maximum height that the power-of-two factors aim at in 16-bit floats.
 const FULL_HEIGHT: f64 = 16384.0;
 
-/// Description of the baked map, as written to the file.
+/// The description of the baked map that is written to the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
-    /// Kind of map.
+    /// The kind of map.
     pub kind: Kind,
-    /// Channel layout.
+    /// The channel layout.
     pub layout: Layout,
-    /// Number format.
+    /// The number format.
     pub precision: Precision,
-    /// Width and height in texels.
+    /// The width and height in texels.
     pub size: [u32; 2],
-    /// Names of the channels.
+    /// The names of the channels.
     pub channels: Vec<&'static str>,
-    /// Power-of-two factors on the channels in the file.
+    /// The power-of-two factor by which the file multiplies each channel.
     pub factors: Vec<f64>,
-    /// Factor on the input heights.
+    /// The factor that multiplies the input heights.
     pub height_scale: f32,
-    /// Height at the mesh surface: the mean height times the height factor.
+    /// The height that lies at the mesh surface: the mean height times the height factor.
     pub middle: f32,
-    /// Whether heights are in texture widths instead of the unit of the height map.
+    /// Whether heights are in texture widths, instead of the unit of the height map.
     pub in_widths: bool,
-    /// Addressing mode outside the map.
+    /// How texels outside the map are addressed.
     pub wrap: Wrap,
     pub(super) has_heights: bool,
     pub(super) has_normals: bool,
-    /// Conversion from mean normal length to gloss, for kind gloss.
+    /// The conversion from the length of a mean normal to gloss, for kind gloss.
     pub(super) gloss: Option<GlossOfShortening>,
     pub(super) blocks: Option<BlockPlan>,
 }
 
-/// Destination of baked rows.
+/// A file that receives the baked rows.
 pub trait Target {
-    /// Takes the next rows of a level: interleaved channels, multiplied by [`Plan::factors`].
+    /// Takes the next rows of a level. Channels are interleaved and multiplied by [`Plan::factors`].
     ///
     /// # Errors
     /// Fails if the rows cannot be written.
     fn rows(&mut self, level: usize, first: u32, rows: &[Vec<f32>]) -> Result<(), MapFault>;
 
-    /// Takes the next row of blocks of a level, for each layer. Only block-compressed files implement this method.
+    /// Takes the next row of blocks of each layer of a level. Only targets for block-compressed files implement the method.
     ///
     /// # Errors
     /// Fails if the blocks cannot be written, or if the file is not block-compressed.
@@ -118,7 +119,8 @@ impl Plan {
         Ok(plan)
     }
 
-    /// Sets power-of-two factors that bring the steepest slope and the greatest height near the maximum of 16-bit floats.
+    /// Sets the power-of-two factors, which bring the steepest slope and the greatest height near the maximum of 16-bit
+    /// floats.
     fn fill_half_floats(&mut self, [slope, height]: [f64; 2]) {
         let aspect = f64::from(self.size[0]) / f64::from(self.size[1]);
         let slope = if self.kind == Kind::Leadr { slope } else { slope * aspect.max(1.0) };
@@ -151,7 +153,7 @@ impl Plan {
         blocks::ranges(self.kind, &self.channels, slope, scaled, inputs.brightest())
     }
 
-    /// Returns a row of level 0, and the sums of its texture-space slopes and second moments.
+    /// Returns a row of level 0, and the sums of the row's slopes and second moments in texture space.
     fn row(&self, inputs: &Inputs, y: u32) -> (Row, Sums) {
         let mut sums = Sums::default();
         let mut row = Row::with_capacity(self.size[0] as usize * self.channels.len());
@@ -159,13 +161,13 @@ impl Plan {
         let aspect = width / height;
         let has_rest = self.height_and_rest().is_some();
         if self.kind == Kind::Leadr {
-            // Heights are in texels if normals give the slopes, otherwise in the unit of the map, as in `maketx`.
+            // Heights are in texels if normals give the slopes. If not, heights are in the unit of the map, as in `maketx`.
             let unit = if self.has_normals { width } else { 1.0 };
             let [s, t] = [unit / width, unit / height].map(|v| v as f32);
             for (x, m) in inputs.moments(self.height_scale, y).into_iter().enumerate() {
                 let wide = m.map(f64::from);
                 let [a, b, .., h] = wide;
-                // The square of one slope is exact here but would be rounded in the texel.
+                // The square of a single slope is exact here, but would be rounded in the texel.
                 sums.add(if self.has_normals { [a, b, a * a, b * b, a * b, h] } else { wide });
                 if self.layout == Layout::Oiio {
                     let h = if self.has_heights { m[5] * unit as f32 } else { -1.0 };
@@ -185,7 +187,7 @@ impl Plan {
         };
         for (x, [s, t, h]) in inputs.slopes(self.height_scale, y).into_iter().enumerate() {
             sums.add([s, t, s * s, t * t, s * t, h]);
-            // Components of n.xy / n.z with y up.
+            // The components are n.xy / n.z with y up.
             let (bx, by) = (-s, t * aspect);
             let mut put = |values: &[f64]| row.extend(values.iter().map(|&v| v as f32));
             match self.kind {
@@ -208,11 +210,10 @@ impl Plan {
     }
 }
 
-/// Sums and extremes of all texels of level 0.
 #[derive(Clone, Copy)]
 struct Sums {
     sums: [f64; 6],
-    /// Ranges of the slopes along `s`, of the slopes along `t`, and of heights.
+    /// The ranges of the slopes along `s`, the slopes along `t`, and the heights.
     ranges: [[f64; 2]; 3],
 }
 
@@ -238,7 +239,8 @@ impl Sums {
     }
 }
 
-/// Sums over a level of squared differences and squared values: one pair per channel, then one for the variance.
+/// The sums of squared differences and of squared values over a level. There is one pair per channel, and one more for the
+/// variance.
 #[derive(Clone)]
 struct Differences(Vec<[f64; 2]>);
 
@@ -256,7 +258,7 @@ impl Differences {
                 let (a, mut b) = (f64::from(a), f64::from(b));
                 match height {
                     Some((height, rest)) if height == i => b += f64::from(stored[rest]),
-                    // The residual is only meaningful together with the height.
+                    // The residual has a meaning only together with the height.
                     Some((_, rest)) if rest == i => continue,
                     _ => {}
                 }
@@ -278,8 +280,8 @@ impl Differences {
         }
     }
 
-    /// Returns the errors of a level of `texels` texels. Channel errors are relative to the finest level, where means have not
-    /// cancelled. The variance error is relative to the whole map.
+    /// Returns the errors of a level of `texels` texels. Channel errors are relative to the finest level, because means on
+    /// coarser levels are close to 0. The variance error is relative to the whole map.
     fn error(&self, texels: f64, finest: &Self, finest_texels: f64, whole: &Self) -> LevelError {
         let relative =
             |difference: f64, value: f64| if difference > 0.0 { (difference / texels / value).sqrt() } else { 0.0 };
@@ -332,7 +334,7 @@ pub fn bake(inputs: &Inputs, plan: &Plan, target: &mut dyn Target, progress: &dy
                 differences[level].add(plan, &exact, &stored);
                 return target.rows(level, first, &stored);
             };
-            // A row of blocks needs four rows of texels, except at the end of a level.
+            // A row of blocks needs four rows of texels. Only the last row of blocks may have fewer.
             let pending = &mut pending[level];
             let mut made = (first - pending.len() as u32) / SIDE;
             let all = first + exact.len() as u32 == levels[level][1];
@@ -365,7 +367,8 @@ pub fn bake(inputs: &Inputs, plan: &Plan, target: &mut dyn Target, progress: &dy
 }
 
 impl Plan {
-    /// Returns the values times the factors as 32-bit floats. Factors are powers of two, so nothing is rounded twice.
+    /// Returns the values times the factors as 32-bit floats. All factors are powers of two, so multiplication causes no
+    /// rounding.
     fn stored(&self, row: &Row) -> Vec<f32> {
         let factors = self.factors.iter().cycle();
         let mut stored: Vec<f32> = row.iter().zip(factors).map(|(&v, &factor)| v * factor as f32).collect();
@@ -382,7 +385,7 @@ impl Plan {
         stored
     }
 
-    /// Returns the values rounded to 16-bit floats. Second moments are corrected for the rounding of the means.
+    /// Returns the values as 16-bit floats. Second moments are corrected for the rounding of the means.
     fn halves(&self, row: &Row) -> Vec<f32> {
         if self.layout == Layout::Oiio || !matches!(self.kind, Kind::Leadr | Kind::Lean) {
             return row.iter().map(|&v| half(v).to_f32()).collect();

@@ -1,4 +1,4 @@
-//! EXR reader for baked maps with all mip levels. A map channel is an EXR channel, and keys are header texts.
+//! EXR reader for baked maps with all mip levels. Each map channel is an EXR channel, and each key is a text in the header.
 
 use exr::meta::attribute::{AttributeValue, SampleType};
 

@@ -1,4 +1,4 @@
-//! Metadata keys of a baked file.
+//! The metadata keys of a baked file.
 
 use super::map::{BakedLevel, BakedMap, HeightUnit, REMEDY};
 use crate::bake::blocks::{BlockPlan, Slot, of_rest_name, stored_names};
@@ -6,16 +6,16 @@ use crate::bake::{HEIGHT_REST, Kind, Precision};
 use crate::{MapFault, Wrap};
 
 pub(super) struct Keys {
-    /// The map without its levels. Channels are in file order.
+    /// The map, still without levels. The channels are in the order of the file.
     pub map: BakedMap,
-    /// Factor on each channel in the file.
+    /// The factor by which the file multiplies each channel.
     pub factors: Vec<f64>,
-    /// Block layout, if any. The channels of `map` are then the map's own channels.
+    /// The block layout, if the file is block-compressed. The channels of `map` are then the channels before compression.
     pub blocks: Option<BlockPlan>,
 }
 
 impl Keys {
-    /// Validates the keys of a file with `count` channels. `find` returns the text of a key.
+    /// Parses and checks the keys of a file with `count` channels. `find` returns the text of a key.
     pub fn new<'a>(
         find: impl Fn(&str) -> Option<&'a str>,
         count: usize,
@@ -75,7 +75,7 @@ impl Keys {
         Ok(Self { map, factors, blocks })
     }
 
-    /// Returns the map with the given levels.
+    /// Returns the complete map with the given levels.
     pub fn map(self, mut levels: Vec<BakedLevel>) -> BakedMap {
         let mut channels = self.map.channels;
         let index_of = |name: &str| channels.iter().position(|channel| channel == name);
@@ -88,13 +88,13 @@ impl Keys {
             }
             channels[rest] = "-".to_owned();
         }
-        // Levels in memory always have four channels per layer.
+        // Each layer of a level in memory has four channels.
         channels.resize(channels.len().next_multiple_of(4), "-".to_owned());
         BakedMap { channels, levels, ..self.map }
     }
 }
 
-/// Returns the map channels that the names of block-layer channels describe, and the content of each slot.
+/// Parses the channel names of block layers. Returns the map channels, and the content of each slot.
 fn channels_of_blocks(kind: Kind, names: &[String]) -> Option<(Vec<String>, Vec<Option<Slot>>)> {
     let mut channels: Vec<String> = kind.channels().iter().map(|&name| name.to_owned()).collect();
     for more in [&["alpha2", "alpha4"][..], &["red", "green", "blue"]] {
@@ -111,7 +111,7 @@ fn channels_of_blocks(kind: Kind, names: &[String]) -> Option<(Vec<String>, Vec<
         Some(Some((stored.iter().position(|stored| stored == name)?, rest)))
     };
     let slots = names.iter().map(slot).collect::<Option<Vec<_>>>()?;
-    // Every channel must be present, with consecutive residuals.
+    // Every channel must have its value, and its residuals must be numbered without gaps.
     let whole = |channel: usize| {
         let mut rests: Vec<usize> = slots.iter().flatten().filter(|s| s.0 == channel).map(|s| s.1).collect();
         rests.sort_unstable();

@@ -1,4 +1,4 @@
-//! KTX2 reader for baked maps: header, levels and keys.
+//! Reads the header, the levels and the keys of baked maps in KTX2 files.
 
 use std::io::{Read, Seek, SeekFrom};
 
@@ -12,14 +12,14 @@ use crate::bake::ktx2_write::{FLOATS_16, FLOATS_32};
 use crate::bake::{Precision, packed};
 use crate::{MapFault, bc5, limits};
 
-/// Maximum number of four-channel layers.
+/// The maximum number of four-channel layers.
 const MOST_LAYERS: u32 = 4;
-/// Maximum number of block layers, with two channels each.
+/// The maximum number of block layers, which have two channels each.
 const MOST_LAYERS_OF_BLOCKS: u32 = 16;
-/// Maximum total size of the keys in bytes.
+/// The maximum total size of the keys in bytes.
 const MOST_KEYS: u32 = 1 << 16;
 
-/// Reads `length` bytes at offset `start`, after a check against the file length.
+/// Reads `length` bytes at offset `start`, after checking the range against the file length.
 fn part(
     file: &mut (impl Read + Seek),
     file_length: u64,
@@ -44,11 +44,11 @@ pub(super) fn read(mut file: impl Read + Seek, length: u64) -> Result<BakedMap, 
     }
     let header: [u8; Header::LENGTH] =
         start.try_into().map_err(|_| MapFault::damaged("it ends within its header (truncated?)"))?;
-    // The field is read here because the `ktx2` crate drops unknown values.
+    // The scheme is read from the raw bytes, because the `ktx2` crate drops unknown values.
     let scheme = u32::from_le_bytes(header[44..48].try_into().expect("four bytes"));
     let header = Header::from_bytes(&header).map_err(|e| MapFault::damaged(format!("its header is wrong ({e:?})")))?;
     let of = |formats: [(usize, Format); 3]| formats.into_iter().find(|(_, format)| Some(*format) == header.format);
-    // Matches the format to precision and channels per layer.
+    // The file format determines the precision and the number of channels per layer.
     let (precision, channels) = match (of(FLOATS_32), of(FLOATS_16), header.format) {
         (Some((channels, _)), ..) => (Precision::F32, channels),
         (_, Some((channels, _)), _) => (Precision::F16, channels),
@@ -64,7 +64,7 @@ pub(super) fn read(mut file: impl Read + Seek, length: u64) -> Result<BakedMap, 
     }
     let (width, height, layers) = (header.pixel_width, header.pixel_height, header.layer_count.max(1));
     let in_blocks = precision == Precision::Bc;
-    // Number of bytes per texel or block, and number of texels or blocks per side.
+    // The number of bytes per unit, which is a texel or a block, and the number of units per side.
     let unit = if in_blocks { 2 * bc5::BYTES } else { channels * precision.bytes() } as u64;
     let units = |side: u32| u64::from(if in_blocks { side.div_ceil(bc5::SIDE as u32) } else { side });
     let most_layers = if in_blocks { MOST_LAYERS_OF_BLOCKS } else { MOST_LAYERS };
@@ -122,7 +122,7 @@ pub(super) fn read(mut file: impl Read + Seek, length: u64) -> Result<BakedMap, 
     Ok(keys.map(levels))
 }
 
-/// Decodes a level of blocks from its layers `parts` into layers of four channels.
+/// Decodes a level of blocks into layers of four channels. `parts` holds the bytes of each block layer.
 fn of_blocks(
     blocks: &BlockPlan,
     parts: &[&[u8]],
@@ -156,7 +156,6 @@ fn of_blocks(
     fault.map_or(Ok(layers), |fault| Err(MapFault::damaged(fault)))
 }
 
-/// Decodes and checks the texels of a layer with `channels` channels.
 fn plane(
     keys: &Keys,
     bytes: &[u8],

@@ -4,57 +4,57 @@ use crate::bake::{Kind, Precision};
 use crate::moments::{LeadrMap, MomentLevel, Moments};
 use crate::{HeightMap, MapFault, Wrap};
 
-/// A baked map. Its values exclude the factors of 16-bit files.
+/// A baked map in memory. The values are already divided by the factors of 16-bit files.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BakedMap {
-    /// Kind of map.
+    /// The kind of map.
     pub kind: Kind,
-    /// Number format of the file.
+    /// The number format of the file.
     pub precision: Precision,
-    /// Channel names, four per layer. Unused channels are named `-`.
+    /// The channel names, four per layer. Unused channels are named `-`.
     pub channels: Vec<String>,
-    /// Addressing mode outside the map.
+    /// How texels outside the map are addressed.
     pub wrap: Wrap,
-    /// Factor that was applied to the input heights.
+    /// The factor that was applied to the input heights.
     pub height_scale: f32,
-    /// Unit of the heights.
+    /// The unit of the heights.
     pub heights: HeightUnit,
-    /// Height at the mesh surface: the mean height.
+    /// The height that lies at the mesh surface, which is the mean height.
     pub middle: f32,
-    /// Whether slopes come from a normal map, with one slope per texel of level 0.
+    /// Whether the slopes come from a normal map, which gives one slope per texel of level 0.
     pub of_normals: bool,
-    /// Mip levels from the largest down to 1 x 1.
+    /// The mip levels, from the largest to the level of 1 x 1 texels.
     pub levels: Vec<BakedLevel>,
 }
 
-/// Unit of the heights of a baked map.
+/// The unit of the heights of a baked map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HeightUnit {
     /// The map has no heights.
     None,
-    /// The unknown unit of the source map.
+    /// The unit of the source map, whose length is unknown.
     Map,
-    /// Texture widths.
+    /// The unit is the texture width.
     Width,
 }
 
 /// A mip level of a baked map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BakedLevel {
-    /// Width in texels.
+    /// The width in texels.
     pub width: u32,
-    /// Height in texels.
+    /// The height in texels.
     pub height: u32,
-    /// Row-major texels of each layer: `width * height` texels of four channels.
+    /// The row-major texels of each layer. A layer has `width * height` texels of four channels.
     pub layers: Vec<Vec<[f32; 4]>>,
 }
 
-/// Remedy in error messages about files of other programs.
+/// The remedy in error messages about files that another program wrote.
 pub(super) const REMEDY: &str = "give a file that leadr bake wrote";
 
 impl BakedMap {
-    /// Returns the moments of a LEADR map, or `None` for other kinds. For 32-bit files they equal [`LeadrMap::new`] to the last
-    /// bit.
+    /// Returns the moments of a LEADR map, or `None` for other kinds. If the file stores 32-bit floats, the moments equal
+    /// those of [`LeadrMap::new`] to the last bit.
     pub fn moments(&self) -> Option<LeadrMap> {
         let leadr = self.kind == Kind::Leadr;
         leadr.then(|| LeadrMap { levels: self.levels.iter().map(BakedLevel::moments).collect() })
@@ -67,18 +67,18 @@ impl BakedMap {
         leadr.then(|| LeadrMap { levels: self.levels.into_iter().map(|level| level.moments()).collect() })
     }
 
-    /// Returns the values of the named channel on the finest level, if present.
+    /// Returns the values of the named channel on the finest level, or `None` if the map has no such channel.
     pub fn channel(&self, name: &str) -> Option<Vec<f32>> {
         let slot = self.channels.iter().position(|channel| channel == name)?;
         Some(self.levels[0].layers[slot / 4].iter().map(|texel| texel[slot % 4]).collect())
     }
 
-    /// Whether the map holds data beyond heights: slopes of normals, roughness or colour.
+    /// Whether the map holds more than heights, such as slopes from normals, roughness or colour.
     pub fn is_material(&self) -> bool {
         self.of_normals || self.channels.iter().any(|name| name == "alpha2" || name == "red")
     }
 
-    /// Checks that surfaces can be drawn with the map: it must be of kind LEADR and must repeat.
+    /// Checks that a surface can be drawn with the map.
     ///
     /// # Errors
     /// Fails if the kind is not LEADR, or the map does not repeat.

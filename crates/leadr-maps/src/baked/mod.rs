@@ -1,4 +1,4 @@
-//! Reader for baked maps in KTX2 or EXR. Declared sizes are checked against the file length.
+//! Reader for baked maps in KTX2 or EXR files. Sizes in the header are checked against the file length.
 
 mod exr;
 mod keys;
@@ -13,12 +13,12 @@ use std::path::Path;
 use super::guard::guarded;
 use super::{MapError, MapFault, exr_read, limits, reads};
 
-/// Whether the content of a file may come from `leadr bake`: any KTX2, or an EXR that declares a kind.
+/// Whether `leadr bake` may have written the file. True for any KTX2 file, and for an EXR file with a kind in its header.
 ///
 /// # Errors
 /// Fails if the file cannot be read.
 pub fn is_baked(path: impl AsRef<Path>) -> Result<bool, MapError> {
-    // An EXR stores the kind in its header.
+    // An EXR file stores the kind in its header.
     let start = limits::open(path.as_ref()).and_then(|(file, _)| limits::first_bytes(&file, 1 << 16));
     let start = start.map_err(|fault| fault.in_file(path.as_ref()))?;
     Ok(start.starts_with(&::ktx2::MAGIC) || exr_read::is_exr(&start) && contains(&start, b"leadr.kind\0string\0"))
@@ -32,8 +32,8 @@ impl BakedMap {
     /// Reads a file that `leadr bake` wrote.
     ///
     /// # Errors
-    /// Fails if the file cannot be read, is damaged, is not a baked map, or holds a number that is not finite (the error gives
-    /// the position of the number).
+    /// Fails if the file cannot be read, is damaged, is not a baked map, or holds a number that is not finite. The error
+    /// gives the position of the number.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, MapError> {
         let path = path.as_ref();
         let read = || {

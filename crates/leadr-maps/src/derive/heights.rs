@@ -1,16 +1,16 @@
-//! Heights from slopes, by a direct least-squares solution of Poisson's equation, for maps of any size.
+//! Integrates slopes to heights by a direct least-squares solution of Poisson's equation, for maps of any size.
 //!
-//! Slopes are seldom integrable, so the heights `h` minimise the distance of their slopes `D h` to the given slopes `s`.
-//! Heights that alternate between texels have no texel slope and would be unconstrained. The slope variance of triangles inside
-//! a texel therefore gets a small weight:
+//! Slopes are seldom integrable, so the heights `h` minimise the distance between their slopes `D h` and the given slopes
+//! `s`. Heights that alternate between texels have no texel slope and would be unconstrained. The slope variance of
+//! triangles inside a texel therefore gets a small weight:
 //!
 //! `|D h − s|² + smoothness · (E[|∇h|²] − |E[∇h]|²)`, summed over texels.
 //!
 //! The mean square of the triangles' slopes equals the mean square of the differences between neighbours
-//! ([`moments`](crate::moments)). All operators are convolutions that are even along both axes, on a repeating map or with
-//! heights mirrored at the edges. A transform ([`spectral`](super::spectral)) reduces the solution to a division. Smoothness 0
-//! is the pseudo-inverse of `D`. Smoothness 1 is the finite-element solution, with the five-point Laplacian as its normal
-//! equation.
+//! ([`moments`](crate::moments)). On a repeating map, or with heights mirrored at the edges, all operators are convolutions
+//! that are even along both axes. A transform ([`spectral`](super::spectral)) reduces the solution to a division. Smoothness
+//! 0 is the pseudo-inverse of `D`. Smoothness 1 is the finite-element solution, whose normal equation has the five-point
+//! Laplacian.
 
 use rayon::prelude::*;
 
@@ -19,16 +19,16 @@ use super::spectral::{Transform, transpose};
 use crate::limits::{MAX_HEIGHT, zeroed};
 use crate::{HeightMap, MapFault, Wrap};
 
-/// Options of slope integration.
+/// Options for the integration of slopes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Integration {
     /// Whether the map repeats.
     pub wrap: Wrap,
-    /// Difference operator that converts the heights back to slopes.
+    /// The difference operator that converts the heights back to slopes.
     pub difference: Difference,
-    /// Weight of the slope variance inside texels, 0 to 1. A lower weight follows the normals more closely, up to their curl. A
-    /// higher weight suppresses two-texel waves, an artefact of 8-bit normals. At 1 the triangles are never rougher than the
-    /// normals.
+    /// The weight of the slope variance inside texels, from 0 to 1. With a lower weight, the heights follow the normals more
+    /// closely, up to their curl. A higher weight suppresses two-texel waves, an artefact of 8-bit normals. At weight 1 the
+    /// triangles are never rougher than the normals.
     pub smoothness: f64,
 }
 
@@ -38,23 +38,23 @@ impl Default for Integration {
     }
 }
 
-/// Heights and their fit to the slopes.
+/// Integrated heights, and how well they fit the slopes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Integrated {
-    /// Heights in texture widths, with a mean of about 0.
+    /// The heights in texture widths. The mean height is about 0.
     pub heights: HeightMap,
-    /// Mean of the given slopes. Only heights that do not repeat can contain it.
+    /// The mean of the given slopes, which repeating heights cannot represent.
     pub mean_slope: [f64; 2],
-    /// RMS of the slopes about their mean.
+    /// The RMS of the slopes about their mean.
     pub slope_rms: f64,
-    /// RMS of the curl of the slopes, which no heights can represent: the smallest possible error.
+    /// The RMS of the curl of the slopes. No heights can represent the curl, so this RMS is the smallest possible error.
     pub curl_rms: f64,
-    /// RMS difference between the given slopes and those of the heights, due to curl and smoothness.
+    /// The RMS difference between the given slopes and the slopes of the heights, caused by curl and smoothness.
     pub residual_rms: f64,
 }
 
 impl Integrated {
-    /// Returns the fraction of curl in the squared slopes about their mean.
+    /// Returns the fraction of the squared slopes about their mean that is curl.
     pub fn curl_share(&self) -> f64 {
         if self.slope_rms > 0.0 { (self.curl_rms / self.slope_rms).powi(2) } else { 0.0 }
     }
@@ -64,8 +64,8 @@ impl Integrated {
 /// response of 2e-9.
 const NO_RESPONSE: f64 = 1e-12;
 
-/// Returns the heights with the slopes nearest to the given ones. Needs 8 bytes per texel besides the result. Edge texels of
-/// non-repeating maps have weight 1/4. `progress` receives the completed fraction, 0 to 1.
+/// Returns the heights whose slopes are nearest to the given slopes. The computation needs 8 bytes per texel besides the
+/// result. Edge texels of non-repeating maps have weight 1/4. `progress` receives the completed fraction, from 0 to 1.
 ///
 /// # Errors
 /// Fails if memory runs out.
@@ -115,11 +115,11 @@ pub fn heights_of_slopes(slopes: &Slopes, how: &Integration, progress: &dyn Fn(f
     })
 }
 
-/// Divides the transformed `Dᵀ s`, stored by columns, by the operator. Returns two sums of squares: of the slopes that heights
-/// can explain, and of the part of these that remains as residual.
+/// Divides the transformed `Dᵀ s`, stored by columns, by the operator. Returns the sum of squares of the slopes that heights
+/// can represent, and the sum of squares of their residual.
 fn divide(columns: &mut [f32], [along, down]: [&Transform; 2], how: &Integration) -> [f64; 2] {
     let smoothness = if how.smoothness.is_nan() { 1.0 } else { how.smoothness.clamp(0.0, 1.0) };
-    // Each axis has squared responses of neighbour differences, central differences, and the mean over rows.
+    // The squared responses along each axis of neighbour differences, of central differences, and of the mean over rows.
     let responses = |transform: &Transform| -> Vec<[f64; 3]> {
         let of = |phase: f64| [2.0 - 2.0 * phase.cos(), phase.sin().powi(2), (0.75 + 0.25 * phase.cos()).powi(2)];
         transform.phases().into_iter().map(of).collect()
@@ -159,13 +159,13 @@ fn divide(columns: &mut [f32], [along, down]: [&Transform; 2], how: &Integration
     sums.into_iter().fold([0.0; 2], |a, b| [a[0] + b[0], a[1] + b[1]])
 }
 
-/// The given slopes minus their mean, extended beyond the map as differences of mirrored heights.
+/// The given slopes minus their mean. Beyond the map, the slopes are differences of mirrored heights.
 pub(super) struct Given<'a> {
     pub slopes: &'a Slopes,
     pub mean: [f32; 2],
     pub wrap: Wrap,
     pub difference: Difference,
-    /// Factor per axis: the inverse of the texel size.
+    /// The factor of each axis, which is the inverse of the texel size.
     pub per_texel: [f32; 2],
 }
 
@@ -174,9 +174,9 @@ impl Given<'_> {
         self.per_texel[axis] * (self.slopes.texels[texel][axis] - self.mean[axis])
     }
 
-    /// Returns the slope along an axis (0: `s`) at a texel whose indices may lie outside the map. Beyond a non-repeating edge,
-    /// the mirrored heights have the opposite slope. At the edge the slope is halved, because one neighbour is the texel
-    /// itself; forward differences are 0 there.
+    /// Returns the slope along an axis (0 is `s`) at a texel, which may lie outside the map. Beyond a non-repeating edge,
+    /// the mirrored heights have the opposite slope. At the edge itself the slope is halved, because one neighbour is the
+    /// texel itself. Forward differences are 0 there.
     fn at(&self, axis: usize, x: i64, y: i64) -> f32 {
         let size = self.slopes.size();
         let (column, row) = (self.wrap.texel(x, size[0]), self.wrap.texel(y, size[1]));
@@ -194,7 +194,7 @@ impl Given<'_> {
         }
     }
 
-    /// Returns `Dᵀ s` at a texel. `at` returns the slope by axis, column and row.
+    /// Returns `Dᵀ s` at a texel. `at` returns the slope for an axis, a column and a row.
     fn transposed(&self, at: impl Fn(usize, i64, i64) -> f32, x: i64, y: i64) -> f32 {
         let across = |y: i64| 0.5 * (at(0, x - 1, y) - at(0, x + 1, y));
         let down = |x: i64| 0.5 * (at(1, x, y - 1) - at(1, x, y + 1));
@@ -257,7 +257,7 @@ mod tests {
         heights_of_slopes(slopes, &how, &|_| {}).unwrap()
     }
 
-    /// Returns the RMS difference of two height maps about their means, and the RMS of the second map.
+    /// Returns the RMS difference of two height maps after subtracting their means, and the RMS of the second map.
     fn apart(a: &HeightMap, b: &HeightMap) -> [f64; 2] {
         let (ma, mb) = (f64::from(a.mean()), f64::from(b.mean()));
         let mut sums = [0.0; 2];
@@ -270,7 +270,7 @@ mod tests {
 
     #[test]
     fn heights_come_back_from_their_slopes() {
-        // With odd sides, central differences lose only the mean, so two-texel waves are recovered too.
+        // With odd sides, central differences lose only the mean, so waves of two texels are recovered too.
         for (width, height) in [(63, 63), (63, 35), (1, 63), (63, 1), (3, 101), (1, 1)] {
             for difference in ALL {
                 for wrap in [Wrap::Repeat, Wrap::Clamp] {
@@ -308,7 +308,7 @@ mod tests {
 
     #[test]
     fn curl_remains_and_is_reported() {
-        // The test field is the sum of a gradient field and a curl field, which are orthogonal.
+        // The test field is the sum of a gradient field and a curl field, which are orthogonal to each other.
         let n = 48u32;
         let waves = |i: u32| [i % n, i / n].map(|k| TAU * f64::from(k) / f64::from(n));
         let field = |gradient: f64, curl: f64| {
@@ -325,7 +325,7 @@ mod tests {
         let both = solved(&field(0.1, 0.2), how);
         assert!((both.curl_rms - 0.2).abs() < 1e-4, "{both:?}");
         assert!((both.mean_slope[0] - 0.125).abs() < 1e-6 && (both.mean_slope[1] + 0.25).abs() < 1e-6);
-        // Height differences do not have exactly the direction (2, 3) of the wave.
+        // The wave has direction (2, 3), but the height differences deviate slightly from this direction.
         let gradient = solved(&field(0.1, 0.0), how);
         assert!(gradient.curl_share() < 2e-3, "{gradient:?}");
         let [error, size] = apart(&both.heights, &gradient.heights);

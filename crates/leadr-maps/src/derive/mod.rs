@@ -1,8 +1,8 @@
 //! Maps derived from other maps: heights from normals, ambient visibility, and visibility cones (Chan 2018, "Material Advances
 //! in Call of Duty: WWII", section 4).
 //!
-//! Texels are square. Slopes are rise over run, along `s` and `t` (down). Heights are in texture widths, or are converted by a
-//! factor. Directions are `[x along s, y along t, z out of the surface]`.
+//! Texels are square. Slopes are rise over run, along `s` and along `t`, which points down. Heights are in texture widths,
+//! or are converted by a factor. Directions are `[x along s, y along t, z out of the surface]`.
 
 mod heights;
 mod occlusion;

@@ -1,16 +1,16 @@
-//! Ambient visibility of relief by horizons (Jimenez et al. 2016, "Practical Realtime Strategies for Accurate Indirect
-//! Occlusion"), viewed from straight above.
+//! Computes the ambient visibility of relief from horizons (Jimenez et al. 2016, "Practical Realtime Strategies for Accurate
+//! Indirect Occlusion"), for a view from straight above.
 //!
-//! Every direction above a height field lies in one half of a vertical slice, and is free if it is above the horizon of that
-//! half. For a horizon at angle `h` from z, the sum of the free directions of half a slice is
+//! Every direction above a height field lies in one half of a vertical slice. A direction is free if it is above the horizon
+//! of its half slice. If the horizon is at angle `h` from z, the free directions of half a slice sum to
 //!
 //! `∫ ω sin θ dθ = ½ (h − sin h cos h) along the slice, ½ sin² h along z`.
 //!
-//! The dot product of this sum with a normal is GTAO's inner integral. The sum over slices, divided by π, is the visibility
-//! vector `b`, which determines all results ([`Cone`](leadr_reflectance::masking::occlusion::Cone)). Apart from interpolation
-//! between texels ([`sweep`](super::sweep)), the number of slices is the only approximation.
+//! The dot product of the sum with a normal is the inner integral of GTAO. The sum over slices, divided by π, is the
+//! visibility vector `b`, which determines all results ([`Cone`](leadr_reflectance::masking::occlusion::Cone)). Apart from
+//! interpolation between texels ([`sweep`](super::sweep)), the number of slices is the only approximation.
 //!
-//! Directions below the horizontal are blocked, because both repeating relief and the ground around a non-repeating map are
+//! Directions below the horizontal are blocked, because repeating relief and the ground around a non-repeating map are
 //! unlimited.
 
 use std::f64::consts::PI;
@@ -24,34 +24,35 @@ use crate::horizon::{Heights, Sampled};
 use crate::limits::zeroed;
 use crate::{HeightMap, MapFault, Wrap};
 
-/// Number of slices with errors below 0.01 on scanned materials. Four times as many slices reduce the errors by a tenth to a
-/// third.
+/// The default number of slices, which keeps errors below 0.01 on scanned materials. Four times as many slices reduce the
+/// errors by a tenth to a third.
 pub const SLICES: u32 = 8;
 
-/// Hemisphere for which visibility is computed.
+/// The hemisphere for which visibility is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum About {
-    /// Directions in front of the texel's own normal. The visible fraction is the occlusion map for use with the matching
+    /// Directions in front of the texel's own normal. The visible fraction is an occlusion map for use with the matching
     /// normal map, as in glTF.
     #[default]
     Surface,
-    /// All free directions, weighted by the mesh normal. Use this occlusion where the normal map is not used or is filtered
-    /// away.
+    /// All free directions, weighted by their cosine to the mesh normal. Use occlusion by the mesh normal where the normal
+    /// map is not used or is filtered away.
     Flat,
 }
 
-/// Visibility vectors of a map.
+/// The visibility vectors of a map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VisibilityMap {
-    /// Width in texels.
+    /// The width in texels.
     pub width: u32,
-    /// Height in texels.
+    /// The height in texels.
     pub height: u32,
-    /// Hemisphere of the vectors.
+    /// The hemisphere of the vectors.
     pub about: About,
-    /// Components `b.x`, `b.y`, `b.z`, each row-major.
+    /// The components `b.x`, `b.y` and `b.z` of the vectors, each as a row-major image.
     pub vectors: [Vec<f32>; 3],
-    /// Occlusion map: the visible fraction of the sky, cosine-weighted about the normal. 1 is unoccluded.
+    /// The occlusion map: the visible fraction of the sky, weighted by the cosine to the normal. The value 1 means no
+    /// occlusion.
     pub visibility: Vec<f32>,
 }
 
@@ -64,11 +65,12 @@ impl VisibilityMap {
     }
 }
 
-/// Sums over slices of the components along columns, along rows, and along z.
+/// The sums over all slices of the components along columns, along rows, and along z.
 type Planes = [Vec<f32>; 3];
 
-/// Computes the visibility of heights with `slices` slices per texel (at least 2; see [`SLICES`]). `scale` converts heights to
-/// texture widths. Needs some 44 bytes per texel. `progress` receives the completed fraction, 0 to 1.
+/// Computes the visibility of heights with `slices` slices per texel (at least 2; see [`SLICES`]). `scale` converts heights
+/// to texture widths. The computation needs about 44 bytes per texel. `progress` receives the completed fraction, from 0 to
+/// 1.
 ///
 /// # Errors
 /// Fails if memory runs out.
@@ -83,7 +85,7 @@ pub fn visibility(
     let (width, height) = (heights.width as usize, heights.height as usize);
     let slices = slices.clamp(2, 1024);
     let azimuths: Vec<f64> = (0..slices).map(|k| PI * (f64::from(k) + 0.5) / f64::from(slices)).collect();
-    // Slices that are nearer to columns sweep the transposed map.
+    // Slices closer to the direction of columns are processed on the transposed map.
     let (along, down): (Vec<f64>, Vec<f64>) = azimuths.into_iter().partition(|a| a.cos().abs() >= a.sin().abs());
     let done = std::cell::Cell::new(0);
     let step = || {
@@ -91,7 +93,8 @@ pub fn visibility(
         progress(done.get() as f32 / (slices + 1) as f32);
     };
     let (range, middle) = (1e6, heights.mean());
-    // Heights are in texels about the mean, for precision in 32 bits. The clamp is steep enough to occlude everything.
+    // Heights are measured in texels from the middle height, for precision in 32 bits. The clamp allows slopes that occlude
+    // everything.
     let in_texels = |h: &f32| (f64::from(h - middle) * f64::from(scale) * width as f64).clamp(-range, range) as f32;
     let texels: Vec<f32> = heights.texels.par_iter().map(in_texels).collect();
     let plane = || zeroed(width * height);
@@ -129,7 +132,7 @@ pub fn visibility(
     Ok(VisibilityMap { width: heights.width, height: heights.height, about, vectors: planes, visibility })
 }
 
-/// Adds the slices whose lines rise `tangents` rows per column.
+/// Adds the slices whose lines rise by `tangents` rows per column.
 fn accumulate(field: &Field, about: About, tangents: &[f64], slices: u32, planes: &mut Planes, step: &dyn Fn()) {
     let width = field.width;
     let heights = Heights::new(width, field.height, &field.texels, field.wrap);
@@ -151,9 +154,9 @@ fn accumulate(field: &Field, about: About, tangents: &[f64], slices: u32, planes
 
 struct Slice {
     tangent: f32,
-    /// Inverse distance between adjacent columns along the slice.
+    /// The inverse of the distance between adjacent columns along the slice.
     per_column: f32,
-    /// Slice direction times the slice's fraction of the sum.
+    /// The slice direction, multiplied by the slice's fraction of the sum.
     along: [f32; 2],
     share: f32,
 }
@@ -161,7 +164,7 @@ struct Slice {
 impl Slice {
     fn new(tangent: f64, slices: u32) -> Self {
         let per_column = 1.0 / (1.0 + tangent * tangent).sqrt();
-        // Half of the slice's angle π / slices, divided by π.
+        // The weight is half of the slice's angle π / slices, divided by π.
         let share = 0.5 / f64::from(slices);
         let along = [share * per_column, share * tangent * per_column].map(|v| v as f32);
         Self { tangent: tangent as f32, per_column: per_column as f32, along, share: share as f32 }
@@ -169,7 +172,7 @@ impl Slice {
 }
 
 struct Row {
-    /// Rise per column of the horizons, ahead and behind.
+    /// The rise per column of the horizon ahead and of the horizon behind.
     rises: [Vec<f32>; 2],
     plane: Vec<f32>,
     there: Sampled,
@@ -200,7 +203,8 @@ impl Row {
         }
     }
 
-    /// Computes the rise per column of the mean-slope plane ([`Difference::Triangles`], along either axis).
+    /// Computes the rise per column of the plane of mean slope, with the weights of [`Difference::Triangles`] along both
+    /// axes.
     fn tilt(&mut self, heights: &Heights<'_>, tangent: f32, y: usize) {
         let clamped = heights.wrap == Wrap::Clamp;
         let edge = |k: usize, of: usize| if clamped && of > 1 && (k == 0 || k + 1 == of) { 1.0 } else { 0.5 };
@@ -210,7 +214,7 @@ impl Row {
         for (at, weight) in [(-1.0, 0.125), (0.0, 0.75), (1.0, 0.125)] {
             for sign in [-1.0, 1.0] {
                 self.there.fetch(heights, heights.texels, [0, y], [sign, at]);
-                // Only the outermost columns have different weights.
+                // All columns except the first and last have the same weights.
                 for (plane, there) in self.plane.iter_mut().zip(&self.there.values) {
                     *plane += 0.5 * sign * weight * there;
                 }
@@ -239,15 +243,15 @@ impl Row {
     }
 }
 
-/// Returns twice the sum of free directions of half a slice, along the slice and along z. `slope` is the slope of the horizon,
-/// at least 0.
+/// Returns twice the sum of the free directions of half a slice, as components along the slice and along z. `slope` is the
+/// slope of the horizon, at least 0.
 fn half(slope: f32) -> [f32; 2] {
     let square = 1.0 / (1.0 + slope * slope);
     [to_horizon(slope) - slope * square, square]
 }
 
-/// Returns the angle from z to a horizon of this slope (at least 0), which is the arc cotangent. The polynomial's error is at
-/// most 1e-5.
+/// Returns the angle from z to a horizon with the given slope (at least 0), which is the arc cotangent. The error of the
+/// polynomial is at most 1e-5.
 fn to_horizon(slope: f32) -> f32 {
     let flat = slope <= 1.0;
     let v = if flat { slope } else { 1.0 / slope };
@@ -294,8 +298,8 @@ mod tests {
 
     #[test]
     fn tilted_plane_visibility_matches_closed_form() {
-        // The plane has slope 1 and falls along t. Half of the sky about its normal is above the horizontal, weighted by
-        // (1 + cos 45°)/2.
+        // The plane has slope 1 and falls along t. Of the sky about the plane's normal, the cosine-weighted fraction (1 +
+        // cos 45°)/2 is above the horizontal.
         let slope = map(65, 65, |_, y| -f64::from(y));
         for (slices, tolerance) in [(16, 3e-3), (64, 1e-3)] {
             let found = of(&slope, Wrap::Clamp, About::Surface, slices);
@@ -306,7 +310,7 @@ mod tests {
                 "{slices}: {} {expected}",
                 found.visibility[at]
             );
-            // The sum of directions between two planes lies on the bisector of their normals.
+            // The sum of all directions between two planes lies on the bisector of the planes' normals.
             let [x, y, z] = found.at(32, 32);
             assert!(x.abs() < 1e-3 && (y / z - 22.5f32.to_radians().tan()).abs() < 3.0 * tolerance, "{x} {y} {z}");
         }
@@ -314,8 +318,8 @@ mod tests {
 
     #[test]
     fn trench_floor_visibility_matches_closed_form() {
-        // A repeating trench along t is 41 wide and 20 deep. By the view factor of a slot, a fraction cos² of the half angle is
-        // hidden at its middle.
+        // A repeating trench along t is 41 texels wide and 20 deep. By the view factor of a slot, the fraction cos² of the
+        // half angle is hidden at the trench's middle.
         let trench = |x: u32| if x.abs_diff(64) <= 20 { 0.0 } else { 20.0 };
         // On a non-repeating map the ends of the trench are open.
         for (transposed, wrap, tolerance) in

@@ -1,4 +1,5 @@
-//! Texel slopes, computed from arbitrary normals or from heights. Integration inverts the same difference operators.
+//! Slopes of texels, computed from arbitrary normals or from heights. The integration of heights inverts the difference
+//! operators of this module.
 
 use rayon::prelude::*;
 
@@ -6,29 +7,29 @@ use crate::limits::{check_size, zeroed};
 use crate::material::{NormalMap, STEEPEST};
 use crate::{HeightMap, MapFault, Wrap};
 
-/// Difference operator from heights to slopes.
+/// The difference operator that computes slopes from heights.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Difference {
-    /// Mean slope of the drawn triangles over a texel's square, as in a [LEADR map](crate::LeadrMap). The central differences
-    /// have weight 3/4 on the texel's own row and 1/8 on each adjacent row.
+    /// The mean slope of the drawn triangles over a texel's square, as in a [LEADR map](crate::LeadrMap). The central
+    /// difference has weight 3/4 on the texel's own row, and weight 1/8 on each adjacent row.
     #[default]
     Triangles,
-    /// Half the difference of the two neighbours.
+    /// Half the difference between the two neighbours.
     Central,
-    /// Difference to the next texel, as in Chan 2018. Heights lie half a texel before their slopes.
+    /// The difference to the next texel, as in Chan 2018. A height then lies half a texel before its slope.
     Forward,
 }
 
-/// Counts of invalid normals. Every invalid normal still gets a slope.
+/// The number of invalid normals of each type. Every invalid normal still gets a slope.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SlopeFaults {
-    /// Number of normals that are not finite or have zero length. Such normals get slope 0.
+    /// The number of normals that are not finite or have zero length. The slopes of these normals are set to 0.
     pub broken: u64,
-    /// Number of normals with `z <= 0`, which get the maximum slope in their direction.
+    /// The number of normals with `z <= 0`. A normal below the horizon gets the maximum slope in its direction.
     pub below_horizon: u64,
-    /// Number of slopes clamped to [`STEEPEST`], excluding normals below the horizon.
+    /// The number of slopes clamped to [`STEEPEST`], excluding normals below the horizon.
     pub steep: u64,
-    /// Number of normals whose length differs from 1 by more than 1/20. Only their direction is used.
+    /// The number of normals whose length differs from 1 by more than 1/20. The length of a normal is ignored.
     pub not_unit: u64,
 }
 
@@ -62,21 +63,22 @@ impl SlopeFaults {
     }
 }
 
-/// Upper limit of slopes from heights, so that squares and sums stay finite.
+/// The upper limit of slopes from heights, which keeps squares and sums finite.
 const STEEPEST_OF_HEIGHTS: f64 = 1e6;
 
-/// Finite slopes of all texels, at most [`STEEPEST`] if they come from normals.
+/// The slopes of all texels, which are finite. Slopes from normals are at most [`STEEPEST`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Slopes {
     pub(super) width: u32,
     pub(super) height: u32,
     pub(super) texels: Vec<[f32; 2]>,
-    /// Counts of invalid normals.
+    /// The number of invalid normals of each type.
     pub faults: SlopeFaults,
 }
 
 impl Slopes {
-    /// Takes row-major slopes. Values that are not finite become 0 and count as broken. Values beyond 1e6 are clamped.
+    /// Creates the map from row-major slopes. Values that are not finite become 0 and count as broken. Values above 1e6 are
+    /// clamped.
     ///
     /// # Errors
     /// Fails if a side is 0, or if the number of texels is not `width * height`.
@@ -94,7 +96,8 @@ impl Slopes {
         Ok(Self { width, height, texels, faults })
     }
 
-    /// Computes slopes from row-major normals with y along `t` (down). Any values are accepted; see [`SlopeFaults`].
+    /// Computes slopes from row-major normals with y along `t` (down). All values are accepted, and [`SlopeFaults`] counts
+    /// the invalid ones.
     ///
     /// # Errors
     /// Fails if a side is 0, or if the number of texels is not `width * height`.
@@ -103,7 +106,7 @@ impl Slopes {
         Self::of_texels(width, height, |x, y, faults| faults.slope(normals[y as usize * width as usize + x as usize]))
     }
 
-    /// Computes the slopes of a normal map by [`NormalMap::slope`].
+    /// Computes the slopes of a normal map with [`NormalMap::slope`].
     ///
     /// # Errors
     /// Fails if memory runs out.
@@ -139,17 +142,17 @@ impl Slopes {
         Ok(Self { width, height, texels, faults })
     }
 
-    /// Width and height in texels.
+    /// Returns the width and height in texels.
     pub const fn size(&self) -> [u32; 2] {
         [self.width, self.height]
     }
 
-    /// Row-major slopes.
+    /// Returns the row-major slopes.
     pub fn texels(&self) -> &[[f32; 2]] {
         &self.texels
     }
 
-    /// The mean slope.
+    /// Returns the mean slope.
     pub fn mean(&self) -> [f64; 2] {
         let rows = self.texels.par_chunks(self.width as usize);
         let sums: Vec<[f64; 2]> = rows
@@ -159,10 +162,10 @@ impl Slopes {
         sum.map(|v| v / self.texels.len() as f64)
     }
 
-    /// Returns the RMS angle in degrees between the normals of these slopes and of `other`.
+    /// Returns the RMS angle in degrees between the normals of these slopes and the normals of `other`.
     ///
     /// # Panics
-    /// Panics if sizes differ.
+    /// Panics if the sizes differ.
     pub fn angle_to(&self, other: &Self) -> f64 {
         assert_eq!(self.size(), other.size(), "slopes of two sizes");
         let unit = |[x, y]: [f32; 2]| {
@@ -190,8 +193,8 @@ fn check(width: u32, height: u32, len: usize) -> Result<(), MapFault> {
     Ok(())
 }
 
-/// Computes the slopes of heights. `scale` converts heights to texture widths. At the edges of a non-repeating map, differences
-/// use the single neighbour.
+/// Computes the slopes of heights. `scale` converts heights to texture widths. A texel at the edge of a non-repeating map
+/// uses its single neighbour.
 pub fn slopes_of_heights(heights: &HeightMap, scale: f32, wrap: Wrap, difference: Difference) -> Slopes {
     let (width, height) = (heights.width, heights.height);
     let per_texel = f64::from(scale) * f64::from(width);
@@ -213,7 +216,7 @@ fn differences(map: &HeightMap, wrap: Wrap, difference: Difference, x: u32, y: u
         _ => [-1, 0, 1].map(|step| wrap.texel(i64::from(k) + step, of)),
     };
     let ([x0, x1, x2], [y0, y1, y2]) = (near(x, map.width), near(y, map.height));
-    // At a non-repeating edge the neighbours are one texel apart, not two.
+    // At a non-repeating edge, the two samples are one texel apart instead of two.
     let by = |a: usize, b: usize, of: u32| match wrap {
         Wrap::Repeat => 0.5,
         Wrap::Clamp if of > 1 => 1.0 / (b - a) as f64,
@@ -253,7 +256,7 @@ mod tests {
             let leadr = LeadrMap::new(&map, Wrap::Repeat);
             let slopes = slopes_of_heights(&map, 1.0, Wrap::Repeat, Difference::Triangles);
             for (slope, moments) in slopes.texels.iter().zip(&leadr.levels[0].texels) {
-                // Moments are per unit texture coordinate.
+                // Moments have slopes per unit texture coordinate.
                 let [s, t] = moments.mean_slope;
                 let expected = [s, t * width as f32 / height as f32];
                 assert!((0..2).all(|i| (slope[i] - expected[i]).abs() < 1e-4), "{slope:?} {expected:?}");

@@ -1,8 +1,9 @@
-//! Orthonormal transforms of real images of any size, which turn convolutions by kernels that are even along both axes into
-//! products. Repeating images use the Hartley transform. Images mirrored at their edges use the cosine transform (DCT-II).
+//! Orthonormal transforms of real images of any size. If a kernel is even along both axes, the transform turns convolution
+//! by the kernel into a product. Repeating images use the Hartley transform. Images mirrored at their edges use the cosine
+//! transform (DCT-II).
 //!
-//! Two rows form the real and imaginary parts of one complex transform. Nothing is therefore computed twice or stored besides
-//! the image.
+//! Two rows form the real and imaginary parts of one complex transform. Nothing is therefore computed twice, and only the
+//! image is stored.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -18,7 +19,7 @@ pub(super) struct Transform {
     wrap: Wrap,
     forward: Arc<dyn Fft<f32>>,
     backward: Arc<dyn Fft<f32>>,
-    /// Table of `exp(-i pi k / 2 n)`.
+    /// A table of `exp(-i pi k / 2 n)`.
     twiddles: Vec<Complex<f32>>,
 }
 
@@ -45,7 +46,7 @@ impl Transform {
         }
     }
 
-    /// Returns the phase per texel of each basis function, in the order of the coefficients.
+    /// Returns the phase per texel of each basis function, in the same order as the coefficients.
     pub fn phases(&self) -> Vec<f64> {
         let step = if self.wrap == Wrap::Repeat { TAU } else { PI } / self.length as f64;
         (0..self.length).map(|k| step * k as f64).collect()
@@ -57,7 +58,8 @@ impl Transform {
         Scratch { pair: vec![zero; self.length], own: vec![zero; own], blank: vec![0.0; self.length] }
     }
 
-    /// Returns the position of a texel in Makhoul's (1980) order: even columns, then odd columns reversed.
+    /// Returns the position of a texel in Makhoul's (1980) order, which lists the even columns first, then the odd columns
+    /// in reverse.
     fn slot(&self, x: usize) -> usize {
         if x.is_multiple_of(2) { x / 2 } else { self.length - 1 - x / 2 }
     }
@@ -87,7 +89,7 @@ impl Transform {
         let unit = (1.0 / n as f64).sqrt() as f32;
         for k in 0..n {
             let (here, other) = (z[k], z[if k == 0 { 0 } else { n - k }]);
-            // The result is twice the spectra of the two rows.
+            // The sums are twice the spectra of the two rows.
             let of_a = Complex::new(here.re + other.re, here.im - other.im);
             let of_b = Complex::new(here.im + other.im, other.re - here.re);
             if self.wrap == Wrap::Repeat {
@@ -176,7 +178,7 @@ mod tests {
         for n in [1, 2, 5, 64, 97] {
             for wrap in [Wrap::Repeat, Wrap::Clamp] {
                 let transform = Transform::new(n, wrap);
-                // Test both a pair of rows and a single row.
+                // The test covers a pair of rows and a single row.
                 for count in [2 * n, n] {
                     let given = &rows(n)[..count];
                     let mut found = given.to_vec();

@@ -1,29 +1,32 @@
-//! Horizons along parallel lines, by convex hulls (Timonen and Westerholm 2010, "Scalable height field self-shadowing").
+//! Horizons along parallel lines, found by convex hulls (Timonen and Westerholm 2010, "Scalable height field
+//! self-shadowing").
 //!
-//! Parallel lines cross every column of the map, and a texel belongs to its closest line. Where a line passes between two
-//! texels of a column, their heights are interpolated. The upper hull of the passed points is kept. A texel's horizon is the
-//! tangent to that hull, found in one or two steps. Reach is unlimited, and the cost per texel does not depend on the relief.
+//! Parallel lines cross every column of the map, and each texel belongs to its closest line. Where a line passes between two
+//! texels of a column, the heights of the texels are interpolated. The upper hull of a line's points is updated as the line
+//! advances. A texel's horizon is the tangent from the texel to the hull, which is found in one or two steps. The reach is
+//! unlimited, and the cost per texel does not depend on the relief.
 //!
-//! A texel uses its own height, extrapolated along its slope to the line, and not the height of the line. The two nearest
-//! columns on either side do not use the line, because the crossings of a ray from the texel itself are exact there
+//! A texel uses its own height, extrapolated along its slope to the line, instead of the height of the line. The two nearest
+//! columns on either side are computed exactly, at the crossings of a ray that starts at the texel itself
 //! ([`occlusion`](super::occlusion)).
 
 use rayon::prelude::*;
 
 use crate::Wrap;
 
-/// Number of columns on either side of a texel with exact ray crossings. Hulls begin beyond these columns.
+/// The number of columns on either side of a texel where ray crossings are exact. Hulls begin beyond the exact columns.
 pub(super) const NEAR: usize = 2;
-/// Ratio of cell sizes between successive coarser copies of the map. Each copy takes over at this distance, in its own cells.
+/// The ratio of cell sizes between successive coarser copies of the map. Each copy is used beyond this number of its own
+/// cells.
 const COARSER: usize = 8;
 
-/// A height field: row-major heights in units of texels.
+/// A height field with row-major heights in units of texels.
 pub(super) struct Field {
     pub width: usize,
     pub height: usize,
     pub texels: Vec<f32>,
     pub wrap: Wrap,
-    /// Means over 8 x 8, 64 x 64 … texels, which approximate distant ground before the start of a line.
+    /// The means over 8 x 8, 64 x 64 … texels, which approximate distant ground before the start of a line.
     coarse: Vec<Coarse>,
 }
 
@@ -33,11 +36,11 @@ struct Coarse {
     texels: Vec<f32>,
 }
 
-/// Horizons as rise per column, ahead (towards higher columns) and behind. Negative rises become 0.
+/// The rise per column of the horizons ahead (towards higher columns) and behind. Negative rises become 0.
 pub(super) struct Horizons {
-    /// Row offset of lines in each column, relative to column 0.
+    /// The row offset of the lines in each column, relative to column 0.
     pub shifts: Vec<i64>,
-    /// Row of the first line in column 0.
+    /// The row of the first line in column 0.
     first: i64,
     width: usize,
     lines: usize,
@@ -60,7 +63,7 @@ impl Field {
         Self { width, height, texels, wrap, coarse }
     }
 
-    /// Returns the interpolated height at a fractional row of a column, which may lie outside the map.
+    /// Returns the interpolated height at a fractional row of a column. The position may lie outside the map.
     fn at(&self, x: i64, y: f32) -> f32 {
         let low = y.floor();
         let part = y - low;
@@ -80,7 +83,7 @@ impl Field {
         coarse.texels[cell(y, self.height, coarse.height) * coarse.width + cell(x, self.width, coarse.width)]
     }
 
-    /// Returns the horizons along all lines that rise `tangent` rows per column, -1 to 1.
+    /// Returns the horizons along all lines that rise by `tangent` rows per column. `tangent` is from -1 to 1.
     pub fn horizons(&self, tangent: f64) -> Horizons {
         let shifts: Vec<i64> = (0..self.width).map(|x| (x as f64 * tangent).round() as i64).collect();
         let (low, high) = (shifts[self.width - 1].min(0), shifts[self.width - 1].max(0));
@@ -110,13 +113,13 @@ impl Field {
                 for x in from..to {
                     let own = self.moved(x, start + shifts[x], (start as f64 + x as f64 * tangent) as f32);
                     out[x] = [own, hull.rise(x as f32, own)];
-                    // Nearer columns are not part of the next column's hull.
+                    // The next column treats its nearest columns exactly, so its hull excludes them.
                     let passed = x as i64 - NEAR as i64;
                     if let Some(z) = on_line(passed) {
                         hull.push(passed as f32, z);
                     }
                 }
-                // In the reverse direction, columns are counted from the end.
+                // The reverse direction counts columns from the end.
                 hull.clear();
                 let last = self.width as f32 - 1.0;
                 for &[distance, level] in before.iter().rev() {
@@ -134,8 +137,8 @@ impl Field {
         Horizons { shifts, first, width: self.width, lines, wrap: self.wrap, values }
     }
 
-    /// Returns sample distances before the first column, near to far, each with the index of the coarse copy to sample (0: the
-    /// map itself). The list ends where no rise of 1/64 is possible.
+    /// Returns the sample distances before the first column, from near to far, each with the index of the coarse copy to
+    /// sample. Index 0 is the map itself. The list ends where no rise of 1/64 is possible.
     fn before(&self, tangent: f64, range: f64) -> Vec<[f32; 2]> {
         let mut found = Vec::new();
         if self.wrap == Wrap::Clamp {
@@ -143,7 +146,7 @@ impl Field {
         }
         let reach = 64.0 * range / (1.0 + tangent * tangent).sqrt();
         let (mut distance, mut level, mut cell) = ((NEAR + 1) as f64, 0, 1usize);
-        // The coarsest copy consists of a single height.
+        // The coarsest copy has a single height.
         while distance <= reach && level < self.coarse.len() {
             if distance >= (COARSER * COARSER * cell) as f64 {
                 level += 1;
@@ -156,7 +159,7 @@ impl Field {
         found
     }
 
-    /// Returns the height of a texel, extrapolated along its slope to the point where a line crosses its column.
+    /// Returns the height of a texel, extrapolated along its slope to the point where a line crosses the texel's column.
     fn moved(&self, x: usize, row: i64, line: f32) -> f32 {
         let aside = line - row as f32;
         let [a, own, b] = [-1, 0, 1].map(|step| {
@@ -167,7 +170,7 @@ impl Field {
         own + 0.5 * aside * (b - a)
     }
 
-    /// Returns the height of a line before the first or after the last column.
+    /// Returns the height along a line before the first column or after the last column.
     fn beyond(&self, start: i64, tangent: f64, x: f32, level: f32) -> f32 {
         let y = start as f64 + f64::from(x) * tangent;
         match level as usize {
@@ -228,7 +231,7 @@ impl Horizons {
     }
 }
 
-/// Upper hull of points in order of increasing `x`.
+/// The upper hull of points that are added in order of increasing `x`.
 #[derive(Default)]
 struct Hull {
     points: Vec<[f32; 2]>,
@@ -249,7 +252,7 @@ impl Hull {
         self.points.push([x, z]);
     }
 
-    /// Returns the steepest rise from a position beyond the last point, at least 0.
+    /// Returns the steepest rise from the hull's points to a position beyond the last point, at least 0.
     fn rise(&self, x: f32, z: f32) -> f32 {
         let mut best = f32::MIN;
         for point in self.points.iter().rev() {
@@ -272,7 +275,7 @@ mod tests {
         Field::new(width, height, (0..width * height).map(texel).collect(), wrap)
     }
 
-    /// Compares the hulls with a search over all columns.
+    /// Compares the hulls with an exhaustive search over all columns.
     #[test]
     fn hulls_match_exhaustive_search() {
         for wrap in [Wrap::Repeat, Wrap::Clamp] {
@@ -288,7 +291,7 @@ mod tests {
                             let start = y as i64 - horizons.shifts[x];
                             let line = (start as f64 + x as f64 * tangent) as f32;
                             let own = field.moved(x, start + horizons.shifts[x], line);
-                            // The search covers the range in which the hulls read the map itself.
+                            // The search covers only the range in which the hulls read the map itself.
                             let seen = |side: i64| {
                                 let columns = match (wrap, side) {
                                     (Wrap::Repeat, 1) => x as i64 + 3..width as i64 + 63,

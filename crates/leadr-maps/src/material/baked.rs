@@ -1,11 +1,11 @@
-//! The finest level of a baked map as a material.
+//! Converts the finest level of a baked map to a material.
 
 use super::{Encoding, GreenAxis, Input, Material, NormalMap, Raster, Relief, RoughnessMeaning, Samples, Texture};
 use crate::MapFault;
 use crate::baked::{BakedMap, HeightUnit};
 
 impl Material {
-    /// Converts the finest level of a baked map to a material: heights, slopes from normals, roughness, colour.
+    /// Converts the finest level of a baked map to a material with heights, slopes from normals, roughness and colour.
     ///
     /// # Errors
     /// Fails if the map is not of kind LEADR, does not repeat, or has a height that is too large.
@@ -23,14 +23,14 @@ impl Material {
             material.relief = Some(Relief { map: map.height_map()?, scale: None, in_widths, middle: map.middle });
         }
         if let (true, Some(across), Some(mut down)) = (map.of_normals, map.channel("x"), map.channel("y")) {
-            // Converts slopes from per texture height to per texture width.
+            // Slopes along t are converted from per texture height to per texture width.
             down.iter_mut().for_each(|slope| *slope *= width as f32 / height as f32);
             let none = vec![0.0; down.len()];
             let texture = texture(&[across, down, none], Encoding::Slopes)?;
             material.normal_map = Some(NormalMap { texture, green: GreenAxis::Up, scale: 1.0 });
         }
         if let Some(mut roughness) = map.channel("alpha2") {
-            // The roughness is converted back to perceptual roughness, which is interpolated.
+            // α² is converted back to perceptual roughness, because textures interpolate perceptual roughness.
             roughness.iter_mut().for_each(|square| *square = as_code(square.max(0.0).sqrt().sqrt()));
             material.roughness = Input::texture(texture(&[roughness], Encoding::Linear)?, 0);
             material.roughness_meaning = RoughnessMeaning::Perceptual;
@@ -43,7 +43,7 @@ impl Material {
     }
 }
 
-/// Snaps to an 8- or 16-bit code if the difference is only rounding.
+/// Returns the nearest 8- or 16-bit code if `value` differs only by rounding, otherwise `value`.
 fn as_code(value: f32) -> f32 {
     let code = (value * 65535.0).round();
     if (value * 65535.0 - code).abs() < 0.03 { code / 65535.0 } else { value }

@@ -1,4 +1,4 @@
-//! Material folders as downloaded. The file names determine the role of each picture.
+//! Folders of material pictures, as downloaded. File names determine the role of each picture.
 
 use std::path::{Path, PathBuf};
 
@@ -11,24 +11,24 @@ use crate::shown::shown_path;
 use crate::{ImageHeader, MapError, MapFault};
 use leadr_reflectance::facets::gloss::Gloss;
 
-/// Role of a picture in a material.
+/// The role of a picture in a material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Role {
     /// Base colour.
     Color,
     /// Perceptual roughness.
     Roughness,
-    /// Gloss: one minus perceptual roughness.
+    /// Gloss, which is one minus perceptual roughness.
     Gloss,
     /// Metalness.
     Metalness,
-    /// Occlusion in red, roughness in green, metalness in blue.
+    /// Occlusion in the red channel, roughness in green, and metalness in blue.
     Packed,
-    /// Normals with green up (OpenGL).
+    /// Normals whose green channel points up (OpenGL).
     NormalUp,
-    /// Normals with green down (DirectX).
+    /// Normals whose green channel points down (DirectX).
     NormalDown,
-    /// Normals with unknown green direction.
+    /// Normals whose green direction is unknown.
     Normal,
     /// Heights.
     Height,
@@ -38,11 +38,11 @@ pub enum Role {
     Cones,
     /// Alpha mask.
     Opacity,
-    /// Emitted light.
+    /// Emitted radiance.
     Emission,
 }
 
-/// File name words that indicate each role, in lower case without separators.
+/// The words in file names that indicate each role, in lower case and without separators.
 const WORDS: &[(Role, &[&str])] = &[
     (Role::Color, &["color", "colour", "col", "albedo", "basecolor", "basecolour", "diffuse", "diff", "basemap"]),
     (Role::Roughness, &["roughness", "rough", "rgh"]),
@@ -64,7 +64,7 @@ const EXTENSIONS: [&str; 4] = ["png", "jpg", "jpeg", "exr"];
 /// Maximum number of remarks about pictures without a role.
 const MOST_REMARKS: usize = 20;
 
-/// Returns the role of a file: the role of the last recognised word in its name.
+/// Returns the role of a file, which is given by the last recognised word in the file name.
 pub fn role_of(file: &Path) -> Option<Role> {
     let stem = file.file_stem()?.to_string_lossy().to_ascii_lowercase();
     let words: Vec<&str> = stem.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty()).collect();
@@ -76,12 +76,12 @@ pub fn role_of(file: &Path) -> Option<Role> {
     })
 }
 
-/// A material folder: its pictures by role.
+/// A material folder, with one picture for each role.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MaterialFolder {
-    /// The folder's name.
+    /// The name of the folder.
     pub name: String,
-    /// Pictures in the order of roles, one for each role.
+    /// The pictures in the order of roles, at most one for each role.
     pub pictures: Vec<(Role, PathBuf)>,
     /// One message for each ignored file.
     pub remarks: Vec<String>,
@@ -141,7 +141,7 @@ impl MaterialFolder {
         Ok(this)
     }
 
-    /// Keeps only the most specific of several pictures with the same information.
+    /// If several pictures contain the same information, keeps only the most specific one.
     fn leave_aside(&mut self) {
         use Role::{Gloss, Metalness, Normal, NormalDown, NormalUp, Packed, Roughness};
         for (kept, other) in [
@@ -160,7 +160,7 @@ impl MaterialFolder {
                 self.remarks.push(format!("{} is not used: {kept:?} replaces it", shown_path(file)));
             }
         }
-        // Occlusion is computed from the heights and must not count twice.
+        // Occlusion is also computed from the heights, and must not be applied twice.
         if let (Some(file), Some(_)) = (self.picture(Role::Occlusion), self.picture(Role::Height)) {
             self.remarks.push(format!("{} is not used: occlusion is computed from the heights", shown_path(file)));
         }
@@ -213,7 +213,7 @@ impl MaterialFolder {
 }
 
 impl Material {
-    /// Reads base colours.
+    /// Reads the base colour.
     ///
     /// # Errors
     /// Fails if the picture is damaged, too large or of the wrong kind.
@@ -222,7 +222,7 @@ impl Material {
         Ok(())
     }
 
-    /// Reads a perceptual roughness or a gloss.
+    /// Reads the roughness from a picture of perceptual roughness, or of gloss if `gloss` is set.
     ///
     /// # Errors
     /// Fails if the picture is damaged, too large or of the wrong kind.
@@ -248,7 +248,7 @@ impl Material {
         Ok(())
     }
 
-    /// Reads ambient occlusion: the visible fraction of the hemisphere.
+    /// Reads the ambient occlusion, which is the visible fraction of the hemisphere.
     ///
     /// # Errors
     /// Fails if the picture is damaged, too large or of the wrong kind.
@@ -257,7 +257,7 @@ impl Material {
         Ok(())
     }
 
-    /// Reads visibility cones from a picture of `leadr bake --kind cones`.
+    /// Reads visibility cones from a picture that `leadr bake --kind cones` wrote.
     ///
     /// # Errors
     /// Fails if the picture is damaged, too large, or does not have four channels.
@@ -272,7 +272,7 @@ impl Material {
         Ok(())
     }
 
-    /// Reads heights with an unknown unit.
+    /// Reads heights whose unit is unknown.
     ///
     /// # Errors
     /// Fails if the picture is damaged, too large or of the wrong kind.

@@ -1,4 +1,4 @@
-//! Materials: one type for everything that is drawn, and for all file formats.
+//! Materials. One type describes everything that is drawn, for all file formats.
 //!
 //! Each material property is a constant or a texture ([`Input`]). Textures have their own coordinates, transform, addressing
 //! mode and encoding. Filtering happens later, when a material is combined with a mesh and relief.
@@ -18,14 +18,14 @@ use super::HeightMap;
 use leadr_reflectance::facets::gloss::Gloss;
 use leadr_reflectance::materials::fitted_table::FittedTable;
 
-/// A material property: a constant, or a texture times a constant factor.
+/// A material property, which is a constant or a texture times a constant factor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Input<T> {
-    /// The constant value, or the factor on the texture.
+    /// The constant value, or the factor that multiplies the texture.
     pub factor: T,
-    /// Optional texture.
+    /// The texture, if any.
     pub texture: Option<Texture>,
-    /// Channel of a scalar property, 0 to 3. Colours use the first three channels.
+    /// The texture channel of a scalar property, from 0 to 3. Colours always use the first three channels.
     pub channel: usize,
 }
 
@@ -50,31 +50,32 @@ impl Input<[f32; 3]> {
     }
 }
 
-/// Returns the code, 0 to 255, of a roughness `α` in 0..1 in colour maps. The code stores the square root of `α`, for precision
-/// on smooth surfaces.
+/// Returns the code, from 0 to 255, by which colour maps store a roughness `α` in 0..1. The code stores the square root of
+/// `α`, which gives precision on smooth surfaces.
 pub fn alpha_code(alpha: f32) -> u8 {
     (alpha.clamp(0.0, 1.0).sqrt() * 255.0 + 0.5) as u8
 }
 
-/// Returns the roughness `α` of a code; inverse of [`alpha_code`].
+/// Returns the roughness `α` of a code. Inverse of [`alpha_code`].
 pub fn alpha_of(code: u8) -> f32 {
     (f32::from(code) / 255.0).powi(2)
 }
 
-/// Meaning of roughness values.
+/// What the values of a roughness texture mean.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub enum RoughnessMeaning {
     /// Perceptual roughness, whose square is `α`, as in glTF and most texture libraries.
     #[default]
     Perceptual,
-    /// Roughness `α` of the microfacet distribution: `√2` times the standard deviation of a Beckmann surface's slopes.
+    /// The roughness `α` of the microfacet distribution, which is `√2` times the standard deviation of a Beckmann surface's
+    /// slopes.
     Alpha,
     /// Gloss or smoothness on a given scale.
     Gloss(Gloss),
 }
 
 impl RoughnessMeaning {
-    /// Returns the roughness `α` of a value in 0..1.
+    /// Converts a value in 0..1 to the roughness `α`.
     pub fn alpha(self, value: f32) -> f32 {
         match self {
             Self::Perceptual => value * value,
@@ -87,26 +88,28 @@ impl RoughnessMeaning {
 /// Anisotropic roughness, as in `KHR_materials_anisotropy`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Anisotropy {
-    /// Strength, 0 (isotropic) to 1. Along the direction, `α` is interpolated towards 1 by the squared strength.
+    /// The strength, from 0 (isotropic) to 1. Along the direction, `α` is interpolated towards 1 by the squared strength.
     pub strength: Input<f32>,
-    /// Rotation of the direction from the tangent towards the bitangent, in radians.
+    /// The rotation of the direction in radians, from the tangent towards the bitangent.
     pub rotation: f32,
-    /// Directions in the tangent plane (red and green as -1..1), rotated by `rotation`. `None` uses the tangent.
+    /// The directions in the tangent plane before the rotation by `rotation`. Red and green as -1..1 are the components.
+    /// `None` means the tangent direction.
     pub direction: Option<Texture>,
 }
 
-/// Normal map in the tangent frame.
+/// A normal map in the tangent frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NormalMap {
-    /// Normals as a texture. Red and green as -1..1 are x and y. Blue is z, which two-channel images derive.
+    /// The normals as a texture. Red and green as -1..1 are x and y. Blue is z, which is computed from x and y for
+    /// two-channel images.
     pub texture: Texture,
-    /// Direction of the green channel.
+    /// The direction of the green channel.
     pub green: GreenAxis,
-    /// Factor on x and y.
+    /// The factor that multiplies x and y.
     pub scale: f32,
 }
 
-/// Direction of a normal map's green channel in the image.
+/// The direction of a normal map's green channel in the image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum GreenAxis {
     /// Green points up (OpenGL, glTF).
@@ -116,109 +119,114 @@ pub enum GreenAxis {
     Down,
 }
 
-/// Heights of a surface above its mesh.
+/// The heights of a surface above its mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Relief {
-    /// The heights, over the first texture coordinates.
+    /// The height map, which uses the first set of texture coordinates.
     pub map: HeightMap,
-    /// Metres per unit of the map. `None` if unknown.
+    /// The number of metres per unit of the map, or `None` if unknown.
     pub scale: Option<f32>,
-    /// Whether the unit is the texture width, if `scale` is unknown.
+    /// Whether the unit of the map is the texture width. The field is used only if `scale` is unknown.
     pub in_widths: bool,
-    /// Map height at the mesh surface.
+    /// The height of the map that lies at the mesh surface.
     pub middle: f32,
 }
 
 /// A detail material that repeats more often than its base material.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MaterialDetail {
-    /// The detail material. Its heights and normals affect only shading.
+    /// The detail material. The heights and normals of the detail affect only shading.
     pub material: Material,
-    /// Whether the detail affects colour and roughness as well as slopes. True if its files define them.
+    /// Whether the detail affects colour and roughness as well as slopes. True if the detail's files contain colour or
+    /// roughness.
     pub colored: bool,
-    /// Number of repeats within one repeat of the base material.
+    /// The number of repeats within one repeat of the base material.
     pub repeat: f32,
-    /// Counter-clockwise rotation in degrees.
+    /// The counter-clockwise rotation in degrees.
     pub rotation: f32,
-    /// Factor on the heights and slopes of the detail.
+    /// The factor that multiplies the heights and slopes of the detail.
     pub height_scale: f32,
-    /// Coverage, 0 to 1, over one repeat of the base material. `None` modulates the base everywhere instead of covering it.
+    /// The coverage from 0 to 1, over one repeat of the base material. If the mask is `None`, the detail modulates the base
+    /// everywhere instead of covering it.
     pub mask: Option<Texture>,
 }
 
-/// Opacity of a surface.
+/// The opacity of a surface.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Opacity {
-    /// Fully opaque.
+    /// The surface is fully opaque.
     #[default]
     Opaque,
-    /// Visible where the mask is at least the cutoff.
+    /// The surface is visible where the mask is at least the cutoff.
     Mask {
-        /// Mask value, usually the base colour's alpha.
+        /// The mask value, usually the alpha of the base colour.
         mask: Input<f32>,
-        /// Smallest mask value that is visible.
+        /// The smallest mask value that is visible.
         cutoff: f32,
     },
-    /// Partial opacity. The surface is drawn where the opacity is at least one half, since transparency is not supported.
+    /// The surface is partially opaque. Transparency is not supported, so the surface is drawn where the opacity is at least
+    /// one half.
     Blend {
-        /// Opacity, 0 to 1.
+        /// The opacity, from 0 to 1.
         share: Input<f32>,
     },
 }
 
-/// A surface material. Colours are linear Rec.709, from 0 to 1 except for emission.
+/// A surface material. Colours are linear Rec.709 and lie between 0 and 1, except for emission.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
-    /// Name in messages and on the command line.
+    /// The name in messages and on the command line.
     pub name: String,
-    /// Albedo of dielectrics; reflectance at normal incidence of metals.
+    /// The albedo of a dielectric, or the reflectance of a metal at normal incidence.
     pub base_color: Input<[f32; 3]>,
-    /// Metalness, 0 to 1.
+    /// The metalness, from 0 to 1.
     pub metalness: Input<f32>,
-    /// Microfacet roughness, 0 to 1.
+    /// The microfacet roughness, from 0 to 1.
     pub roughness: Input<f32>,
-    /// Meaning of the roughness values.
+    /// What the roughness values mean.
     pub roughness_meaning: RoughnessMeaning,
-    /// Facet distribution of a measured material, with its own reflectance. Roughness scales the slopes of the facets.
+    /// The facet distribution of a measured material, with its own reflectance. The roughness scales the slopes of the
+    /// facets.
     pub fit: Option<Arc<FittedTable>>,
-    /// Anisotropy, if any.
+    /// The anisotropy, if any.
     pub anisotropy: Option<Anisotropy>,
-    /// Reflectance at normal incidence of dielectrics. The product of factor and texture is clamped to 1.
+    /// The reflectance of dielectrics at normal incidence. The product of factor and texture is clamped to 1.
     pub f0: Input<[f32; 3]>,
-    /// F82 tint of metals, 0 to 4: the reduction of reflectance below Schlick's curve towards grazing incidence
-    /// ([`fresnel_edge_tint`](leadr_reflectance::facets::fresnel::fresnel_edge_tint)). 0 if not given.
+    /// The F82 tint of metals, from 0 to 4. The tint reduces the reflectance below Schlick's curve towards grazing incidence
+    /// ([`fresnel_edge_tint`](leadr_reflectance::facets::fresnel::fresnel_edge_tint)). The value is 0 if the material gives
+    /// none.
     pub edge_tint: [f32; 3],
-    /// Normal map.
+    /// The normal map, if any.
     pub normal_map: Option<NormalMap>,
-    /// Heights.
+    /// The heights, if any.
     pub relief: Option<Relief>,
-    /// Detail material.
+    /// The detail material, if any.
     pub detail: Option<Box<MaterialDetail>>,
-    /// Factor on the Fresnel reflectance of dielectrics at every angle, 0 to 1.
+    /// The factor from 0 to 1 that multiplies the Fresnel reflectance of dielectrics at every angle.
     pub specular: Input<f32>,
-    /// Ambient occlusion: the visible fraction of the hemisphere, 0 to 1.
+    /// The ambient occlusion, which is the visible fraction of the hemisphere, from 0 to 1.
     pub occlusion: Input<f32>,
-    /// Strength of the occlusion, 0 to 1; 0 disables it.
+    /// The strength of the occlusion, from 0 to 1, where 0 means no occlusion.
     pub occlusion_strength: f32,
-    /// Visibility cones, which replace the occlusion. Red, green and blue as -1..1 are the mean open direction in the tangent
-    /// frame with y up, longer for a narrower cone. Alpha is the visible fraction
+    /// The visibility cones, which replace the occlusion. Red, green and blue as -1..1 are the mean open direction in the
+    /// tangent frame with y up. The vector is longer for a narrower cone. Alpha is the visible fraction
     /// ([`Cone::of_vector`](leadr_reflectance::masking::occlusion::Cone::of_vector)).
     pub cones: Option<Texture>,
-    /// Emitted radiance.
+    /// The emitted radiance.
     pub emission: Input<[f32; 3]>,
-    /// Opacity.
+    /// The opacity.
     pub opacity: Opacity,
     /// Whether back faces are visible.
     pub double_sided: bool,
-    /// Whether only the base colour is shown, independent of light.
+    /// Whether the surface shows only its base colour, independent of light.
     pub unlit: bool,
 }
 
-/// Reflectance at normal incidence of common dielectrics (index of refraction 1.5).
+/// The reflectance at normal incidence of common dielectrics (index of refraction 1.5).
 pub const DIELECTRIC_F0: f32 = 0.04;
 
 impl Material {
-    /// A grey dielectric of medium roughness.
+    /// Creates a grey dielectric of medium roughness.
     pub fn new(name: impl Into<String>) -> Self {
         Self {
             name: name.into(),
@@ -244,7 +252,8 @@ impl Material {
         }
     }
 
-    /// Returns the number of texture coordinate sets in use: one more than the largest index, or 0 without textures.
+    /// Returns the number of texture coordinate sets in use, which is one more than the largest index. Without textures, the
+    /// number is 0.
     pub fn coordinate_sets(&self) -> u32 {
         let colors = [&self.base_color, &self.f0, &self.emission].map(|input| input.texture.as_ref());
         let numbers =

@@ -1,4 +1,4 @@
-//! Slopes of a normal map: decoding, detection of the green direction, and comparison with heights.
+//! Decodes the slopes of normal maps, detects the green direction, and compares normals with heights.
 
 use rayon::prelude::*;
 
@@ -6,16 +6,17 @@ use super::{Encoding, GreenAxis, NormalMap, Raster};
 use crate::moments::Wrap;
 use crate::types::HeightMap;
 
-/// Steepest slope of a normal map, rise over run. Anything steeper is quantisation noise.
+/// The steepest slope of a normal map, as rise over run. Steeper slopes are quantisation noise.
 pub const STEEPEST: f64 = 8.0;
 
-/// Returns the channel of y. Two-channel images store y where others store alpha.
+/// Returns the channel that stores y. Two-channel images store y in the second channel.
 fn second(raster: &Raster) -> usize {
     if raster.channels() == 2 { 3 } else { 1 }
 }
 
 impl NormalMap {
-    /// Returns the slope of a texel along `s` and `t` (down), rise over run, at most [`STEEPEST`]. Panics outside the image.
+    /// Returns the slope of a texel along `s` and `t` (down) as rise over run, at most [`STEEPEST`]. Panics outside the
+    /// image.
     pub fn slope(&self, x: u32, y: u32) -> [f64; 2] {
         let raster = &self.texture.raster;
         if self.texture.encoding == Encoding::Slopes {
@@ -30,8 +31,8 @@ impl NormalMap {
         slope.map(|v| v * kept)
     }
 
-    /// Returns the stored vector of a texel, y along `t` (down), unscaled and unclamped. `None` for slope maps and for maps of
-    /// x and y alone. Panics outside the image.
+    /// Returns the stored vector of a texel without scaling or clamping. y points along `t` (down). Returns `None` for slope
+    /// maps, and for maps that store only x and y. Panics outside the image.
     pub fn vector(&self, x: u32, y: u32) -> Option<[f32; 3]> {
         let raster = &self.texture.raster;
         if self.texture.encoding == Encoding::Slopes || raster.channels() < 3 {
@@ -43,14 +44,15 @@ impl NormalMap {
     }
 }
 
-/// Agreement between the heights and normals of a surface.
+/// How well the heights and normals of a surface agree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Agreement {
-    /// Best height scale in texels per unit of height, by regression of the normals' slopes on the heights' slopes.
+    /// The best height scale, in texels per unit of height, found by regression of the normals' slopes on the heights'
+    /// slopes.
     pub scale_texels: f64,
-    /// Correlation between the slopes of heights and normals, -1 to 1.
+    /// The correlation between the slopes of the heights and of the normals, from -1 to 1.
     pub correlation: f64,
-    /// Fraction of the normals' squared slopes that no height scale explains.
+    /// The fraction of the normals' squared slopes that remains unexplained at the best height scale.
     pub left_over: f64,
 }
 
@@ -65,11 +67,11 @@ impl std::fmt::Display for Agreement {
     }
 }
 
-/// Compares heights and normals of a surface, sampled at the texels of the heights. `None` if either is flat.
+/// Compares the heights and normals of a surface at the texels of the height map. Returns `None` if either map is flat.
 pub fn agreement(heights: &HeightMap, normals: &NormalMap, wrap: Wrap) -> Option<Agreement> {
     let raster = &normals.texture.raster;
     let nearest = |k: u32, of: u32, to: u32| (u64::from(k) * u64::from(to) / u64::from(of)) as u32;
-    // Rows are summed in order, so that the result does not depend on the number of cores.
+    // Rows are summed in order, which makes the result independent of the number of cores.
     let row = |y: u32| {
         (0..heights.width).fold([0.0f64; 3], |sum, x| {
             let gradient = heights.central_differences(x, y, wrap);
@@ -88,19 +90,19 @@ pub fn agreement(heights: &HeightMap, normals: &NormalMap, wrap: Wrap) -> Option
     Some(Agreement { scale_texels: both / of_heights, correlation, left_over: 1.0 - correlation * correlation })
 }
 
-/// Detects the green direction by the curl, which slopes of heights do not have: `dh/ds` changes along `t` as `dh/dt` does
-/// along `s`. Returns the direction with less curl, or up if equal.
+/// Detects the green direction by the curl, which is 0 for slopes of heights: `dh/ds` changes along `t` as `dh/dt` changes
+/// along `s`. Returns the direction with less curl, or up if both are equal.
 pub fn green_axis(raster: &Raster) -> GreenAxis {
     let (width, height, green) = (raster.width(), raster.height(), second(raster));
     let signed = |x: u32, y: u32, channel: usize| f64::from(2.0 * raster.value(x % width, y % height, channel) - 1.0);
     let curl_of = |x: u32, y: u32| {
-        // Returns the change over a cell between four texels, times the texel size.
+        // Returns the change over a cell between four texels, multiplied by the texel size.
         let by = |channel, dx, dy| {
             signed(x + dx, y + dy, channel) + signed(x + 1, y + 1, channel)
                 - signed(x, y, channel)
                 - signed(x + dy, y + dx, channel)
         };
-        // The slopes are dh/ds = -red and dh/dt (t down) = green if green points up.
+        // The slope dh/ds is the negative of red. If green points up, dh/dt is green, because t points down.
         (-by(0, 0, 1), by(green, 1, 0))
     };
     let (mut up, mut down) = (0.0, 0.0);
@@ -119,7 +121,7 @@ mod tests {
     use super::*;
     use crate::material::Samples;
 
-    /// Returns the normals of waves as 8-bit codes.
+    /// Returns a normal map of waves as 8-bit codes.
     fn waves(up: f32) -> Raster {
         let n = 32;
         let codes = (0..n * n).flat_map(|i| {

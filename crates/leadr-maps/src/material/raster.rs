@@ -1,18 +1,18 @@
-//! Texels as stored in files, without interpretation.
+//! Texels as stored in files, without any interpretation.
 
 use std::sync::Arc;
 
 use crate::MapFault;
 use crate::srgb::linear_from_srgb;
 
-/// The samples of a [`Raster`], row-major, channels interleaved.
+/// The samples of a [`Raster`] in row-major order, with interleaved channels.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Samples {
-    /// 8-bit codes: 255 is 1.
+    /// 8-bit codes, where 255 means 1.
     U8(Vec<u8>),
-    /// 16-bit codes: 65535 is 1.
+    /// 16-bit codes, where 65535 means 1.
     U16(Vec<u16>),
-    /// Floats as stored.
+    /// Floats as stored in the file.
     F32(Vec<f32>),
 }
 
@@ -26,7 +26,8 @@ impl Samples {
     }
 }
 
-/// An uninterpreted image of one to four channels, with row 0 on top. The image has at least one texel, and floats are finite.
+/// An uninterpreted image of one to four channels. Row 0 is on top. The image has at least one texel, and all its floats are
+/// finite.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Raster {
     width: u32,
@@ -39,8 +40,8 @@ impl Raster {
     /// Creates an image of `width * height` texels with 1 to 4 channels.
     ///
     /// # Errors
-    /// Fails if a side is 0, there are 0 or more than 4 channels, the samples do not fill the size, or a float is not finite
-    /// (the error gives its position).
+    /// Fails if a side is 0, if there are 0 or more than 4 channels, if the number of samples does not match the size, or if
+    /// a float is not finite. The error gives the position of the float.
     pub fn new(width: u32, height: u32, channels: usize, samples: Samples) -> Result<Self, MapFault> {
         if width == 0 || height == 0 {
             return Err(MapFault::Empty { width: width.into(), height: height.into() });
@@ -59,33 +60,33 @@ impl Raster {
         Ok(Self { width, height, channels, samples })
     }
 
-    /// Width in texels.
+    /// Returns the width in texels.
     pub const fn width(&self) -> u32 {
         self.width
     }
 
-    /// Height in texels.
+    /// Returns the height in texels.
     pub const fn height(&self) -> u32 {
         self.height
     }
 
-    /// Width and height in texels.
+    /// Returns the width and height in texels.
     pub const fn size(&self) -> [u32; 2] {
         [self.width, self.height]
     }
 
-    /// Channels per texel, 1 to 4: grey, grey and alpha, RGB, RGBA.
+    /// Returns the number of channels per texel: 1 for grey, 2 for grey and alpha, 3 for RGB, 4 for RGBA.
     pub const fn channels(&self) -> usize {
         self.channels
     }
 
-    /// The samples.
+    /// Returns the samples.
     pub const fn samples(&self) -> &Samples {
         &self.samples
     }
 
-    /// Returns a channel of a texel: codes as 0..1, floats as stored. Grey images return grey for each colour, and images
-    /// without alpha return 1 for alpha. Panics outside the image.
+    /// Returns a channel of a texel. Codes become 0..1, and floats are as stored. Grey images return grey for each colour,
+    /// and images without alpha return 1 for alpha. Panics outside the image.
     pub fn value(&self, x: u32, y: u32, channel: usize) -> f32 {
         assert!(x < self.width && y < self.height && channel < 4, "({x}, {y}), channel {channel} of {self:?}");
         let color = self.channels - usize::from(self.channels.is_multiple_of(2));
@@ -102,7 +103,7 @@ impl Raster {
         }
     }
 
-    /// Returns the linear colour of a texel. `encoding` applies to codes; floats are always linear.
+    /// Returns the linear colour of a texel. `encoding` applies to codes only, because floats are always linear.
     pub fn color(&self, x: u32, y: u32, encoding: Encoding) -> [f32; 3] {
         let codes = [0, 1, 2].map(|channel| self.value(x, y, channel));
         match (encoding, &self.samples) {
@@ -112,10 +113,10 @@ impl Raster {
     }
 }
 
-/// Meaning of the codes of an image.
+/// What the codes of an image mean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Encoding {
-    /// Linear data: roughness, normals, heights, masks.
+    /// Linear data, such as roughness, normals, heights or masks.
     #[default]
     Linear,
     /// sRGB colours.
@@ -124,20 +125,20 @@ pub enum Encoding {
     Slopes,
 }
 
-/// Addressing outside a texture, along one axis.
+/// How a texture is addressed outside 0..1 along one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum TextureWrap {
     /// The texture repeats.
     #[default]
     Repeat,
-    /// The texture repeats, mirrored every second time.
+    /// The texture repeats, and every second copy is mirrored.
     Mirror,
     /// The edge texel repeats.
     Clamp,
 }
 
 impl TextureWrap {
-    /// Returns the texel for index `i` on a side of `length` texels.
+    /// Returns the texel that index `i` addresses on a side of `length` texels.
     pub fn texel(self, i: i64, length: u32) -> u32 {
         let length = i64::from(length);
         (match self {
@@ -154,17 +155,17 @@ impl TextureWrap {
 /// An image applied to a surface.
 #[derive(Clone, Debug)]
 pub struct Texture {
-    /// The texels, shared between textures.
+    /// The texels, which several textures may share.
     pub raster: Arc<Raster>,
-    /// Name in messages: the file name, or the names of file and image.
+    /// The name in messages: the file name, or the names of the file and the image in it.
     pub name: String,
-    /// Encoding of the texel codes.
+    /// The encoding of the texel codes.
     pub encoding: Encoding,
-    /// Index of the mesh's texture coordinate set, from 0.
+    /// The index of the mesh's set of texture coordinates, counted from 0.
     pub coordinates: u32,
-    /// Transform from mesh coordinates to texture space, where the image covers `[0, 1]²` with `t` down.
+    /// The transform from mesh coordinates to texture space. The image covers `[0, 1]²`, and `t` points down.
     pub transform: glam::Affine2,
-    /// Addressing modes along `s` and `t`.
+    /// The addressing modes along `s` and `t`.
     pub wrap: [TextureWrap; 2],
 }
 
@@ -179,7 +180,7 @@ impl PartialEq for Texture {
 }
 
 impl Texture {
-    /// Creates a repeating image over the first coordinate set.
+    /// Creates a repeating texture that uses the first coordinate set.
     pub fn new(raster: Raster, name: impl Into<String>, encoding: Encoding) -> Self {
         Self {
             raster: Arc::new(raster),

@@ -1,6 +1,6 @@
-//! Untrusted images: every damaged file gives a result or a one-line error in bounded time and memory.
+//! Tests of untrusted images. Every damaged file gives a result or a one-line error in bounded time and memory.
 //!
-//! This binary counts allocations. A test that measures them runs alone, even if all tests share one process.
+//! The test program counts allocations. A test that measures allocations runs alone, even if all tests share one process.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -19,7 +19,6 @@ use leadr_testing::shared::shared_data;
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// Results and costs of a set of files.
 #[derive(Default)]
 struct Tally {
     accepted: usize,
@@ -29,7 +28,7 @@ struct Tally {
     messages: Vec<String>,
 }
 
-/// Limits for these files, far below the sizes that their headers declare (up to 2^62 bytes).
+/// The memory limit for damaged files. The sizes in the files' headers are far larger, up to 2^62 bytes.
 const MEMORY_LIMIT: usize = 160 << 20;
 const TIME_LIMIT: Duration = Duration::from_secs(10);
 
@@ -59,7 +58,7 @@ impl Tally {
     }
 }
 
-/// The third-party files of `data/bad-input/<folder>`.
+/// Returns the third-party files of `data/bad-input/<folder>`.
 fn bad_files(folder: &str) -> Option<Vec<PathBuf>> {
     let folder = shared_data(&format!("bad-input/{folder}"))?;
     let mut found: Vec<PathBuf> = fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
@@ -108,7 +107,7 @@ fn handmade_hdrs_match_their_notes() {
         let name = path.file_stem().unwrap().to_string_lossy().into_owned();
         let accepted = tally.accepted;
         tally.run(path, |p| load_environment(p));
-        // The notes call two of them valid. A header with CRLF line ends is unambiguous, so it is accepted too.
+        // The notes call two of the files valid. A header with CRLF line ends is unambiguous, so it is accepted too.
         let legal = ["hdr_flipped_axes_valid", "hdr_xyze_valid", "hdr_crlf_header"].contains(&name.as_str());
         assert_eq!(tally.accepted > accepted, legal, "{name}");
         if name == "hdr_flipped_axes_valid" {
@@ -120,7 +119,7 @@ fn handmade_hdrs_match_their_notes() {
     tally.messages.iter().for_each(|m| println!("  {}", m.rsplit('/').next().unwrap()));
 }
 
-/// A valid file of each kind, with the loader that reads it.
+/// A loader for a valid file of one kind.
 type Decode = fn(&[u8]) -> Result<(), MapFault>;
 
 fn valid_files() -> Vec<(&'static str, Vec<u8>, Decode)> {
@@ -169,7 +168,7 @@ fn truncated_files_are_refused() {
     }
 }
 
-/// The same picture as half floats in other compressions of the `exr` crate, with tiles and mip levels.
+/// Encodes one picture as half floats in other compressions of the `exr` crate, with tiles and mip levels.
 fn exr_variants() -> Vec<(&'static str, Vec<u8>, Decode)> {
     use exr::prelude::*;
     let decode: Decode = |b| decode_environment(b).map(drop);
@@ -198,12 +197,12 @@ fn exr_variants() -> Vec<(&'static str, Vec<u8>, Decode)> {
     variants.into()
 }
 
-/// A DWA block declares section sizes, which its decoder allocates at once.
+/// A DWA block declares section sizes, which the decoder allocates at once.
 #[test]
 fn sizes_claimed_by_dwa_blocks_are_not_believed() {
     let _alone = alone();
     let (_, bytes, decode) = exr_variants().into_iter().find(|(name, ..)| *name == "exr dwaa").unwrap();
-    // After the offset table of two blocks: row, length, version, then the sizes.
+    // The two-block offset table is followed by the row, the length, the version and the sizes.
     let version = bytes.windows(8).position(|eight| eight == 2u64.to_le_bytes()).unwrap();
     decode(&bytes).unwrap();
     for counter in 1..10 {
@@ -218,7 +217,7 @@ fn sizes_claimed_by_dwa_blocks_are_not_believed() {
     }
 }
 
-/// Valid files with altered bytes are accepted or refused, but never crash.
+/// Valid files with altered bytes are accepted or refused, but never cause a crash.
 #[test]
 fn altered_files_never_panic() {
     let _alone = alone();
@@ -233,7 +232,7 @@ fn altered_files_never_panic() {
         let (mut accepted, mut refused, mut caught, mut most) = (0, 0, 0, 0);
         for round in 0..400 {
             let mut altered = bytes.clone();
-            // Half of the changes hit the header, where the sizes are.
+            // Half of the changes affect the header, which contains the sizes.
             let reach = if round % 2 == 0 { altered.len().min(400) } else { altered.len() };
             for _ in 0..1 + round % 4 {
                 let at = random() as usize % reach;
@@ -269,7 +268,7 @@ fn png_with_size(width: u32, height: u32) -> Vec<u8> {
     bytes
 }
 
-/// A 1 x 1 EXR with a different size in its data window.
+/// Returns a 1 x 1 EXR whose data window declares a different size.
 fn exr_with_size(width: i32, height: i32) -> Vec<u8> {
     let mut bytes = encode_exr(1, 1, &[("Y", &[0.5])]).unwrap();
     let name = b"dataWindow\0box2i\0";
@@ -315,7 +314,7 @@ fn sizes_claimed_by_headers_are_not_believed() {
         let hdr = hdr_with_size(width.into(), height.into());
         let mut jpeg = jpeg(image::ExtendedColorType::L8);
         let start = jpeg.windows(2).position(|pair| pair == [0xff, 0xc0]).unwrap();
-        // The largest size in a JPEG is 65535.
+        // JPEG supports sizes up to 65535.
         jpeg[start + 5..start + 7].copy_from_slice(&(height.min(65535) as u16).to_be_bytes());
         jpeg[start + 7..start + 9].copy_from_slice(&(width.min(65535) as u16).to_be_bytes());
         let results = [
@@ -326,7 +325,7 @@ fn sizes_claimed_by_headers_are_not_believed() {
         ];
         for (kind, (result, peak, time)) in results {
             if kind == "jpeg" && width.min(height) == 1 {
-                // A small file may declare a row or column of 65535.
+                // A small file may declare a row or column of 65535 texels.
                 assert!(peak < 16 << 20, "{peak} bytes");
                 continue;
             }
@@ -354,16 +353,16 @@ fn non_image_files_are_refused() {
     let text = folder.path().join("notes.hdr");
     fs::write(&text, "just text").unwrap();
     assert!(matches!(load_environment(&text).unwrap_err().fault, MapFault::Unrecognised { .. }));
-    // A wrong extension does not matter: the content decides.
+    // A wrong file extension has no effect, because the content determines the format.
     let misnamed = folder.path().join("heights.hdr");
     fs::write(&misnamed, encode_exr(1, 1, &[("Y", &[0.5])]).unwrap()).unwrap();
     assert_eq!(load_height_map(&misnamed).unwrap().texels, [0.5]);
-    // Reading a device would never end.
+    // A device has no end.
     #[cfg(unix)]
     assert!(matches!(load_height_map("/dev/zero").unwrap_err().fault, MapFault::NotAFile));
 }
 
-/// The counter must detect a large allocation, or the limits above prove nothing.
+/// The counter must detect a large allocation. If not, the memory tests prove nothing.
 #[test]
 fn the_allocation_counter_counts() {
     let _alone = alone();

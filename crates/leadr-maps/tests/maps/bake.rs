@@ -1,4 +1,4 @@
-//! Baked maps compared with closed forms, brute-force sums, and the renderer's maps.
+//! Tests of baked maps against closed forms, brute-force sums, and the renderer's maps.
 
 use std::f64::consts::TAU;
 use std::fs::File;
@@ -73,7 +73,7 @@ fn heights_are_the_leadr_map_to_the_last_bit() {
             assert!(report.errors.iter().all(|e| e.channels == 0.0 && e.variance == 0.0));
         }
     }
-    // The comparison can fail.
+    // A different map must fail the comparison.
     let (other, _) =
         baked(&Inputs { height_scale: Some(1.0 + 1e-6), ..of_heights(&bumpy(37, 23)) }, Kind::Leadr, Precision::F32);
     assert_ne!(other.moments().unwrap(), LeadrMap::new(&bumpy(37, 23), Wrap::Repeat));
@@ -84,7 +84,7 @@ fn height_scale_scales_slopes_and_their_squares() {
     let map = bumpy(32, 16);
     let (one, _) = baked(&of_heights(&map), Kind::Leadr, Precision::F32);
     let (half, _) = baked(&Inputs { height_scale: Some(0.5), ..of_heights(&map) }, Kind::Leadr, Precision::F32);
-    // A power of two: exact.
+    // Multiplication by a power of two is exact.
     let halved: Vec<_> = one.moments().unwrap().levels[2].texels.iter().map(|m| m.scaled(0.5)).collect();
     assert_eq!(half.moments().unwrap().levels[2].texels, halved);
 }
@@ -92,7 +92,7 @@ fn height_scale_scales_slopes_and_their_squares() {
 #[test]
 fn planes_sines_and_checkers_have_their_closed_forms() {
     let last = |map: &BakedMap| map.levels.last().unwrap().layers.iter().map(|l| l[0]).collect::<Vec<_>>();
-    // A sine with one central-difference slope per texel: A k cos(k s) sinc(k / n).
+    // For a sine with one central-difference slope per texel, the slope is A k cos(k s) sinc(k / n).
     let (n, k, a) = (256.0, TAU * 4.0, 0.03);
     let sine = heights(256, 8, |s, _| a * (k * s).sin());
     let seen = a * n * (k / n).sin();
@@ -101,13 +101,13 @@ fn planes_sines_and_checkers_have_their_closed_forms() {
         let found = f64::from(last(&map)[0][channel]);
         assert!((found / (seen * seen / 2.0) - 1.0).abs() < 1e-4, "{kind:?}: {found}");
     }
-    // A tilted plane of normals has no variance; y goes up as t goes down.
+    // The normals of a tilted plane have no variance. y points up, and t points down.
     let plane = normal_map([16, 8], GreenAxis::Up, |_, _| [-0.3, 0.4, 0.75f32.sqrt()]);
     let slope = [0.3 / 0.75f64.sqrt(), 0.4 / 0.75f64.sqrt()];
     let inputs = Inputs { normals: Some(plane), ..Inputs::default() };
     let (map, report) = baked(&inputs, Kind::Leadr, Precision::F32);
     let texel = last(&map)[0].map(f64::from);
-    // Texels are square, so t is half as long as s.
+    // Texels are square, so the map is half as long along t as along s.
     assert!((texel[0] - slope[0]).abs() < 1e-6 && (texel[1] - 0.5 * slope[1]).abs() < 1e-6, "{texel:?}");
     // Moments are summed in 32 bits, as in the renderer.
     assert!(report.slope_variance.iter().all(|v| v.abs() < 1e-7), "{:?}", report.slope_variance);
@@ -117,7 +117,7 @@ fn planes_sines_and_checkers_have_their_closed_forms() {
     let (map, _) = baked(&inputs, Kind::Toksvig, Precision::F32);
     let [x, y, z, _] = last(&map)[0];
     assert!((x + 0.3).abs() < 1e-6 && (y - 0.4).abs() < 1e-6 && (x * x + y * y + z * z - 1.0).abs() < 1e-6);
-    // A checker of two opposite normals: the mean normal is shortened to the z of each.
+    // On a checkerboard of two opposite normals, the length of the mean normal is the z of each normal.
     let tilt = 0.6f32;
     let checker = normal_map([8, 8], GreenAxis::Up, |x, y| [if (x + y) % 2 == 0 { tilt } else { -tilt }, 0.0, 0.8]);
     let inputs = Inputs { normals: Some(checker), ..Inputs::default() };
@@ -187,7 +187,7 @@ fn half_float_error_matches_its_bound() {
     for kind in Kind::ALL.into_iter().filter(|kind| kind.stores_variance()) {
         let (exact, _) = baked(&of_heights(&map), kind, Precision::F32);
         let (half, report) = baked(&of_heights(&map), kind, Precision::F16);
-        // The reader has added the 16-bit residual of the height.
+        // The reader has added the 16-bit residual to the height.
         let (named, left) = half.channels.split_at(exact.channels.len());
         assert_eq!(named, exact.channels);
         assert!(left.iter().all(|name| name == "-"), "{left:?}");
@@ -208,12 +208,12 @@ fn half_float_error_matches_its_bound() {
             }
             let reported = report.errors[level].channels;
             assert!((worst - reported).abs() <= 1e-3 * reported, "{kind:?} {level}: {worst} {reported}");
-            // Half a unit in the last place of eleven bits, without denormals.
+            // The limit is half a unit in the last place of eleven bits. There are no denormals.
             assert!(reported < 5e-4, "{kind:?} level {level}: {reported}");
         }
         assert!(report.errors[0].channels > 1e-5, "{kind:?}: 16 bits cannot be exact");
     }
-    // Slopes far above and far below the range of 16-bit floats.
+    // The slopes are far above or far below the range of 16-bit floats.
     for scale in [1e6, 1e-6] {
         let inputs = Inputs { height_scale: Some(scale), ..of_heights(&map) };
         let (_, report) = baked(&inputs, Kind::Leadr, Precision::F16);
@@ -223,7 +223,7 @@ fn half_float_error_matches_its_bound() {
 
 #[test]
 fn heights_preserve_displacement() {
-    // Large heights with small relief, which 11 bits would turn into steps.
+    // The heights are large and their relief is small, so 11 bits alone would give steps.
     let texels = (0..64 * 64).map(|i| 0.8 + 1e-3 * ((i % 64) as f32 * 0.3).sin() + 1e-5 * (i / 64) as f32).collect();
     let map = HeightMap::new(64, 64, texels).unwrap();
     let color = Raster::new(64, 64, 3, Samples::U8(vec![99; 64 * 64 * 3])).unwrap();
@@ -238,7 +238,7 @@ fn heights_preserve_displacement() {
             }
         }
     }
-    // The residual uses a free slot, visible to other programs.
+    // The residual uses a free slot, which other programs can see.
     let keys = |inputs: &Inputs| {
         let bytes = bytes_of(inputs, Kind::Leadr, Precision::F16).0;
         let reader = ktx2::Reader::new(&bytes[..]).unwrap();
@@ -293,7 +293,7 @@ fn damaged_files_are_faults_and_never_panics() {
     for _ in 0..20_000 {
         let mut damaged = bytes.clone();
         for _ in 0..=random(3) {
-            // Most vulnerable data is at the front.
+            // Most bytes that can break a reader are at the front of the file.
             let span = if random(4) == 0 { whole } else { 700 };
             let at = random(span);
             damaged[at] ^= 1 << random(8);
@@ -355,13 +355,13 @@ fn exr_holds_every_level() {
 fn few_channels_use_few_bytes() {
     let inputs = of_heights(&bumpy(64, 32));
     let texels = 2 * 64 * 32;
-    // Kind height ignores other inputs.
+    // Kind height ignores all other inputs.
     let color = Raster::new(64, 32, 3, Samples::U8(vec![90; 64 * 32 * 3])).unwrap();
     let (with_color, _) = bytes_of(&Inputs { color: Some(color), ..inputs.clone() }, Kind::Height, Precision::F32);
     assert_eq!(with_color.len(), bytes_of(&inputs, Kind::Height, Precision::F32).0.len());
     for (kind, precision, format, bytes_of_texel) in [
         (Kind::Height, Precision::F32, ktx2::Format::R32_SFLOAT, 4),
-        // With the 16-bit residual.
+        // The second channel is the 16-bit residual.
         (Kind::Height, Precision::F16, ktx2::Format::R16G16_SFLOAT, 4),
         (Kind::Clean, Precision::F32, ktx2::Format::R32G32B32A32_SFLOAT, 16),
     ] {
@@ -425,7 +425,7 @@ fn damaged_exr_are_faults_and_never_panics() {
         }
     }
     assert!(refused > 1000, "{refused}");
-    // A picture that is not a baked map.
+    // The picture is not a baked map.
     let plain = leadr_maps::save::encode_exr(2, 1, &[("height", &[0.0, 1.0])]).unwrap();
     let error = BakedMap::decode(&plain).unwrap_err().to_string();
     assert!(error.contains("leadr.kind is missing") && error.contains("leadr bake"), "{error}");
@@ -456,7 +456,8 @@ fn block_compression_error_matches_its_bound() {
             assert!((found - reported).abs() <= 2e-3 * reported + 1e-9, "{kind:?} {level}: {found} {reported}");
             assert!(reported < 0.02, "{kind:?} {level}: {reported}");
         }
-        // Four layers for heights and mean slopes, two for others, in pairs; the last colour channel has its own layer.
+        // Heights and mean slopes have four layers, other quantities two. Channels form pairs, and the last colour channel
+        // has its own layer.
         let reader = ktx2::Reader::new(&bytes[..]).unwrap();
         let header = reader.header();
         assert_eq!((header.format, header.type_size), (Some(ktx2::Format::BC5_SNORM_BLOCK), 1));
@@ -469,7 +470,7 @@ fn block_compression_error_matches_its_bound() {
         assert_eq!(reader.levels().next().unwrap().data.len(), layers * 8 * 6 * 16);
         assert_eq!(reader.basic_dfd().unwrap().color_model, Some(ktx2::ColorModel::BC5));
     }
-    // Damage gives a fault or another map, but never a panic.
+    // A damaged file gives a fault or another map, but never a panic.
     let (bytes, _) = bytes_of(&of_heights(&bumpy(9, 6)), Kind::Leadr, Precision::Bc);
     let mut refused = 0;
     for i in 0..6000 {
@@ -501,14 +502,14 @@ fn bump_slopes_are_per_texel_in_the_order_of_maketx() {
     let channels = exr_levels(&Inputs { wrap: Wrap::Clamp, ..of_heights(&map) }, Layout::Oiio, Precision::F32);
     let names: Vec<&str> = channels.iter().map(|(name, _)| name.as_str()).collect();
     assert_eq!(names, ["b0_h", "b1_dhds", "b2_dhdt", "b3_dhds2", "b4_dhdt2", "b5_dh2dsdt"]);
-    // In the middle: 8 over 32 texels, -2 over 16.
+    // In the middle, the slopes are 8 over 32 texels and -2 over 16 texels.
     let middle = 8 * 32 + 16;
     let texel: Vec<f32> = channels.iter().map(|(_, levels)| levels[0][middle]).collect();
     for (found, expected) in texel[1..].iter().zip([0.25, -0.125, 0.0625, 0.015_625, -0.031_25]) {
         assert!((found - expected).abs() < 1e-5, "{texel:?}");
     }
     assert_eq!(texel[0], map.at(16, 8));
-    // A normal map gives rise over run, and no height.
+    // A normal map gives slopes as rise over run, but no heights.
     let normals = normal_map([4, 2], GreenAxis::Up, |_, _| [-0.6, 0.0, 0.8]);
     let inputs = Inputs { normals: Some(normals), ..Inputs::default() };
     let channels = exr_levels(&inputs, Layout::Oiio, Precision::F16);

@@ -1,4 +1,4 @@
-//! Maps derived from scans: heights of normals compared with their curl; occlusion and cones compared with rays.
+//! Tests of derived maps on scans. Heights from normals are compared with the curl, and occlusion and cones with rays.
 
 use std::path::PathBuf;
 
@@ -14,7 +14,7 @@ use leadr_testing::height_rays::HeightRays;
 use leadr_testing::shared::shared_data;
 use rayon::prelude::*;
 
-/// Files of the scanned materials with this name ending.
+/// Returns the files of the scanned materials whose names have this ending.
 fn files(end: &str) -> Vec<PathBuf> {
     let Some(folder) = shared_data("displacement") else { return Vec::new() };
     let folders = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
@@ -24,7 +24,7 @@ fn files(end: &str) -> Vec<PathBuf> {
     files
 }
 
-/// Heights, and the factor that gives their slopes a standard deviation of 0.5.
+/// Returns the heights, and the factor for which their slopes have a standard deviation of 0.5.
 fn scaled(file: &PathBuf) -> (HeightMap, f32) {
     let map = load_height_map(file).unwrap();
     let slopes = slopes_of_heights(&map, 1.0, Wrap::Repeat, Difference::Triangles);
@@ -33,7 +33,7 @@ fn scaled(file: &PathBuf) -> (HeightMap, f32) {
     (map, (0.5 / rms) as f32)
 }
 
-/// Angle in degrees between slopes and those of their integrated heights, and the share of curl.
+/// Returns the angle in degrees between the slopes and the slopes of their integrated heights, and the fraction of curl.
 fn round_trip(slopes: &Slopes, smoothness: f64) -> [f64; 2] {
     let how = Integration { smoothness, ..Integration::default() };
     let found = heights_of_slopes(slopes, &how, &|_| {}).unwrap();
@@ -64,9 +64,9 @@ fn scanned_normals_leave_their_curl_alone() {
         let slopes = Slopes::of_normal_map(&map).unwrap();
         let [degrees, curl] = round_trip(&slopes, 0.0);
         println!("{}: {degrees:.3} degrees, curl {:.3} %", file.display(), 100.0 * curl);
-        // The smallest possible errors are 1.34 and 2.50 degrees.
+        // The curl alone causes errors of 1.34 and 2.50 degrees.
         assert!(degrees < 2.6 && (0.002..0.005).contains(&curl), "{}: {degrees} {curl}", file.display());
-        // Smooth heights match the scan's displacement map at the best scale.
+        // Smooth heights match the scan's displacement map after the best scaling.
         let how = Integration { smoothness: 1.0, ..Integration::default() };
         let found = heights_of_slopes(&slopes, &how, &|_| {}).unwrap().heights;
         let scan = load_height_map(file.to_string_lossy().replace("NormalGL", "Displacement")).unwrap();
@@ -80,7 +80,7 @@ fn scanned_normals_leave_their_curl_alone() {
     }
 }
 
-/// Texels spread over a map by two irrational steps.
+/// Returns texels that two irrational steps spread over a map.
 fn spread(map: &HeightMap, count: u32) -> Vec<[u32; 2]> {
     let part = |i: u32, step: f64, of: u32| ((f64::from(i) * step).fract() * f64::from(of)) as u32;
     (0..count).map(|i| [part(i, 0.754_877_666, map.width), part(i, 0.569_840_291, map.height)]).collect()
@@ -92,7 +92,7 @@ fn normal_of(slopes: &Slopes, [x, y]: [u32; 2]) -> [f64; 3] {
     [-s / length, -t / length, 1.0 / length]
 }
 
-/// RMS error of a map's visibility compared with rays.
+/// Returns the RMS error of a map's visibility compared with rays.
 fn error(found: &VisibilityMap, texels: &[[u32; 2]], truth: &[f64]) -> f64 {
     let at = |[x, y]: [u32; 2]| f64::from(found.visibility[(y * found.width + x) as usize]);
     let sum: f64 = texels.iter().zip(truth).map(|(&texel, truth)| (at(texel) - truth).powi(2)).sum();
@@ -114,12 +114,12 @@ fn occlusion_and_cones_match_ray_casts() {
         let of = |about| visibility(&map, scale, Wrap::Repeat, about, SLICES, &|_| {}).unwrap();
         let found = of(About::Surface);
         let errors = [error(&found, &texels, &surface), error(&of(About::Flat), &texels, &flat)];
-        // The comparison can fail: with the other hemisphere, or a neighbouring texel.
+        // The comparison must fail for the other hemisphere, and for a neighbouring texel.
         let aside: Vec<[u32; 2]> = texels.iter().map(|&[x, y]| [(x + 3) % map.width, y]).collect();
         assert!(error(&found, &aside, &surface) > 2.0 * errors[0] && error(&found, &texels, &flat) > 1.5 * errors[1]);
         println!("{}: visibility off by {errors:.4?}", file.display());
         assert!(errors.iter().all(|&error| error < 0.01), "{}: {errors:?}", file.display());
-        // Low suns, for cones about the normal and about the mean free direction.
+        // A low sun tests cones about the normal and about the mean free direction.
         let mut wrong = [0u32; 2];
         for &[x, y] in &texels {
             let normal = normal_of(&slopes, [x, y]);

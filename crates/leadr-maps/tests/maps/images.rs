@@ -1,4 +1,4 @@
-//! Loading and saving maps: real files, round trips, orientation and atomic writes.
+//! Tests that load and save maps: real files, round trips, orientation and atomic writes.
 
 use std::fs;
 use std::path::PathBuf;
@@ -54,9 +54,9 @@ fn real_height_maps_load() {
         );
         assert_eq!((map.width, map.height), (1024, 1024));
         assert!(low >= 0.0 && high <= 1.0 && high - low > 0.05 && xx > 0.0 && yy > 0.0);
-        // A tiled map has no mean slope.
+        // The mean slope of a map that tiles is 0.
         assert!(m.mean_slope.iter().all(|s| s.abs() < 1e-3), "{m:?}");
-        // All 16 bits are kept.
+        // The loader keeps all 16 bits.
         let levels: std::collections::HashSet<u32> = map.texels.iter().map(|h| h.to_bits()).collect();
         assert!(levels.len() > 256, "{} distinct heights", levels.len());
     }
@@ -84,7 +84,7 @@ fn real_environments_load() {
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
         println!("{name}: {}x{} mean {:.4?} max luminance {max:.1}", image.width, image.height, image.mean());
         assert_eq!((image.width, image.height), (1024, 512));
-        // Maxima from the notes that come with the files.
+        // The maxima are from the notes beside the files.
         let noted = match name.as_str() {
             "night_pmndrs_1k.hdr" => 73.0,
             "spiaggia_di_mondello_1k.hdr" => 7.1e4,
@@ -137,7 +137,7 @@ fn environments_round_trip_through_exr_with_layers() {
     let (r, g, b, depth) = (plane(0), plane(1), plane(2), vec![f32::INFINITY; 800]);
     let layers: [(&str, &[f32]); 4] = [("depth", &depth), ("color.R", &r), ("color.G", &g), ("color.B", &b)];
     let bytes = encode_exr(40, 20, &layers).unwrap();
-    // The infinite depth is another layer and must not affect the colour.
+    // The infinite depth is in another layer and must not affect the colour.
     assert_eq!(decode_environment(&bytes).unwrap(), image);
     assert_eq!(bytes, encode_exr(40, 20, &layers).unwrap(), "bytes differ between two runs");
     assert!(encode_exr(40, 20, &[("R", &r), ("R", &g)]).unwrap_err().to_string().contains("twice"));
@@ -158,7 +158,7 @@ fn colors_round_trip() {
     assert_eq!(leadr_maps::tonemap::display_image(&linear, 1.0, Tonemap::Clamp), image);
 }
 
-/// A 16-bit colour PNG keeps more than 8 bits in linear values.
+/// A 16-bit colour PNG must keep more than 8 bits in linear values.
 #[test]
 fn wide_color_keeps_its_precision() {
     let _unmeasured = unmeasured();
@@ -173,7 +173,7 @@ fn hdr(header: &str, body: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// One RGBE texel whose red is `v`.
+/// Returns one RGBE texel whose red is `v`.
 fn red(v: u8) -> [u8; 4] {
     [v, 9, 9, 136]
 }
@@ -181,7 +181,7 @@ fn red(v: u8) -> [u8; 4] {
 #[test]
 fn hdr_axes_become_upright() {
     let _unmeasured = unmeasured();
-    // The same 3 x 2 picture, reds 11 12 13 / 21 22 23, in all eight scan orders.
+    // The cases encode one 3 x 2 picture, with reds 11 12 13 / 21 22 23, in all eight scan orders.
     let cases: [(&str, [u8; 6]); 8] = [
         ("-Y 2 +X 3", [11, 12, 13, 21, 22, 23]),
         ("-Y 2 -X 3", [13, 12, 11, 23, 22, 21]),
@@ -204,15 +204,15 @@ fn hdr_axes_become_upright() {
 #[test]
 fn hdr_exposure_runs_and_formats() {
     let _unmeasured = unmeasured();
-    // 136 makes the mantissa the value; EXPOSURE lines multiply and are divided out.
+    // With exponent 136 the value is the mantissa. Texels are divided by the product of all EXPOSURE values.
     let image = decode_environment(&hdr("EXPOSURE=2\nEXPOSURE=4.0\n\n-Y 1 +X 1\n", &red(16))).unwrap();
     assert_eq!(image.texels, [[2.0, 9.0 / 8.0, 9.0 / 8.0]]);
-    // An old run: one texel and 3 repeats; then 300 = 44 + 1 * 256 repeats.
+    // Two old runs follow: one texel with 3 repeats, and one with 300 = 44 + 1 * 256 repeats.
     let mut body = red(5).to_vec();
     body.extend([1, 1, 1, 44, 1, 1, 1, 1]);
     let image = decode_environment(&hdr("\n-Y 1 +X 301\n", &body)).unwrap();
     assert!(image.texels.iter().all(|t| *t == [5.0, 9.0, 9.0]) && image.width == 301);
-    // A new run-length line, runs and literals mixed.
+    // The new run-length line mixes runs and literals.
     let mut body = vec![2, 2, 0, 9];
     body.extend([128 + 4, 7, 5, 1, 2, 3, 4, 5]);
     body.extend([128 + 9, 3, 128 + 9, 4, 128 + 9, 136]);
@@ -241,13 +241,13 @@ fn bad_texels_report_their_coordinates() {
         let message = decode_environment(&exr).unwrap_err().to_string();
         assert!(message.contains("channel B at x = 3, y = 1"), "{message}");
     }
-    // Small negative values from a lossy codec become black.
+    // A lossy codec causes small negative values, which become black.
     plane[7] = -0.001;
     let exr = encode_exr(4, 3, &[("R", &fine), ("G", &fine), ("B", &plane)]).unwrap();
     assert_eq!(decode_environment(&exr).unwrap().at(3, 1), [1.0, 1.0, 0.0]);
 }
 
-/// Small negative values from a resampling filter around a sun are accepted; a dark half is refused.
+/// Small negative values from a resampling filter around a sun are accepted. An image with a negative half is refused.
 #[test]
 fn slightly_negative_light_reads_as_zero() {
     let _unmeasured = unmeasured();
@@ -274,7 +274,7 @@ fn non_height_maps_are_refused() {
         );
     }
     assert!(decode_environment(b"RIFF\0\0\0\0WEBPVP8 ").unwrap_err().to_string().contains("magick FILE FILE.exr"));
-    // Bumps as normals, in codes and floats.
+    // Bumps are stored as normals, in codes and in floats.
     let normals: Vec<[u8; 3]> = (0..64 * 64)
         .map(|i| {
             let (x, y) = (0.5 * (i as f32 * 0.7).sin(), 0.4 * (i as f32 * 0.3).cos());
@@ -287,7 +287,7 @@ fn non_height_maps_are_refused() {
     for bytes in [&png, &exr] {
         assert!(text(bytes).contains("normal map") && text(bytes).contains("--normal-map"), "{}", text(bytes));
     }
-    // Other coloured images use the first channel as height.
+    // Coloured images that are not normal maps use the first channel as height.
     let bricks = Rgb8Image::new(2, 1, vec![[51, 20, 10], [102, 30, 20]]).unwrap();
     assert_eq!(decode_height_map(&encode_png_srgb8(&bricks).unwrap()).unwrap().texels, [0.2, 0.4]);
     let plane = [0.5f32; 4];
@@ -303,7 +303,7 @@ fn pictures_of_every_format_load() {
     let image = Rgb8Image::new(2, 1, vec![[255, 0, 10], [1, 2, 3]]).unwrap();
     let picture = decode_picture(&encode_png_srgb8(&image).unwrap()).unwrap();
     assert!(picture.display_referred && picture.image == image.to_linear());
-    // A picture may contain NaN; only comparisons refuse it.
+    // A picture may contain NaN. Only comparisons refuse NaN.
     let plane = [f32::NAN, -2.0];
     let exr = encode_exr(2, 1, &[("R", &plane), ("G", &plane), ("B", &plane)]).unwrap();
     let picture = decode_picture(&exr).unwrap();
@@ -324,7 +324,7 @@ fn saving_is_all_or_nothing() {
     assert_ne!(old, fs::read(&path).unwrap());
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
 
-    // Renaming onto a folder fails: the error names the file and the temporary file is gone.
+    // Renaming a file onto a folder fails. The error names the file, and the temporary file is removed.
     let blocked = folder.path().join("blocked.png");
     fs::create_dir_all(blocked.join("inside")).unwrap();
     let message = save::save_png(&blocked, &image, 1.0, Tonemap::Filmic).unwrap_err().to_string();
@@ -335,7 +335,7 @@ fn saving_is_all_or_nothing() {
     assert!(save::save_exr_rgb(&missing, &image).is_err());
 }
 
-/// Reads the largest level of tiled files, and the first matching part of multi-part files.
+/// The reader uses the largest level of tiled files, and the first matching part of multi-part files.
 #[test]
 fn exr_levels_and_parts_are_sorted_out() {
     let _unmeasured = unmeasured();

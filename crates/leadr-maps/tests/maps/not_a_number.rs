@@ -1,4 +1,4 @@
-//! A NaN covariance does not panic and gives NaN results.
+//! Functions of a covariance do not panic on NaN, and return NaN.
 
 use glam::{DMat2, DVec2, DVec3};
 use leadr_maps::Moments;
@@ -24,7 +24,7 @@ use leadr_reflectance::visible::shadowed_specular::visible_specular_environment;
 use leadr_reflectance::visible::slopes::visible_slopes;
 use leadr_reflectance::visible::specular::probe_rule;
 
-/// Results of every function that takes a covariance, by name.
+/// Returns the results of every function that takes a covariance, by name.
 fn results(s: DVec3) -> Vec<(&'static str, DVec3)> {
     let (wo, wi) = (DVec3::new(0.3, 0.4, 0.7).normalize(), DVec3::new(-0.5, 0.2, 0.8).normalize());
     let (m, f0, one) = (DVec2::new(0.2, -0.1), DVec3::splat(0.04), |x: f64| DVec3::splat(x));

@@ -1,13 +1,13 @@
-//! LEADR map moments compared with triangle slopes, computed from vertices, at every level: on scanned materials and on the
-//! hardest maps.
+//! Compares the moments of LEADR maps at every level with triangle slopes from vertices, on scanned materials and on the
+//! most difficult maps.
 
 use leadr_maps::{HeightMap, LeadrMap, Wrap, load_height_map};
 use leadr_testing::shared::shared_data;
 
-/// `E[x], E[y], E[xx], E[yy], E[xy]` over every texel's square.
+/// The means `E[x], E[y], E[xx], E[yy], E[xy]` over the square of one texel.
 type Means = [f64; 5];
 
-/// Slope of the plane through three points.
+/// Returns the slope of the plane through three points.
 fn slope(p: [[f64; 3]; 3]) -> [f64; 2] {
     let edge = |i: usize| -> [f64; 3] { std::array::from_fn(|k| p[i][k] - p[0][k]) };
     let (u, v) = (edge(1), edge(2));
@@ -15,14 +15,14 @@ fn slope(p: [[f64; 3]; 3]) -> [f64; 2] {
     [-normal[0] / normal[2], -normal[1] / normal[2]]
 }
 
-/// Moments per texel of a repeating map's triangles. Cells are divided from their first corner (`[1, 0]`), their second
-/// (`[0, 1]`), or a mix.
+/// Returns the moments per texel of a repeating map's triangles. Diagonals divide cells from the first corner (`[1, 0]`),
+/// from the second (`[0, 1]`), or in a mix.
 fn triangles(map: &HeightMap, share: [f64; 2]) -> Vec<Means> {
     let (w, h) = (map.width as usize, map.height as usize);
     let mut texels = vec![[0.0; 5]; w * h];
     for y in 0..h {
         for x in 0..w {
-            // The cell between the centres of four texels.
+            // A cell lies between the centres of four texels.
             let corner = |i: usize| {
                 let (cx, cy) = (x + (i & 1), y + (i >> 1));
                 let position = [(cx as f64 + 0.5) / w as f64, (cy as f64 + 0.5) / h as f64];
@@ -43,7 +43,7 @@ fn triangles(map: &HeightMap, share: [f64; 2]) -> Vec<Means> {
     texels
 }
 
-/// Means over squares of `2^level` texels, for square power-of-two maps.
+/// Returns the means over squares of `2^level` texels. The map must be square with a power-of-two side.
 fn level_of(texels: &[Means], side: usize, level: u32) -> Vec<Means> {
     let coarse = side >> level;
     let mut means = vec![[0.0; 5]; coarse * coarse];
@@ -54,7 +54,7 @@ fn level_of(texels: &[Means], side: usize, level: u32) -> Vec<Means> {
     means
 }
 
-/// Mean over a level of the variances and covariance inside its texels.
+/// Returns the mean over a level of the variances and the covariance inside its texels.
 fn variance(texels: &[Means]) -> [f64; 3] {
     let mut sum = [0.0; 3];
     for &[x, y, xx, yy, xy] in texels {
@@ -64,8 +64,8 @@ fn variance(texels: &[Means]) -> [f64; 3] {
     sum
 }
 
-/// Largest relative errors, over all levels, of `leadr` variances compared with triangles, and of the covariance in the same
-/// unit.
+/// Returns the largest relative errors of `leadr` over all levels compared with triangles: of the variances, and of the
+/// covariance in the same unit.
 fn errors(map: &HeightMap, leadr: &LeadrMap) -> [f64; 2] {
     assert_eq!(map.width, map.height);
     let side = map.width as usize;
@@ -81,7 +81,7 @@ fn errors(map: &HeightMap, leadr: &LeadrMap) -> [f64; 2] {
         let found = variance(&stored);
         let scale = 0.5 * (expected[0] + expected[1]);
         for k in 0..2 {
-            // Along an axis without slopes, any slope is an error.
+            // Along an axis without slopes, any slope counts as an error.
             let error = (found[k] - expected[k]).abs() / expected[k].max(1e-6 * scale);
             worst[0] = worst[0].max(error);
         }
@@ -90,7 +90,7 @@ fn errors(map: &HeightMap, leadr: &LeadrMap) -> [f64; 2] {
     worst
 }
 
-/// Variance of level 0 by central differences.
+/// Returns the variance of level 0 by central differences.
 fn central_variance(map: &HeightMap) -> [f64; 2] {
     let n = map.width;
     let mut sum = [0.0f64; 2];
@@ -118,7 +118,7 @@ fn check(name: &str, map: &HeightMap) {
         lost(1)
     );
     assert!(variance_error < 2e-3 && covariance_error < 2e-3, "{name}: {variance_error} {covariance_error}");
-    // The whole map's variance does not depend on the division of cells.
+    // The variance of the whole map does not depend on the diagonals of the cells.
     for way in [[1.0, 0.0], [0.0, 1.0]] {
         let one = variance(&level_of(&triangles(map, way), map.width as usize, map.width.ilog2()));
         assert!(
@@ -141,7 +141,7 @@ fn hard_maps_keep_the_variance_of_their_triangles() {
     check("white noise", &made(noise));
     check("checker of one texel", &made(|x, y| ((x + y) % 2) as f32));
     check("step", &made(|x, y| f32::from(u8::from(x < 20)) + 0.3 * f32::from(u8::from(y > 40 && x > 30))));
-    // The check can fail: central differences miss a checker.
+    // Central differences must fail the check, because they find no variance on a checkerboard.
     assert!(central_variance(&made(|x, y| ((x + y) % 2) as f32))[0] == 0.0);
     let mut broken = LeadrMap::new(&made(noise), Wrap::Repeat);
     broken.levels[3].texels.iter_mut().for_each(|t| t.second[0] *= 1.01);

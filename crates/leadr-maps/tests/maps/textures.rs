@@ -1,4 +1,5 @@
-//! Textures of `leadr bake` for plain samplers: normals and gloss, heights of normals, occlusion and cones.
+//! Tests of the textures that `leadr bake` writes for ordinary samplers: normals and gloss, heights from normals, occlusion
+//! and cones.
 
 use std::f64::consts::TAU;
 
@@ -16,7 +17,6 @@ fn baked(inputs: &Inputs, kind: Kind, precision: Precision) -> BakedMap {
     crate::bake::baked(inputs, kind, precision).0
 }
 
-/// A pseudo-random number from 0 to 1.
 fn noise(x: u32, y: u32, seed: u32) -> f64 {
     let mut v = x.wrapping_mul(0x9e37_79b9) ^ y.wrapping_mul(0x85eb_ca6b) ^ seed.wrapping_mul(0xc2b2_ae35);
     v = (v ^ (v >> 15)).wrapping_mul(0x2c1b_3c6d);
@@ -77,7 +77,7 @@ fn levels_of_gloss_are_means_of_shortened_normals() {
                 }
             }
         }
-        // The finest level is as painted; coarser levels are rougher.
+        // The finest level is stored as painted, and coarser levels are rougher.
         assert!((texel(&map, 0, 5)[3] - of(5, 0)).abs() < 2e-5);
         assert!(texel(&map, 4, 0)[3] < (0..128).map(|i| of(i % 16, i / 16)).sum::<f64>() / 128.0 - 0.05);
     }
@@ -123,7 +123,7 @@ fn detail_rotates_with_the_surface() {
         let both = Shortening::default().combine_gloss(0.4, 0.3, Gloss::Wwii);
         for (x, y) in [(0, 0), (1, 2), (3, 3)] {
             let [nx, ny, nz, g] = texel(&map, 0, (4 * y + x) as usize);
-            // Two repeats over half as many texels: every fourth texel of the detail.
+            // Two repeats over half as many texels read every fourth texel of the detail.
             let detail = normal((4 * x + 2) % 8, (4 * y + 2) % 8, 5);
             let expected = blend(normal(x, y, 3), detail);
             assert!((DVec3::new(nx, ny, nz) - expected).length() < 1e-5, "{x} {y} {expected}");
@@ -154,7 +154,7 @@ fn normals_keep_their_length_and_any_size_works() {
             assert!(map.levels.iter().all(|level| level.layers[0].iter().all(|t| (-0.01..1.01).contains(&t[3]))));
         }
     }
-    // Invalid normals.
+    // Vectors that are zero, point down or are not unit length are invalid normals.
     let broken = normals([4, 4], |x, _| [DVec3::ZERO, DVec3::NEG_Z, DVec3::new(3.0, 0.0, 4.0), DVec3::X][x as usize]);
     let inputs = Inputs { normals: Some(broken), ..Inputs::default() };
     for kind in Kind::ALL {
@@ -168,7 +168,7 @@ fn normals_keep_their_length_and_any_size_works() {
     }
 }
 
-/// Waves whose triangle slopes heights can represent.
+/// Returns waves that heights can represent exactly.
 fn waves(n: u32) -> HeightMap {
     let at = |i: u32| (f64::from(i % n) / f64::from(n), f64::from(i / n) / f64::from(n));
     let height = |(s, t): (f64, f64)| 0.01 * (TAU * (2.0 * s + t)).sin() + 0.004 * (TAU * 5.0 * t).cos();
@@ -196,7 +196,7 @@ fn heights_of_the_normals_of_heights_are_those_heights() {
     let error: f64 = (0..(n * n) as usize).map(|i| (texel(&heights, 0, i)[0] - f64::from(map.texels[i])).powi(2)).sum();
     let size: f64 = map.texels.iter().map(|&h| f64::from(h).powi(2)).sum();
     assert!((error / size).sqrt() < 0.01, "{}", (error / size).sqrt());
-    // Missing normals are an error.
+    // Without normals, the function must fail.
     let fault = Inputs::default().find_heights(&|_| ()).unwrap_err();
     assert!(matches!(fault, MapFault::Unsupported { .. }) && fault.to_string().contains("normals"), "{fault}");
     assert!(Inputs::default().compute_occlusion(&|_| ()).is_err());
@@ -216,7 +216,7 @@ fn flat_ground_sees_everything_and_pits_see_less() {
         let [x, y, z, seen] = texel(&cones, 0, at);
         assert!(x.abs() + y.abs() < 1e-6 && (z - 1.0).abs() < 1e-6 && (seen - 1.0).abs() < 1e-6, "{x} {y} {z} {seen}");
     }
-    // A groove along t: open up and down, and on its left side towards the right.
+    // A groove along t is open up and down along t. The left side of the groove is open towards the right.
     let n = 64;
     let groove = |i: u32| 0.15 * (TAU * f64::from(i % n) / f64::from(n)).cos();
     let inputs = looked(HeightMap::new(n, n, (0..n * n).map(|i| groove(i) as f32).collect()).unwrap());
@@ -227,9 +227,9 @@ fn flat_ground_sees_everything_and_pits_see_less() {
     assert!(top > 0.97 && bottom < 0.85, "{top} {bottom}");
     let [left, right] = [22, 42].map(|x| texel(&cones, 0, row + x));
     assert!(left[0] > 0.1 && right[0] < -0.1 && (left[0] + right[0]).abs() < 1e-3, "{left:?} {right:?}");
-    // With few slices, up and down differ slightly.
+    // With few slices, the results for up and down differ slightly.
     assert!(left[1].abs() < 5e-3, "{left:?}");
-    // Any level is the mean of the finest.
+    // The last level is the mean of the finest level.
     let last = texel(&cones, cones.levels.len() - 1, 0);
     let mean = (0..(n * n) as usize).map(|i| texel(&cones, 0, i)[3]).sum::<f64>() / f64::from(n * n);
     assert!((last[3] - mean).abs() < 1e-5, "{last:?} {mean}");

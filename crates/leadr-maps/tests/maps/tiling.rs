@@ -1,4 +1,4 @@
-//! By-example tiling keeps the mean and covariance of the map at every moment level.
+//! Tests that by-example tiling keeps the mean and covariance of the map at every moment level.
 
 use glam::{DVec2, DVec3};
 use leadr_maps::moments::MomentLevel;
@@ -7,10 +7,10 @@ use leadr_reflectance::random::Random;
 use leadr_reflectance::slopes::moments::SlopeMoments;
 use leadr_reflectance::slopes::tiling::{add_variant, merged_variants, tiling_fade, tiling_variants, variant_offset};
 
-/// As in the shaders.
+/// The number of cells, as in the shaders.
 const CELLS: f64 = 2.5;
 
-/// Interpolated moments and height of a repeating level.
+/// Returns the interpolated moments and height of a repeating level.
 fn seen(level: &MomentLevel, at: DVec2) -> (SlopeMoments, f64) {
     let (w, h) = (i64::from(level.width), i64::from(level.height));
     let position = at * DVec2::new(w as f64, h as f64) - 0.5;
@@ -29,18 +29,18 @@ fn seen(level: &MomentLevel, at: DVec2) -> (SlopeMoments, f64) {
     (sum, height)
 }
 
-/// Blending of the variants.
+/// How variants of the map are blended.
 #[derive(Clone, Copy, PartialEq)]
 enum Blend {
-    /// Weights with squares that sum to one.
+    /// The squares of the weights sum to one.
     Variants,
-    /// The same, plus slopes from changing weights.
+    /// Like `Variants`, plus the slopes of the changing weights.
     VariantsPassing,
-    /// Weights that sum to one, to show that the tests can fail.
+    /// The weights sum to one, which shows that the tests can fail.
     Plain,
 }
 
-/// Slope moments over sampled positions of a plane.
+/// Returns the slope moments over sampled positions of a plane.
 fn over_plane(map: &LeadrMap, lod: usize, kind: Blend) -> SlopeMoments {
     let mut r = Random::stream(11, lod as u64);
     let (level, mean_height) = (&map.levels[lod], f64::from(map.mean().height));
@@ -48,7 +48,7 @@ fn over_plane(map: &LeadrMap, lod: usize, kind: Blend) -> SlopeMoments {
     let mut sum = SlopeMoments::default();
     let side = 400;
     for i in 0..side * side {
-        // Jittered, so that few samples suffice.
+        // Jittered positions need fewer samples.
         let cell = DVec2::new(f64::from(i % side), f64::from(i / side));
         let at = (cell + DVec2::new(r.unit(), r.unit())) * 0.61 - 100.0;
         let variants = merged_variants(tiling_variants(at, CELLS), lod as f64);
@@ -70,7 +70,7 @@ fn over_plane(map: &LeadrMap, lod: usize, kind: Blend) -> SlopeMoments {
     SlopeMoments { first: sum.first / count, second: sum.second / count }
 }
 
-/// Slopes from changing weights are small for narrow bumps; the next test gives their size.
+/// For narrow bumps, the slopes from changing weights are small. The next test measures the slopes for broad bumps.
 #[test]
 fn maps_by_example_keep_mean_and_covariance_at_every_level() {
     let maps = [(procedural::soil(256, 256, 1), 0.04), (procedural::gaussian(256, 256, 4, 0.4, 0.01), 0.03)];
@@ -92,8 +92,9 @@ fn maps_by_example_keep_mean_and_covariance_at_every_level() {
     }
 }
 
-/// Between variants the blend is steeper than any variant, in proportion to the height variance: by this factor for lattice edges
-/// of length 1. These are real slopes of the drawn surface, and significant for broad bumps.
+/// Changing weights make the blended surface steeper than any variant. The added slope variance is the height variance times
+/// this factor, for lattice edges of length 1. The added slopes are real slopes of the drawn surface, and significant for
+/// broad bumps.
 #[test]
 fn broad_bumps_gain_the_slopes_of_changing_weights() {
     const PER_EDGE: f64 = 23.4;
@@ -114,6 +115,6 @@ fn weights_that_sum_to_one_lose_variance() {
     let leadr = LeadrMap::new(&map, Wrap::Repeat);
     let whole = leadr.mean();
     let plain = over_plane(&leadr, 0, Blend::Plain);
-    // Blending loses a tenth of it.
+    // Blending loses a tenth of the variance.
     assert!(plain.second.x < 0.95 * f64::from(whole.second[0]));
 }

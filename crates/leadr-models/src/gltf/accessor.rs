@@ -1,4 +1,4 @@
-//! Accessors: views, strides, component types and sparse data. Every bound is checked before reading.
+//! Accessors, with views, strides, component types and sparse data. Every bound is checked before data are read.
 
 use std::borrow::Cow;
 
@@ -6,7 +6,7 @@ use super::json::{Item, Location, Read};
 use crate::fault::{ModelFault, shown};
 use crate::limits::Budget;
 
-/// A buffer's declared length and bytes. The bytes are `None` if an extension defines them.
+/// A buffer's declared length and its bytes. The bytes are `None` if an extension provides them.
 pub(super) struct Buffer<'a> {
     pub(super) length: u64,
     pub(super) bytes: Option<Cow<'a, [u8]>>,
@@ -17,7 +17,7 @@ pub(super) struct BufferView<'a> {
     location: Location,
     length: u64,
     bytes: Option<&'a [u8]>,
-    /// Byte stride between elements, if specified.
+    /// The number of bytes from one element to the next, if specified.
     stride: Option<usize>,
 }
 
@@ -34,7 +34,7 @@ impl<'a> BufferView<'a> {
         if end > whole.length {
             return Err(item.fault(format!("needs bytes {offset} to {end}, but the buffer has {}", whole.length)));
         }
-        // 0 is invalid, but older exporters write it for "no stride".
+        // A stride of 0 is invalid, but older exporters write 0 for "no stride".
         let stride = item.whole("byteStride")?.filter(|&stride| stride != 0);
         if stride.is_some_and(|s| !(4..=252).contains(&s) || s % 4 != 0) {
             return Err(item.fault("`byteStride` must be a multiple of 4 from 4 to 252"));
@@ -48,7 +48,7 @@ impl<'a> BufferView<'a> {
         self.bytes.ok_or_else(|| self.location.fault("is needed, but its buffer has no readable data"))
     }
 
-    /// Returns a range of the view, if it has bytes. `what` describes the content in errors.
+    /// Returns a range of the view, or `None` if the view has no bytes. `what` describes the content in errors.
     fn part(&self, item: &Item<'_>, offset: u64, length: u64, what: &str) -> Read<Option<&'a [u8]>> {
         let end = offset.saturating_add(length);
         if end > self.length {
@@ -104,13 +104,13 @@ impl Component {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Shape {
-    /// Name of the type: `SCALAR`, `VEC3` …
+    /// The name of the type, such as `SCALAR` or `VEC3`.
     pub(super) name: &'static str,
     rows: usize,
     columns: usize,
 }
 
-/// Names of all element types, with rows and columns.
+/// The names of all element types, each with its number of rows and columns.
 const SHAPES: [(&str, usize, usize); 7] =
     [("SCALAR", 1, 1), ("VEC2", 2, 1), ("VEC3", 3, 1), ("VEC4", 4, 1), ("MAT2", 2, 2), ("MAT3", 3, 3), ("MAT4", 4, 4)];
 
@@ -120,18 +120,18 @@ impl Shape {
         found.map(|&(name, rows, columns)| Self { name, rows, columns })
     }
 
-    /// Count of numbers per element.
+    /// Returns the number of components per element.
     pub(super) const fn numbers(self) -> usize {
         self.rows * self.columns
     }
 
-    /// Byte stride between elements. Matrix columns start at multiples of four.
+    /// Returns the number of bytes from one element to the next. Matrix columns are aligned to four bytes.
     const fn stride(self, component: Component) -> usize {
         let column = self.rows * component.bytes();
         if self.columns == 1 { column } else { column.next_multiple_of(4) * self.columns }
     }
 
-    /// Size in bytes of an element without trailing padding.
+    /// Returns the size of an element in bytes, without trailing padding.
     const fn bytes(self, component: Component) -> usize {
         let column = self.rows * component.bytes();
         column.next_multiple_of(4) * (self.columns - 1) + column
@@ -145,23 +145,23 @@ struct Sparse<'a> {
     values: &'a [u8],
 }
 
-/// Values of an accessor without its sparse substitutions.
+/// The values of an accessor before its sparse substitutions.
 #[derive(Clone, Copy)]
 enum Base<'a> {
     Zeros,
-    /// Bytes, starting at the first element.
+    /// The bytes, starting at the first element.
     Bytes(&'a [u8]),
-    /// The buffer has no data.
+    /// The accessor's buffer has no data.
     Absent,
 }
 
 pub(super) struct Accessor<'a> {
     location: Location,
-    /// Number of elements, at least 1.
+    /// The number of elements, at least 1.
     pub(super) count: usize,
-    /// Component type; `None` if unknown to glTF 2.0.
+    /// The component type, or `None` if glTF 2.0 does not define it.
     pub(super) component: Option<Component>,
-    /// Element type; `None` if unknown to glTF 2.0.
+    /// The element type, or `None` if glTF 2.0 does not define it.
     pub(super) shape: Option<Shape>,
     /// Whether integers represent 0..1 or -1..1.
     pub(super) normalized: bool,
@@ -199,7 +199,7 @@ impl<'a> Accessor<'a> {
         }
         if let Some(sparse) = item.item("sparse")? {
             accessor.sparse = Sparse::read(&sparse, accessor.count, shape.stride(component), views)?;
-            // Many accessors may share these indices.
+            // Many accessors may share the indices, and each accessor unpacks them again.
             budget.take::<u32>(accessor.sparse.as_ref().map_or(0, |sparse| sparse.count))?;
             if accessor.sparse.is_none() {
                 accessor.base = Base::Absent;
@@ -234,7 +234,8 @@ impl<'a> Accessor<'a> {
         self.shape.is_some_and(|s| s.name == shape)
     }
 
-    /// Fails unless `good`. `user` and `name` locate the reference, and `wanted` describes a valid accessor.
+    /// Fails unless `good` is true. In the message, `user` and `name` locate the reference, and `wanted` describes a valid
+    /// accessor.
     pub(super) fn expect(&self, good: bool, user: Location, name: &str, wanted: &str) -> Read<()> {
         if good {
             return Ok(());
@@ -243,8 +244,8 @@ impl<'a> Accessor<'a> {
         Err(user.fault(what))
     }
 
-    /// Reads all elements as floats. Integers keep their value, or become 0..1 or -1..1 if normalised. Fails on values that are
-    /// not finite. `N` must match the element type. Matrices of small integers are unsupported.
+    /// Reads all elements as floats. Integers keep their value. Normalised integers become 0..1 or -1..1. Fails if a value
+    /// is not finite. `N` must match the element type. Matrices of small integers are unsupported.
     pub(super) fn floats<const N: usize>(&self, budget: &Budget) -> Read<Vec<[f32; N]>> {
         assert!(self.shape.is_some_and(|s| s.numbers() == N), "{} is read as {N} numbers", self.format());
         let (most, least) = match self.component {
@@ -254,7 +255,7 @@ impl<'a> Accessor<'a> {
             Some(Component::I16) => (32767.0, -1.0),
             _ => (1.0, 0.0),
         };
-        // The smallest signed code is slightly below -1 and means -1.
+        // The smallest signed code would be slightly below -1 and is defined as -1.
         let (scale, least) = if self.normalized { (1.0 / most, least) } else { (1.0, f32::MIN) };
         let zero = [0.0; N];
         match self.component {
@@ -278,7 +279,7 @@ impl<'a> Accessor<'a> {
         }
     }
 
-    /// Reads all elements as integers; `None` if they are not unsigned.
+    /// Reads all elements as integers. Returns `None` if components are not unsigned integers.
     pub(super) fn whole_numbers<const N: usize>(&self, budget: &Budget) -> Read<Option<Vec<[u32; N]>>> {
         match self.component {
             Some(Component::U8) => self.elements(budget, [0; N], |b: [u8; 1]| u32::from(b[0])),
@@ -321,7 +322,7 @@ impl<'a> Accessor<'a> {
 }
 
 impl<'a> Sparse<'a> {
-    /// Reads the substitutions; `None` if their buffers have no data.
+    /// Reads the sparse substitutions. Returns `None` if the buffers have no data.
     fn read(item: &Item<'_>, count: usize, element: usize, views: &[BufferView<'a>]) -> Read<Option<Self>> {
         let changed = item.required("count", item.whole("count")?)?;
         if changed == 0 || changed > count as u64 {

@@ -1,4 +1,4 @@
-//! Animations: checks that times increase and values match their targets.
+//! Animations. The reader checks that times increase and that values match their targets.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
@@ -15,7 +15,7 @@ use crate::limits::MAX_COORDINATE;
 use crate::mesh::Mesh;
 use crate::model::{Node, Transform};
 
-/// Deviation of a quaternion's length from 1 above which a repair is reported.
+/// A repair is reported if a quaternion's length differs from 1 by more than this limit.
 const ROUNDING: f32 = 0.01;
 
 pub(super) fn read(source: &Source<'_>, nodes: &[Node], meshes: &[Mesh]) -> Read<Vec<Animation>> {
@@ -23,7 +23,7 @@ pub(super) fn read(source: &Source<'_>, nodes: &[Node], meshes: &[Mesh]) -> Read
     items.iter().map(|item| Reader { source, nodes, meshes }.read(item)).collect()
 }
 
-/// Squared lengths within this of 1 are exact up to rounding.
+/// A squared length within this distance of 1 is exact up to rounding.
 const NEARLY: f32 = 4.0 * f32::EPSILON;
 
 struct Reader<'a> {
@@ -37,7 +37,7 @@ struct Sampler<'a> {
     interpolation: Interpolation,
     times: Vec<f32>,
     output: &'a Accessor<'a>,
-    /// Curve and property created from the sampler.
+    /// The curve that was created from the sampler, and its property.
     curve: Option<(usize, Property)>,
 }
 
@@ -87,7 +87,7 @@ impl Reader<'_> {
         Ok(animation)
     }
 
-    /// Returns the target of a channel. `None` if it is not a core property or has no effect.
+    /// Returns the target of a channel. Returns `None` if the target is not a core property or has no effect.
     fn target(&self, target: &Item<'_>) -> Read<Option<(usize, Property)>> {
         let node = target.index("node", "node", self.nodes.len())?;
         let path = target.required("path", target.string("path")?)?;
@@ -185,7 +185,6 @@ impl Reader<'_> {
         Ok(Curve { interpolation: sampler.interpolation, times: sampler.times.clone(), width, values })
     }
 
-    /// Normalises the rotations at keys. Tangents do not change.
     fn unit_rotations(&self, sampler: &Sampler<'_>, values: &mut [f32], per_key: usize) -> Read<()> {
         let mut uneven = 0;
         let (keys, _) = values.as_chunks_mut::<4>();

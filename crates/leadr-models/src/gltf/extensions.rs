@@ -1,29 +1,29 @@
-//! glTF versions and supported extensions.
+//! Checks the glTF version, and lists the supported extensions.
 
 use super::json::{Item, Read};
 use crate::fault::{ModelFault, shown};
 
 pub(super) const QUANTIZATION: &str = "KHR_mesh_quantization";
-/// Offset, rotation and scale of texture coordinates.
+/// The extension for offset, rotation and scale of texture coordinates.
 pub(super) const TEXTURE_TRANSFORM: &str = "KHR_texture_transform";
-/// Emission above 1.
+/// The extension for emission above 1.
 pub(super) const EMISSIVE_STRENGTH: &str = "KHR_materials_emissive_strength";
 pub(super) const IOR: &str = "KHR_materials_ior";
-/// Strength and colour of dielectric specular reflection.
+/// The extension for the strength and colour of the specular reflection of dielectrics.
 pub(super) const SPECULAR: &str = "KHR_materials_specular";
 pub(super) const ANISOTROPY: &str = "KHR_materials_anisotropy";
 pub(super) const UNLIT: &str = "KHR_materials_unlit";
-/// Directional, point and spot lights.
+/// The extension for directional, point and spot lights.
 pub(super) const LIGHTS: &str = "KHR_lights_punctual";
 
 /// All supported extensions.
 pub const READ: [&str; 8] =
     [QUANTIZATION, TEXTURE_TRANSFORM, EMISSIVE_STRENGTH, IOR, SPECULAR, ANISOTROPY, UNLIT, LIGHTS];
 
-/// Maximum number of extensions in one message.
+/// The maximum number of extensions in one message.
 const MAX_NAMES: usize = 12;
 
-/// Refuses unsupported glTF versions and required extensions. Returns the unsupported extensions in use.
+/// Refuses unsupported glTF versions and required extensions. Returns the unsupported extensions that the model uses.
 pub(super) fn check(root: &Item<'_>) -> Read<Vec<String>> {
     let asset = root.required("asset", root.item("asset")?)?;
     let version = asset.required("version", asset.string("version")?)?;

@@ -1,4 +1,4 @@
-//! The GLB container: a 12-byte header, a JSON chunk, and an optional chunk with the first buffer.
+//! The GLB container, which has a 12-byte header, a JSON chunk, and an optional chunk with the first buffer.
 
 use super::json::Read;
 use crate::fault::ModelFault;
@@ -9,11 +9,11 @@ const BIN: u32 = 0x004e_4942;
 
 pub(super) struct Container<'a> {
     pub(super) json: &'a [u8],
-    /// The first buffer, if a GLB contains it.
+    /// The first buffer, if the file is a GLB that contains it.
     pub(super) binary: Option<&'a [u8]>,
 }
 
-/// Splits a file that is a GLB or plain JSON.
+/// Opens a GLB or a plain JSON file as a container.
 pub(super) fn open(bytes: &[u8]) -> Read<Container<'_>> {
     if bytes.starts_with(MAGIC) {
         return open_binary(bytes);

@@ -1,4 +1,4 @@
-//! Images of a model from files, data URIs or buffers. Each is decoded once, on all cores.
+//! Images of a model from files, data URIs or buffers. Each image is decoded once, and images are decoded in parallel.
 
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
@@ -26,7 +26,6 @@ struct Entry<'a> {
 
 pub(super) struct Image {
     pub(super) name: String,
-    /// Decoded image; `None` if it is unreadable.
     pub(super) raster: Option<Arc<Raster>>,
 }
 

@@ -2,15 +2,16 @@
 
 use crate::mesh::Influences;
 
-/// Joints and weights of all vertices from one pair of attributes.
+/// The joints and weights of all vertices from one pair of attributes.
 pub(super) type Set = (Vec<[u32; 4]>, Vec<[f32; 4]>);
 
-/// Deviation from 1 of a sum of weights above which a repair is reported. The limit allows four weights rounded down to bytes.
+/// A repair is reported if a sum of weights differs from 1 by more than this limit, which allows for four weights rounded
+/// down to bytes.
 const ROUNDING: f32 = 4.5 / 255.0;
 
-/// Returns the four strongest joints of each vertex with weights of sum 1, and messages about repairs.
+/// Returns the four strongest joints of each vertex, with weights that sum to 1. Also returns messages about repairs.
 ///
-/// Negative weights and NaN are errors, since their meaning is unclear.
+/// Negative weights and NaN are errors, because their meaning is unclear.
 pub(super) fn strongest(sets: &[Set]) -> Result<(Vec<Influences>, Vec<String>), String> {
     let vertices = sets.first().map_or(0, |(joints, _)| joints.len());
     let mut all = Vec::with_capacity(vertices);

@@ -1,4 +1,4 @@
-//! Strict JSON access: every value is read with its type and range. Errors give its location.
+//! Strict access to JSON. Every value is read with its type and range, and errors give the location of the value.
 
 use std::fmt;
 use std::ops::RangeInclusive;
@@ -7,10 +7,10 @@ use super::value::{Object, Value};
 use crate::fault::{ModelFault, shown};
 use crate::limits::MAX_COORDINATE;
 
-/// Result of reading a part of the model.
+/// The result of reading a part of the model.
 pub(super) type Read<T> = Result<T, ModelFault>;
 
-/// Location of a value in the model, such as `mesh 2, primitive 0`.
+/// The location of a value in the model, such as `mesh 2, primitive 0`.
 #[derive(Clone, Copy)]
 pub(super) struct Location {
     parts: [(&'static str, Option<usize>); 5],
@@ -20,7 +20,7 @@ pub(super) struct Location {
 impl Location {
     pub(super) const ROOT: Self = Self { parts: [("", None); 5], depth: 0 };
 
-    /// Returns the location of a part. Parts deeper than five are omitted.
+    /// Returns the location of a part of the object. Locations deeper than five levels are omitted.
     pub(super) fn below(mut self, kind: &'static str, number: Option<usize>) -> Self {
         if let Some(part) = self.parts.get_mut(self.depth) {
             *part = (kind, number);
@@ -50,7 +50,6 @@ impl fmt::Display for Location {
     }
 }
 
-/// A JSON object and its location.
 #[derive(Clone, Copy)]
 pub(super) struct Item<'a> {
     object: &'a Object<'a>,
@@ -83,13 +82,13 @@ impl<'a> Item<'a> {
         self.object.keys()
     }
 
-    /// Returns a property converted by `read`. `wanted` describes the valid values.
+    /// Reads a property and converts it by `read`. `wanted` describes the valid values.
     fn get<T>(&self, key: &str, wanted: &str, read: impl Fn(&'a Value<'a>) -> Option<T>) -> Read<Option<T>> {
         let read = |value| read(value).ok_or_else(|| self.wrong(key, wanted));
         self.object.get(key).map(read).transpose()
     }
 
-    /// Returns the values of an array; empty if missing.
+    /// Returns the values of an array, or an empty list if the array is missing.
     fn list(&self, key: &str, wanted: &str) -> Read<&'a [Value<'a>]> {
         Ok(self.get(key, wanted, Value::as_list)?.unwrap_or_default())
     }
@@ -98,22 +97,22 @@ impl<'a> Item<'a> {
         self.get(key, "a string", Value::as_str)
     }
 
-    /// Reads the name of the object; empty if missing.
+    /// Reads the name of the object, or an empty name if there is none.
     pub(super) fn name(&self) -> Read<String> {
         Ok(self.string("name")?.unwrap_or_default().to_owned())
     }
 
-    /// Reads a boolean; false if missing.
+    /// Reads a boolean, which is false if it is missing.
     pub(super) fn flag(&self, key: &str) -> Read<bool> {
         Ok(self.get(key, "true or false", Value::as_bool)?.unwrap_or(false))
     }
 
-    /// Reads a non-negative integer. `2.0` is valid too.
+    /// Reads a non-negative integer, which may be written as `2.0`.
     pub(super) fn whole(&self, key: &str) -> Read<Option<u64>> {
         self.get(key, "a whole number, 0 or more", Value::as_whole)
     }
 
-    /// Reads a 32-bit number within a range.
+    /// Reads a 32-bit number and checks its range.
     pub(super) fn number(&self, key: &str, range: RangeInclusive<f32>) -> Read<Option<f32>> {
         let number = |value: &Value<'_>| {
             let number = value.as_number().map(|v| v as f32).filter(|v| range.contains(v));
@@ -122,14 +121,14 @@ impl<'a> Item<'a> {
         self.object.get(key).map(number).transpose()
     }
 
-    /// Reads `N` numbers, each within a range.
+    /// Reads `N` numbers and checks the range of each.
     pub(super) fn vector<const N: usize>(&self, key: &str, range: RangeInclusive<f32>) -> Read<Option<[f32; N]>> {
         let Some(numbers) = self.numbers(key, range.clone())? else { return Ok(None) };
         let vector = <[f32; N]>::try_from(numbers);
         vector.map(Some).map_err(|_| self.wrong(key, &format!("an array of {N} numbers")))
     }
 
-    /// Reads an array of numbers, each within a range.
+    /// Reads an array of numbers and checks the range of each.
     pub(super) fn numbers(&self, key: &str, range: RangeInclusive<f32>) -> Read<Option<Vec<f32>>> {
         let Some(value) = self.object.get(key) else { return Ok(None) };
         let wrong = || self.wrong(key, &format!("an array of numbers, each {}", in_range(&range)));
@@ -138,7 +137,7 @@ impl<'a> Item<'a> {
         value.as_list().ok_or_else(wrong)?.iter().map(number).collect::<Read<_>>().map(Some)
     }
 
-    /// Reads the index of another object in a list of `count`.
+    /// Reads the index of another object, whose list has `count` objects.
     pub(super) fn index(&self, key: &str, kind: &str, count: usize) -> Read<Option<usize>> {
         let Some(index) = self.whole(key)? else { return Ok(None) };
         self.in_list(key, index, kind, count).map(Some)
@@ -170,7 +169,8 @@ impl<'a> Item<'a> {
         Some(Item { object, location: self.location.below(key, None) })
     }
 
-    /// Returns the objects of an array; empty if missing. Messages call them `kind 0`, `kind 1` …
+    /// Returns the objects of an array, or an empty list if the array is missing. Messages call the objects `kind 0`, `kind
+    /// 1` …
     pub(super) fn items(&self, key: &str, kind: &'static str) -> Read<Vec<Item<'a>>> {
         let item = |(i, value): (usize, &'a Value<'a>)| {
             let location = self.location.below(kind, Some(i));
@@ -180,7 +180,7 @@ impl<'a> Item<'a> {
         self.list(key, "an array")?.iter().enumerate().map(item).collect()
     }
 
-    /// Returns the length of an array; 0 if missing.
+    /// Returns the length of an array, or 0 if the array is missing.
     pub(super) fn length(&self, key: &str) -> Read<usize> {
         Ok(self.list(key, "an array")?.len())
     }

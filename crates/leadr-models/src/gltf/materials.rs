@@ -1,4 +1,4 @@
-//! Materials: core metallic-roughness, and extensions for dielectrics, emission and anisotropy.
+//! Materials. The reader supports core metallic-roughness, and extensions for dielectrics, emission and anisotropy.
 
 use super::extensions::{ANISOTROPY, EMISSIVE_STRENGTH, IOR, SPECULAR, UNLIT};
 use super::json::{Item, Read};
@@ -10,7 +10,7 @@ use crate::limits::{COORDINATES, MAX_COORDINATE};
 use leadr_maps::material::{Anisotropy, GreenAxis, Input, Material, NormalMap, Opacity, Relief, RoughnessMeaning};
 use leadr_maps::{ImageHeader, decode_height_map};
 
-/// Key of the displacement map in a material's `extras`.
+/// The key of the displacement map in a material's `extras`.
 const DISPLACEMENT: &str = "leadr_displacement";
 
 pub(super) fn read(source: &Source<'_>) -> Read<Vec<Material>> {
@@ -19,7 +19,7 @@ pub(super) fn read(source: &Source<'_>) -> Read<Vec<Material>> {
     items.iter().enumerate().map(|(i, item)| Reader { source, textures: &textures, item }.read(i)).collect()
 }
 
-/// Returns the material of primitives without one.
+/// Returns the material of primitives that have none.
 pub(super) fn default() -> Material {
     Material {
         base_color: Input::constant([1.0; 3]),
@@ -57,7 +57,7 @@ impl<'a> Reader<'a> {
         Ok(material)
     }
 
-    /// Reads base colour, metalness and roughness. Returns the opacity.
+    /// Reads base colour, metalness and roughness into `material`. Returns the opacity.
     fn base(&self, material: &mut Material) -> Read<Input<f32>> {
         let mut alpha = Input::constant(1.0);
         let Some(item) = self.item.item("pbrMetallicRoughness")? else { return Ok(alpha) };
@@ -110,11 +110,11 @@ impl<'a> Reader<'a> {
         Ok(Input { factor: factor.map(|f: f32| f * strength), texture, channel: 0 })
     }
 
-    /// Reads the dielectric reflectance: index of refraction, then specular colour and strength.
+    /// Reads the reflectance of dielectrics: the index of refraction, and the specular colour and strength.
     fn dielectric(&self, material: &mut Material) -> Read<()> {
         if let Some(extension) = self.item.extension(IOR)? {
             let ior = extension.number("ior", 0.0..=MAX_COORDINATE)?.unwrap_or(1.5);
-            // An index of refraction of 0 means a perfect mirror, which the formula also gives.
+            // An index of refraction of 0 means that everything is reflected, which also follows from the formula.
             if ior > 0.0 && ior < 1.0 {
                 return Err(extension.fault(format!("`ior` is {ior}, but must be 0, or at least 1")));
             }
@@ -147,9 +147,9 @@ impl<'a> Reader<'a> {
         Ok(Some(Anisotropy { strength, rotation, direction }))
     }
 
-    /// Reads the displacement map of `extras`: `"leadr_displacement": {"uri": "bark.png", "scale": 0.02, "middle": 0.5}`.
+    /// Reads the displacement map from `extras`: `"leadr_displacement": {"uri": "bark.png", "scale": 0.02, "middle": 0.5}`.
     fn relief(&self) -> Read<Option<Relief>> {
-        // Other `extras` belong to other programs and need not be an object.
+        // Other programs also use `extras`, which need not be an object.
         let Some(extras) = self.item.object_or_nothing("extras") else { return Ok(None) };
         let Some(item) = extras.item(DISPLACEMENT)? else { return Ok(None) };
         let uri = item.required("uri", item.string("uri")?)?;

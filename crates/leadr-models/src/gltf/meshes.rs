@@ -1,4 +1,4 @@
-//! Meshes: triangles and vertex attributes. Obvious defects are repaired, others refused.
+//! Meshes, with triangles and vertex attributes. Obvious defects are repaired, and other defects are refused.
 
 use super::accessor::{Accessor, Component};
 use super::influences;
@@ -14,7 +14,7 @@ use crate::mesh::{Influences, Mesh, MorphTarget, Primitive};
 pub(super) struct Meshes {
     pub(super) meshes: Vec<Mesh>,
     pub(super) weights: Vec<Vec<f32>>,
-    /// Whether a primitive needs the default material, which follows the file's own materials.
+    /// Whether a primitive needs the default material, which comes after the file's own materials.
     pub(super) use_default_material: bool,
 }
 
@@ -37,7 +37,7 @@ fn read_mesh(source: &Source<'_>, item: &Item<'_>, materials: usize) -> Read<(Me
     if target_count > MAX_TARGETS {
         return Err(item.fault(format!("has {target_count} morph targets; the limit is {MAX_TARGETS}")));
     }
-    // Target names are a convention of exporters, not in the specification.
+    // Target names are not part of the specification, but a convention of exporters.
     let names = item.object_or_nothing("extras").and_then(|extras| extras.strings("targetNames").ok());
     let names = names.filter(|names| names.len() == target_count).unwrap_or_default();
     let target_names = names.into_iter().map(str::to_owned).collect();
@@ -52,7 +52,7 @@ fn read_mesh(source: &Source<'_>, item: &Item<'_>, materials: usize) -> Read<(Me
     Ok((mesh, weights))
 }
 
-/// Reads the `weights` of a mesh or node, one per morph target.
+/// Reads the `weights` of a mesh or node. There is one weight per morph target.
 pub(super) fn morph_weights(item: &Item<'_>, targets: usize) -> Read<Option<Vec<f32>>> {
     let weights = item.numbers("weights", COORDINATES)?;
     match &weights {
@@ -63,14 +63,13 @@ pub(super) fn morph_weights(item: &Item<'_>, targets: usize) -> Read<Option<Vec<
     }
 }
 
-/// Allowed component types of an attribute.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Types {
-    /// Floats, and quantised types if the model declares the extension.
+    /// Floats, and quantised types if the model declares their extension.
     Float,
-    /// Floats, normalised unsigned bytes and 16-bit numbers, and quantised types.
+    /// Floats, normalised unsigned bytes, normalised unsigned 16-bit numbers, and quantised types.
     Unit,
-    /// Floats, normalised signed bytes and 16-bit numbers (differences have a sign), and quantised types.
+    /// Floats, normalised signed bytes, normalised signed 16-bit numbers, and quantised types. Differences need a sign.
     Difference,
 }
 
@@ -80,7 +79,7 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// Reads the primitive; `None` if it has no triangles.
+    /// Reads the primitive. Returns `None` for a primitive without triangles.
     fn read(&self, materials: usize) -> Read<Option<Primitive>> {
         let attributes = self.item.required("attributes", self.item.item("attributes")?)?;
         let code = self.item.whole("mode")?.unwrap_or(4);
@@ -161,7 +160,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Checks unused attributes, which must still refer to valid accessors.
+    /// Checks that unused attributes refer to valid accessors.
     fn check_unread(&self, attributes: &Item<'_>) -> Read<()> {
         for key in attributes.keys() {
             attributes.index(key, "accessor", self.source.accessors.len())?;
@@ -281,11 +280,11 @@ impl Reader<'_> {
         self.item.items("targets", "target")?.into_iter().map(read).collect()
     }
 
-    /// Gives every triangle separate vertices with the normal of its plane.
+    /// Gives every triangle its own vertices, with the normal of the triangle's plane.
     fn flatten(&self, primitive: &mut Primitive) -> Read<()> {
         let triangles = std::mem::take(&mut primitive.triangles);
         let corners = 3 * triangles.len();
-        // The budget covers the largest possible vertex, and each target.
+        // The budget allows for the largest possible vertex, and for each morph target.
         self.source.budget.take::<[f32; 32]>(corners)?;
         self.source.budget.take::<[f32; 3]>(corners.saturating_mul(primitive.targets.len()))?;
         if u32::try_from(corners).is_err() {

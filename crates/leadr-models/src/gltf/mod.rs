@@ -1,4 +1,4 @@
-//! Strict glTF 2.0 reader: from a file's bytes to a [`Model`]. All data are checked before use.
+//! Strict reader for glTF 2.0, which converts the bytes of a file to a [`Model`]. All data are checked before use.
 
 mod accessor;
 mod animations;
@@ -36,7 +36,7 @@ pub(super) fn decode(bytes: &[u8], name: &str, folder: Option<&Path>, options: L
     let container = glb::open(bytes)?;
     let json = value::parse(container.json)?;
     let root = Item::root(&json);
-    // The scene is checked before files are read, so that a fault of the model itself takes precedence over a missing file.
+    // The scene is checked before other files are read, so that a fault of the model is reported before a missing file.
     nodes::default_scene(&root)?;
     let buffers = source::buffers(&root, container.binary, folder)?;
     let source = Source::open(root, &buffers, folder, options.lenient)?;
@@ -67,7 +67,7 @@ fn read_parts(source: &Source<'_>, model: &mut Model) -> Read<()> {
     Ok(())
 }
 
-/// Reports textures that use coordinate sets missing from a mesh.
+/// Adds a message for each texture whose coordinate set is missing from a mesh.
 fn remark_on_coordinates(source: &Source<'_>, model: &Model) {
     let sets: Vec<usize> = model.materials.iter().map(|m| m.coordinate_sets() as usize).collect();
     for (number, mesh) in model.meshes.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! The node hierarchy: transforms, node contents, and the check that nodes form a forest.
+//! The node hierarchy: transforms, contents of nodes, and the check that nodes form a forest.
 
 use std::f32::consts::SQRT_2;
 
@@ -11,10 +11,9 @@ use super::source::Source;
 use crate::limits::COORDINATES;
 use crate::model::{Model, Node, SceneRoots, Transform};
 
-/// Deviation of a quaternion's length from 1 above which a repair is reported.
+/// A repair is reported if a quaternion's length differs from 1 by more than this limit.
 const ROUNDING: f32 = 0.005;
 
-/// Reads all nodes. `lights` is the number of lights.
 pub(super) fn read(source: &Source<'_>, meshes: &Meshes, lights: usize) -> Read<Vec<Node>> {
     let items = source.root.items("nodes", "node")?;
     let reader = Reader { source, meshes, lights, count: items.len() };
@@ -97,7 +96,7 @@ impl Reader<'_> {
     }
 }
 
-/// Normalises a quaternion of any length except 0.
+/// Normalises a quaternion, or returns `None` if its length is 0.
 pub(super) fn unit_rotation(given: Quat) -> Option<Quat> {
     let unit = given.as_dquat();
     let length = unit.length();
@@ -118,12 +117,12 @@ pub(super) fn affine(columns: &[f32; 16]) -> Result<Mat4, String> {
     Ok(Mat4::from_cols_array(&matrix))
 }
 
-/// Orders node indices with parents before children. Fails if a node is its own ancestor.
+/// Returns the node indices in an order with parents before children. Fails if a node is its own ancestor.
 pub(super) fn order(nodes: &[Node]) -> Read<Vec<usize>> {
     let mut order: Vec<usize> = (0..nodes.len()).filter(|&node| nodes[node].parent.is_none()).collect();
     let mut next = 0;
     while next < order.len() {
-        // Every node has one parent, so it is added once.
+        // Every node has at most one parent, so no node is added twice.
         order.extend(&nodes[order[next]].children);
         next += 1;
     }
@@ -136,7 +135,7 @@ pub(super) fn order(nodes: &[Node]) -> Read<Vec<usize>> {
     Ok(order)
 }
 
-/// Refuses a hierarchy with matrices outside the range of 32 bits.
+/// Refuses a hierarchy in which a matrix exceeds the range of 32 bits.
 pub(super) fn check_reach(model: &Model) -> Read<()> {
     let world = model.pose(None, 0.0).world_from_node;
     match model.order.iter().find(|&&node| !world[node].is_finite()) {

@@ -5,10 +5,11 @@ use glam::{DVec3, Vec3, Vec4, Vec4Swizzles};
 use crate::deform::plane_normal;
 use crate::mesh::Primitive;
 
-/// Deviation of a length from 1 above which a repair is reported. Normalised bytes deviate by up to 0.7 %.
+/// A repair is reported if a length differs from 1 by more than this limit. Lengths from normalised bytes differ by up to
+/// 0.7 %.
 const ROUNDING: f32 = 0.01;
 
-/// Normalises normals and tangents, and replaces those without a direction. Returns messages.
+/// Normalises normals and tangents, and replaces vectors without a direction. Returns messages about repairs.
 pub(super) fn directions(primitive: &mut Primitive) -> Vec<String> {
     let mut remarks = Vec::new();
     let vertices = primitive.positions.len();
@@ -47,12 +48,13 @@ pub(super) fn directions(primitive: &mut Primitive) -> Vec<String> {
     remarks
 }
 
-/// Returns the unit vector of a direction, if any. Squares of very small and very large vectors exceed 32 bits.
+/// Returns the unit vector in a direction, if there is one. In 32 bits, squares of very small or very large vectors would
+/// overflow.
 fn unit(direction: Vec3) -> Option<Vec3> {
     direction.as_dvec3().try_normalize().map(|unit| unit.as_vec3())
 }
 
-/// Returns the area-weighted mean normal of the triangles at each vertex, or +z without triangles.
+/// Returns the area-weighted mean normal of the triangles at each vertex. A vertex without triangles gets +z.
 fn normals_around(primitive: &Primitive) -> Vec<[f32; 3]> {
     let mut sums = vec![DVec3::ZERO; primitive.positions.len()];
     for triangle in &primitive.triangles {

@@ -1,4 +1,4 @@
-//! Skins, and the check of the joint indices in vertices.
+//! Skins, and the check of the vertices' joint indices.
 
 use std::collections::{HashMap, HashSet};
 
@@ -50,7 +50,7 @@ fn read_skin(source: &Source<'_>, item: &Item<'_>) -> Read<Skin> {
     Ok(Skin { name: item.name()?, joints, inverse_bind })
 }
 
-/// Refuses joint indices outside a node's skin, and reports skins without effect.
+/// Refuses vertices whose joint index is outside the node's skin, and reports skins that have no effect.
 pub(super) fn check_joints(source: &Source<'_>, nodes: &[Node], meshes: &[Mesh], skins: &[Skin]) -> Read<()> {
     let mut known = HashMap::new();
     for (number, node) in nodes.iter().enumerate() {
@@ -73,7 +73,7 @@ pub(super) fn check_joints(source: &Source<'_>, nodes: &[Node], meshes: &[Mesh],
     Ok(())
 }
 
-/// Returns the largest joint index in a mesh, and the index of its primitive.
+/// Returns the largest joint index in a mesh, and the index of the primitive that uses the joint.
 fn most_joint(mesh: &Mesh) -> Option<(u16, usize)> {
     let of_primitive = |(number, primitive): (usize, &Primitive)| {
         let influences = primitive.influences.as_ref()?;

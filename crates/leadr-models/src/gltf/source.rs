@@ -11,7 +11,7 @@ use crate::fault::ModelFault;
 use crate::limits::{Budget, MAX_BUFFER_BYTES};
 use leadr_maps::limits::{ImageBudget, format_bytes};
 
-/// Maximum number of stored remarks. Further remarks are only counted.
+/// The maximum number of stored remarks. Further remarks are only counted.
 const MAX_REMARKS: usize = 64;
 
 /// Reads all buffers, embedded or from other files.
@@ -36,7 +36,7 @@ pub(super) fn buffers<'a>(
         let bytes = match (item.string("uri")?, binary) {
             (Some(uri), _) => Some(Cow::Owned(uri::fetch(uri, folder, item.location, length)?)),
             (None, Some(binary)) if i == 0 => Some(Cow::Borrowed(binary)),
-            // The buffer is defined by an extension, which is an error only if the data are used.
+            // An extension provides the buffer's bytes. The model is refused only if the data are used.
             (None, _) => None,
         };
         if let Some(bytes) = bytes.as_ref().filter(|bytes| (bytes.len() as u64) < length) {
@@ -47,7 +47,7 @@ pub(super) fn buffers<'a>(
     Ok(all)
 }
 
-/// Shared state of the readers.
+/// The state that all readers share.
 pub(super) struct Source<'a> {
     pub(super) root: Item<'a>,
     /// Folder of external files; `None` for a model in memory.
@@ -55,11 +55,11 @@ pub(super) struct Source<'a> {
     /// Whether unreadable images are replaced.
     pub(super) lenient: bool,
     pub(super) views: Vec<BufferView<'a>>,
-    /// All accessors, checked against their views.
+    /// All accessors, whose ranges have been checked against their views.
     pub(super) accessors: Vec<Accessor<'a>>,
-    /// Whether `KHR_mesh_quantization` is declared.
+    /// Whether the model declares `KHR_mesh_quantization`.
     pub(super) quantized: bool,
-    /// Remaining bytes that may be unpacked.
+    /// The number of bytes that may still be unpacked.
     pub(super) budget: Budget,
     /// Remaining bytes of images.
     pub(super) image_budget: ImageBudget,
@@ -68,7 +68,7 @@ pub(super) struct Source<'a> {
 }
 
 impl<'a> Source<'a> {
-    /// Opens the shared lists, and checks version and extensions.
+    /// Reads the shared lists, and checks the version and the extensions.
     pub(super) fn open(
         root: Item<'a>,
         buffers: &'a [Buffer<'_>],

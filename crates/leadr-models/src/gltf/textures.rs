@@ -1,4 +1,4 @@
-//! Textures: image, addressing, coordinate set and transform.
+//! Textures. Each has an image, addressing modes, a coordinate set and a transform.
 
 use std::f32::consts::TAU;
 use std::sync::Arc;
@@ -49,8 +49,8 @@ impl<'a> Textures<'a> {
         Ok(Self { source, images, entries })
     }
 
-    /// Returns the texture of a material property, with its info object. `None` if it is missing, or if it holds directions and
-    /// its image may be omitted.
+    /// Returns the texture of a material property, together with its info object. Returns `None` if the texture is missing.
+    /// Also returns `None` for a texture of directions whose image is unreadable.
     pub(super) fn get(
         &self,
         material: &Item<'a>,
@@ -97,7 +97,7 @@ fn coordinates(info: &Item<'_>) -> Read<(u32, Affine2)> {
     let offset = Vec2::from(change.vector("offset", COORDINATES)?.unwrap_or([0.0; 2]));
     let scale = Vec2::from(change.vector("scale", COORDINATES)?.unwrap_or([1.0; 2]));
     let angle = change.number("rotation", COORDINATES)?.unwrap_or(0.0) % TAU;
-    // With `t` down, the angle of a counter-clockwise rotation is negated.
+    // `t` points down, so a counter-clockwise rotation has a negated angle.
     let rotation = Mat2::from_angle(-angle);
     Ok((set as u32, Affine2::from_mat2_translation(rotation * Mat2::from_diagonal(scale), offset)))
 }
@@ -111,14 +111,14 @@ fn wrap(sampler: &Item<'_>, key: &str) -> Read<TextureWrap> {
     }
 }
 
-/// Returns the replacement for a missing colour image: a conspicuous check without glare.
+/// Returns the replacement for a missing colour image, a conspicuous checkerboard that is not too bright.
 fn checks() -> Arc<Raster> {
     const SIDE: u32 = 8;
     let texel = |i: u32| if (i % SIDE + i / SIDE).is_multiple_of(2) { [200, 0, 200] } else { [40, 40, 40] };
     made(SIDE, (0..SIDE * SIDE).flat_map(texel).collect())
 }
 
-/// Returns the replacement for a missing data image, so that only the material's factor applies.
+/// Returns the white replacement for a missing data image, so that only the material's factor applies.
 fn white() -> Arc<Raster> {
     made(1, vec![255; 3])
 }

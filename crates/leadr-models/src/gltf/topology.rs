@@ -1,4 +1,4 @@
-//! Triangles from lists, strips and fans, and unshared vertices for flat shading.
+//! Converts lists, strips and fans to triangles, and duplicates vertices for flat shading.
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Mode {
@@ -21,7 +21,7 @@ impl Mode {
         })
     }
 
-    /// Returns the number of triangles for `indices` indices, and the number of unused indices.
+    /// Returns the number of triangles that `indices` indices form, and the number of unused indices.
     pub(super) const fn triangles(self, indices: usize) -> (usize, usize) {
         match self {
             Self::Points | Self::Lines => (0, 0),
@@ -31,11 +31,11 @@ impl Mode {
         }
     }
 
-    /// Returns the triangles with consistent winding. `index(i)` is the i-th of `count` indices.
+    /// Returns the triangles with consistent winding. `index(i)` returns the i-th of `count` indices.
     pub(super) fn wind(self, count: usize, index: impl Fn(usize) -> u32) -> Vec<[u32; 3]> {
         let triangles = 0..self.triangles(count).0;
         let triangle = |i: usize| match self {
-            // Every second triangle of a strip has reversed order.
+            // Every second triangle of a strip has the reverse order of vertices.
             Self::Strip => [i, i + 1 + i % 2, i + 2 - i % 2],
             Self::Fan => [i + 1, i + 2, 0],
             Self::Points | Self::Lines | Self::Triangles => [3 * i, 3 * i + 1, 3 * i + 2],
@@ -44,7 +44,7 @@ impl Mode {
     }
 }
 
-/// Duplicates vertex values for each triangle corner.
+/// Copies the value of a vertex to each triangle corner that uses the vertex.
 pub(super) fn per_corner<T: Copy>(values: &[T], triangles: &[[u32; 3]]) -> Vec<T> {
     triangles.as_flattened().iter().map(|&v| values[v as usize]).collect()
 }

@@ -1,4 +1,4 @@
-//! Bytes of buffers and images from data URIs or external files.
+//! Reads the bytes of buffers and images from data URIs or external files.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -58,7 +58,7 @@ fn missing(uri: &str, location: Location, what: String) -> ModelFault {
     ModelFault::Missing { location: location.to_string(), uri: shown(uri), what }
 }
 
-/// Returns the path of a URI, or the reason for refusal.
+/// Returns the path of a URI, or the reason why the URI is refused.
 fn relative_path(uri: &str) -> Result<PathBuf, &'static str> {
     let decoded = percent_decoded(uri).and_then(|bytes| String::from_utf8(bytes).ok());
     let decoded = decoded.ok_or("has a name that is not percent-encoded UTF-8")?;

@@ -1,4 +1,4 @@
-//! JSON values that borrow the text. Values are small, and fast to search even for hostile input.
+//! JSON values that borrow from the text. Values are small, and searches are fast even for hostile input.
 
 use std::borrow::Cow;
 use std::cell::Cell;
@@ -19,14 +19,14 @@ pub(super) enum Value<'a> {
     Object(Object<'a>),
 }
 
-/// Properties of an object, sorted by name if there are more than [`FEW`].
+/// The properties of an object, sorted by name if there are more than [`FEW`].
 pub(super) struct Object<'a>(Vec<(Cow<'a, str>, Value<'a>)>);
 
-/// Number of properties up to which a linear search is as fast as a binary search.
+/// With up to this number of properties, a linear search is as fast as a binary search.
 const FEW: usize = 16;
 
 impl<'a> Object<'a> {
-    /// Creates the object; `None` if two properties have the same name.
+    /// Creates the object, or returns `None` if two properties have the same name.
     fn new(mut all: Vec<(Cow<'a, str>, Value<'a>)>) -> Option<Self> {
         let twice = if all.len() > FEW {
             all.sort_by(|(a, _), (b, _)| a.cmp(b));
@@ -75,7 +75,7 @@ impl<'a> Value<'a> {
         }
     }
 
-    /// Returns a non-negative integer, in any notation.
+    /// Returns the value if it is a non-negative integer, in any notation.
     pub(super) fn as_whole(&self) -> Option<u64> {
         const EXACT: f64 = (1u64 << 53) as f64;
         match self {
@@ -86,7 +86,7 @@ impl<'a> Value<'a> {
     }
 }
 
-/// Parses the text of a model; its outermost value must be an object.
+/// Parses the text of a model. The outermost value must be an object.
 pub(super) fn parse(text: &[u8]) -> Result<Object<'_>, ModelFault> {
     let amount = Amount::default();
     let mut parser = serde_json::Deserializer::from_slice(text);
@@ -110,7 +110,7 @@ struct Amount {
 }
 
 impl Amount {
-    /// Counts one item. An error ends the parsing, and [`parse`] reports the reason.
+    /// Counts one item. An error stops the parser, and [`parse`] reports the reason.
     fn count<E: Error>(counter: &Cell<usize>, limit: usize) -> Result<(), E> {
         counter.set(counter.get() + 1);
         if counter.get() > limit { Err(E::custom("too much")) } else { Ok(()) }
@@ -175,12 +175,12 @@ impl<'de> Visitor<'de> for Seed<'_> {
     fn visit_map<A: MapAccess<'de>>(self, mut items: A) -> Result<Value<'de>, A::Error> {
         Amount::count(&self.0.objects, MAX_OBJECTS)?;
         let mut all = Vec::new();
-        // Names are read like values, which borrows names without escapes.
+        // Names are parsed as values, because a value borrows a text without escapes.
         while let Some(Value::Text(name)) = items.next_key_seed(Self(self.0))? {
             Amount::count(&self.0.values, MAX_VALUES)?;
             all.push((name, items.next_value_seed(Self(self.0))?));
         }
-        // Programs differ in which of two properties with the same name they use.
+        // Programs differ in which of two properties with equal names they use.
         let object = Object::new(all);
         object.map(Value::Object).ok_or_else(|| A::Error::custom("an object has two properties of the same name"))
     }

@@ -9,10 +9,10 @@ use crate::fault::shown;
 use crate::limits::{COORDINATES, MAX_COORDINATE};
 use crate::model::{Camera, Light, LightKind, Projection};
 
-/// Smallest positive camera distance or size.
+/// The smallest positive distance or size of a camera.
 const LEAST: f32 = f32::MIN_POSITIVE;
 
-/// Replacement for a field of view of 180° or more, which cannot be projected: 170°.
+/// The field of view, 170°, that replaces one of 180° or more, which cannot be projected.
 const WIDEST: f32 = PI * 170.0 / 180.0;
 
 pub(super) fn cameras(source: &Source<'_>) -> Read<Vec<Camera>> {
@@ -85,7 +85,7 @@ fn light(item: &Item<'_>) -> Read<Light> {
 fn spot(item: &Item<'_>) -> Read<LightKind> {
     let (mut inner_angle, mut outer_angle) = (0.0, FRAC_PI_4);
     if let Some(spot) = item.item("spot")? {
-        // Other programs may round π/2 slightly above ours.
+        // Other programs may round π/2 to slightly more than our constant.
         inner_angle = spot.number("innerConeAngle", 0.0..=FRAC_PI_2 + 1e-5)?.unwrap_or(0.0);
         outer_angle = spot.number("outerConeAngle", 0.0..=FRAC_PI_2 + 1e-5)?.unwrap_or(FRAC_PI_4).min(FRAC_PI_2);
         if inner_angle >= outer_angle {

@@ -1,4 +1,4 @@
-//! Small models built in code.
+//! Builds small models in code.
 
 use leadr_models::{LoadOptions, Model, ModelFault};
 use serde_json::{Value, json};
@@ -10,7 +10,7 @@ pub const U16: u32 = 5123;
 pub const U32: u32 = 5125;
 pub const F32: u32 = 5126;
 
-/// A model with its data in the binary chunk.
+/// A model whose data are in the binary chunk.
 #[derive(Clone)]
 pub struct Builder {
     pub json: Value,
@@ -22,7 +22,7 @@ impl Builder {
         Self { json: json!({ "asset": { "version": "2.0" } }), binary: Vec::new() }
     }
 
-    /// Appends to a list and returns the index.
+    /// Appends a value to a list and returns its index.
     pub fn push(&mut self, list: &str, value: Value) -> usize {
         let list = self.json.as_object_mut().unwrap().entry(list).or_insert_with(|| json!([])).as_array_mut().unwrap();
         list.push(value);
@@ -59,7 +59,6 @@ impl Builder {
         self.accessor("SCALAR", U16, numbers.len(), &bytes)
     }
 
-    /// The JSON as written to the file.
     pub fn finished(&self) -> Value {
         let mut json = self.json.clone();
         if !self.binary.is_empty() && json.get("buffers").is_none() {
@@ -76,12 +75,12 @@ impl Builder {
         decode(&self.glb())
     }
 
-    /// The model, which must load.
+    /// Returns the model, which must load without an error.
     pub fn model(&self) -> Model {
         self.load().unwrap_or_else(|fault| panic!("{fault}: {}", self.finished()))
     }
 
-    /// The fault of a model that must not load.
+    /// Returns the fault of a model that must not load.
     pub fn fault(&self) -> String {
         match self.load() {
             Ok(model) => panic!("was accepted: {} {:?}", self.finished(), model.remarks),
@@ -94,7 +93,7 @@ pub fn decode(bytes: &[u8]) -> Result<Model, ModelFault> {
     Model::decode(bytes, "made", None, LoadOptions::default())
 }
 
-/// A container around JSON and binary data.
+/// Returns a GLB container around JSON and binary data.
 pub fn glb(json: &[u8], binary: &[u8]) -> Vec<u8> {
     let mut chunks = Vec::new();
     for (kind, body, fill) in [(*b"JSON", json, b' '), (*b"BIN\0", binary, 0)] {
@@ -112,7 +111,7 @@ pub fn glb(json: &[u8], binary: &[u8]) -> Vec<u8> {
     file
 }
 
-/// One triangle in the plane z = 0, facing +z, on one node.
+/// Builds one triangle on one node, in the plane z = 0 and facing +z.
 pub fn triangle() -> Builder {
     let mut made = Builder::new();
     let positions = made.floats("VEC3", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
@@ -137,8 +136,8 @@ pub fn jpeg(width: u32, height: u32, texels: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// A model with every supported feature: images of both formats, all material extensions, a skin of two joints, sparse morph
-/// targets, all interpolations, cameras and lights.
+/// Builds a model with every supported feature: images of both formats, all material extensions, a skin of two joints,
+/// sparse morph targets, all interpolations, cameras and lights.
 pub fn everything() -> Builder {
     let mut made = Builder::new();
     let image = png(2, 2, &[255, 0, 0, 255, 0, 255, 0, 128, 0, 0, 255, 64, 10, 20, 30, 0]);

@@ -1,4 +1,4 @@
-//! Small files with large claims: refused or read with little memory and time.
+//! Tests of small files that declare large amounts of data. The files are refused, or read with little memory and time.
 
 use std::time::Duration;
 
@@ -8,7 +8,7 @@ use crate::build::{F32, U32, decode, png, triangle};
 use leadr_models::limits::{MAX_JOINTS, MAX_OBJECTS};
 use leadr_testing::memory::{alone, measured, unmeasured};
 
-/// Small files with excessive claims.
+/// A small file with excessive claims costs little memory and time.
 #[test]
 fn oversized_claims_are_cheap() {
     let _alone = alone();
@@ -26,7 +26,7 @@ fn oversized_claims_are_cheap() {
     made.push("meshes", json!({ "primitives": primitives }));
     cases.push(("a thousand primitives of a million vertices", made.glb(), "is too large: its parts unpack"));
 
-    // Parts that share large data.
+    // Many parts share large data.
     let mut made = triangle();
     let target = json!({ "POSITION": 0 });
     made.json["meshes"][0]["primitives"][0]["targets"] = json!(vec![target; 4096]);
@@ -50,7 +50,7 @@ fn oversized_claims_are_cheap() {
     let deep = [vec![b'['; 1 << 20], vec![b']'; 1 << 20]].concat();
     let text = [br#"{"asset":{"version":"2.0"},"extras":"#.to_vec(), deep, b"}".to_vec()].concat();
     cases.push(("a million brackets", text, "its JSON cannot be read"));
-    // The largest allowed JSON: small objects need the most memory for their text.
+    // The text is the largest allowed JSON. Small objects need the most memory relative to their text.
     let objects = vec![r#"{"":0}"#; MAX_OBJECTS - 3].join(",");
     let text = format!(r#"{{"asset":{{"version":"2.0"}},"extras":[{objects}],"scene":{{}}}}"#);
     cases.push(("a million objects", text.into_bytes(), "`scene` must be a whole number"));
@@ -58,7 +58,7 @@ fn oversized_claims_are_cheap() {
         [br#"{"asset":{"version":"2.0"},"extras":[0"#.to_vec(), b",0".repeat(1 << 25), b"]}".to_vec()].concat();
     cases.push(("33 million values", commas, "its JSON has more than 8388608 values"));
 
-    // An image of 16384 x 16384 in a file of some hundred bytes, used by each of 1000 images.
+    // Each of 1000 images uses the same 16384 x 16384 picture, from a file of a few hundred bytes.
     let mut made = triangle();
     let view = made.view(&claiming(png(1, 1, &[0; 4]), 16384));
     for number in 0..1000 {
@@ -76,7 +76,7 @@ fn oversized_claims_are_cheap() {
         let message = result.map(drop).expect_err(name).to_string();
         println!("{name}: {message} ({} bytes of file, {peak} of memory, {time:?})", file.len());
         assert!(message.contains(wanted), "{name}: {message}");
-        // Parsed objects need about forty times the bytes of their text; everything else must fit the free allowance.
+        // Parsed objects need about forty times the bytes of their text. Everything else must fit into the free allowance.
         assert!(peak < ((160 << 20) + 50 * file.len()).min(600 << 20), "{name}: {peak} bytes");
         assert!(time < Duration::from_secs(5), "{name}: {time:?}");
     }
@@ -110,7 +110,7 @@ fn claiming(mut png: Vec<u8>, side: u32) -> Vec<u8> {
     png
 }
 
-/// The deepest allowed chain of nodes must not cause recursion.
+/// The deepest allowed chain of nodes must be posed without recursion.
 #[test]
 fn deep_hierarchies_are_posed() {
     let _unmeasured = unmeasured();

@@ -1,4 +1,4 @@
-//! Contents of models built in code, part by part.
+//! Tests of the contents of models that are built in code, part by part.
 
 use glam::{Affine2, Mat4, Vec2, Vec3};
 use leadr_maps::material::{Encoding, Opacity, TextureWrap};
@@ -80,7 +80,7 @@ fn a_material_with_everything() {
     assert_eq!(all.normal_map.as_ref().unwrap().scale, 0.5);
     assert_eq!((all.occlusion.channel, all.occlusion_strength), (0, 0.3));
     assert!(close(all.emission.factor[2], 3.0) && all.emission.texture.is_some());
-    // F0 of water is 0.0201.
+    // The F0 of water is 0.0201.
     assert!((all.f0.factor[0] - 0.0201).abs() < 1e-4 && close(all.f0.factor[1], 2.0 * all.f0.factor[0]));
     assert_eq!((all.specular.factor, all.specular.channel), (0.9, 3));
     let anisotropy = all.anisotropy.as_ref().unwrap();
@@ -92,7 +92,7 @@ fn a_material_with_everything() {
     assert_eq!(model.materials.len(), 1);
 }
 
-/// The extension's order: scale, then rotate counter-clockwise as displayed, then translate.
+/// The extension defines the order: first scale, then a counter-clockwise rotation as displayed, then translation.
 #[test]
 fn texture_transforms_scale_then_turn_then_shift() {
     let _unmeasured = unmeasured();
@@ -111,7 +111,7 @@ fn texture_transforms_scale_then_turn_then_shift() {
 fn missing_normals_give_flat_unshared_vertices() {
     let _unmeasured = unmeasured();
     let mut made = Builder::new();
-    // A roof: two triangles with a shared edge.
+    // The mesh is a roof of two triangles with a shared edge.
     let positions = made.floats("VEC3", &[0.0, 0.0, 0.0, 0.0, 2.0, 0.0, 1.0, 0.0, -1.0, -1.0, 0.0, -1.0]);
     let tangents = made.floats("VEC4", &[1.0, 0.0, 0.0, 1.0].repeat(4));
     let uv = made.floats("VEC2", &[0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7]);
@@ -148,7 +148,7 @@ fn the_default_material_is_added_only_where_it_is_used() {
     assert_eq!(made.model().materials.len(), 1);
 }
 
-/// All component types of attributes that allow several.
+/// Attributes accept all of their possible component types.
 #[test]
 fn component_types_follow_the_specification() {
     let _unmeasured = unmeasured();
@@ -169,7 +169,7 @@ fn component_types_follow_the_specification() {
         [0.0f32, 0.0, 0.0, 0.5, 0.25, 1.0, 0.0, 0.0, 0.0].iter().flat_map(|v| v.to_le_bytes()).collect();
     assert_eq!(color(F32, &floats), [0.5, 0.25, 1.0, 1.0]);
 
-    // Quantised positions need the extension; their smallest code means -1.
+    // Quantised positions need the extension. The smallest code of a position means -1.
     let mut made = triangle();
     let bytes = [0x80, 0x81, 127, 0, 0, 0, 0, 0, 0, 0, 0, 0];
     let positions = made.accessor("VEC3", I8, 3, &bytes);
@@ -183,7 +183,7 @@ fn component_types_follow_the_specification() {
     made.json["extensionsUsed"] = json!(["KHR_mesh_quantization"]);
     made.json["extensionsRequired"] = json!(["KHR_mesh_quantization"]);
     assert_eq!(made.model().meshes[0].primitives[0].positions[0], [-1.0, -1.0, 1.0]);
-    // Morph targets may be normalised without the extension.
+    // Morph targets may be normalised even without the extension.
     let mut made = triangle();
     let bytes: Vec<u8> = [32767i16, -32768, 0, 0, 0, 0, 0, 0, 0].iter().flat_map(|v| v.to_le_bytes()).collect();
     let target = made.accessor("VEC3", I16, 3, &bytes);

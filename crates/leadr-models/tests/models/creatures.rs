@@ -1,4 +1,4 @@
-//! Animated creatures: known facts, and vertex positions from another program.
+//! Tests of animated creatures against known facts, and against vertex positions from another program.
 
 use glam::Vec3;
 use serde_json::Value;
@@ -7,7 +7,7 @@ use crate::samples::load;
 use leadr_testing::memory::unmeasured;
 use leadr_testing::shared::shared_data;
 
-/// Facts from the notes beside the data or, where those are silent, from the JSON.
+/// The facts from the notes beside the data, or from the JSON where the notes give none.
 struct Facts {
     file: &'static str,
     vertices: usize,
@@ -34,7 +34,7 @@ const CREATURES: [Facts; 3] = [
         joints: 29,
         clips: &[("Walk", 1.38), ("Run", 0.92), ("Idle", 2.5), ("Jump", 1.46), ("Attack", 1.17), ("Death", 1.58)],
     },
-    // Without normals: each triangle already has its own three vertices.
+    // The model has no normals, and each triangle already has its own three vertices.
     Facts {
         file: "fox/Fox.glb",
         vertices: 1728,
@@ -69,7 +69,7 @@ fn creatures_match_their_source() {
     }
 }
 
-/// Positions computed by `crates/leadr-models/tests/data/posed_creatures.py` in double precision.
+/// The script `crates/leadr-models/tests/data/posed_creatures.py` computed the positions in double precision.
 #[test]
 fn posed_creatures_are_where_another_program_finds_them() {
     let _unmeasured = unmeasured();

@@ -1,4 +1,5 @@
-//! Models with altered bytes and JSON: accepted or refused with bounded memory and time, and without crashes.
+//! Tests of models with altered bytes and JSON. The models are accepted or refused with bounded memory and time, and without
+//! crashes.
 
 use std::time::Duration;
 
@@ -10,11 +11,11 @@ use crate::samples::models_under;
 use leadr_testing::memory::{alone, measured};
 use leadr_testing::shared::shared_data;
 
-/// Limits for any altered file: the free amounts of unpacked data and decoded images, and transient copies.
+/// The memory limit for any altered file: the free amounts of unpacked data and of decoded images, and transient copies.
 const MEMORY_LIMIT: usize = 400 << 20;
 const TIME_LIMIT: Duration = Duration::from_secs(10);
 
-/// Deterministic pseudo-random numbers.
+/// A deterministic generator of pseudo-random numbers.
 struct Random(u64);
 
 impl Random {
@@ -65,7 +66,7 @@ impl Outcome {
     }
 }
 
-/// Poses an accepted model, which uses all its indices.
+/// Poses an accepted model, so that all its indices are read.
 fn use_it(model: &Model) {
     let animations = (0..model.animations.len().min(4)).map(Some).chain([None]);
     for animation in animations {
@@ -127,7 +128,6 @@ fn truncated_models_are_refused() {
     assert_eq!(outcome.accepted, 0);
 }
 
-/// Replacement for a value.
 fn odd_value(random: &mut Random) -> Value {
     let all = [
         json!(null),
@@ -164,7 +164,6 @@ fn odd_value(random: &mut Random) -> Value {
     all[random.below(all.len())].clone()
 }
 
-/// JSON pointers to all nested values.
 fn pointers(value: &Value, here: &str, found: &mut Vec<String>) {
     found.push(here.to_owned());
     match value {
@@ -189,7 +188,7 @@ fn edit(json: &mut Value, random: &mut Random) -> String {
             format!("removed {pointer}")
         }
         1 => {
-            // Another value of the same model, which is more likely to be valid.
+            // A value from the same model is more likely to be valid.
             let other = json.pointer(&all[random.below(all.len())]).unwrap().clone();
             *json.pointer_mut(&pointer).unwrap() = other;
             format!("replaced {pointer}")
@@ -226,7 +225,7 @@ fn altered_json_never_panics() {
     assert!(outcome.refused > 1000 && outcome.accepted > 500);
 }
 
-/// Changes digits and brackets of the text, which may become invalid JSON.
+/// Changes to digits and brackets of the text may make the JSON invalid.
 #[test]
 fn altered_text_never_panics() {
     let _alone = alone();
@@ -250,7 +249,7 @@ fn altered_text_never_panics() {
     assert!(outcome.refused > 500 && outcome.accepted > 100);
 }
 
-/// The same for complex models.
+/// Altered bytes of complex models cause no panic.
 #[test]
 fn altered_creatures_never_panic() {
     let Some(folder) = shared_data("creatures") else { return };
@@ -281,7 +280,7 @@ fn altered_creatures_never_panic() {
     }
 }
 
-/// The checks above must be able to fail.
+/// The checks must fail for a run that exceeds the limits.
 #[test]
 #[should_panic(expected = "bytes")]
 fn runs_over_the_limit_are_detected() {

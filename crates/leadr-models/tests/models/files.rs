@@ -1,4 +1,4 @@
-//! Models in files: external files, forbidden paths, and lenient replacements.
+//! Tests of models in files: external files, forbidden paths, and lenient replacements.
 
 use std::fs;
 use std::path::Path;
@@ -15,7 +15,7 @@ use leadr_testing::memory::{alone, measured, unmeasured};
 
 const LENIENT: LoadOptions = LoadOptions { lenient: true, links: OutsideLinks::Refused };
 
-/// Writes a triangle with the image at `uri` as base colour.
+/// Writes a triangle whose base colour is the image at `uri`.
 fn painted(folder: &Path, uri: &str) -> std::path::PathBuf {
     let mut made = triangle();
     made.push("images", json!({ "uri": uri }));
@@ -60,7 +60,7 @@ fn reads_on_other_threads_are_recorded() {
         fs::write(folder.path().join("b.png"), png(1, 1, &[1, 2, blue, 255])).unwrap();
         let (model, mut read) = recorded(|| Model::load(&path, LoadOptions::default()));
         model.unwrap();
-        // Other tests read their own files concurrently.
+        // Other tests read their own files at the same time.
         read.retain(|file| file.path.starts_with(folder.path()));
         read
     };
@@ -162,13 +162,13 @@ fn lenient_replacements_are_seen_and_do_no_harm() {
     let roughness = material.roughness.texture.as_ref().unwrap();
     assert_eq!(roughness.raster.value(0, 0, 1), 1.0, "the factor alone");
     assert!(material.normal_map.is_none());
-    // Geometry is never replaced.
+    // Lenient loading does not replace geometry.
     fs::remove_file(folder.path().join("data of/it.bin")).unwrap();
     let message = Model::load(&path, LENIENT).unwrap_err().to_string();
     assert!(message.contains("buffer 0: the file \"data%20of/it.bin\" cannot be found"), "{message}");
 }
 
-/// Each of many buffers in one large file reads only its declared length.
+/// If many buffers share one large file, each reads only its declared length.
 #[test]
 fn buffers_take_no_more_than_their_length() {
     let _alone = alone();
@@ -280,7 +280,7 @@ fn non_models_are_refused() {
     }
 }
 
-/// Opening a pipe would wait for a writer.
+/// A pipe is refused, because opening it would wait for a writer.
 #[cfg(unix)]
 #[test]
 fn pipes_are_refused_at_once() {

@@ -1,14 +1,16 @@
-//! Models that violate one rule each: refused in one line with the part's name, or repaired with a remark.
+//! Tests of models that violate one rule each. The models are refused in one line with the name of the part, or repaired
+//! with a remark.
 
 use serde_json::{Value, json};
 
 use crate::build::{Builder, U8, U16, U32, decode, everything, glb, triangle};
 use leadr_testing::memory::unmeasured;
 
-/// A change to the model with everything, and the expected error.
+/// A change to the model that has every feature, and the expected error.
 struct Case(&'static str, fn(&mut Value), &'static str);
 
-/// Each is the smallest change that violates its rule. [`the_unchanged_model_loads`] shows that nothing else is wrong.
+/// Each case is the smallest change that violates its rule. [`the_unchanged_model_loads`] shows that the rest of the model
+/// is valid.
 const CASES: [Case; 61] = [
     Case("no asset", |m| drop(m.as_object_mut().unwrap().remove("asset")), "the model: `asset` is missing"),
     Case("version 1", |m| m["asset"]["version"] = json!("1.0"), "it is glTF 1.0; export it as glTF 2.0"),
@@ -282,7 +284,7 @@ fn every_broken_rule_is_one_line_that_names_the_part() {
     }
 }
 
-/// Values in the binary data, which JSON changes cannot corrupt.
+/// The test alters numbers in the binary data, which changes to the JSON cannot corrupt.
 #[test]
 fn meaningless_numbers_are_refused() {
     let _unmeasured = unmeasured();
@@ -338,7 +340,7 @@ fn meaningless_numbers_are_refused() {
             made.fault()
         );
     }
-    // Scales that are valid alone, but overflow when nested.
+    // The scales are valid alone, but overflow when nested.
     let mut made = Builder::new();
     for node in 0..8 {
         let children: Vec<usize> = (node + 1..8).take(1).collect();

@@ -1,4 +1,4 @@
-//! glTF models: contents of third-party files, refusal of hostile files, and posed vertices.
+//! Tests of glTF models: the contents of third-party files, the refusal of hostile files, and posed vertices.
 
 mod build;
 mod claims;

@@ -1,4 +1,4 @@
-//! Posed models compared with closed forms, and with positions from another program.
+//! Tests of posed models against closed forms, and against positions from another program.
 
 use std::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_8};
 
@@ -28,10 +28,10 @@ fn curves_step_run_straight_and_bend() {
     assert_eq!([0.0, 1.0, 1.999, 2.0, 3.9, 4.0, 9.0].map(|t| at(&step, t)), [5.0, 5.0, 5.0, 6.0, 6.0, 7.0, 7.0]);
     let line = curve(Interpolation::Linear, &[5.0, 6.0, 10.0]);
     assert_eq!([0.0, 1.5, 2.0, 2.5, 3.0, 5.0].map(|t| at(&line, t)), [5.0, 5.5, 6.0, 7.0, 8.0, 10.0]);
-    // A Hermite spline reproduces a cubic from its values and slopes.
+    // A Hermite spline reproduces a cubic polynomial from its values and slopes.
     let cubic = |t: f32| t * t * t - 3.0 * t * t + 0.5 * t + 2.0;
     let slope = |t: f32| 3.0 * t * t - 6.0 * t + 0.5;
-    // The outer tangents must not matter.
+    // The outermost tangents must have no effect.
     let keys: Vec<f32> = [1.0, 2.0, 4.0f32].iter().flat_map(|&t| [slope(t), cubic(t), slope(t)]).collect();
     let mut keys = keys;
     (keys[0], keys[8]) = (1e6, -1e6);
@@ -47,7 +47,7 @@ fn curves_step_run_straight_and_bend() {
 fn rotations_go_the_short_way_at_constant_speed() {
     let key = |angle: f32, sign: f32| (Quat::from_rotation_y(angle) * sign).to_array();
     for sign in [1.0, -1.0] {
-        // A rotation has two quaternions; the other sign must not select the longer arc.
+        // Two quaternions with opposite signs are equal rotations. The sign must not select the longer arc.
         let values = [key(0.2, 1.0), key(1.4, sign)].concat();
         let curve = Curve { interpolation: Interpolation::Linear, times: vec![0.0, 2.0], width: 4, values };
         for part in [0.0, 0.25, 0.5, 0.9, 1.0] {
@@ -72,7 +72,8 @@ fn pose_is_the_product_of_ancestor_transforms() {
     let root = Mat4::from_translation(Vec3::Z);
     assert_eq!(rest.world_from_node[2], root * Mat4::from_scale(Vec3::splat(2.0)));
     assert_eq!(rest.weights[0], [0.5]);
-    // At 1.5 s: stepped to the second key's position; node 2 is half-way between a quarter and half a turn about z.
+    // At 1.5 s the stepped translation has the second key's value. Node 2 is half-way between a quarter and half a turn
+    // about z.
     let pose = model.pose(Some(0), 1.5);
     assert_eq!(pose.world_from_node[1].w_axis.truncate(), Vec3::new(1.0, 2.0, 3.0));
     assert_eq!(pose.world_from_bind[0], [pose.world_from_node[1], pose.world_from_node[2]]);
@@ -80,7 +81,7 @@ fn pose_is_the_product_of_ancestor_transforms() {
     let half_way = start * Quat::from_rotation_z(4.0 * FRAC_PI_8 / 2.0);
     let wanted = Mat4::from_scale_rotation_translation(Vec3::new(1.0, 2.0, 3.0), half_way, Vec3::new(1.0, 2.0, 3.0));
     assert!(pose.world_from_node[2].abs_diff_eq(wanted, 1e-5), "{} {wanted}", pose.world_from_node[2]);
-    // A spline from 0 (slope 1) to 1 (slope 0), then to 0: 5/8 half-way, by the Hermite formula.
+    // The spline goes from 0 (slope 1) to 1 (slope 0), then to 0. Half-way, the Hermite formula gives 5/8.
     assert!((model.pose(Some(0), 0.5).weights[0][0] - 0.625).abs() < 1e-6);
 }
 
@@ -89,8 +90,8 @@ fn skinned_vertices_follow_their_joints_alone() {
     let _unmeasured = unmeasured();
     let model = everything().model();
     let posed = model.posed_vertices(&model.pose(None, 0.0), 0, 0);
-    // Joint 0 lifts by 1; joint 1 also doubles. The node's own transform has no effect; the target lifts by half its weight
-    // first.
+    // Joint 0 lifts by 1, and joint 1 also doubles. The node's transform has no effect. The morph target applies first and
+    // lifts by half its weight.
     assert_near(posed.positions[0], [0.0, 0.0, 1.0], "joint 0");
     assert_near(posed.positions[3], [0.0, 2.0, 2.0 * 2.0 + 1.0], "joint 1, with half of a lift of 4");
     let mixed = 0.25 + 0.75 * 2.0;
@@ -153,7 +154,7 @@ fn morph_targets_move_normals_and_tangents() {
     assert_eq!(sign, -1.0);
 }
 
-/// More than four joints: the strongest are kept, and the vertex stays inside their hull.
+/// If a vertex has more than four joints, the strongest are kept, and the vertex stays inside their hull.
 #[test]
 fn eight_joints_become_the_strongest_four() {
     let _unmeasured = unmeasured();
@@ -188,12 +189,12 @@ fn posed(file: &str, animation: usize, seconds: f32) -> Option<PosedVertices> {
     Some(model.posed_vertices(&pose, node, 0))
 }
 
-/// The glTF tutorial's bending strip: ten vertices in rows of two; the upper rows follow the second joint.
+/// The model is the glTF tutorial's bending strip of ten vertices in rows of two. The upper rows follow the second joint.
 #[test]
 fn simple_skin_bends_as_in_its_tutorial() {
     let _unmeasured = unmeasured();
-    // Keys every half second: 0, 45°, 90°, 90°, 45°, 0, 0, then the same to the other side; joint at (0, 1, 0), bound at (0.5, 1,
-    // 0).
+    // The keys are half a second apart: 0, 45°, 90°, 90°, 45°, 0, 0, then the same to the other side. The joint is at (0, 1,
+    // 0), and is bound at (0.5, 1, 0).
     for (seconds, degrees) in
         [(0.0, 0.0f32), (0.25, 22.5), (0.5, 45.0), (1.0, 90.0), (1.25, 90.0), (3.5, -45.0), (4.25, -90.0), (9.0, 0.0)]
     {
@@ -212,12 +213,12 @@ fn simple_skin_bends_as_in_its_tutorial() {
     }
 }
 
-/// The tutorial's triangle: two targets move the tip left and right, and together straight up.
+/// In the tutorial's triangle, two targets move the tip left and right. Both targets together move the tip straight up.
 #[test]
 fn the_simple_morph_moves_its_tip() {
     let _unmeasured = unmeasured();
     let tip = |seconds| posed("SimpleMorph/glTF/SimpleMorph.gltf", 0, seconds).map(|posed| posed.positions[2]);
-    // Weights at 0, 1, 2, 3, 4 s: none, the second, both, the first, none.
+    // The weights at 0, 1, 2, 3 and 4 s are: none, the second, both, the first, none.
     let wanted = [
         (0.0, [0.0, 0.0]),
         (1.0, [0.0, 1.0]),
@@ -232,8 +233,8 @@ fn the_simple_morph_moves_its_tip() {
     }
 }
 
-/// The README's two targets make the cube very thin, or a ramp. Volumes use the divergence theorem, which also checks that
-/// triangles face outwards.
+/// By the README, the two targets make the cube very thin, or a ramp. The test computes volumes by the divergence theorem,
+/// so triangles must face outwards.
 #[test]
 fn the_morphing_cube_becomes_thin_and_a_ramp() {
     let _unmeasured = unmeasured();
@@ -247,7 +248,8 @@ fn the_morphing_cube_becomes_thin_and_a_ramp() {
         let part = |t: &[u32; 3]| corner(t[0]).dot(corner(t[1]).cross(corner(t[2]))) / 6.0;
         primitive.triangles.iter().map(part).sum::<f32>()
     };
-    // Sides of 0.02, scaled by 100. The thin shape keeps 0.00107 of one side; the ramp's low edge keeps 0.00011.
+    // The sides of 0.02 are scaled by 100. The thin shape keeps 0.00107 of one side, and the low edge of the ramp keeps
+    // 0.00011.
     for (seconds, wanted) in [(0.0, 8.0), (1.6, 0.427), (3.4, 4.022), (4.2, 8.0)] {
         let found = volume(seconds);
         assert!((found / wanted - 1.0).abs() < 0.005, "{seconds} s: {found} instead of {wanted}");

@@ -1,4 +1,4 @@
-//! Third-party models: every file loads with the documented content, or is refused for its actual fault.
+//! Tests of third-party models. Every file loads with the documented content, or is refused for its actual fault.
 
 use std::path::{Path, PathBuf};
 
@@ -6,7 +6,7 @@ use leadr_models::{LoadOptions, Model};
 use leadr_testing::memory::unmeasured;
 use leadr_testing::shared::shared_data;
 
-/// The models in a folder of the shared data and its subfolders, sorted.
+/// Returns the models in a folder of the shared data and its subfolders, in sorted order.
 pub fn models_under(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder).unwrap() {
@@ -25,7 +25,7 @@ pub fn load(path: &Path) -> Model {
     Model::load(path, LoadOptions::default()).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Remark or error of each unusual file; all others load without remarks.
+/// The remark or error of each unusual file. All other files load without remarks.
 const SAID: [(&str, &str); 17] = [
     ("ClearCoatTest.gltf", "unsupported extensions: KHR_materials_clearcoat"),
     ("quad_skin.glb", "3 of 4 vertices follow more than four joints"),
@@ -46,7 +46,6 @@ const SAID: [(&str, &str); 17] = [
     ("scene.gltf", "cannot be found"),
 ];
 
-/// Files that must be refused.
 const REFUSED: [&str; 6] = [
     "BoxWithInfinites.glb",
     "Cube.gltf",
@@ -86,7 +85,7 @@ fn every_sample_loads_or_reports_its_fault() {
     }
 }
 
-/// The figures in the folder's README: two triangles form a square in every primitive mode.
+/// By the README's figures, two triangles form a square in every primitive mode.
 #[test]
 fn every_primitive_mode_makes_the_same_square() {
     let _unmeasured = unmeasured();

@@ -1,4 +1,4 @@
-//! Khronos' glTF validator files, compared with the validator's reported errors.
+//! Compares Khronos' test files for the glTF validator with the errors that the validator reported.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -9,7 +9,7 @@ use leadr_models::{LoadOptions, Model};
 use leadr_testing::memory::unmeasured;
 use leadr_testing::shared::shared_data;
 
-/// The validator's error codes for a file.
+/// Returns the validator's error codes for a file.
 fn reported(path: &Path) -> BTreeSet<String> {
     let report = path.with_file_name(format!("{}.report.json", path.file_name().unwrap().to_str().unwrap()));
     let report: serde_json::Value = serde_json::from_slice(&fs::read(report).unwrap()).unwrap();
@@ -18,7 +18,7 @@ fn reported(path: &Path) -> BTreeSet<String> {
     errors.map(|message| message["code"].as_str().unwrap().to_owned()).collect()
 }
 
-/// Errors that do not prevent a sound reading, and the reason.
+/// Errors for which the file can still be read correctly, each with a reason.
 const HARMLESS: [(&str, &str); 37] = [
     ("ACCESSOR_ELEMENT_OUT_OF_MAX_BOUND", "declared bounds are not used"),
     ("ACCESSOR_ELEMENT_OUT_OF_MIN_BOUND", "declared bounds are not used"),
@@ -59,7 +59,7 @@ const HARMLESS: [(&str, &str); 37] = [
     ("SKIN_SKELETON_INVALID", "joint transforms need no common root"),
 ];
 
-/// Files accepted despite validator errors of other kinds, and the reason.
+/// Files that are accepted despite other validator errors, each with a reason.
 const HARMLESS_FILES: [(&str, &str); 4] = [
     ("mesh_data/joints_weights_complex.gltf", "only points, which are not drawn"),
     ("root/extensions_non_objects.gltf", "unsupported extensions"),
@@ -67,7 +67,7 @@ const HARMLESS_FILES: [(&str, &str); 4] = [
     ("skin/no_joints_in_scene.gltf", "joints outside the scene still have transforms"),
 ];
 
-/// Valid files that are refused, and the reason.
+/// Valid files that are refused, each with a reason.
 const REFUSED_FILES: [(&str, &str); 7] = [
     ("animation/valid.gltf", "accessors without data: all times are 0"),
     ("asset/min_version_valid.gltf", "requires glTF 2.1"),
@@ -133,7 +133,7 @@ fn verdicts_agree_with_the_validator() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     assert!(both_accept > 60 && both_refuse > 100, "too few files were read");
     assert_eq!(refused, REFUSED_FILES.len());
-    // An unused reason would hide the next mistake.
+    // Every reason must be used, because an unused one would hide the next mistake.
     let stale: Vec<_> = HARMLESS.iter().filter(|(code, _)| !used.contains(code)).collect();
     assert!(stale.is_empty(), "{stale:?}");
     let stale: Vec<_> = HARMLESS_FILES.iter().filter(|(_, reason)| !used.contains(reason)).collect();

@@ -28,20 +28,21 @@ use crate::materials::microfacet::Microfacet;
 /// The options of a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FitOptions {
-    /// The masking-shadowing model of the backscattering. [`Backscattering::Smith`] with `refine` selects the better Smith model.
+    /// The masking-shadowing model of the backscattering. With [`Backscattering::Smith`] and `refine`, the fit selects the better of the
+    /// two Smith models.
     pub hiding: Backscattering,
-    /// Number of angles at which backscattering is sampled, at least 3.
+    /// The number of angles at which backscattering is sampled, at least 3.
     pub angles: usize,
-    /// Number of azimuths for an anisotropic material, at least 4.
+    /// The number of azimuths for an anisotropic material, at least 4.
     pub azimuths: usize,
-    /// Number of Gaussian lobes, at most [`MOST_LOBES`](crate::facets::gaussian_mixture::MOST_LOBES).
+    /// The number of Gaussian lobes, at most [`MOST_LOBES`](crate::facets::gaussian_mixture::MOST_LOBES).
     pub lobes: usize,
     /// Whether to refine the backscattering fit over all directions. Disable the refinement if only backscattering data exist.
     pub refine: bool,
 }
 
 impl Default for FitOptions {
-    /// Returns the options of the thesis, 90 angles and azimuths, with four lobes and with refinement.
+    /// Returns the options of the thesis, which are 90 angles and 90 azimuths, with four lobes and with refinement.
     fn default() -> Self {
         Self { hiding: Backscattering::Smith, angles: 90, azimuths: 90, lobes: 4, refine: true }
     }
@@ -52,7 +53,7 @@ impl Default for FitOptions {
 pub struct Fit {
     /// The masking-shadowing model of the backscattering.
     pub backscattering: Backscattering,
-    /// The slopes and `F₀` extracted from backscattering only.
+    /// The slopes and `F₀`, extracted from backscattering only.
     pub extracted: Extracted<Tabulated>,
     /// The Beckmann roughness matrix of the extracted slopes, in `α²` terms.
     pub beckmann: DVec3,
@@ -64,7 +65,7 @@ pub struct Fit {
     pub fitted: FittedBrdf,
     /// The Gaussian lobes fitted to the slopes of the best material.
     pub lobes: Vec<Lobe>,
-    /// The nearest published parametric curves if the slopes are isotropic, a shifted gamma distribution and an ABC curve.
+    /// The nearest published parametric curves: a shifted gamma distribution and an ABC curve. Only isotropic slopes have these curves.
     pub curves: Option<[ParametricCurve; 2]>,
     /// The misfit of the thesis' material to the measured material.
     pub thesis_misfit: Misfit,
@@ -75,18 +76,18 @@ pub struct Fit {
 /// A step of a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
-    /// Power iteration for the slopes.
+    /// The power iteration for the slopes.
     Slopes,
-    /// Extraction of the Fresnel term.
+    /// The extraction of the Fresnel term.
     Fresnel,
-    /// Refinement over all directions.
+    /// The refinement over all directions.
     Refinement,
-    /// Fit of Gaussian lobes to the slopes.
+    /// The fit of Gaussian lobes to the slopes.
     Lobes,
 }
 
 impl Fit {
-    /// Returns the thesis' material with Gaussian slopes of the same second moments.
+    /// Returns the thesis' material, with Gaussian slopes that have the same second moments.
     pub fn as_beckmann(&self) -> Microfacet<Beckmann> {
         let covariance = covariance_from_roughness(self.beckmann);
         self.thesis_with(Beckmann::new(self.extracted.slopes.mean_slope(), covariance))
@@ -98,7 +99,7 @@ impl Fit {
         Some(FittedBrdf { facets, diffuse: self.fitted.diffuse })
     }
 
-    /// Returns the thesis' material with GGX slopes of the same mean absolute slopes.
+    /// Returns the thesis' material, with GGX slopes that have the same mean absolute values.
     pub fn as_ggx(&self) -> Microfacet<Ggx> {
         self.thesis_with(Ggx::new(self.extracted.slopes.mean_slope(), self.ggx))
     }
@@ -111,7 +112,7 @@ impl Fit {
 
 /// Fits a material. `watch` is called at the start of each step.
 ///
-/// Returns `None` if nothing is backscattered.
+/// Returns `None` if the material backscatters no light.
 pub fn fit(brdf: &dyn Brdf, isotropic: bool, options: &FitOptions, watch: &mut dyn FnMut(Step)) -> Option<Fit> {
     watch(Step::Slopes);
     let angles = options.angles.max(3);
@@ -133,7 +134,7 @@ pub fn fit(brdf: &dyn Brdf, isotropic: bool, options: &FitOptions, watch: &mut d
     let masking = options.hiding.masking();
     let all = samples(brdf, isotropic);
     let mut candidates = match options.hiding {
-        // Only non-backscattering directions reveal a hot spot.
+        // Both Smith models can fit the backscattering, so a choice between the two needs other directions.
         Backscattering::Smith if options.refine => vec![Backscattering::Smith, Backscattering::SmithRendered],
         other => vec![other],
     }
@@ -180,9 +181,9 @@ pub fn fit(brdf: &dyn Brdf, isotropic: bool, options: &FitOptions, watch: &mut d
     })
 }
 
-/// Divergence below which refinement is skipped.
+/// The divergence below which refinement is skipped.
 const PERFECT: f64 = 1e-6;
-/// Factor by which the Smith model of renderers must reduce the divergence to be selected.
+/// The factor by which the Smith model of renderers must reduce the divergence to be selected.
 const RENDERED: f64 = 0.5;
 
 fn with_mean_fresnel(brdf: &dyn Brdf, slopes: &Tabulated, masking: Masking, count: usize) -> FittedBrdf {
@@ -201,7 +202,7 @@ mod tests {
         fit(brdf, isotropic, &FitOptions::default(), &mut |_| ()).unwrap()
     }
 
-    /// Returns Schlick's form with a different F0 per channel.
+    /// Returns Schlick's approximation with a different F0 for each channel.
     fn fresnel() -> Fresnel {
         Fresnel::Schlick(DVec3::new(0.9, 0.6, 0.3))
     }
@@ -231,7 +232,7 @@ mod tests {
         assert!((found.alpha / alpha - DVec2::ONE).length() < 1e-2 && (found.rho - rho).abs() < 0.01, "{found:?}");
     }
 
-    /// The fit separates a diffuse term that backscattering attributes to facets.
+    /// The fit recovers a diffuse term, which backscattering alone attributes to facets.
     #[test]
     fn diffuse_terms_are_separated_from_facets() {
         struct Paint(Microfacet<Ggx>);
@@ -257,7 +258,7 @@ mod tests {
         Microfacet { distribution, masking: Masking::SmithCorrelated, fresnel: Fresnel::Schlick(DVec3::splat(0.05)) }
     }
 
-    /// The throughput of tabulated facets is at most 1 under Smith's masking, and all energy is conserved without shadowing.
+    /// Under Smith's masking, the throughput of tabulated facets is at most 1. Without shadowing, they conserve all energy.
     #[test]
     fn samples_are_worth_what_they_reflect() {
         let distribution = Ggx::isotropic(DVec2::ZERO, 0.4);

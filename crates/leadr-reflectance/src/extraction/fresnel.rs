@@ -1,4 +1,4 @@
-//! Extraction of the Fresnel term of a material whose slope distribution has been fitted (thesis algorithm 2).
+//! Extracts the Fresnel term of a material whose slope distribution has been fitted (thesis algorithm 2).
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -12,11 +12,11 @@ use crate::masking::variants::Masking;
 use crate::materials::brdf::Brdf;
 use crate::materials::microfacet::microfacet_eval;
 
-/// The reflectance of ideal facets below which ratios to this reflectance are unreliable.
+/// The lowest reflectance of ideal facets that may divide a measured reflectance. Ratios to smaller values are unreliable.
 const LEAST: f64 = 1e-4;
 
-/// Returns the mean ratio of the material to ideal specular facets with these slopes, averaged over the half vectors. The table has `count`
-/// difference angles from 0 to 90°, and the ratios are clamped to 0..1.
+/// Returns the reflectance of the material divided by the reflectance of ideal specular facets with these slopes, averaged over the half
+/// vectors. The table has `count` difference angles from 0 to 90°, and its values are clamped to 0..1.
 pub fn mean_ratio_fresnel(brdf: &dyn Brdf, slopes: &Tabulated, masking: Masking, count: usize) -> FresnelTable {
     let count = count.max(2);
     let azimuths = if matches!(slopes, Tabulated::Radial(_)) { 1 } else { 8 };
@@ -27,7 +27,7 @@ pub fn mean_ratio_fresnel(brdf: &dyn Brdf, slopes: &Tabulated, masking: Masking,
         for h in 0..count {
             for k in 0..azimuths {
                 let phi_h = FRAC_PI_2 * 4.0 * f64::from(k) / f64::from(azimuths);
-                // Both directions have equal height, so most pairs stay above the horizon.
+                // Both directions have the same height, so most pairs stay above the horizon.
                 let (wo, wi, _) = pair(angle_at(h as f64 / count as f64), phi_h, theta_d, FRAC_PI_2);
                 if wo.z <= 0.0 || wi.z <= 0.0 {
                     continue;

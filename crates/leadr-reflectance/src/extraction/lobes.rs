@@ -1,4 +1,5 @@
-//! Gaussian lobes for any slope distribution, fitted for maximum likelihood by expectation maximisation (Dempster, Laird and Rubin 1977).
+//! Fits Gaussian lobes to any slope distribution. Expectation maximisation finds the lobes of maximum likelihood (Dempster, Laird and Rubin
+//! 1977).
 
 use std::f64::consts::{PI, TAU};
 
@@ -52,7 +53,7 @@ pub fn fit_lobes(slopes: &Tabulated, count: usize) -> Vec<Lobe> {
                 *density = share * gaussian.density(square);
                 all += *density;
             }
-            // Far beyond all lobes every density underflows, so the widest lobe gets the weight.
+            // For a slope far beyond all lobes, every density underflows. The widest lobe then gets the weight.
             if all <= 0.0 {
                 densities[count - 1] = 1.0;
                 all = 1.0;
@@ -96,7 +97,7 @@ impl Gaussian {
     }
 }
 
-/// Returns the slopes of the table with their masses.
+/// Returns sample slopes of the table, with their masses.
 fn points(slopes: &Tabulated) -> Vec<(DVec2, f64)> {
     let (mut angles, azimuths) = slopes.nodes();
     if azimuths == 1 {
@@ -110,7 +111,8 @@ fn points(slopes: &Tabulated) -> Vec<(DVec2, f64)> {
         for k in 0..azimuths {
             let phi = TAU * k as f64 / azimuths as f64;
             let mass = ring * slopes.ndf(direction(theta, phi));
-            // For an isotropic table one azimuth is enough, because the slope on the diagonal has the mean squares of the ring.
+            // For an isotropic table one azimuth is enough, because the squares of the diagonal slope equal the mean squares over all
+            // azimuths.
             let slope = if azimuths == 1 {
                 DVec2::splat(0.5f64.sqrt()) * theta.tan()
             } else {
@@ -175,7 +177,7 @@ mod tests {
             let found = fit_lobes(&radial(&one), count);
             assert!(found.len() == 1 && (found[0].covariance.x / 0.03 - 1.0).abs() < 1e-3, "{found:?}");
         }
-        // Extra lobes are harmless, because their sum equals the one lobe.
+        // Extra lobes are harmless, because their sum equals the single lobe.
         let many = fit_lobes(&radial(&one), 9);
         let variance: f64 = many.iter().map(|lobe| lobe.share * lobe.covariance.x).sum();
         assert!(many.len() <= MOST_LOBES && (variance / 0.03 - 1.0).abs() < 1e-3, "{many:?}");

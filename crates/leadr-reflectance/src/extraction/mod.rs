@@ -1,4 +1,4 @@
-//! Fits of microfacet models to a material (thesis ch. 4).
+//! Fits microfacet models to a material (thesis ch. 4).
 
 pub mod fit;
 pub mod fresnel;

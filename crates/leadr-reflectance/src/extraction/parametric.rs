@@ -1,15 +1,15 @@
-//! Published two-parameter fits of measured materials: the shifted gamma distribution (SGD: Bagher, Soler and Holzschuch 2012) and the ABC
-//! model (Löw, Kronander, Ynnerman and Unger 2012).
+//! Published two-parameter curves for measured materials: the shifted gamma distribution (SGD: Bagher, Soler and Holzschuch 2012) and the
+//! ABC model (Löw, Kronander, Ynnerman and Unger 2012).
 
 use std::f64::consts::TAU;
 
 use crate::facets::radial_table::{RadialTable, angle_at, angle_rule};
 
-/// Number of nodes in the table of a curve.
+/// The number of nodes in the table of a curve.
 const NODES: usize = 180;
 /// The step size at which the search stops.
 const FINEST: f64 = 1e-5;
-/// The range of the exponent search. Curves with exponents outside this range are not realistic facets.
+/// The range of the search for the exponent. Exponents outside this range do not describe realistic facets.
 const EXPONENTS: (f64, f64) = (-2.0, 20.0);
 
 /// A family of parametric curves.
@@ -21,19 +21,19 @@ pub enum Family {
     Abc,
 }
 
-/// A parametric curve of normal density, up to a factor.
+/// A parametric curve of the normal density, up to a constant factor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ParametricCurve {
     /// A curve of [`Family::ShiftedGamma`].
     ShiftedGamma {
-        /// The width `α`, > 0.
+        /// The positive width `α`.
         alpha: f64,
         /// The exponent `p`.
         p: f64,
     },
     /// A curve of [`Family::Abc`].
     Abc {
-        /// The inverse width `B`, > 0.
+        /// The positive inverse width `B`.
         b: f64,
         /// The exponent `C`.
         c: f64,
@@ -54,7 +54,7 @@ impl ParametricCurve {
             Self::ShiftedGamma { alpha, p } => {
                 let cosine = theta.cos().max(1e-9);
                 let x = alpha + theta.tan().powi(2) / alpha;
-                // The logarithm is relative to the value at 0, which can be huge.
+                // The logarithm is relative to the density at θ = 0, which can be huge.
                 -(x - alpha) - p * (x / alpha).ln() - 4.0 * cosine.ln()
             }
             Self::Abc { b, c } => -c * (b * 2.0 * (0.5 * theta).sin().powi(2)).ln_1p(),
@@ -74,7 +74,7 @@ pub fn nearest(slopes: &RadialTable, family: Family) -> ParametricCurve {
     let rule: Vec<(f64, f64)> =
         angle_rule(slopes.nodes()).into_iter().map(|(theta, w)| (theta, TAU * w * theta.sin() * theta.cos())).collect();
     let masses: Vec<f64> = rule.iter().map(|&(theta, area)| area * slopes.density(theta)).collect();
-    // Kullback–Leibler divergence, without the terms shared by all curves.
+    // This is the Kullback–Leibler divergence, without the terms that all curves share.
     let divergence = |curve: &ParametricCurve| {
         let (mut likelihood, mut norm) = (0.0, 0.0);
         for (&(theta, area), mass) in rule.iter().zip(&masses) {
@@ -94,7 +94,7 @@ pub fn nearest(slopes: &RadialTable, family: Family) -> ParametricCurve {
     ParametricCurve::of(family, best.map_or(starts[0], |(parameters, _)| parameters))
 }
 
-/// Runs a pattern search. The steps along each direction shrink when none improves the divergence.
+/// Runs a pattern search from `parameters`. The step size is halved when no direction improves the divergence.
 fn search(family: Family, mut parameters: [f64; 2], divergence: &impl Fn(&ParametricCurve) -> f64) -> ([f64; 2], f64) {
     let value = |parameters: [f64; 2]| {
         let inside = (EXPONENTS.0..=EXPONENTS.1).contains(&parameters[1]) && parameters[0].abs() < 20.0;
@@ -103,7 +103,7 @@ fn search(family: Family, mut parameters: [f64; 2], divergence: &impl Fn(&Parame
     };
     let (mut best, mut step) = (value(parameters), 0.5);
     while step > FINEST {
-        // Width and exponent are correlated, so diagonals are steps too.
+        // Width and exponent are correlated, so the search also takes diagonal steps.
         let directions = [[1.0, 0.0], [0.0, 1.0], [0.7, 0.7], [0.7, -0.7], [0.9, 0.3], [0.9, -0.3]];
         let tried = directions
             .into_iter()

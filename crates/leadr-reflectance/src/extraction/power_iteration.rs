@@ -1,14 +1,14 @@
-//! Extraction of the slope distribution of any material from its backscattering only (thesis 4.2).
+//! Extracts the slope distribution of any material from its backscattering only (thesis 4.2).
 //!
-//! With the viewer along the light, all visible facets are lit and reflect with `F₀`:
+//! If the viewer looks along the direction of the light, all visible facets are lit, and reflect with `F₀`:
 //!
 //! ```text
 //! f_r(o, o) = F₀ D(o) G₁(o) / (4 cos² θ_o)                                              (eq. 4.3)
 //! ```
 //!
-//! With Smith's `G₁ = cos θ_o / A(o)` and `A = ∫ max(0, o·h) D(h) dω_h` eq. 4.3 is a linear equation for `D` with a nonnegative kernel. The
-//! only nonnegative solution of this equation is the limit of the power iteration from any start, and `F₀` is the eigenvalue (eq. 4.9).
-//! Here the integrals use a smooth curve through `ln D` instead of rectangles, and iteration stops at convergence.
+//! With Smith's `G₁ = cos θ_o / A(o)` and `A = ∫ max(0, o·h) D(h) dω_h`, eq. 4.3 is a linear equation for `D` with a nonnegative kernel.
+//! The only nonnegative solution of this equation is the limit of the power iteration from any start, and `F₀` is the eigenvalue (eq. 4.9).
+//! Unlike in the thesis, the integrals use a smooth curve through `ln D` instead of rectangles, and the iteration stops at convergence.
 
 use std::f64::consts::{PI, TAU};
 
@@ -20,19 +20,19 @@ use crate::masking::variants::Masking;
 /// The masking-shadowing model of a material's backscattering.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Backscattering {
-    /// Smith's masking. All visible facets are lit (thesis eq. 4.2).
+    /// Smith's masking, with all visible facets lit (thesis eq. 4.2).
     Smith,
     /// Smith's height-correlated form without direction correlation, `G = 1 / (1 + 2 Λ)`, as in renderers. Use this model for materials
     /// from a renderer.
     SmithRendered,
     /// Masking and shadowing by V-grooves (thesis eq. 4.17).
     VGroove,
-    /// Facets that hide nothing, as in a normal map (thesis eq. 4.18).
+    /// No masking or shadowing, as in a normal map (thesis eq. 4.18).
     NormalMap,
 }
 
 impl Backscattering {
-    /// Returns `cos² θ / G` for facets of visible area `area`, viewed along the light.
+    /// Returns `cos² θ / G` for facets of the visible area `area`, viewed along the direction of the light.
     fn unhidden(self, cosine: f64, area: f64) -> f64 {
         match self {
             Self::Smith => cosine * area,
@@ -52,15 +52,15 @@ impl Backscattering {
         }
     }
 
-    /// Whether the model depends on the visible area, and so needs iterations.
+    /// Whether the model depends on the visible area, and therefore needs iterations.
     pub const fn iterates(self) -> bool {
         matches!(self, Self::Smith | Self::SmithRendered)
     }
 }
 
-/// Maximum number of power iterations.
+/// The maximum number of power iterations.
 const MOST_ITERATIONS: u32 = 200;
-/// The relative change of density at which iteration stops.
+/// The relative change of the density at which the iteration stops.
 const SETTLED: f64 = 1e-9;
 
 /// The result of an extraction.
@@ -68,11 +68,11 @@ const SETTLED: f64 = 1e-9;
 pub struct Extracted<T> {
     /// The extracted slope distribution.
     pub slopes: T,
-    /// The reflectance `F₀`, in the unit of the backscattering.
+    /// The reflectance `F₀`, in the same unit as the backscattering.
     pub reflectance: f64,
     /// The number of iterations used.
     pub iterations: u32,
-    /// The largest change of density in the last iteration, relative to the largest density.
+    /// The largest change of a density in the last iteration, relative to the largest density.
     pub change: f64,
 }
 
@@ -91,10 +91,10 @@ pub fn ring_area(theta_o: f64, theta: f64) -> f64 {
     ring_harmonics(a, b, 1)[0]
 }
 
-/// Extracts the isotropic distribution of a material with backscatter `f_r(o, o)` at the angles [`angle_at`]`(i / n)` for `n` values.
-/// Negative values and NaN count as 0.
+/// Extracts the isotropic slope distribution of a material from `n` values of its backscatter `f_r(o, o)` at the angles
+/// [`angle_at`]`(i / n)`. Negative values and NaN count as 0.
 ///
-/// Returns `None` for fewer than 3 values, or if nothing is reflected.
+/// Returns `None` for fewer than 3 values, or if all values are 0.
 pub fn extract_radial(backscatter: &[f64], hiding: Backscattering) -> Option<Extracted<RadialTable>> {
     let n = backscatter.len();
     let values: Vec<f64> = backscatter.iter().map(|&f| if f.is_finite() { f.max(0.0) } else { 0.0 }).collect();
@@ -108,7 +108,7 @@ pub fn extract_radial(backscatter: &[f64], hiding: Backscattering) -> Option<Ext
         .iter()
         .map(|&theta_o| rule.iter().map(|&(theta, w)| w * theta.sin() * ring_area(theta_o, theta)).collect())
         .collect();
-    // Weights of the normalisation ∫ D cos θ dω.
+    // The quadrature weights of the normalisation ∫ D cos θ dω.
     let all: Vec<f64> = rule.iter().map(|&(theta, w)| w * TAU * theta.sin() * theta.cos()).collect();
     let sum = |weights: &[f64], d: &[f64]| weights.iter().zip(d).map(|(w, d)| w * d).sum::<f64>();
 
@@ -131,10 +131,10 @@ pub fn extract_radial(backscatter: &[f64], hiding: Backscattering) -> Option<Ext
     Some(Extracted { slopes: RadialTable::new(&density)?, reflectance, iterations, change })
 }
 
-/// Extracts the distribution of a material with backscatter `f_r(o, o)`. `backscatter[k][i]` is the value at the azimuth `2π k / azimuths`
-/// and the angle [`angle_at`]`(i / n)`.
+/// Extracts the slope distribution of a material from its backscatter `f_r(o, o)`. `backscatter[k][i]` is the value at the azimuth
+/// `2π k / azimuths` and the angle [`angle_at`]`(i / n)`.
 ///
-/// Returns `None` for fewer than 4 azimuths or 3 angles, for rows of different lengths, or if nothing is reflected.
+/// Returns `None` for fewer than 4 azimuths or 3 angles, for rows of different lengths, or if all values are 0.
 pub fn extract_polar(backscatter: &[Vec<f64>], hiding: Backscattering) -> Option<Extracted<PolarTable>> {
     let (azimuths, n) = (backscatter.len(), backscatter.first()?.len());
     let valid = |f: f64| if f.is_finite() { f.max(0.0) } else { 0.0 };
@@ -184,7 +184,7 @@ pub fn extract_polar(backscatter: &[Vec<f64>], hiding: Backscattering) -> Option
     Some(Extracted { slopes: PolarTable::new(&density)?, reflectance, iterations, change })
 }
 
-/// Returns densities between nodes, interpolated as in a [`RadialTable`].
+/// Returns the densities at these positions between nodes, interpolated as in a [`RadialTable`].
 fn densities_at(density: &[f64], positions: &[f64]) -> Vec<f64> {
     let largest = density.iter().copied().fold(0.0, f64::max);
     let curve = Curve::new(logarithms(density, largest));
@@ -213,8 +213,8 @@ mod tests {
         (0..n).map(at).collect()
     }
 
-    /// Checks the distributions of the thesis' Table 4.I and more. The paper has errors of .03 to .0005 with 360 samples. This test uses
-    /// 90.
+    /// Checks the distributions of the thesis' Table 4.I and others. The paper has errors of .03 to .0005 with 360 samples. This test
+    /// uses 90 samples.
     #[test]
     fn extraction_undoes_reflection() {
         use Backscattering::{NormalMap, Smith, SmithRendered, VGroove};

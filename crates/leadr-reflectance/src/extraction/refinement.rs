@@ -1,10 +1,10 @@
-//! Refinement of a fit beyond backscattering. Alternating updates of the slopes, the Fresnel term and a diffuse term increase the
-//! likelihood of the whole material.
+//! Refines a fit with directions other than backscattering. Alternating updates of the slopes, the Fresnel term and a diffuse term increase
+//! the likelihood of the whole material.
 //!
-//! The thesis takes the slopes from the configuration where instruments are least accurate, has no diffuse term, and puts all residuals
-//! into the Fresnel term. Here `f_r = F(θ_d) D(h) g + k/π`, with the geometric factor `g` of the previous slopes, is fitted to all pairs of
-//! directions. The multiplicative Richardson–Lucy steps keep every factor positive and lower the Kullback–Leibler divergence. This
-//! divergence lies between absolute errors, which highlights dominate, and relative errors, which shadows dominate.
+//! The thesis takes the slopes from backscattering, where instruments are least accurate. It has no diffuse term, and puts all residuals
+//! into the Fresnel term. This module fits `f_r = F(θ_d) D(h) g + k/π` to all pairs of directions, where `g` is the geometric factor of the
+//! previous slopes. The multiplicative Richardson–Lucy steps keep every factor positive and lower the Kullback–Leibler divergence. This
+//! divergence is a compromise between absolute errors, which highlights dominate, and relative errors, which shadows dominate.
 
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, TAU};
 
@@ -18,15 +18,15 @@ use crate::facets::tabulated::Tabulated;
 use crate::materials::fitted::FittedBrdf;
 use crate::materials::microfacet::{Microfacet, microfacet_eval};
 
-/// Number of outer rounds, each of which updates the visible areas, and number of steps per round.
+/// The number of outer rounds. Each round updates the visible areas, then runs `STEPS` steps.
 const ROUNDS: usize = 6;
 const STEPS: usize = 12;
-/// Number of intervals between the nodes of the Fresnel term.
+/// The number of intervals between the nodes of the Fresnel term.
 const ANGLES: usize = 45;
-/// Fraction of the direction pairs that may initially be darker than the diffuse term.
+/// The fraction of the direction pairs that may initially be darker than the diffuse term.
 const DARK: f64 = 0.02;
 
-/// Improves a fit over all directions. The slope nodes stay the same.
+/// Improves a fit over all directions. The nodes of the slope table stay the same.
 pub fn refine(samples: &[Sample], start: &FittedBrdf) -> FittedBrdf {
     let mut grid = Grid::of(&start.facets.distribution);
     let mut fresnel: Vec<DVec3> =
@@ -68,7 +68,7 @@ pub fn refine(samples: &[Sample], start: &FittedBrdf) -> FittedBrdf {
     fit
 }
 
-/// Returns the initial diffuse term, a lower bound of the reflectance of nearly all direction pairs.
+/// Returns the initial diffuse term, which is a lower bound of the reflectance for nearly all direction pairs.
 fn darkest(samples: &[Sample]) -> DVec3 {
     let channel = |c: usize| {
         let mut all: Vec<f64> = samples.iter().filter(|s| s.wo.z > 0.2 && s.wi.z > 0.2).map(|s| s.value[c]).collect();
@@ -83,13 +83,13 @@ fn darkest(samples: &[Sample]) -> DVec3 {
 struct Facet {
     /// The slope nodes and their interpolation weights.
     around: [(usize, f64); 4],
-    /// The lower node of the Fresnel term and the fraction of the interval beyond it.
+    /// The lower node of the Fresnel term, and the position between this node and the next, from 0 to 1.
     angle: (usize, f64),
     /// The reflectance of ideal facets, `D g`.
     ideal: f64,
 }
 
-/// Updates the diffuse term, the Fresnel term and the slopes once each.
+/// Updates the diffuse term, then the Fresnel term, then the slopes.
 fn step(samples: &[Sample], facets: &mut [Facet], changes: &mut [f64], fresnel: &mut [DVec3], diffuse: &mut DVec3) {
     let reflectance =
         |facet: &Facet, fresnel: &[DVec3]| fresnel[facet.angle.0].lerp(fresnel[facet.angle.0 + 1], facet.angle.1);
@@ -138,9 +138,9 @@ fn step(samples: &[Sample], facets: &mut [Facet], changes: &mut [f64], fresnel: 
 
 /// A grid of normal densities at the nodes of a table.
 struct Grid {
-    /// Number of angles and of azimuths, with one azimuth for an isotropic table.
+    /// The number of angles and the number of azimuths. An isotropic table has one azimuth.
     size: (usize, usize),
-    /// The densities, with contiguous azimuths per angle.
+    /// The densities. The azimuths of one angle are contiguous.
     densities: Vec<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! Equivalent roughness of any slope distribution (thesis 4.2).
+//! The equivalent roughness of any slope distribution (thesis 4.2).
 
 use glam::{DVec2, DVec3};
 
@@ -14,7 +14,7 @@ pub fn beckmann_roughness(slopes: &Tabulated) -> DVec3 {
 
 /// Returns the roughness matrix of GGX slopes with the same mean absolute slopes. The matrix is exact for GGX slopes.
 ///
-/// Along every direction GGX slopes have a Student distribution with a width equal to the mean absolute value: `α_x = E|x|`, `α_y = E|y|`.
+/// Along every direction, GGX slopes have a Student distribution whose width equals the mean absolute value: `α_x = E|x|`, `α_y = E|y|`.
 /// The mean absolute slopes along the two diagonals give the correlation, `2 ρ α_x α_y = E|x + y|²/2 − E|x − y|²/2`, where `E|…|²` is the
 /// square of a mean.
 pub fn ggx_roughness(slopes: &Tabulated) -> DVec3 {

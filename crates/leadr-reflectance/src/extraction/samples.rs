@@ -1,4 +1,4 @@
-//! Direction pairs for comparing a material with its fit.
+//! Samples a material at pairs of directions, to compare it with its fit.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -8,7 +8,8 @@ use crate::facets::radial_table::angle_at;
 use crate::materials::brdf::Brdf;
 use crate::materials::half_difference::{HalfDifference, half_difference_to_directions};
 
-/// Number of steps over `θ_h` (dense at the highlight), `θ_d` and `φ_d`. `AZIMUTHS` adds steps over `φ_h` for anisotropic materials.
+/// The numbers of steps over `θ_h`, `θ_d` and `φ_d`. The steps over `θ_h` are denser at the highlight. Anisotropic materials also have
+/// `AZIMUTHS` steps over `φ_h`.
 const STEPS: [usize; 3] = [72, 24, 8];
 const AZIMUTHS: usize = 24;
 
@@ -17,7 +18,7 @@ pub fn direction(theta: f64, phi: f64) -> DVec3 {
     DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
 }
 
-/// Returns the viewer, the light and the half vector for half and difference angles.
+/// Returns the direction to the viewer, the direction to the light, and the half vector, for these half and difference angles.
 pub fn pair(theta_h: f64, phi_h: f64, theta_d: f64, phi_d: f64) -> (DVec3, DVec3, DVec3) {
     let wh = direction(theta_h, phi_h);
     let (wo, wi) = half_difference_to_directions(&HalfDifference { wh, wd: direction(theta_d, phi_d) });
@@ -35,7 +36,7 @@ pub struct Sample {
     pub wh: DVec3,
     /// The reflectance `f_r` of the material.
     pub value: DVec3,
-    /// The weight of the pair, proportional to the solid angles and the cosines of the two directions. The weights sum to one.
+    /// The weight of the pair, which is proportional to the solid angles and the cosines of the two directions. The weights sum to one.
     pub weight: f64,
 }
 
@@ -70,15 +71,15 @@ pub fn samples(brdf: &dyn Brdf, isotropic: bool) -> Vec<Sample> {
 /// The distance of a fit from the samples of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Misfit {
-    /// The rms difference of `f_r`, relative to the rms of `f_r`.
+    /// The rms difference of `f_r`, relative to the rms value of `f_r`.
     pub rrmse: f64,
     /// The relative rms difference of the cube root of `f_r cos θ_i`, which is perceptually more uniform.
     pub perceptual: f64,
-    /// The generalised Kullback–Leibler divergence, per unit of `f_r`.
+    /// The generalised Kullback–Leibler divergence, divided by the mean `f_r`.
     pub divergence: f64,
 }
 
-/// Compares `fit` with all samples.
+/// Returns the misfit of `fit` over all samples.
 pub fn misfit(samples: &[Sample], fit: &dyn Brdf) -> Misfit {
     let (mut square, mut all, mut roots, mut all_roots, mut divergence, mut sum) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     for s in samples {

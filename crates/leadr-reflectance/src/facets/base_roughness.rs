@@ -1,7 +1,7 @@
-//! Roughness of the base material on steep facets.
+//! The roughness of the base material on steep facets.
 //!
-//! A base of Beckmann roughness `α` lies on the *facets*, and its normals spread by the same angles about each facet's normal. The paper
-//! adds `α²/2` to the slope variances, as if the base lay on the macrosurface
+//! The base material, of Beckmann roughness `α`, covers the *facets* of the relief. Its normals spread about every facet's normal in the
+//! same way. The paper adds `α²/2` to the slope variances, as if the base lay on the macrosurface
 //! ([`add_roughness`](crate::slopes::statistics::add_roughness)).
 //!
 //! **First-order transform (rms error 0.19).** To first order, a facet of slope `m` changes the base's slope variance `α²/2` to
@@ -9,11 +9,11 @@
 //! `(1 + tr A) I + A + tr(A) A + 2 A² − 2 |μ|² μ μᵀ`. This *variance* is correct, but most of it is in a long tail of steep microfacets
 //! that reflect the ground or are hidden. A Gaussian of this variance is less accurate than the paper's form (rms 0.16).
 //!
-//! **Fitted form (rms error 0.04).** At normal incidence the true distribution is *narrower* than the paper's form, because the tail takes
-//! its weight from the flanks. At grazing angles the true distribution is wider, because each facet hides its own far side. The fit uses
-//! closed forms of values that a shader computes anyway. The reference is Monte Carlo ray casting, with shadowing, of Gaussian facets with
-//! a Beckmann base in `crates/leadr-reflectance/tests/reflectance/base_roughness.rs`. The fitted form depends on the view only, so specular
-//! light is not reciprocal, unlike with the paper's form.
+//! **Fitted form (rms error 0.04).** At normal incidence the true distribution is *narrower* than the paper's form, because the long tail
+//! takes weight away from the flanks. At grazing angles the true distribution is wider, because each facet hides its own far side. The fit
+//! is a closed form in values that a shader computes anyway. The reference casts rays, with shadowing, at Gaussian facets that have a
+//! Beckmann base (`crates/leadr-reflectance/tests/reflectance/base_roughness.rs`). The fitted form depends on the view direction but not on
+//! the light, so the specular term is not reciprocal. With the paper's form it is reciprocal.
 
 use super::projected_area::{meso_area, slope_spread};
 use glam::{DVec2, DVec3};
@@ -23,8 +23,8 @@ use glam::{DVec2, DVec3};
 ///
 /// The sum has three terms:
 /// * The relief term is `s` divided by one plus `6 · α²/2 · cos²θ · v²/(v² + 0.05)`, where `v` is the mean of the variances in `s`.
-/// * The base term is `α²/2` widened by `1 + 1.5 g²/(g + 1)`, where `g` is the slope deviation along `wo` over the projected area.
-/// * The tilt term is the contribution of a facet of the mean slope (up to 2), for relief of nearly one slope.
+/// * The base term is `α²/2` times `1 + 1.5 g²/(g + 1)`, where `g` is the slope deviation along `wo` divided by the projected area.
+/// * The tilt term is the contribution of a facet with the mean slope (up to 2). It matters where the relief has nearly one slope.
 ///
 /// All terms are continuous and positive definite for any argument. At `α = 0` the result is `s`, and without relief or tilt it is
 /// `s + α²/2`.

@@ -15,7 +15,7 @@ use std::f64::consts::PI;
 /// Returns the slope density `P22(slope)`. Variances are clamped to at least [`MIN_VARIANCE`](crate::limits::MIN_VARIANCE).
 pub fn beckmann_p22(slope: DVec2, m: DVec2, s: DVec3) -> f64 {
     let (sigma, r, q) = slope_scales(s);
-    // Whitening x, then y given x, is more precise than the adjugate for strong correlation.
+    // For a strong correlation, whitening x and then y given x is more precise than using the adjugate matrix.
     let u = (slope - m) / sigma;
     let v = (u.y - r * u.x) / q;
     (-0.5 * (u.x * u.x + v * v)).exp() / (2.0 * PI * sigma.x * sigma.y * q)
@@ -31,7 +31,7 @@ pub fn beckmann_ndf(wh: DVec3, m: DVec2, s: DVec3) -> f64 {
     beckmann_p22(DVec2::new(-wh.x / z, -wh.y / z), m, s) / (z * z * z * z)
 }
 
-/// Returns the density of visible normals `max(0, wo·wn) D(wn) / A(wo)` per solid angle, at most 1e37.
+/// Returns the density of visible normals per solid angle, `max(0, wo·wn) D(wn) / A(wo)`. The result is at most 1e37.
 pub fn beckmann_vndf(wo: DVec3, wn: DVec3, m: DVec2, s: DVec3) -> f64 {
     visible_density(wo, wn, beckmann_ndf(wn, m, s), visible_area(wo, m, s))
 }
@@ -45,7 +45,7 @@ pub struct Beckmann {
 
 impl Beckmann {
     /// Creates a surface from the mean slope and the covariance `(s_xx, s_yy, s_xy)`. Variances are clamped to
-    /// [`MIN_VARIANCE`](crate::limits::MIN_VARIANCE)..[`MAX_SLOPE`](crate::limits::MAX_SLOPE)², the correlation to
+    /// [`MIN_VARIANCE`](crate::limits::MIN_VARIANCE)..[`MAX_SLOPE`](crate::limits::MAX_SLOPE)², and the correlation is clamped to
     /// ±[`MAX_CORRELATION`](crate::limits::MAX_CORRELATION).
     pub fn new(mean: DVec2, covariance: DVec3) -> Self {
         Self { mean, covariance: widened_covariance(covariance) }

@@ -6,8 +6,9 @@
 //! normal variable. The sampler inverts the integral of `(ν − x)⁺ φ(x)`, which has the closed form `F(x) = ν Φ(x) + φ(x)` up to
 //! `F(ν) = g(ν)`.
 //!
-//! The method is valid for every `ν`, that is for a front-facing (`ν > 0`), edge-on or back-facing mesosurface. Only the tail below `ν` of
-//! a back-facing mesosurface is visible. Inversions in the literature are parametrised by the viewer's angle and stop at the horizon.
+//! The method is valid for every `ν`, that is for a front-facing (`ν > 0`), edge-on or back-facing mesosurface. On a back-facing
+//! mesosurface, only the tail of the slopes below `ν` is visible. Published inversions take the viewer's angle as their parameter, so they
+//! stop at the horizon.
 
 use super::normal_distribution::{MIN_PROBABILITY, mills_ratio, normal_quantile, tail_mean_ratio};
 use super::projected_area::meso_area;
@@ -16,16 +17,16 @@ use crate::slopes::statistics::with_least_variance;
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
-/// Maximum number of Newton steps. The solver uses 3 to 6, and the shader always does 5.
+/// The maximum number of Newton steps. The solver uses 3 to 6 steps, and the shader always uses 5.
 const STEPS: u32 = 60;
 
 /// Returns the quantile of the visible slopes of the unit surface along the viewer's azimuth. The result `x ≤ ν` solves
-/// `(ν Φ(x) + φ(x)) / (ν Φ(ν) + φ(ν)) = u`, where `−∞ < ν ≤ ∞` is the mesosurface's projected area in units of the spread.
+/// `(ν Φ(x) + φ(x)) / (ν Φ(ν) + φ(ν)) = u`, where `−∞ < ν ≤ ∞` is the mesosurface's projected area divided by the slope spread `b`.
 ///
 /// `u` is clamped to `[2⁻³², 1 − 2⁻³²]`. The solver is a bracketed Newton method. The solver starts from Wilson and Hilferty's estimate for
-/// the gamma distribution with the mean and variance of `y = ν − x`. In the lower half of the range it solves for the logarithm of `F`,
-/// which is concave, so every start converges. In the upper half of the range it solves for the root of `g − F`, which is linear where `F`
-/// touches `g`. All values are in units of `φ(min(ν, 0))` and sum terms of one sign, so the tail at `ν = −10` is equally accurate.
+/// the gamma distribution with the mean and variance of `y = ν − x`. In the lower half of the range it matches `ln F`, which is concave, so
+/// every start converges. In the upper half it matches `√(g − F)`, which is linear where `F` approaches `g`. All values are divided by
+/// `φ(min(ν, 0))` and are sums of terms of one sign, so the tail at `ν = −10` is just as accurate.
 pub fn visible_slope_quantile(u: f64, nu: f64) -> f64 {
     let u = u.clamp(MIN_PROBABILITY, 1.0 - MIN_PROBABILITY);
     let (positive, negative) = (nu.clamp(0.0, 1e15), nu.clamp(-1e15, 0.0));
@@ -58,7 +59,7 @@ pub fn visible_slope_quantile(u: f64, nu: f64) -> f64 {
             let rest = (total - part).max(0.0);
             2.0 * (rest - rest.sqrt() * ((1.0 - u) * total).sqrt())
         };
-        // The sign of the step updates the bracket, because at the root the rounding of the step differs from the rounding of `part`.
+        // Update the bracket from the sign of the step. Near the root, a comparison of `part` would round differently.
         *(if change > 0.0 { &mut low } else { &mut high }) = w;
         let next = w + change / density;
         // Bisect if the step leaves the bracket or is NaN.
@@ -84,8 +85,8 @@ fn visible_part(w: f64, positive: f64, negative: f64) -> (f64, f64) {
     (part, y * e)
 }
 
-/// Returns the upper-tail quantile of a gamma distribution at the normal deviate `z`, by the Wilson–Hilferty cube. Shape parameters below 2
-/// occur only through rounding and are treated as 2.
+/// Returns the upper-tail quantile of a gamma distribution at the normal deviate `z`, by the Wilson–Hilferty approximation. Shape
+/// parameters below 2 occur only through rounding and are treated as 2.
 fn gamma_quantile(z: f64, mean: f64, variance: f64) -> f64 {
     let shape = (mean * mean / variance.max(1e-30)).max(2.0);
     let cube = (1.0 - 1.0 / (9.0 * shape) - z / (3.0 * shape.sqrt())).max(0.02);
@@ -154,7 +155,7 @@ mod tests {
 
     #[test]
     fn limits_of_the_quantile() {
-        // A smooth or distant surface gives a plain normal variable. A far back-facing surface gives a gamma distribution of shape 2.
+        // For a large positive ν the slopes have a normal distribution. For a large negative ν they have a gamma distribution of shape 2.
         for u in [0.001, 0.3, 0.5, 0.999] {
             assert!((visible_slope_quantile(u, 1e12) - normal_quantile(u)).abs() < 1e-11);
             let y = 1e4 * (-1e4 - visible_slope_quantile(u, -1e4));

@@ -9,11 +9,11 @@ use super::slope_distribution::SlopeDistribution;
 use crate::quadrature::gauss_legendre;
 use crate::random::Random;
 
-/// Number of cells along the square root of the angle and along the azimuth.
+/// The number of histogram cells over the square root of the polar angle, and over the azimuth.
 const CELLS: usize = 16;
 
-/// Returns the χ² of visible normals sampled from `drawn` against their density in `of`, and the 99 % quantile of χ² for equal
-/// distributions. Cells with few samples are pooled.
+/// Samples visible normals from `drawn` and compares them with the density of `of`. Returns the χ² statistic and its 99 % quantile for
+/// equal distributions. Cells with few expected samples are pooled.
 pub fn chi_square(drawn: &impl SlopeDistribution, of: &impl SlopeDistribution, wo: DVec3, samples: u32) -> (f64, f64) {
     let mut counts = vec![0.0; CELLS * CELLS];
     for i in 0..samples {
@@ -49,7 +49,7 @@ pub fn chi_square(drawn: &impl SlopeDistribution, of: &impl SlopeDistribution, w
         sum += (few[1] - few[0]).powi(2) / few[0];
         cells += 1.0;
     }
-    // Wilson–Hilferty approximation of the quantile.
+    // The quantile uses the Wilson–Hilferty approximation.
     let freedom: f64 = cells - 1.0;
     let part = 2.0 / (9.0 * freedom);
     (sum, freedom * (1.0 - part + 2.326 * part.sqrt()).powi(3))

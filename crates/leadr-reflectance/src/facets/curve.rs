@@ -2,7 +2,8 @@
 
 use crate::limits::held;
 
-/// A monotone cubic without extrema between nodes (Fritsch and Carlson 1980). Slopes are of fourth order where monotonicity allows.
+/// A monotone cubic interpolant, which has no extrema between its nodes (Fritsch and Carlson 1980). Its slopes are accurate to fourth order
+/// where monotonicity allows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Curve {
     values: Vec<f64>,
@@ -10,7 +11,7 @@ pub struct Curve {
 }
 
 impl Curve {
-    /// Interpolates at least two `values` at the positions 0, 1, 2, ….
+    /// Creates the curve through at least two `values` at the positions 0, 1, 2, ….
     ///
     /// # Panics
     /// If there are fewer than two values.
@@ -48,7 +49,7 @@ impl Curve {
         &self.values
     }
 
-    /// Returns an iterator over each value and the slope at its position.
+    /// Returns an iterator over the pairs of a value and the slope at its position.
     pub fn knots(&self) -> impl Iterator<Item = [f64; 2]> {
         self.values.iter().zip(&self.slopes).map(|(value, slope)| [*value, *slope])
     }

@@ -1,4 +1,4 @@
-//! Parametrisations of anisotropic roughness and lossless conversions between them (thesis 2.3, eq. 2.25–2.34).
+//! Parametrisations of anisotropic roughness, and lossless conversions between these parametrisations (thesis 2.3, eq. 2.25–2.34).
 //!
 //! Distributions are evaluated from the roughness matrix `A = (a_xx, a_yy, a_xy)`. Slopes are `m + C s` with `C Cᵀ = A` and `s` from the
 //! standard distribution. The matrix can be written as an [`Ellipse`] (radii and angle) or as a [`Bivariate`] (scales and correlation). A
@@ -9,34 +9,35 @@
 
 use glam::{DVec2, DVec3};
 
-/// Roughness as an ellipse in the slope plane.
+/// An anisotropic roughness, given as an ellipse in the slope plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ellipse {
     /// The radii `(α₁, α₂)`, each at least 0. Conversions to an ellipse give `α₁ ≥ α₂`.
     pub radii: DVec2,
-    /// The angle from the x slope to the first axis, in radians. Conversions give `(−π/2, π/2]`, and 0 for a circle.
+    /// The angle from the x slope to the first axis, in radians. Conversions give an angle in `(−π/2, π/2]`, which is 0 for a circle.
     pub angle: f64,
 }
 
-/// Roughness as scales and a correlation.
+/// An anisotropic roughness, given as two scales and a correlation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bivariate {
     /// The scales `(αx, αy)`, each at least 0.
     pub alpha: DVec2,
-    /// The correlation `ρ`, −1..1.
+    /// The correlation `ρ`, from −1 to 1.
     pub rho: f64,
-    /// The value of `√(1 − ρ²)`, 0..1, stored because `ρ` near 1 lacks the digits for the minor radius of a thin ellipse.
+    /// The value of `√(1 − ρ²)`, from 0 to 1. It is stored because a `ρ` near 1 has too few digits for the minor radius of a thin ellipse.
     pub independence: f64,
 }
 
 impl Bivariate {
-    /// Creates the roughness from scales and a correlation in −1..1.
+    /// Creates the roughness from two scales and a correlation from −1 to 1.
     pub fn new(alpha: DVec2, rho: f64) -> Self {
         Self { alpha, rho, independence: ((1.0 - rho) * (1.0 + rho)).max(0.0).sqrt() }
     }
 }
 
-/// Converts an ellipse by thesis eq. 2.29–2.31, without differences of squares. Minor radii of 1e-12 of the major one are preserved.
+/// Converts an ellipse to scales and a correlation by thesis eq. 2.29–2.31. The code avoids differences of squares, so it preserves a minor
+/// radius of 1e-12 times the major radius.
 pub fn bivariate_from_ellipse(e: &Ellipse) -> Bivariate {
     let (sin, cos) = e.angle.sin_cos();
     let alpha = DVec2::new((e.radii.x * cos).hypot(e.radii.y * sin), (e.radii.x * sin).hypot(e.radii.y * cos));
@@ -53,7 +54,8 @@ pub fn bivariate_from_ellipse(e: &Ellipse) -> Bivariate {
     }
 }
 
-/// Converts scales and correlation by thesis eq. 2.32–2.34, with `α₂ = αx αy √(1 − ρ²) / α₁` instead of a difference.
+/// Converts scales and a correlation to an ellipse by thesis eq. 2.32–2.34. The minor radius is `α₂ = αx αy √(1 − ρ²) / α₁`, which avoids a
+/// difference.
 pub fn ellipse_from_bivariate(b: &Bivariate) -> Ellipse {
     let product = b.alpha.x * b.alpha.y;
     let difference = (b.alpha.x - b.alpha.y) * (b.alpha.x + b.alpha.y);
@@ -65,7 +67,7 @@ pub fn ellipse_from_bivariate(b: &Bivariate) -> Ellipse {
     }
 }
 
-/// Returns `atan2`, but 0 at the origin and π for `y = −0`, `x < 0`.
+/// Returns `atan2(y, x)`, except that the result is 0 at the origin and π for `y = −0` and `x < 0`.
 fn angle_of(y: f64, x: f64) -> f64 {
     if y == 0.0 { if x < 0.0 { std::f64::consts::PI } else { 0.0 } } else { y.atan2(x) }
 }
@@ -88,7 +90,7 @@ pub fn roughness_from_bivariate(b: &Bivariate) -> DVec3 {
 
 /// Returns the scales and the correlation of `A`. A matrix that rounding has made indefinite is treated as fully correlated.
 ///
-/// The determinant cancels, so minor radii below 1e-8 of the major one are lost in rounding.
+/// The determinant suffers from cancellation, so rounding loses a minor radius below 1e-8 times the major radius.
 pub fn bivariate_from_roughness(a: DVec3) -> Bivariate {
     let alpha = DVec2::new(a.x.max(0.0).sqrt(), a.y.max(0.0).sqrt());
     let product = alpha.x * alpha.y;
@@ -150,7 +152,7 @@ mod tests {
             let back = ellipse_from_bivariate(&b);
             let relative = |a: f64, b: f64| if a == b { 0.0 } else { (a - b).abs() / b.abs() };
             worst[0] = worst[0].max(relative(back.radii.x, e.radii.x));
-            // A minor radius of exactly zero is converted back to a rounding error unless the ellipse is axis-aligned.
+            // A minor radius of zero comes back as a rounding error, unless the ellipse is axis-aligned.
             let minor = if e.radii.y > 0.0 { relative(back.radii.y, e.radii.y) } else { back.radii.y / e.radii.x };
             worst[1] = worst[1].max(minor);
             // The angle of a circle is undefined.
@@ -169,7 +171,7 @@ mod tests {
                 for rho in [0.0, 0.5, -0.95, 1.0 - 1e-9, -1.0 + 1e-15, 1.0, -1.0] {
                     let b = Bivariate::new(DVec2::new(x, y), if x * y == 0.0 { 0.0 } else { rho });
                     let back = bivariate_from_ellipse(&ellipse_from_bivariate(&b));
-                    // A scale below 1e-16 of the larger one is lost in the angle, so compare absolutely.
+                    // The angle cannot represent a scale below 1e-16 times the larger scale, so compare absolute errors.
                     let floor = 1e-15 * x.max(y);
                     assert!((back.alpha - b.alpha).abs().max_element() <= 1e-14 * x.max(y) + floor, "{b:?} {back:?}");
                     let (a, a_back) = (roughness_from_bivariate(&b), roughness_from_bivariate(&back));
@@ -183,7 +185,7 @@ mod tests {
         }
     }
 
-    /// Thin ellipses are lost if `independence` is recomputed from `ρ`.
+    /// Recomputing `independence` from `ρ` loses the minor radius of a thin ellipse.
     #[test]
     fn the_correlation_alone_is_lossy() {
         let e = Ellipse { radii: DVec2::new(1.0, 1e-10), angle: 0.7 };

@@ -2,23 +2,23 @@
 //! the roughness from the mean (Chan 2018, Algorithms 1–3).
 //!
 //! A texel of unit normal `n` and roughness `α` becomes four numbers that any linear filter may average: the sum of its facet normals, and
-//! the area that weights them. Per unit of texture, with the length `L(α)` of [`Shortening`], the numbers are
+//! the area that weights them. Per unit of texture area, with the mean normal length `L(α)` from [`Shortening`], the numbers are
 //!
 //! ```text
 //! macro:  (L n, 1)                      facets weighted by macrosurface area
-//! micro:  (n, 1/L) / cos θ              by their own area: 1/cos θ of plane, times 1/L of facets
+//! micro:  (n, 1/L) / cos θ              weighted by their own area: 1/cos θ for the plane, times 1/L
 //! ```
 //!
-//! In the sum weighted by microsurface area, `z = 1`, so its direction is the normal of the mean slope, LEADR's mesosurface. Algorithm 1
-//! uses the plane area `1/cos θ` only, and ignores the larger facet area of rough texels. Macro sums have weight 1 and micro sums have
-//! `z = 1`, so either sum needs only three numbers.
+//! The sum weighted by microsurface area has `z = 1`, so its direction is the normal of the mean slope, which is LEADR's mesonormal.
+//! Algorithm 1 uses the plane area `1/cos θ` only, and ignores the larger facet area of rough texels. Macro sums have weight 1 and micro
+//! sums have `z = 1`, so either sum needs only three numbers.
 
 use super::shortened_normals::{NormalArea, Shortening};
 use crate::limits::{MAX_SLOPE, MIN_NORMAL_Z};
 use crate::quadrature::gauss_legendre;
 use glam::{DVec3, DVec4};
 
-/// A texel of a normal map with its roughness.
+/// A texel of a normal map, together with its roughness.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NormalTexel {
     /// The unit normal.
@@ -44,7 +44,7 @@ impl NormalTexel {
     }
 }
 
-/// Returns the normal sum and the area of a texel, per unit of texture.
+/// Returns the normal sum and the area of a texel, per unit of texture area.
 ///
 /// The average of these sums represents a footprint, and [`texel_of_sum`] decodes it. Normals below the horizon are clamped to
 /// [`MIN_NORMAL_Z`]. A normal without a direction becomes z, and a NaN roughness becomes the largest roughness.
@@ -56,7 +56,8 @@ pub fn normal_sum(texel: &NormalTexel, shortening: Shortening) -> DVec4 {
     }
 }
 
-/// Decodes a sum or mean of [`normal_sum`]s to a normal and roughness. A sum without area or direction gives z and the largest roughness.
+/// Decodes a sum or mean of [`normal_sum`]s to a normal and a roughness. A sum that has no area or no direction gives the normal z and the
+/// largest roughness.
 pub fn texel_of_sum(sum: DVec4, shortening: Shortening) -> NormalTexel {
     let mean = sum.truncate() / sum.w;
     let length = mean.length();
@@ -67,24 +68,24 @@ pub fn texel_of_sum(sum: DVec4, shortening: Shortening) -> NormalTexel {
     }
 }
 
-/// Returns the mean of texels of equal size, a box filter (Chan's Algorithm 3).
+/// Returns the box-filtered mean of texels of equal size (Chan's Algorithm 3).
 pub fn mean_texel(texels: &[NormalTexel], shortening: Shortening) -> NormalTexel {
     texel_of_sum(texels.iter().map(|t| normal_sum(t, shortening)).sum(), shortening)
 }
 
-/// Returns the normal sum of a texel of a smooth surface, rather than of one facet per texel (Chan 2018, section 2.3). Normals and
+/// Returns the normal sum of a texel on a continuous surface, instead of one flat facet per texel (Chan 2018, section 2.3). Normals and
 /// roughness are interpolated between texel centres, and the footprint is one texel wide.
 ///
-/// `around` holds the texel at the centre and its eight neighbours, in rows along `t`. The function integrates bilinear normals and
-/// bilinear roughness at 4 × 4 Gauss–Legendre points per quarter of the texel. The error of `1 − L` is 3e-5 if neighbours differ by 120°.
-/// Under magnification a pixel covers less than a texel, so this sum overestimates roughness.
+/// `around[row][column]` holds the central texel and its eight neighbours. The function integrates bilinear normals and bilinear roughness
+/// at 4 × 4 Gauss–Legendre points per quarter of the texel. The error of `1 − L` is 3e-5 if neighbours differ by 120°. Under magnification
+/// a pixel covers less than a texel, so this sum overestimates roughness.
 pub fn continuous_normal_sum(around: &[[NormalTexel; 3]; 3], shortening: Shortening) -> DVec4 {
     let normals = around.map(|row| row.map(|t| t.direction()));
     let alphas = around.map(|row| row.map(|t| t.alpha()));
     let rule = gauss_legendre(4);
     let mut sum = DVec4::ZERO;
-    // Integrate the quarter between the centre and the texel at (column, row) = (i, j). The fractions x and y of the distance between texel
-    // centres are at most one half.
+    // Integrate the quarter of the texel towards the neighbour in column i and row j. The fractions x and y of the distance to that
+    // neighbour's centre are at most one half.
     for (i, j) in [(0, 0), (2, 0), (0, 2), (2, 2)] {
         for &(x, wx) in &rule {
             for &(y, wy) in &rule {
@@ -127,7 +128,7 @@ mod tests {
         }
     }
 
-    /// Sums of specular texels equal Algorithms 1 and 2 of the paper.
+    /// The sums of perfectly smooth texels equal Algorithms 1 and 2 of Chan's paper.
     #[test]
     fn sums_are_the_paper_s_algorithms() {
         let texels = [texel(0.3, -0.2, 0.0), texel(-1.0, 0.4, 0.0), texel(0.1, 0.9, 0.0)];
@@ -144,14 +145,14 @@ mod tests {
         }
     }
 
-    /// Decoding texels with the normal distribution of a roughness gives this roughness, for either area measure.
+    /// Texels whose normals follow the distribution of a roughness decode to this roughness, for both area measures.
     #[test]
     fn facets_as_texels_give_their_roughness() {
         for alpha in [0.05, 0.3, 0.8] {
             for shortening in Shortening::ALL {
                 let texels: Vec<NormalTexel> = (0..4000 * 4)
                     .map(|i| {
-                        // Evenly spaced quantiles of the slope length.
+                        // The slope lengths are evenly spaced quantiles.
                         let v = (f64::from(i / 4) + 0.5) / 4000.0;
                         let slope = alpha
                             * match shortening.facets {
@@ -163,20 +164,20 @@ mod tests {
                     })
                     .collect();
                 let found = mean_texel(&texels, shortening).alpha;
-                // The highest quantile truncates GGX's long tail.
+                // The highest quantile truncates the long tail of GGX, so the tolerance is large.
                 assert!((found / alpha - 1.0).abs() < 0.04, "{shortening:?} {alpha}: {found}");
             }
         }
     }
 
-    /// The mean normal by microsurface area is the normal of the mean slope, for any texel roughness.
+    /// The mean normal weighted by microsurface area is the normal of the mean slope, for any texel roughness.
     #[test]
     fn microsurface_sums_keep_the_mean_slope() {
         let shortening = Shortening { area: NormalArea::Micro, ..Shortening::default() };
         let texels = [texel(0.3, -0.2, 0.7), texel(-1.0, 0.4, 0.01), texel(0.1, 0.9, 0.2)];
         let found = mean_texel(&texels, shortening);
         assert!((slope_of_normal(found.normal) - DVec2::new(-0.2, 1.1 / 3.0)).length() < 1e-12);
-        // The mean normal by macrosurface area is biased towards the smoother texel (Chan's Figure 7).
+        // The mean normal weighted by macrosurface area is biased towards the smoother texel (Chan's Figure 7).
         let macro_area = mean_texel(&[texel(0.5, 0.0, 0.05), texel(-0.5, 0.0, 0.9)], Shortening::default());
         assert!(slope_of_normal(macro_area.normal).x > 0.05);
     }
@@ -202,7 +203,7 @@ mod tests {
         assert!((a.x - b.y).abs() < 1e-14 && a.x < -0.05 && a.y.abs() < 1e-14 && (a.z - b.z).abs() < 1e-14);
     }
 
-    /// Compares the texel quadrature with a rule of 64 times as many points.
+    /// Compares the texel quadrature with a midpoint rule of 256 times as many points.
     #[test]
     fn the_quadrature_of_a_texel_has_converged() {
         let shortening = Shortening::default();

@@ -1,12 +1,12 @@
-//! Fresnel reflectance of facets (thesis Table 2.I, plus conductors), as a function of the cosine of the difference angle, `cos θ_d =
-//! wo·wh = wi·wh`.
+//! Functions for the Fresnel reflectance of facets (thesis Table 2.I, plus conductors). Their argument is the cosine of the difference
+//! angle, `cos θ_d = wo·wh = wi·wh`.
 
 use crate::limits::unit;
 use glam::DVec3;
 use std::f64::consts::FRAC_PI_2;
 
-/// Returns Schlick's approximation of the reflectance. `f0` is the reflectance at normal incidence, linear RGB. The `cosine` of `wi` and
-/// `wh` is clamped to 0..1.
+/// Returns Schlick's approximation of the reflectance. `f0` is the reflectance at normal incidence, in linear RGB. The `cosine` of the
+/// angle between `wi` and `wh` is clamped to 0..1.
 pub fn fresnel_schlick(f0: DVec3, cosine: f64) -> DVec3 {
     f0 + (grazing_reflectance(f0) - f0) * schlick_weight(cosine)
 }
@@ -36,8 +36,8 @@ pub fn edge_tint_weight(cosine: f64) -> f64 {
     c * (1.0 - c).powi(6)
 }
 
-/// Returns the unpolarised reflectance of a smooth dielectric (Walter et al. 2007, eq. 22). `eta` is the ratio of the transmitted to the
-/// incident refractive index, > 0. The result is 1 at total internal reflection.
+/// Returns the unpolarised reflectance of a smooth dielectric (Walter et al. 2007, eq. 22). `eta`, above 0, is the refractive index on the
+/// transmitted side divided by the index on the incident side. The result is 1 at total internal reflection.
 pub fn fresnel_dielectric(cosine: f64, eta: f64) -> f64 {
     let c = cosine.abs().min(1.0);
     let g2 = eta * eta - 1.0 + c * c;
@@ -50,22 +50,22 @@ pub fn fresnel_dielectric(cosine: f64, eta: f64) -> f64 {
     (0.5 * s * s * (1.0 + p * p)).min(1.0)
 }
 
-/// The largest component of a refractive index, above which [`fresnel_conductor`] equals a perfect mirror.
+/// The upper limit for both components of a refractive index. At this limit [`fresnel_conductor`] reflects nearly all light.
 const MAX_INDEX: f64 = 1e4;
 
 /// Returns the unpolarised reflectance of a smooth conductor in vacuum. `eta` and `k` are the real part and the extinction coefficient of
-/// the complex index `η + i k` per colour channel, ≥ 0 and clamped to 1e4. `k = 0` gives a dielectric.
+/// the complex index `η + i k` for each colour channel. Both are clamped to 0..1e4. `k = 0` gives a dielectric.
 ///
 /// With `a + i b = √((η + i k)² − sin²θ)`, `c = cos θ` and `s = sin θ`, the amplitude formulas become quotients of sums of squares:
-/// `R_s = ((a − c)² + b²) / ((a + c)² + b²)` and `R_p = R_s ((a c − s²)² + (b c)²) / ((a c + s²)² + (b c)²)`. Nothing cancels, and `0/0` is
-/// replaced by its limit, 1.
+/// `R_s = ((a − c)² + b²) / ((a + c)² + b²)` and `R_p = R_s ((a c − s²)² + (b c)²) / ((a c + s²)² + (b c)²)`. No term suffers from
+/// cancellation, and `0/0` is replaced by its limit, 1.
 pub fn fresnel_conductor(cosine: f64, eta: DVec3, k: DVec3) -> DVec3 {
     let c = cosine.abs().min(1.0);
     let s2 = (1.0 - c) * (1.0 + c);
     let channel = |eta: f64, k: f64| {
         let (eta, k) = (eta.clamp(0.0, MAX_INDEX), k.clamp(0.0, MAX_INDEX));
         let (re, im) = ((eta - k) * (eta + k) - s2, eta * k);
-        // To avoid cancellation, compute the larger component of the root first and the smaller one from their product.
+        // To avoid cancellation, compute the larger component of the root first, and the smaller one from the product of the two.
         let larger = (0.5 * ((re * re + 4.0 * im * im).sqrt() + re.abs())).sqrt();
         let smaller = im / larger.max(1e-15);
         let (a, b) = if re >= 0.0 { (larger, smaller) } else { (smaller, larger) };
@@ -77,8 +77,8 @@ pub fn fresnel_conductor(cosine: f64, eta: DVec3, k: DVec3) -> DVec3 {
     DVec3::new(channel(eta.x, k.x), channel(eta.y, k.y), channel(eta.z, k.z))
 }
 
-/// A Fresnel table over difference angles in equal steps from 0° to 90°, interpolated linearly. Thesis 4.2 extracts such a table from a
-/// measured material.
+/// A table of the Fresnel reflectance at equal steps of the difference angle from 0° to 90°, with linear interpolation. Section 4.2 of the
+/// thesis extracts this table from a measured material.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FresnelTable(Vec<DVec3>);
 
@@ -104,7 +104,7 @@ impl FresnelTable {
     /// Returns the reflectance at the cosine of a difference angle. The cosine is clamped to 0..1.
     pub fn at(&self, cosine: f64) -> DVec3 {
         let last = self.0.len() - 1;
-        // NaN is treated as grazing.
+        // A NaN cosine is treated as grazing incidence.
         let at = unit(cosine).acos() / FRAC_PI_2 * last as f64;
         let low = (at as usize).min(last - 1);
         self.0[low].lerp(self.0[low + 1], (at - low as f64).clamp(0.0, 1.0))
@@ -117,23 +117,23 @@ pub enum Fresnel {
     /// Ideal reflectors with `F = 1`, as in the white furnace (thesis eq. 2.3).
     #[default]
     Ideal,
-    /// Schlick's approximation, [`fresnel_schlick`], with this linear RGB reflectance at normal incidence, 0..1.
+    /// Schlick's approximation, [`fresnel_schlick`], with this linear RGB reflectance at normal incidence, from 0 to 1.
     Schlick(DVec3),
-    /// A dielectric, [`fresnel_dielectric`], with this ratio of the interior to the exterior refractive index, > 0.
+    /// A dielectric, [`fresnel_dielectric`], with this positive ratio of the interior to the exterior refractive index.
     Dielectric(f64),
     /// A conductor in vacuum, [`fresnel_conductor`].
     Conductor {
-        /// Real part of the refractive index per colour channel, ≥ 0.
+        /// The real part of the refractive index for each colour channel, at least 0.
         eta: DVec3,
-        /// Extinction coefficient per colour channel, ≥ 0.
+        /// The extinction coefficient for each colour channel, at least 0.
         k: DVec3,
     },
-    /// A table, evaluated by [`FresnelTable::at`].
+    /// A table, which [`FresnelTable::at`] evaluates.
     Tabulated(FresnelTable),
 }
 
 impl Fresnel {
-    /// Returns the reflectance at `cosine = wo·wh`, linear RGB within 0..1.
+    /// Returns the reflectance at `cosine = wo·wh`, in linear RGB from 0 to 1.
     pub fn at(&self, cosine: f64) -> DVec3 {
         match self {
             Self::Ideal => DVec3::ONE,
@@ -150,7 +150,7 @@ mod tests {
     use super::*;
     use glam::Vec3Swizzles as _;
 
-    /// Complex arithmetic to evaluate the amplitude formulas.
+    /// Complex arithmetic for the Fresnel amplitude formulas.
     mod complex {
         pub type C = (f64, f64);
         pub fn mul(a: C, b: C) -> C {
@@ -176,7 +176,7 @@ mod tests {
     fn conductor_agrees_with_complex_amplitudes() {
         use complex::{add, mul, norm2, sqrt, sub};
         let mut worst = 0.0f64;
-        // Gold-like, silver-like and iron-like metals, a nearly dielectric conductor, a dielectric, and optically thinner media.
+        // The media resemble gold, silver and iron, a nearly dielectric conductor, a dielectric, and optically thinner media.
         for (eta, k) in [(0.14, 4.0), (0.05, 3.1), (2.9, 3.1), (1.5, 1e-9), (1.5, 0.0), (0.6, 0.0), (0.6, 1e-6)] {
             for i in 0..=900 {
                 let t = (0.1 * f64::from(i)).to_radians();

@@ -6,19 +6,19 @@ use glam::{DVec2, DVec3};
 use super::beckmann::Beckmann;
 use super::slope_distribution::SlopeDistribution;
 
-/// Maximum number of lobes in a fit.
+/// The maximum number of lobes in a fit.
 pub const MOST_LOBES: usize = 4;
 
 /// One Gaussian lobe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lobe {
-    /// The fraction of the facets in this lobe, 0 to 1.
+    /// The fraction of the facets that belong to this lobe, from 0 to 1.
     pub share: f64,
     /// The slope covariance `(xx, yy, xy)`.
     pub covariance: DVec3,
 }
 
-/// A mixture of lobes with weights that sum to one.
+/// A mixture of lobes whose weights sum to one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GaussianMixture {
     lobes: Vec<(f64, Beckmann)>,
@@ -67,7 +67,7 @@ impl SlopeDistribution for GaussianMixture {
     }
 
     fn sample_visible(&self, wo: DVec3, u: DVec2) -> DVec3 {
-        // Select a lobe by visible area, and rescale the random number to sample that lobe.
+        // Select a lobe with a probability proportional to its visible area. Rescale the random number to sample that lobe.
         let mut left = u.x * self.visible_area(wo);
         let last = self.lobes.len() - 1;
         for (i, (share, lobe)) in self.lobes.iter().enumerate() {

@@ -3,9 +3,9 @@
 //! Slopes are `m + C s` with `C Cᵀ = A = (a_xx, a_yy, a_xy)`. `s` has the standard density `1 / (π (1 + s²)²)`, the bivariate t
 //! distribution with two degrees of freedom. `A` holds `α²` terms, because the variance of GGX slopes is infinite.
 //!
-//! The standard surface is a hemisphere (`D = 1/π`). A hemisphere viewed at `cos θ'` has the visible area `(1 + cos θ') / 2`, above and
-//! below the horizon. With the mesosurface's projected area `a` and `b² = w.xyᵀ A w.xy`, the visible area is `A(w) = (a + √(a² + b²)) / 2`
-//! for every sign of `a`.
+//! The standard surface is a hemisphere (`D = 1/π`). A hemisphere viewed at `cos θ'` has the visible area `(1 + cos θ') / 2`, for viewers
+//! above and below the horizon. With the mesosurface's projected area `a` and `b² = w.xyᵀ A w.xy`, the visible area is
+//! `A(w) = (a + √(a² + b²)) / 2` for every sign of `a`.
 
 use super::ellipse::{Bivariate, Ellipse, roughness_from_bivariate, roughness_from_ellipse};
 use super::ggx_sampling::ggx_sample_visible;
@@ -58,7 +58,7 @@ pub fn ggx_lambda(w: DVec3, m: DVec2, a: DVec3) -> f64 {
     ggx_rough_area(meso, slope_spread(w, a)) / meso.max(MIN_AREA)
 }
 
-/// Returns `1 / A(wo)`, the masking without shadowing, with the projected area of LEADR eq. 16.
+/// Returns `1 / A(wo)`, which is masking without shadowing, times the projected area of LEADR eq. 16.
 pub fn ggx_masking(wo: DVec3, m: DVec2, a: DVec3) -> f64 {
     1.0 / ggx_visible_area(wo, m, a).max(MIN_AREA)
 }
@@ -75,7 +75,7 @@ pub fn ggx_masking_shadowing(wo: DVec3, wi: DVec3, m: DVec2, a: DVec3, shadowing
     ai / (ai * visible + ao * ggx_rough_area(ai, slope_spread(wi, a))).max(1e-30)
 }
 
-/// Returns the density of visible normals `max(0, wo·wn) D(wn) / A(wo)` per solid angle, at most 1e37.
+/// Returns the density of visible normals per solid angle, `max(0, wo·wn) D(wn) / A(wo)`. The result is at most 1e37.
 pub fn ggx_vndf(wo: DVec3, wn: DVec3, m: DVec2, a: DVec3) -> f64 {
     visible_density(wo, wn, ggx_ndf(wn, m, a), ggx_visible_area(wo, m, a))
 }
@@ -89,7 +89,7 @@ pub struct Ggx {
 
 impl Ggx {
     /// Creates a surface from the mean slope and the roughness matrix `A = (a_xx, a_yy, a_xy)` of `α²` terms. The diagonal is clamped to
-    /// [`MIN_VARIANCE`](crate::limits::MIN_VARIANCE)..[`MAX_SLOPE`](crate::limits::MAX_SLOPE)², the correlation to
+    /// [`MIN_VARIANCE`](crate::limits::MIN_VARIANCE)..[`MAX_SLOPE`](crate::limits::MAX_SLOPE)², and the correlation is clamped to
     /// ±[`MAX_CORRELATION`](crate::limits::MAX_CORRELATION).
     pub fn new(mean: DVec2, roughness: DVec3) -> Self {
         Self { mean, roughness: widened_covariance(roughness) }
@@ -152,8 +152,8 @@ mod tests {
         let c = crate::slopes::grid::slope_cholesky(a);
         let along = DVec2::new(c.x * w.x + c.y * w.y, c.z * w.y);
         let (meso, b) = (meso_area(w, m), along.length());
-        // Mean of max(0, meso − b x), where x has the marginal density 1 / (2 (1 + x²)^1.5). Substituting x = tan t gives ½ ∫ max(0, meso
-        // cos t − b sin t) dt.
+        // The area is the mean of max(0, meso − b x), where x has the marginal density 1 / (2 (1 + x²)^1.5). Substituting x = tan t gives ½
+        // ∫ max(0, meso cos t − b sin t) dt.
         let top = meso.atan2(b);
         composite_gauss(-0.5 * PI, top, 4, 16)
             .into_iter()

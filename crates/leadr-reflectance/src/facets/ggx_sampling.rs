@@ -5,10 +5,11 @@
 //! towards the viewer, with `t = Cᵀ wo.xy`. Up to a constant factor, this area equals the facet's projected area on the standard surface in
 //! the direction `o = (t, a) / √(b² + a²)`.
 //!
-//! Caps also work below the horizon. Normals of the standard surface are uniform over the upper hemisphere (`D = 1/π`), so visible normals
-//! have the density `(o·h) / (π A)`, `A = (1 + o.z) / 2`, on `h.z > 0, o·h > 0`. The reflection `i = 2 (o·h) h − o` has the Jacobian
-//! `4 (o·h)`, so `i` is uniform with the density `1 / (2π (1 + o.z))`. Since `i + o = 2 (o·h) h`, the condition `h.z > 0` equals
-//! `i.z > −o.z`, which is a spherical cap for either sign of `o.z`. The sampler draws `i` uniformly in that cap and normalises `h = i + o`.
+//! Spherical caps also work for viewers below the horizon. Normals of the standard surface are uniform over the upper hemisphere
+//! (`D = 1/π`), so visible normals have the density `(o·h) / (π A)`, `A = (1 + o.z) / 2`, on `h.z > 0, o·h > 0`. The reflection
+//! `i = 2 (o·h) h − o` has the Jacobian `4 (o·h)`, so `i` is uniform with the density `1 / (2π (1 + o.z))`. Since `i + o = 2 (o·h) h`, the
+//! condition `h.z > 0` equals `i.z > −o.z`, which is a spherical cap for either sign of `o.z`. The sampler draws `i` uniformly in that cap
+//! and normalises `h = i + o`.
 
 use super::projected_area::meso_area;
 use crate::slopes::grid::slope_cholesky;
@@ -33,7 +34,7 @@ pub fn ggx_sample_visible(wo: DVec3, u: DVec2, m: DVec2, a: DVec3) -> DVec3 {
     let (cosine, sine) = (meso / length, b / length);
     let above = if meso > 0.0 { 1.0 + cosine } else { sine * (b / (length - meso)) }.max(1e-12);
     let below = if meso > 0.0 { sine * (b / (length + meso)) } else { 1.0 - cosine };
-    // By h.z = i.z + o.z and 1 − i.z = u.x (1 + o.z): 1 + i.z = h.z + (1 − o.z) and i.z − o.z = (1 − o.z) − u.x (1 + o.z).
+    // From h.z = i.z + o.z and 1 − i.z = u.x (1 + o.z) follow 1 + i.z = h.z + (1 − o.z) and i.z − o.z = (1 − o.z) − u.x (1 + o.z).
     let height = (1.0 - u.x) * above;
     let sine_i = (u.x * above * (height + below)).sqrt();
     let (half_cos, half_sin) = (PI * (0.5 - u.y)).sin_cos();
@@ -49,7 +50,7 @@ pub fn ggx_sample_visible(wo: DVec3, u: DVec2, m: DVec2, a: DVec3) -> DVec3 {
 mod tests {
     use super::*;
 
-    /// Computes the direct sum `i + o`, valid where it does not cancel.
+    /// Compares the sampler with the direct sum `i + o`, in cases where the sum does not cancel.
     #[test]
     fn the_half_vector_of_a_uniform_cap() {
         for (o, u) in [

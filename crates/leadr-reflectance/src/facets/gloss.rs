@@ -23,19 +23,19 @@ pub const GLOSS_WWII: DVec3 = DVec3::new(1.0, 18.0, 0.0);
 /// The curve of the Blinn-Phong exponents `2^(10 g + 1)`, 2 to 2048, with `α` from .707 to .031.
 pub const GLOSS_BLINN_PHONG: DVec3 = DVec3::new(2.0, 10.0, 1.0);
 
-/// Clamps a roughness to the usable range, 1e-4 to 100, with 1e-4 for NaN.
+/// Clamps a roughness to the usable range, from 1e-4 to 100. NaN gives 1e-4.
 pub(super) fn usable_alpha(alpha: f64) -> f64 {
     held(alpha, MIN_VARIANCE.sqrt(), MAX_SLOPE)
 }
 
-/// Returns `α = √(2 / (c + 2^(r g + o)))` for a curve `(c, r, o)`, 1e-4 to 100. Gloss is clamped to 0..1, and NaN counts as 0.
+/// Returns `α = √(2 / (c + 2^(r g + o)))` for a curve `(c, r, o)`, clamped to 1e-4..100. Gloss is clamped to 0..1, and NaN counts as 0.
 pub fn gloss_alpha(gloss: f64, curve: DVec3) -> f64 {
     let power = (curve.y * unit(gloss) + curve.z).clamp(-60.0, 60.0).exp2();
     usable_alpha((2.0 / (curve.x + power).max(1e-9)).sqrt())
 }
 
-/// Returns the gloss of a roughness, 0 to 1: the inverse of [`gloss_alpha`]. A roughness outside the range of the curve gives the nearer
-/// end, 0 or 1.
+/// Returns the gloss of a roughness, from 0 to 1. This function is the inverse of [`gloss_alpha`]. A roughness outside the range of the
+/// curve gives the nearer end, 0 or 1.
 pub fn alpha_gloss(alpha: f64, curve: DVec3) -> f64 {
     if alpha.is_nan() {
         return 0.0;
@@ -45,33 +45,33 @@ pub fn alpha_gloss(alpha: f64, curve: DVec3) -> f64 {
     unit((power.log2() - curve.z) / curve.y)
 }
 
-/// Returns `α = (1 − g)²`, at least 1e-4 (Burley 2012, as roughness). Gloss is clamped to 0..1, and NaN counts as 0.
+/// Returns `α = (1 − g)²`, at least 1e-4 (Burley 2012, who uses roughness `1 − g`). Gloss is clamped to 0..1, and NaN counts as 0.
 pub fn perceptual_gloss_alpha(gloss: f64) -> f64 {
     usable_alpha((1.0 - unit(gloss)).powi(2))
 }
 
-/// Returns the inverse of [`perceptual_gloss_alpha`], 0 to 1. The result is 0 for `α ≥ 1` and for NaN.
+/// Computes the inverse of [`perceptual_gloss_alpha`], a gloss from 0 to 1. The result is 0 for `α ≥ 1` and for NaN.
 pub fn perceptual_alpha_gloss(alpha: f64) -> f64 {
     if alpha.is_nan() { 0.0 } else { unit(1.0 - usable_alpha(alpha).sqrt()) }
 }
 
-/// A gloss scale.
+/// A scale that relates gloss to roughness.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Gloss {
-    /// [`GLOSS_ADVANCED_WARFARE`], Chan's eq. 1.
+    /// The scale of the curve [`GLOSS_ADVANCED_WARFARE`] (Chan's eq. 1).
     AdvancedWarfare,
-    /// [`GLOSS_WWII`], Chan's eq. 2.
+    /// The scale of the curve [`GLOSS_WWII`] (Chan's eq. 2).
     Wwii,
-    /// One minus the perceptual roughness `√α`.
+    /// The gloss is one minus the perceptual roughness `√α`.
     #[default]
     Perceptual,
-    /// One minus the roughness `α`.
+    /// The gloss is one minus the roughness `α`.
     Linear,
-    /// Blinn-Phong exponents `2^(range g + offset)`. A range of 10 and an offset of 1 give [`GLOSS_BLINN_PHONG`].
+    /// The gloss `g` gives the Blinn-Phong exponent `2^(range g + offset)`. A range of 10 and an offset of 1 give [`GLOSS_BLINN_PHONG`].
     Exponent {
-        /// Number of times the exponent doubles from gloss 0 to 1, nonzero.
+        /// The number of times that the exponent doubles from gloss 0 to gloss 1. It must not be zero.
         range: f64,
-        /// Base-2 logarithm of the exponent at gloss 0.
+        /// The base-2 logarithm of the exponent at gloss 0.
         offset: f64,
     },
 }
@@ -87,7 +87,7 @@ impl Gloss {
         }
     }
 
-    /// Returns the GGX roughness `α` of a gloss, 1e-4 to 100. Gloss is clamped to 0..1, and NaN counts as 0.
+    /// Returns the GGX roughness `α` of a gloss, from 1e-4 to 100. Gloss is clamped to 0..1, and NaN counts as 0.
     pub fn alpha(self, gloss: f64) -> f64 {
         match self.curve() {
             Some(curve) => gloss_alpha(gloss, curve),
@@ -96,7 +96,7 @@ impl Gloss {
         }
     }
 
-    /// Returns the gloss of a GGX roughness `α`, 0 to 1. The result is the nearest gloss if none is exact, and 0 for NaN.
+    /// Returns the gloss of a GGX roughness `α`, from 0 to 1. If no gloss is exact, the result is the nearest one. NaN gives 0.
     pub fn gloss(self, alpha: f64) -> f64 {
         match self.curve() {
             Some(curve) => alpha_gloss(alpha, curve),
@@ -147,7 +147,7 @@ mod tests {
     #[test]
     fn exponents_are_those_of_blinn_phong() {
         for gloss in [0.0, 0.3, 1.0] {
-            // The relation of exponent and roughness in Walter et al. 2007.
+            // Walter et al. 2007 relate the exponent to the roughness in this way.
             let exponent = 2.0 / gloss_alpha(gloss, GLOSS_BLINN_PHONG).powi(2) - 2.0;
             assert!((exponent / (10.0 * gloss + 1.0).exp2() - 1.0).abs() < 1e-12);
         }

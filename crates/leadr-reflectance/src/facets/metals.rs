@@ -13,9 +13,9 @@ use glam::DVec3;
 pub struct Metal {
     /// The name of the metal on the command line.
     pub name: &'static str,
-    /// Real part of the refractive index for linear Rec.709 red, green and blue.
+    /// The real part of the refractive index for linear Rec.709 red, green and blue.
     pub eta: DVec3,
-    /// Imaginary part of the refractive index, the extinction coefficient, for the same primaries.
+    /// The imaginary part of the refractive index (the extinction coefficient) for the same primaries.
     pub k: DVec3,
 }
 
@@ -65,7 +65,8 @@ mod tests {
     use super::*;
     use crate::facets::fresnel::fresnel_edge_tint;
 
-    /// Compares with the reflectances at normal incidence in artists' charts (Lagarde 2011 and later, from the same measurements, rounded).
+    /// Compares the metals with the reflectances at normal incidence in artists' charts (Lagarde 2011 and later, from the same
+    /// measurements, rounded).
     #[test]
     fn colours_are_those_of_the_charts() {
         for (name, chart) in [
@@ -83,8 +84,8 @@ mod tests {
         assert!(Metal::named("wood").is_none());
     }
 
-    /// Returns the errors of an approximation, a function of the cosine. The first error is the largest in any channel at any angle. The
-    /// second is the error of the mean over the cosine-weighted hemisphere.
+    /// Returns two errors of the approximation `form`, a function of the cosine. The first is the largest error in any channel at any
+    /// angle. The second is the error of the cosine-weighted mean over the hemisphere.
     fn error_of(metal: &Metal, form: impl Fn(f64) -> DVec3) -> (f64, f64) {
         let (mut most, mut mean) = (0.0f64, DVec3::ZERO);
         let steps = 4000;

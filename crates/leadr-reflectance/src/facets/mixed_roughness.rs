@@ -1,11 +1,11 @@
-//! Mixture of two base roughnesses under a pixel, such as polished and dusty areas, or wet and dry areas.
+//! A mixture of two base roughnesses under a pixel, such as polished and dusty areas, or wet and dry areas.
 //!
-//! LEADR (section 4.1) filters roughness as the variance `α²/2`. Under a pixel with both roughnesses, the base is then one lobe of the mean
-//! square. The sharp highlight of the smoother area is lost, for any number of samples. Here each texel belongs to one of two classes,
-//! below or above a threshold. The filtered values are linear: the fraction `p` of the surface in the rougher class, and the contributions
-//! of each class to the mean `α²`, `E[α² 1_rough]` and `E[α² 1_smooth]`. Each class has a lobe of its own mean square. For surfaces with
-//! two roughness values the result is exact under every footprint. For other surfaces the lobes keep the mean `α²`, and all of its variance
-//! except the variance within the classes.
+//! LEADR (section 4.1) filters roughness as the variance `α²/2`. If a pixel covers both roughnesses, the base is then a single lobe of the
+//! mean `α²`. The sharp highlight of the smoother area is lost, for any number of samples. In this module, each texel belongs to one of two
+//! classes, below or above a threshold roughness. The filtered values are linear: the fraction `p` of the surface in the rougher class, and
+//! the contributions of each class to the mean `α²`, `E[α² 1_rough]` and `E[α² 1_smooth]`. Each class has its own lobe, with the mean `α²`
+//! of the class. For surfaces with two roughness values the result is exact under every footprint. For other surfaces the lobes keep the
+//! mean of `α²`, and its variance between the classes but not within them.
 
 use glam::DVec3;
 
@@ -15,7 +15,7 @@ pub const LEAST_SHARE: f64 = 1.0 / 512.0;
 /// A mixture of two roughnesses under one pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MixedRoughness {
-    /// The fraction of the surface in the rougher class, 0 to 1.
+    /// The fraction of the surface in the rougher class, from 0 to 1.
     pub share: f64,
     /// The Beckmann roughness `α` of the smoother class.
     pub smooth_alpha: f64,
@@ -23,8 +23,8 @@ pub struct MixedRoughness {
     pub rough_alpha: f64,
 }
 
-/// Decodes the filtered values: the fraction of the rougher class, and the contributions of the rougher and smoother class to the mean
-/// `α²`.
+/// Decodes the filtered `means`: the fraction of the rougher class, then the contributions of the rougher and of the smoother class to the
+/// mean `α²`.
 pub fn mixed_roughness(means: DVec3) -> MixedRoughness {
     let share = means.x.clamp(0.0, 1.0);
     let (rough, smooth) = (means.y.clamp(0.0, share), means.z.clamp(0.0, 1.0 - share));
@@ -40,7 +40,7 @@ pub fn mixed_roughness(means: DVec3) -> MixedRoughness {
 }
 
 impl MixedRoughness {
-    /// Returns the `α` of one lobe for both classes (LEADR section 4.1).
+    /// Returns the `α` of a single lobe that represents both classes (LEADR section 4.1).
     pub fn joint_alpha(&self) -> f64 {
         let square = |alpha: f64| alpha * alpha;
         (square(self.smooth_alpha) + self.share * (square(self.rough_alpha) - square(self.smooth_alpha))).sqrt()
@@ -48,10 +48,10 @@ impl MixedRoughness {
 }
 
 /// Returns the threshold roughness `α` that minimises the variance of `ln α` within the two classes it separates. `weights` holds the
-/// fraction of the surface for each entry of the ascending positive `alphas`. The result is `None` if the mean `α²` of the classes differ
-/// by less than a factor of two.
+/// fraction of the surface for each entry of the ascending positive `alphas`. The result is `None` if no threshold gives classes whose mean
+/// `α²` differ by a factor of two or more.
 pub fn two_classes(alphas: &[f64], weights: &[f64]) -> Option<f64> {
-    // The weight, and the weight times ln α and α².
+    // Each part holds the weight, the weight times ln α, and the weight times α².
     let part = |i: usize| weights[i] * DVec3::new(1.0, alphas[i].ln(), alphas[i] * alphas[i]);
     let all: DVec3 = (0..alphas.len()).map(part).sum();
     let (mut best, mut threshold) = (0.0, None);
@@ -59,7 +59,7 @@ pub fn two_classes(alphas: &[f64], weights: &[f64]) -> Option<f64> {
     for i in 1..alphas.len() {
         smooth += part(i - 1);
         let rough = all - smooth;
-        // Rounding leaves small nonzero sums.
+        // Rounding can leave a small nonzero sum in an empty class.
         if smooth.x <= 0.0 || rough.x <= 1e-12 * all.x {
             continue;
         }

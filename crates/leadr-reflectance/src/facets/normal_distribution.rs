@@ -1,4 +1,4 @@
-//! The standard normal distribution, to nearly full double precision. Shaders use rational fits (4e-7 relative).
+//! The standard normal distribution, to nearly full double precision. The shaders use rational fits with a relative error of 4e-7.
 
 use std::f64::consts::{PI, SQRT_2};
 
@@ -7,7 +7,8 @@ pub fn normal_pdf(x: f64) -> f64 {
     (-0.5 * x * x).exp() / (2.0 * PI).sqrt()
 }
 
-/// Returns `E[max(0, u − x)] = φ(x) − x (1 − Φ(x))` for `u ~ N(0, 1)`, the mean excess of the tail above `x ≥ 0`. Negative `x` counts as 0.
+/// Returns `E[max(0, u − x)] = φ(x) − x (1 − Φ(x))` for `u ~ N(0, 1)`, the mean excess of the tail above `x ≥ 0`. A negative `x` counts
+/// as 0.
 pub fn normal_tail_mean(x: f64) -> f64 {
     let x = x.max(0.0);
     if x > 40.0 { 0.0 } else { normal_pdf(x) * tail_mean_ratio(x) }
@@ -75,10 +76,10 @@ pub fn normal_quantile(u: f64) -> f64 {
     x
 }
 
-/// Smallest distance of a probability from 0 or 1, `2⁻³²`. (Shaders clamp probabilities to 2⁻²⁵ and 1 − 2⁻²⁴.)
+/// The smallest distance of a probability from 0 or 1, `2⁻³²`. (Shaders clamp probabilities to 2⁻²⁵ and 1 − 2⁻²⁴.)
 pub const MIN_PROBABILITY: f64 = 1.0 / 4_294_967_296.0;
 
-/// Giles' coefficients for `w = −ln(1 − x²) < 5`, as a polynomial in `w − 2.5`, highest power first.
+/// Giles' coefficients for `w = −ln(1 − x²) < 5`, as a polynomial in `w − 2.5`, with the highest power first.
 const CENTRE: [f64; 9] = [
     2.810_226_36e-8,
     3.432_739_39e-7,
@@ -91,7 +92,7 @@ const CENTRE: [f64; 9] = [
     1.501_409_41,
 ];
 
-/// Giles' coefficients for `w ≥ 5`, as a polynomial in `√w − 3`, highest power first.
+/// Giles' coefficients for `w ≥ 5`, as a polynomial in `√w − 3`, with the highest power first.
 const TAIL: [f64; 9] = [
     -0.000_200_214_257,
     0.000_100_950_558,
@@ -122,7 +123,7 @@ pub fn mills_ratio(x: f64) -> f64 {
     (0.5 * PI).sqrt() * (0.5 * x * x).exp() - sum
 }
 
-/// Returns `K` of Laplace's continued fraction `1/(x + K)`, `K = 1/(x + 2/(x + 3/(x + …)))`, for `x ≥ 2`, to 1e-14.
+/// Returns the value `K = 1/(x + 2/(x + 3/(x + …)))` of Laplace's continued fraction `1/(x + K)`, for `x ≥ 2`. The error is below 1e-14.
 fn mills_tail(x: f64) -> f64 {
     let mut k = 0.0;
     for n in (1..=14 + (300.0 / (x * x)) as u32).rev() {

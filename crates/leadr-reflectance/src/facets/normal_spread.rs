@@ -1,12 +1,13 @@
-//! Roughness from the length of a mean normal by Toksvig's factor and by von Mises–Fisher lobes.
+//! Computes roughness from the length of a mean normal, by Toksvig's factor and by von Mises–Fisher lobes.
 //!
 //! A von Mises–Fisher lobe `κ/(4π sinh κ) exp(κ cos θ)` has a mean of length `L = coth κ − 1/κ` (Langevin function). A narrow lobe is a
-//! Gaussian of normals with the variance `1/κ` per axis, so `α² = 2/κ`. Engines add `c/κ` to the `α²` of the base, with `c` = 1/2, 3/4 or
-//! 2. The best value depends on the normal distribution (`docs/measurements/gloss.md`):
+//! Gaussian of normals with the variance `1/κ` per axis, so `α² = 2/κ`. Engines add `c/κ` to the `α²` of the base, where `c` is 1/2, 3/4
+//! or 2. The best value depends on the normal distribution (`docs/measurements/gloss.md`):
 //!
-//! * For *relief of Gaussian slopes* `c = 2` is right in the limit (`α` is 3 % too small at `α` = .2, 13 % at .5), and 1/2 halves `α`.
-//! * For *GGX facets* no constant is right, because the tails shorten the mean so that `α² κ → 1/(ln(2/α) − 1)`. The limit is 1/2 for `α` =
-//!   .10, 3/4 for .22 and 2 for .70. [`shortened_normals`](super::shortened_normals) has the exact relation.
+//! * For *relief of Gaussian slopes* `c = 2` is right in the limit of small slopes. The resulting `α` is 3 % too small at `α` = .2, and
+//!   13 % too small at .5. With `c` = 1/2, `α` is half as large.
+//! * For *GGX facets* no constant is right, because the tails shorten the mean so that `α² κ → 1/(ln(2/α) − 1)`. The right `c` is 1/2 for
+//!   `α` = .10, 3/4 for .22 and 2 for .70. [`shortened_normals`](super::shortened_normals) has the exact relation.
 
 use super::gloss::usable_alpha;
 use super::shortened_normals::{held_shortening, odds_of_shortening};
@@ -32,13 +33,14 @@ fn held_kappa(kappa: f64) -> f64 {
     held(kappa, 1e-9, MAX_KAPPA)
 }
 
-/// Returns `1 − L` of a von Mises–Fisher lobe, with `L = coth κ − 1/κ`, without cancellation. `κ` is clamped to 1e-9..1e9, with 0 for NaN.
+/// Returns `1 − L` of a von Mises–Fisher lobe, with `L = coth κ − 1/κ`, without cancellation. `κ` is clamped to 1e-9..1e9, and NaN counts
+/// as 1e-9.
 pub fn vmf_shortening(kappa: f64) -> f64 {
     let odds = vmf_odds(held_kappa(kappa));
     odds / (1.0 + odds)
 }
 
-/// Returns the `κ` of the von Mises–Fisher lobe with this shortening of the mean, 1e-9 to 1e9. The function is the inverse of
+/// Returns the `κ`, from 1e-9 to 1e9, of the von Mises–Fisher lobe with this shortening of the mean. The function is the inverse of
 /// [`vmf_shortening`]. The shortening is clamped to 0..1, and NaN is treated as 1.
 pub fn vmf_kappa(shortening: f64) -> f64 {
     let wanted = odds_of_shortening(held_shortening(shortening)).ln();
@@ -46,21 +48,22 @@ pub fn vmf_kappa(shortening: f64) -> f64 {
     held_kappa((-increasing_root(-end, end, |width| vmf_odds((-width).exp()).ln() - wanted)).exp())
 }
 
-/// Returns the usual estimate of [`vmf_kappa`], `L (3 − L²)/(1 − L²)` for `L = 1 − shortening` (Banerjee et al. 2005). The estimate is up
-/// to 5 % too large, at `L = .8`, and exact for `L = 0` and `L = 1`.
+/// Returns the usual estimate of [`vmf_kappa`], `L (3 − L²)/(1 − L²)` for `L = 1 − shortening` (Banerjee et al. 2005). The estimate is
+/// exact for `L = 0` and `L = 1`, and at most 5 % too large (at `L = .8`).
 pub fn vmf_kappa_estimate(shortening: f64) -> f64 {
     let shortening = held_shortening(shortening);
     let length = 1.0 - shortening;
     held_kappa(length * (3.0 - length * length) / (shortening * (1.0 + length)).max(1e-300))
 }
 
-/// Returns the `α` with the square `α² + c/κ`, for a base `α` and normals with this shortening of the mean. `c` is 2 for relief of small
-/// Gaussian slopes.
+/// Returns the roughness `√(α² + c/κ)` of a base of roughness `alpha` under normals with this shortening of the mean. `c` is 2 for relief
+/// of small Gaussian slopes.
 pub fn vmf_alpha(alpha: f64, shortening: f64, c: f64) -> f64 {
     usable_alpha((alpha * alpha + c / vmf_kappa(shortening)).sqrt())
 }
 
-/// Returns Toksvig's factor of a Blinn-Phong exponent, `L/(L + n (1 − L))` for `L = 1 − shortening`, 0 to 1 (Toksvig 2005).
+/// Returns Toksvig's factor of a Blinn-Phong exponent, `L/(L + n (1 − L))` for `L = 1 − shortening` (Toksvig 2005). The factor is from 0
+/// to 1.
 pub fn toksvig_factor(shortening: f64, exponent: f64) -> f64 {
     let shortening = held_shortening(shortening);
     let length = 1.0 - shortening;
@@ -83,7 +86,7 @@ mod tests {
     #[test]
     fn a_lobe_has_its_mean() {
         for kappa in [1e-3, 0.3, 1.0, 1.999, 2.001, 8.0, 100.0, 3e4] {
-            // Integrates over d = 1 − cos θ, relative to the peak.
+            // Integrate over d = 1 − cos θ, with the density divided by its peak.
             let end = (60.0f64 / kappa).min(2.0);
             let (mut one_minus_length, mut norm) = (0.0, 0.0);
             for (d, w) in composite_gauss(0.0, end, 24, 12) {
@@ -145,7 +148,7 @@ mod tests {
         }
         // For narrow lobes of Gaussian slopes the best c is 2.
         assert!((ideal(NormalFacets::Beckmann, 1e-3) - 2.0).abs() < 1e-5);
-        // GGX has no constant, since the shortening is α² (ln(2/α) − 1).
+        // No constant c is right for GGX, because its shortening is α² (ln(2/α) − 1).
         for alpha in [1e-3f64, 1e-2] {
             let limit = 1.0 / ((2.0 / alpha).ln() - 1.0);
             assert!((ideal(NormalFacets::Ggx, alpha) / limit - 1.0).abs() < 2e-3);
@@ -154,10 +157,11 @@ mod tests {
         println!("c = 1/2, 3/4, 2 are right for GGX of alpha = {:.3?}", [0.5, 0.75, 2.0].map(crossing));
     }
 
-    /// Compares models of the total roughness for relief of Gaussian slopes over a base.
+    /// Compares models of the total roughness of a GGX base under relief with Gaussian slopes.
     ///
-    /// The reference is a slope distribution. GGX is a mixture of Gaussians of covariance `τ A` with `1/τ` exponential, so with relief the
-    /// covariances are `τ α²/2 + s²`. The single lobe is the GGX lobe that minimises half the integral of the absolute difference.
+    /// The reference is the exact slope distribution. GGX is a mixture of Gaussians of covariance `τ A`, where `1/τ` has an exponential
+    /// distribution, so the relief changes the covariances to `τ α²/2 + s²`. The nearest single lobe is the GGX lobe that minimises half
+    /// the integral of the absolute difference.
     #[test]
     fn relief_over_a_base() {
         let shortening = Shortening::default();
@@ -190,7 +194,7 @@ mod tests {
             let differences = alphas.map(|alpha| truth.difference(alpha));
             println!("{base} {s} | {differences:.3?} | {alphas:.3?}");
             assert!(differences.iter().all(|d| *d >= differences[6] - 1e-3 && *d < 1.0));
-            // The sum of variances is close to the nearest lobe, but c = 1/2 on smooth bases is not.
+            // The sum of the variances gives a lobe close to the nearest lobe. On a smooth base, c = 1/2 gives a worse lobe.
             assert!(differences[0] < differences[6] + 0.03, "{base} {s}");
             if s > 2.0 * base {
                 assert!(differences[1] > 1.5 * differences[0] && differences[4] > differences[0], "{base} {s}");
@@ -198,15 +202,15 @@ mod tests {
         }
     }
 
-    /// Slope distribution of a GGX base plus Gaussian relief, over squared slope length.
+    /// The slope distribution of a GGX base plus Gaussian relief, as a function of the squared slope length.
     struct Sum {
-        /// Nodes `(square, dsquare, density dsquare)`, with a total density of 1.
+        /// The nodes `(square, dsquare, density dsquare)`, whose densities sum to 1.
         nodes: Vec<(f64, f64, f64)>,
     }
 
     impl Sum {
         fn new(base: f64, s: f64) -> Self {
-            // Variances per axis and their weights, where 1/τ is standard exponential.
+            // The variances per axis and their weights, where 1/τ has an exponential distribution of mean 1.
             let mixture: Vec<(f64, f64)> = composite_gauss(-12.0, 3.7, 24, 6)
                 .into_iter()
                 .map(|(log, w)| (base * base * 0.5 / log.exp() + s * s, w * (log - log.exp()).exp()))
@@ -229,7 +233,7 @@ mod tests {
             self.nodes.iter().map(|&(square, _, w)| w * f(square)).sum::<f64>() / total
         }
 
-        /// Returns half the integral of the absolute difference from GGX of roughness `alpha`.
+        /// Returns half the integral of the absolute difference from a GGX lobe of roughness `alpha`.
         fn difference(&self, alpha: f64) -> f64 {
             let a = alpha * alpha;
             let ggx = |square: f64| a / (a + square).powi(2);

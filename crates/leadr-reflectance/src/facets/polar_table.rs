@@ -21,13 +21,14 @@ use super::slope_distribution::SlopeDistribution;
 use crate::random::Random;
 use crate::slopes::statistics::outer_square;
 
-/// Number of intervals of the visible area over the square root of the cosine.
+/// The number of intervals in the table of visible areas, which are equal in the square root of the cosine.
 const AREA_NODES: usize = 96;
-/// Number of cells of the proposal distribution along `u` and along the azimuth.
+/// The number of cells of the proposal distribution along `u`, and along the azimuth.
 const CELLS: usize = 128;
-/// Safety factor of the bound of a cell over the largest value probed in it.
+/// The factor by which the bound of a cell exceeds the largest value probed in the cell.
 const MARGIN: f64 = 1.15;
-/// Maximum number of proposals per sample. Under a third may be accepted, but the probability that all are rejected is below 1e-30.
+/// The maximum number of proposals per sample. Fewer than a third of the proposals may be accepted, but the probability that all are
+/// rejected is below 1e-30.
 const MOST_PROPOSALS: u32 = 256;
 
 /// A tabulated slope distribution, normalised to `∫ D cos θ dω = 1`.
@@ -36,7 +37,7 @@ pub struct PolarTable {
     ln_d: Rows,
     area: Rows,
     mean: DVec2,
-    /// The second moments about the mean slope, truncated to the table.
+    /// The second moments of the tabulated slopes about the mean slope.
     covariance: DVec3,
     /// The cumulative bounds of the cells, for slopes and for slopes weighted by length.
     proposals: [Vec<f64>; 2],
@@ -139,7 +140,7 @@ pub struct AreaKernel {
 }
 
 impl AreaKernel {
-    /// Creates a kernel for viewers at the angles `of`, densities at the angles of `rule`, and `azimuths` of viewers and densities.
+    /// Creates a kernel for viewers at the angles `of`, densities at the angles of `rule`, and this number of `azimuths` for both.
     pub fn new(of: &[f64], rule: &[(f64, f64)], azimuths: usize) -> Self {
         let harmonics = Harmonics::new(azimuths);
         let count = harmonics.count();
@@ -169,7 +170,7 @@ impl AreaKernel {
     }
 }
 
-/// Returns the [`logarithms`] of each azimuth, with a common value at the normal.
+/// Returns the [`logarithms`] of the densities at each azimuth. All azimuths get the same value at the normal.
 pub fn rows_of_logarithms(rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let largest = rows.iter().flatten().copied().filter(|d| d.is_finite()).fold(0.0, f64::max).max(f64::MIN_POSITIVE);
     let upright = rows.iter().map(|row| row[0]).filter(|d| d.is_finite()).sum::<f64>() / rows.len() as f64;
@@ -178,8 +179,8 @@ pub fn rows_of_logarithms(rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
 }
 
 impl PolarTable {
-    /// Builds a table from normal densities, known up to a common factor. `rows[k][i]` is at the azimuth `2π k / rows` of the *normal* and
-    /// at `u = i / n`. Negative values and NaN count as 0.
+    /// Builds a table from normal densities that are known up to a common factor. `rows[k][i]` is the density at the azimuth `2π k / rows`
+    /// of the *normal* and at `u = i / n`. Negative values and NaN count as 0.
     ///
     /// Returns `None` for fewer than 4 azimuths or 3 angles, for rows of different lengths, or if no value is above 0.
     pub fn new(rows: &[Vec<f64>]) -> Option<Self> {
@@ -246,7 +247,7 @@ impl PolarTable {
         self.ln_d.at(u_of_angle(theta) * self.ln_d.last(), phi).exp()
     }
 
-    /// Returns `ln D` over `u` for each azimuth, in steps of one node.
+    /// Returns one curve of `ln D` over `u` for each azimuth. Each step of a curve is one node.
     pub fn ln_d(&self) -> &[Curve] {
         &self.ln_d.0
     }
@@ -256,7 +257,7 @@ impl PolarTable {
         (self.ln_d.0[0].values().len() - 1, self.ln_d.0.len())
     }
 
-    /// Returns the covariance of the tabulated slopes. The result is finite even if the covariance of the surface is not.
+    /// Returns the covariance of the tabulated slopes. The result is finite even if the covariance of the surface is infinite.
     pub fn covariance(&self) -> DVec3 {
         self.covariance
     }
@@ -310,8 +311,8 @@ impl SlopeDistribution for PolarTable {
         if w.z < 0.0 { (area + meso_area(w, self.mean)).max(0.0) } else { area }
     }
 
-    /// Samples by rejection. Proposals have the density `P22 (cos θ_o + sin θ_o |slope|)`, which bounds the visible area of each facet. `u`
-    /// seeds the random stream.
+    /// Draws the sample by rejection. The proposals have the density `P22 (cos θ_o + sin θ_o |slope|)`, which bounds the visible area of
+    /// each facet. `u` seeds the random stream.
     fn sample_visible(&self, wo: DVec3, u: DVec2) -> DVec3 {
         let mut random = Random::stream(u.x.to_bits(), u.y.to_bits());
         let sine = wo.truncate().length();

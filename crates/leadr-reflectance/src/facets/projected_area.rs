@@ -37,12 +37,12 @@ pub fn visible_area(w: DVec3, m: DVec2, s: DVec3) -> f64 {
     a.max(0.0) + rough_area(a, slope_spread(w, s))
 }
 
-/// Tilts the mean slope towards the viewer just enough for a slope grid to have a visible node: `a ≥ 1e-3 − λ b / 2`. `lambda` is the half
-/// extent of the grid in standard deviations.
+/// Tilts the mean slope towards the viewer just enough for a slope grid to have a visible node, which needs `a ≥ 1e-3 − λ b / 2`. `lambda`
+/// is the half extent of the grid in standard deviations.
 ///
-/// A front-facing mesosurface is unchanged. The tilt replaces the artificial micronormal of the supplement (3.7), and is continuous and
-/// along `S wo`, the direction of the visible slopes. A viewer exactly opposite the displacement direction (`wo = −z`) sees no facet of a
-/// height field, so the slope is not tilted.
+/// A front-facing mesosurface is not tilted. The tilt is continuous and points along `S wo`, the direction of the visible slopes. It
+/// replaces the artificial micronormal of the paper's supplement (3.7). A viewer exactly opposite the displacement direction (`wo = −z`)
+/// sees no facet of a height field, so the slope is not tilted.
 pub fn face_viewer(wo: DVec3, m: DVec2, s: DVec3, lambda: f64) -> DVec2 {
     let across = covariance_times(s, wo.xy());
     let b2 = at_least(across.dot(wo.xy()), 0.0);
@@ -60,10 +60,10 @@ pub fn face_viewer(wo: DVec3, m: DVec2, s: DVec3, lambda: f64) -> DVec2 {
 /// Returns the change of slope along `wo.xy` that makes a back-facing mesosurface edge-on. The change is zero for a front-facing
 /// mesosurface.
 ///
-/// A back-facing surface is invisible, so its pixel actually shows other facets nearby, and the filtered mean is wrong by about the excess
-/// angle. The renderer shifts the mean slope by this tilt `d` and adds `d dᵀ` to the covariance. With the unshifted mean slope, back-facing
-/// pixels are black specks along silhouettes and on the far sides of bumps. The tilt is also finite for a viewer opposite the displacement
-/// direction, where no tilt is sufficient.
+/// A back-facing surface is invisible, so its pixel actually shows other facets nearby. The error of the filtered mean slope is then about
+/// the angle by which the surface is tilted beyond edge-on. The renderer shifts the mean slope by this tilt `d` and adds `d dᵀ` to the
+/// covariance. With the unshifted mean slope, back-facing pixels are black specks along silhouettes and on the far sides of bumps. The tilt
+/// is also finite for a viewer opposite the displacement direction, where no tilt is sufficient.
 pub fn tilt_to_edge(wo: DVec3, m: DVec2) -> DVec2 {
     wo.xy() * (meso_area(wo, m).min(0.0) / wo.xy().length_squared().max(1e-4))
 }
@@ -74,7 +74,7 @@ mod tests {
 
     #[test]
     fn visible_area_is_the_mean_of_clamped_facets() {
-        // Midpoint sums over 10⁵ nodes of the slope along the view, without quantiles, for front- and back-facing mesosurfaces.
+        // The reference is a midpoint sum over 10⁵ slopes along the view, for front-facing and back-facing mesosurfaces.
         let s = DVec3::new(0.3, 0.1, -0.08);
         for (theta, m) in [(0.3, DVec2::new(0.2, -0.1)), (1.4, DVec2::new(0.9, 0.3)), (1.55, DVec2::new(-1.0, 0.0))] {
             let (sin, cos) = f64::sin_cos(theta);

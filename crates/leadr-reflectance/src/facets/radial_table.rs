@@ -12,8 +12,8 @@
 //! ```
 //!
 //! the visible area is a sum of `C` and `S`. The ratio of a partial sum to the visible area is the cumulative distribution of visible
-//! slopes along x. The distribution of the slope along y is the same for all viewers. Both distributions are the marginal and conditional
-//! ones of thesis 4.4. In these coordinates the derivative of the copula is `D cos² χ`, without a quotient of small numbers.
+//! slopes along x. The distribution of the slope along y is the same for all viewers. These are the marginal and the conditional
+//! distribution of thesis 4.4. In these coordinates the derivative of the copula is `D cos² χ`, without a quotient of small numbers.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -26,13 +26,13 @@ use crate::roots::bisect;
 
 /// The lower bound of a tabulated normal density, as a fraction of the largest density.
 pub const LEAST_SHARE: f64 = 1e-30;
-/// Number of quadrature points between two nodes.
+/// The number of quadrature points between two nodes.
 const ORDER: usize = 4;
-/// Number of intervals of the marginal distribution per table interval.
+/// The number of intervals of the marginal distribution per table interval.
 const FINER: usize = 2;
-/// Number of azimuths in averages of slope functions.
+/// The number of azimuths over which a function of the slope is averaged.
 const AZIMUTHS: u32 = 256;
-/// Number of panels over the angle χ.
+/// The number of quadrature panels over the angle χ.
 const PANELS: usize = 96;
 
 /// A tabulated isotropic slope distribution, normalised to `∫ D cos θ dω = 1`.
@@ -42,7 +42,7 @@ pub struct RadialTable {
     ln_d: Curve,
     /// The nodes of the marginal distribution, from ψ = 0 to 90°.
     marginal: Vec<Marginal>,
-    /// The slope variance per axis, truncated to the table.
+    /// The variance of the tabulated slopes per axis.
     variance: f64,
 }
 
@@ -87,10 +87,10 @@ pub fn logarithms(densities: &[f64], largest: f64) -> Vec<f64> {
 }
 
 impl RadialTable {
-    /// Builds a table from `n` normal densities at `u = i / n`, known up to a common factor. The value at 90° is extrapolated. Negative
-    /// values and NaN count as 0.
+    /// Builds a table from `n` normal densities at `u = i / n`, which are known up to a common factor. The value at 90° is extrapolated.
+    /// Negative values and NaN count as 0.
     ///
-    /// Returns `None` if there are fewer than 3 values or none of them is above 0.
+    /// Returns `None` if there are fewer than 3 values, or if no value is above 0.
     pub fn new(densities: &[f64]) -> Option<Self> {
         let n = densities.len();
         let largest = densities.iter().copied().filter(|d| d.is_finite()).fold(0.0, f64::max);
@@ -118,7 +118,7 @@ impl RadialTable {
         self.ln_d.values().len() - 1
     }
 
-    /// Returns `ln D` over `u`, in steps of one node.
+    /// Returns the curve of `ln D` over `u`. Each step of the curve is one node.
     pub fn ln_d(&self) -> &Curve {
         &self.ln_d
     }
@@ -166,7 +166,7 @@ fn density(ln_d: &Curve, theta: f64) -> f64 {
     ln_d.at(u_of_angle(theta) * (ln_d.values().len() - 1) as f64).exp()
 }
 
-/// Computes `∫₀^χ D(cos ψ cos χ) cos² χ dχ` at the ends of the panels by Simpson's rule, each with its derivative per panel.
+/// Computes `∫₀^χ D(cos ψ cos χ) cos² χ dχ` at the end of each panel by Simpson's rule. Each value comes with its derivative per panel.
 fn across(ln_d: &Curve, psi: f64) -> Vec<(f64, f64)> {
     let (sin_psi, cos_psi) = psi.sin_cos();
     let at = |panel: f64| {
@@ -242,7 +242,7 @@ impl SlopeDistribution for RadialTable {
         let sine = wo.truncate().length();
         let area = self.visible_area(wo);
         let end = self.marginal[self.marginal.len() - 1];
-        // Visible area of the slopes up to ψ along wo's azimuth.
+        // The visible area of the slopes up to ψ along wo's azimuth.
         let before = |psi: f64| {
             let (c, s) = self.sums(psi);
             wo.z * (c + end.cosine) + sine * (end.sine - s)
@@ -302,7 +302,7 @@ mod tests {
 
     #[test]
     fn a_table_of_an_analytic_distribution_is_that_distribution() {
-        // Bounds of density errors relative to the largest density, and of relative area errors. A coarse table must exceed them.
+        // `most` bounds the density error, relative to the largest density, and the relative area error. A coarse table must exceed it.
         for (alpha, most) in [(0.01, 3e-5), (0.03, 5e-6), (0.1, 1e-5), (0.3, 1e-4), (0.8, 6e-4)] {
             let variance = 0.5 * alpha * alpha;
             let gaussian = Beckmann::new(DVec2::ZERO, DVec3::new(variance, variance, 0.0));

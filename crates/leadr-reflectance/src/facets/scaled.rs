@@ -1,5 +1,5 @@
-//! A distribution with all slopes scaled by one factor. The distribution describes a rougher or smoother surface of the same shape, for
-//! instance a measured material with a roughness texture (thesis Figure 4.6).
+//! A slope distribution whose slopes are all multiplied by one factor. The result describes a rougher or smoother surface of the same
+//! shape, for instance a measured material with a roughness texture (thesis Figure 4.6).
 
 use glam::{DVec2, DVec3};
 
@@ -10,13 +10,13 @@ use super::slope_distribution::SlopeDistribution;
 pub struct Scaled<D> {
     /// The unscaled distribution.
     pub inner: D,
-    /// The scale factor of the slopes, > 0.
+    /// The positive factor that multiplies the slopes.
     pub factor: f64,
 }
 
 impl<D> Scaled<D> {
-    /// Returns the direction `w'`, not unit, from which the unscaled surface has the same visible area as the scaled one from `w`. For a
-    /// slope `s = factor · s'`, `max(0, w·(−s, 1))` equals `max(0, w'·(−s', 1))`.
+    /// Returns the direction `w'`, which is not a unit vector, from which the unscaled surface has the same visible area as the scaled
+    /// surface has from `w`. For a slope `s = factor · s'`, `max(0, w·(−s, 1))` equals `max(0, w'·(−s', 1))`.
     fn seen_from(&self, w: DVec3) -> DVec3 {
         DVec3::new(self.factor * w.x, self.factor * w.y, w.z)
     }

@@ -1,4 +1,4 @@
-//! Mean normal length of rough facets, and the roughness for a given length (Chan 2018, section 2).
+//! The mean normal length of rough facets, and its inverse, the roughness for a given length (Chan 2018, section 2).
 //!
 //! The mean normal of isotropic facets points along the surface normal, and gets shorter with roughness. Two means are in use, weighted by
 //! macrosurface area or by microsurface area:
@@ -24,13 +24,13 @@
 //! micro:  L = 1/(1 + A L_macro/2)                   by parts
 //! ```
 //!
-//! **Precision.** Smooth facets have lengths near 1. A length near 1 holds few digits of the *shortening* `1 − L`, which is 4e-5 for
-//! `α = .0028`. All functions here use the *odds* `(1 − L)/L`, which are precise for smooth and for rough facets, and inverses take the
-//! shortening. Toksvig (2005) used the odds as the variance of normals. The log odds are nearly linear in `ln A`, with slopes from 1 down
-//! to ½, so root finding takes few steps.
+//! **Precision.** The mean normals of smooth facets have lengths near 1. A length near 1 holds few digits of the *shortening* `1 − L`,
+//! which is 4e-5 for `α = .0028`. All functions of this module use the *odds* `(1 − L)/L`, which are precise for smooth and for rough
+//! facets. The inverse functions take the shortening. Toksvig (2005) used the odds as the variance of normals. The log odds are nearly
+//! linear in `ln A`, with slopes from 1 down to ½, so root finding takes few steps.
 //!
-//! **Ranges.** GGX of `α ≤ 1` has lengths from 2/3 (macro) or 1/2 (micro) to 1. Shorter lengths are rougher, up to `α = 100`. Lengths below
-//! 0 and NaN are treated as roughest, lengths above 1 as smoothest.
+//! **Ranges.** GGX facets of `α ≤ 1` have lengths from 2/3 (macro) or 1/2 (micro) to 1. Shorter lengths mean rougher facets, up to
+//! `α = 100`. A length below 0 or NaN gives the largest roughness, and a length above 1 gives the smallest.
 
 use super::gloss::{Gloss, usable_alpha};
 use super::normal_distribution::{mills_ratio, tail_mean_ratio};
@@ -61,12 +61,12 @@ fn atanh_ratio(square: f64) -> f64 {
     }
 }
 
-/// Returns `(1 − L)/L` of GGX facets by microsurface area, `α² T` (Chan eq. 24). `square` is `α²`.
+/// Returns `(1 − L)/L` of GGX facets weighted by microsurface area, which is `α² T` (Chan eq. 24). `square` is `α²`.
 pub fn ggx_normal_odds_micro(square: f64) -> f64 {
     square * atanh_ratio(square)
 }
 
-/// Returns `(1 − L)/L` of GGX facets by macrosurface area (Chan eq. 26). `square` is `α²`.
+/// Returns `(1 − L)/L` of GGX facets weighted by macrosurface area (Chan eq. 26). `square` is `α²`.
 pub fn ggx_normal_odds_macro(square: f64) -> f64 {
     let e = 1.0 - square;
     if e.abs() < SERIES_END {
@@ -77,19 +77,20 @@ pub fn ggx_normal_odds_macro(square: f64) -> f64 {
     square * (ratio - 1.0) / (1.0 - square * ratio)
 }
 
-/// Returns `(1 − L)/L` of Beckmann facets by macrosurface area. `square` is `α²`.
+/// Returns `(1 − L)/L` of Beckmann facets weighted by macrosurface area. `square` is `α²`.
 pub fn beckmann_normal_odds_macro(square: f64) -> f64 {
     let t = SQRT_2 / square.sqrt();
     tail_mean_ratio(t) / (t * mills_ratio(t))
 }
 
-/// Returns `(1 − L)/L` of Beckmann facets by microsurface area: `α²/2` times the length by macrosurface area. `square` is `α²`.
+/// Returns `(1 − L)/L` of Beckmann facets weighted by microsurface area. The value is `α²/2` times the length that is weighted by
+/// macrosurface area. `square` is `α²`.
 pub fn beckmann_normal_odds_micro(square: f64) -> f64 {
     let t = SQRT_2 / square.sqrt();
     0.5 * square * (t * mills_ratio(t))
 }
 
-/// Clamps a shortening to 0..1, with 1 for NaN.
+/// Clamps a shortening to 0..1. NaN gives 1.
 pub(super) fn held_shortening(shortening: f64) -> f64 {
     if shortening.is_nan() { 1.0 } else { shortening.clamp(0.0, 1.0) }
 }
@@ -102,9 +103,9 @@ pub(super) fn odds_of_shortening(shortening: f64) -> f64 {
 /// The area measure over which normals are averaged.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum NormalArea {
-    /// Microsurface area, the area of the facets (Chan's Algorithm 1, eq. 12).
+    /// The microsurface area, which is the area of the facets (Chan's Algorithm 1, eq. 12).
     Micro,
-    /// Macrosurface area, the measure of texture filters (Chan's Algorithm 2, eq. 18).
+    /// The macrosurface area, by which texture filters weight their texels (Chan's Algorithm 2, eq. 18).
     #[default]
     Macro,
 }
@@ -112,14 +113,14 @@ pub enum NormalArea {
 /// The slope distribution of the facets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum NormalFacets {
-    /// Gaussian slopes.
+    /// The Beckmann distribution, with Gaussian slopes.
     Beckmann,
-    /// Student's t slopes with two degrees of freedom.
+    /// The GGX distribution, with Student's t slopes of two degrees of freedom.
     #[default]
     Ggx,
 }
 
-/// A model that relates roughness and mean normal length. The default is Chan's model, GGX by macrosurface area.
+/// A model that relates roughness and mean normal length. The default is Chan's model, GGX weighted by macrosurface area.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Shortening {
     /// The slope distribution of the facets.
@@ -129,7 +130,7 @@ pub struct Shortening {
 }
 
 impl Shortening {
-    /// All four models of slope distribution and area measure.
+    /// All four combinations of a slope distribution and an area measure.
     pub const ALL: [Self; 4] = [
         Self { facets: NormalFacets::Ggx, area: NormalArea::Macro },
         Self { facets: NormalFacets::Ggx, area: NormalArea::Micro },
@@ -157,12 +158,13 @@ impl Shortening {
         odds / (1.0 + odds)
     }
 
-    /// Returns the length `L` of the mean normal, 0 to 1.
+    /// Returns the length `L` of the mean normal, from 0 to 1.
     pub fn length(self, alpha: f64) -> f64 {
         1.0 / (1.0 + self.odds(alpha))
     }
 
-    /// Returns the `α` for a shortening of the mean normal, 1e-4 to 100. The function is the inverse of [`Self::one_minus_length`].
+    /// Returns the roughness `α`, from 1e-4 to 100, for a shortening of the mean normal. The function is the inverse of
+    /// [`Self::one_minus_length`].
     pub fn alpha_of_shortening(self, shortening: f64) -> f64 {
         let wanted = odds_of_shortening(held_shortening(shortening)).ln();
         let (low, high) = (MIN_VARIANCE.ln(), 2.0 * MAX_SLOPE.ln());
@@ -170,13 +172,14 @@ impl Shortening {
         usable_alpha(square.sqrt())
     }
 
-    /// Returns the roughness `α` for a mean normal length, 1e-4 to 100. The function is the inverse of [`Self::length`]. Near a length of 1
-    /// the precision is limited by the digits of `1 − length`.
+    /// Returns the roughness `α`, from 1e-4 to 100, for a mean normal length. The function is the inverse of [`Self::length`]. Near a
+    /// length of 1 the precision is limited by the digits of `1 − length`.
     pub fn alpha_of_length(self, length: f64) -> f64 {
         self.alpha_of_shortening(1.0 - length)
     }
 
-    /// Returns the combined `α` of facets of roughness `alpha` on top of facets of roughness `other`, whose lengths multiply (Chan eq. 34).
+    /// Returns the combined `α` of facets of roughness `alpha` on top of facets of roughness `other`. Their mean normal lengths multiply
+    /// (Chan eq. 34).
     ///
     /// The result is exact if the finer normals rotate with the coarser ones and either distribution is isotropic. The mean of the finer
     /// normals then lies along the coarser normal.
@@ -191,9 +194,9 @@ impl Shortening {
     }
 }
 
-/// Returns the `α` of GGX facets for a shortening of their mean normal by macrosurface area, by a fit for shaders. The relative error is
-/// 1e-4 for `α` from .0027 to 1, the range of [`Gloss::Wwii`] from gloss 1 to 0. The shortening is clamped to 4.08e-5..1/3, and NaN is
-/// treated as 4.08e-5.
+/// Returns the `α` of GGX facets for a shortening of their mean normal, weighted by macrosurface area. The function is a fit for shaders.
+/// Its relative error is 1e-4 for `α` from .0027 to 1, the range of [`Gloss::Wwii`] from gloss 1 to 0. The shortening is clamped to
+/// 4.08e-5..1/3, and NaN is treated as 4.08e-5.
 pub fn ggx_alpha_of_shortening_fit(shortening: f64) -> f64 {
     let shortening = held(shortening, 4.08e-5, 1.0 / 3.0);
     let x = shortening.sqrt().sqrt();
@@ -213,8 +216,8 @@ mod tests {
     use std::f64::consts::{FRAC_PI_2, PI};
 
     /// Integrates `(1 − L, L)` from the slope density. For GGX, `x²` is the fraction of steeper slopes, with `tan² = A (1 − x²)/x²`.
-    /// Beckmann facets have `tan² = A x²` with the density `2x exp(−x²)`. Panels are finer towards the ends of the range, where smooth or
-    /// rough facets need them.
+    /// Beckmann facets have `tan² = A x²` with the density `2x exp(−x²)`. Panels are finer towards the ends of the range, where very smooth
+    /// or very rough facets need more nodes.
     fn by_quadrature(shortening: Shortening, alpha: f64) -> (f64, f64) {
         let square = alpha * alpha;
         // Returns (1 − cos, cos, 1/cos − 1) for the tan² of an angle.
@@ -225,7 +228,7 @@ mod tests {
         let edges: Vec<f64> = (0..=20).map(|i| 2f64.powi(i - 21)).collect();
         let panels = std::iter::once((0.0, edges[0])).chain(edges.windows(2).map(|w| (w[0], w[1])));
         let mut sum = DVec3::ZERO;
-        // The distance y from either end of the range is 0 to 1/2.
+        // The distance y from the nearer end of the range is at most 1/2.
         for (y, w) in panels.flat_map(|(low, high)| composite_gauss(low, high, 1, 16)) {
             for (x, rest) in [(y, 1.0 - y), (1.0 - y, y)] {
                 sum += match shortening.facets {
@@ -339,7 +342,8 @@ mod tests {
         }
     }
 
-    /// Compares with entries of Chan's Listing 8. The 256 lengths of the listing differ from eq. 26 by up to 4e-6, the sampling error.
+    /// Compares the lengths with entries of Chan's Listing 8. The 256 lengths of the listing differ from eq. 26 by up to 4e-6, which is
+    /// their sampling error.
     #[test]
     fn the_table_of_the_paper() {
         let table = [
@@ -367,7 +371,7 @@ mod tests {
     #[test]
     fn lengths_multiply() {
         let shortening = Shortening::default();
-        // Quantiles of GGX slopes and azimuths, on a grid that integrates low harmonics exactly.
+        // The normals are quantiles of GGX slopes and azimuths, on a grid that integrates low harmonics exactly.
         let normals = |alpha: f64| -> Vec<DVec3> {
             (0..60 * 12)
                 .map(|i| {
@@ -391,8 +395,8 @@ mod tests {
         assert!(combined > 0.5 && (shortening.combine(0.5, 1e-4) / 0.5 - 1.0).abs() < 1e-6);
     }
 
-    /// Chan blends normals by BlendXY but combines gloss as if by rotation ("very similar"). This test compares BlendXY, rotation and the
-    /// sum of slopes over GGX quantiles.
+    /// Chan blends normals with BlendXY, but combines gloss as if the normals were rotated, because the results are "very similar". This
+    /// test compares BlendXY, rotation and the sum of slopes over GGX quantiles.
     #[test]
     fn gloss_by_other_blends() {
         use crate::slopes::normal_blending::{blend_partial_derivatives, blend_reoriented, blend_xy};

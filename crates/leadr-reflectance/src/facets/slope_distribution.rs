@@ -1,9 +1,9 @@
-//! Interface of slope distributions in microfacet theory (thesis 2.2–2.3 and 3.1).
+//! The interface of slope distributions in microfacet theory (thesis 2.2–2.3 and 3.1).
 
 use crate::limits::{MIN_NORMAL_Z, at_least};
 use glam::{DVec2, DVec3};
 
-/// A slope distribution with all functions of microfacet theory. Directions are in the tangent frame, z up.
+/// A slope distribution that provides all functions of microfacet theory. Directions are in the tangent frame, with z up.
 ///
 /// [`Beckmann`](super::beckmann::Beckmann) and [`Ggx`](super::ggx::Ggx) implement the trait for noncentral anisotropic surfaces.
 pub trait SlopeDistribution {
@@ -42,7 +42,7 @@ pub trait SlopeDistribution {
     fn sample_visible(&self, wo: DVec3, u: DVec2) -> DVec3;
 }
 
-/// Returns `max(0, wo·wn) d / area`, at most 1e37, with `area` clamped to at least 1e-26. (The BRDF's bound
+/// Returns `max(0, wo·wn) d / area`, at most 1e37. An `area` below 1e-26 counts as 1e-26. (The BRDF's bound
 /// [`MIN_AREA`](crate::limits::MIN_AREA) would break the normalisation where only the far tail is visible.)
 pub fn visible_density(wo: DVec3, wn: DVec3, d: f64, area: f64) -> f64 {
     let ratio = wo.dot(wn).max(0.0) / at_least(area, 1e-26);

@@ -1,4 +1,4 @@
-//! A tabulated slope distribution, isotropic or anisotropic.
+//! A tabulated slope distribution, which is isotropic or anisotropic.
 
 use glam::{DVec2, DVec3};
 
@@ -17,7 +17,8 @@ pub enum Tabulated {
 }
 
 impl Tabulated {
-    /// Builds a table from normal densities, one row per azimuth. One row gives a [`RadialTable::new`], several rows a [`PolarTable::new`].
+    /// Builds a table from normal densities, with one row per azimuth. A single row gives a [`RadialTable`], and several rows give a
+    /// [`PolarTable`].
     pub fn from_rows(rows: &[Vec<f64>]) -> Option<Self> {
         match rows {
             [row] => RadialTable::new(row).map(Self::Radial),
@@ -33,7 +34,7 @@ impl Tabulated {
         }
     }
 
-    /// Returns `ln D` over `u` for each azimuth, in steps of one node.
+    /// Returns one curve of `ln D` over `u` for each azimuth. Each step of a curve is one node.
     pub fn ln_d(&self) -> &[Curve] {
         match self {
             Self::Radial(table) => std::slice::from_ref(table.ln_d()),
@@ -41,7 +42,7 @@ impl Tabulated {
         }
     }
 
-    /// Returns `D` at the nodes of each azimuth, the input of [`Self::from_rows`].
+    /// Returns `D` at the nodes of each azimuth, in the form that [`Self::from_rows`] takes.
     pub fn densities(&self) -> Vec<Vec<f64>> {
         let (angles, _) = self.nodes();
         self.ln_d().iter().map(|row| row.values()[..angles].iter().map(|ln| ln.exp()).collect()).collect()

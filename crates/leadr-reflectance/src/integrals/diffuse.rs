@@ -1,7 +1,8 @@
-//! Diffuse reflection of the visible facets (LEADR eq. 20–23, Algorithms 2 and 3), per unit of albedo.
+//! The diffuse reflection of the visible facets (LEADR eq. 20–23, Algorithms 2 and 3), per unit of albedo.
 //!
 //! The functions sum over an `n`×`n` slope grid of half extent `lambda` and divide by the sum of the visible areas. This division is the
-//! masking term (supplement, eq. 10). Section 3.6 of the supplement lacks the 1/π. Pass the mean slope through `face_viewer` first.
+//! masking term (supplement, eq. 10). Section 3.6 of the supplement lacks the factor 1/π. Callers must first pass the mean slope through
+//! `face_viewer`.
 
 use super::sh::{Sh9, sh_irradiance_moments};
 use crate::frame::Frame;
@@ -10,8 +11,8 @@ use crate::slopes::grid::{facet_area, grid_nodes, normal_of_slope, slope_at, slo
 use glam::{DMat3, DVec2, DVec3, Vec3Swizzles as _};
 use std::f64::consts::PI;
 
-/// First and second moments of the visible normals in the tangent frame. Order-2 irradiance is linear in the moments, so one pass over the
-/// grid serves the environment and all lights.
+/// The first and second moments of the visible normals in the tangent frame. Order-2 irradiance is linear in these moments, so a single
+/// pass over the grid serves the environment and all lights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NormalMoments {
     /// The mean normal `E[n]`.
@@ -40,8 +41,8 @@ pub fn visible_normal_moments(wo: DVec3, m: DVec2, s: DVec3, n: u32, lambda: f64
     NormalMoments { mean: sum.mean * scale, diag: sum.diag * scale, off: sum.off * scale }
 }
 
-/// Returns the radiance under an environment, with masking only (as in Algorithm 2), ≥ 0. `c` holds the radiance coefficients in the world
-/// frame, and `f` is the tangent frame in the world. `rest` is the irradiance beyond order 2 for these normals
+/// Returns the radiance under an environment, at least 0, with masking only (as in Algorithm 2). `c` holds the radiance coefficients in the
+/// world frame, and `f` is the tangent frame in the world. `rest` is the irradiance beyond order 2 for these normals
 /// ([`sh_rest_damping`](super::sh::sh_rest_damping)), or 0.
 pub fn leadr_diffuse_environment(v: &NormalMoments, f: &Frame, c: &Sh9, rest: DVec3) -> DVec3 {
     let r = DMat3::from_cols(f.x, f.y, f.z);
@@ -56,8 +57,9 @@ pub fn leadr_diffuse_environment(v: &NormalMoments, f: &Frame, c: &Sh9, rest: DV
     (sh_irradiance_moments(c, r * v.mean, diag, off) + rest).max(DVec3::ZERO) / PI
 }
 
-/// Returns the radiance under one light from `wi` (tangent frame) of unit irradiance on a plane facing it, ≥ 0. The result is the light's
-/// order-2 harmonics (Algorithm 2) times the masking and shadowing (eq. 20). According to the paper the error is up to 9 %.
+/// Returns the radiance, at least 0, under one light from `wi` (tangent frame) that has unit irradiance on a plane facing it. The result is
+/// the irradiance of the light's order-2 harmonics (Algorithm 2) times the masking and shadowing (eq. 20). According to the paper the error
+/// is up to 9 %.
 pub fn leadr_diffuse_light_sh(v: &NormalMoments, wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, shadowing: bool) -> f64 {
     let second = (wi * wi).dot(v.diag) + 2.0 * (wi.yzx() * wi.zxy()).dot(v.off);
     let e = 0.09375 * v.diag.element_sum() + 0.5 * wi.dot(v.mean) + 0.46875 * second;
@@ -65,7 +67,7 @@ pub fn leadr_diffuse_light_sh(v: &NormalMoments, wo: DVec3, wi: DVec3, m: DVec2,
 }
 
 /// Like [`leadr_diffuse_light_sh`], but integrates the clamped cosine of the light over the grid instead of the light's harmonics. Use this
-/// function for a sun.
+/// function for the sun.
 pub fn leadr_diffuse_light(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, shadowing: bool, n: u32, lambda: f64) -> f64 {
     let (mut sum, mut norm) = (0.0, 0.0);
     let cholesky = slope_cholesky(s);
@@ -88,7 +90,7 @@ mod tests {
 
     #[test]
     fn moments_replace_the_sum_over_nodes() {
-        // Evaluate Algorithm 3 as printed, term by term, in a tilted frame.
+        // Evaluate Algorithm 3 term by term as printed, in a tilted frame.
         let (wo, m, s) = (DVec3::new(0.6, 0.3, 0.74).normalize(), DVec2::new(0.2, -0.3), DVec3::new(0.3, 0.1, 0.05));
         let f = frame_about(DVec3::new(0.3, -0.7, 0.2).normalize());
         let mut c = [DVec3::splat(0.1); 9];

@@ -1,10 +1,11 @@
-//! Directional albedo of specular facets by quadrature. The albedo is the fraction of a white environment, or of a white cone, that a
-//! surface reflects towards a viewer. This module is the reference for [`materials::energy`](crate::materials::energy).
+//! Computes the directional albedo of specular facets by quadrature. The albedo is the fraction of a white environment, or of a white cone
+//! of directions, that a surface reflects towards a viewer. This module is the reference for
+//! [`materials::energy`](crate::materials::energy).
 //!
 //! Facets of slope `x` contribute `F P22(x) f G / a_o`, where `f` is their projected area. In polar slope coordinates, `tan θ = ρ tan ψ`,
 //! the integrand is smooth in `ψ` for every roughness. The integrand has an edge where the light crosses the horizon or the border of a
-//! cone. Along one azimuth `wi` moves on a circle as `2θ` grows, so each edge is an arc cosine, and the rule integrates up to it exactly.
-//! Azimuths are denser near right angles to the viewer, where facets become visible at grazing incidence.
+//! cone. Along one azimuth, `wi` moves on a circle as `2θ` grows. The position of each edge is therefore an arc cosine, and the rule ends
+//! exactly at the edge. The azimuths are denser near right angles to the viewer, where facets become visible at grazing incidence.
 
 use crate::facets::fresnel::schlick_weight;
 use crate::facets::slope_distribution::SlopeDistribution;
@@ -17,23 +18,24 @@ use crate::roots::bisect;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-/// Resolution of the quadrature.
+/// The resolution of the quadrature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AlbedoRule {
-    /// Number of azimuth panels on each side of a right angle to the viewer. Each panel is a quarter as wide as the previous one.
+    /// The number of azimuth panels on each side of a right angle to the viewer. Each panel is a quarter as wide as the previous panel.
     pub azimuths: usize,
-    /// Number of slope panels.
+    /// The number of slope panels.
     pub slopes: usize,
-    /// Number of Gauss–Legendre nodes per panel and dimension.
+    /// The number of Gauss–Legendre nodes per panel and dimension.
     pub order: usize,
 }
 
 impl AlbedoRule {
-    /// A rule with errors below 1e-6 for roughnesses of .03 to 1 and view cosines ≥ 1e-3, and below 1e-5 with a cone.
+    /// A fine rule. For roughnesses from .03 to 1 and view cosines of at least 1e-3, its errors are below 1e-6, or below 1e-5 with a cone.
     pub const FINE: Self = Self { azimuths: 6, slopes: 6, order: 12 };
 }
 
-/// Returns the rotation angles `2θ` in `[0, π]` with `wi·axis > bound`, for half vectors of azimuth `e`, as at most two intervals.
+/// Returns the rotation angles `2θ` in `[0, π]` for which `wi·axis > bound`, as at most two intervals. The half vectors have the azimuth
+/// `e`.
 fn free_rotations(wo: DVec3, e: DVec2, axis: DVec3, bound: f64) -> [[f64; 2]; 2] {
     // In the plane of azimuth e, wo·h = p·(sin θ, cos θ) and axis·h = q·(sin θ, cos θ).
     let (p, q) = (DVec2::new(wo.xy().dot(e), wo.z), DVec2::new(axis.xy().dot(e), axis.z));
@@ -49,7 +51,8 @@ fn free_rotations(wo: DVec3, e: DVec2, axis: DVec3, bound: f64) -> [[f64; 2]; 2]
 }
 
 /// Integrates the albedo of specular facets towards `wo` in a white environment. With a `cone`, the environment is white inside the cone
-/// and black outside. `distribution` is central (mean slope 0), isotropic or anisotropic. The result is 0 for a viewer below the horizon.
+/// and black outside. `distribution` must be central (mean slope 0), and may be anisotropic. The result is 0 for a viewer below the
+/// horizon.
 pub fn directional_albedo(
     distribution: &impl SlopeDistribution,
     masking: Masking,
@@ -74,7 +77,7 @@ pub fn directional_albedo(
     for pair in edges.windows(2) {
         let (middle, half) = (0.5 * (pair[0] + pair[1]), 0.5 * (pair[1] - pair[0]));
         for &(x, w) in &nodes {
-            // The substitution makes square roots at the ends of a cone linear.
+            // This substitution makes square roots at the borders of a cone linear.
             let phi = viewer + middle + half * 0.5 * x * (3.0 - x * x);
             let w = w * half * 1.5 * (1.0 - x * x) * (TAU / turn);
             let ray = along_azimuth(distribution, masking, wo, cone, phi, (shape, det), rule.slopes, &nodes);
@@ -85,8 +88,8 @@ pub fn directional_albedo(
     sum
 }
 
-/// Returns the azimuths relative to the viewer's azimuth, in `0..turn`, between which the integrand is smooth. Azimuths are denser at right
-/// angles to the viewer, and split at the borders of a cone.
+/// Returns azimuths relative to the viewer's azimuth, in `0..turn`. The integrand is smooth between consecutive azimuths. They are denser
+/// at right angles to the viewer, and include the borders of a cone.
 fn azimuths(wo: DVec3, viewer: f64, cone: Option<Cone>, turn: f64, panels: usize) -> Vec<f64> {
     let mut edges = vec![0.0, turn];
     for right in [FRAC_PI_2, 3.0 * FRAC_PI_2] {
@@ -117,7 +120,7 @@ fn azimuths(wo: DVec3, viewer: f64, cone: Option<Cone>, turn: f64, panels: usize
     edges
 }
 
-/// Number of azimuths in the search for a cone's borders.
+/// The number of azimuths in the search for the borders of a cone.
 const SEARCHED: usize = 64;
 
 fn along_azimuth(
@@ -133,7 +136,7 @@ fn along_azimuth(
     let mut sum = SplitAlbedo::default();
     let (sin, cos) = phi.sin_cos();
     let e = DVec2::new(cos, sin);
-    // The slope deviation along this azimuth, up to the factor between roughness and covariance.
+    // This is the slope deviation along the azimuth, up to the factor between roughness and covariance.
     let spread = (det / (shape.y * cos * cos - 2.0 * shape.z * cos * sin + shape.x * sin * sin).max(1e-300)).sqrt();
     let above = free_rotations(wo, e, DVec3::Z, 0.0);
     let free = cone.map_or([[0.0, PI], [0.0, 0.0]], |cone| free_rotations(wo, e, cone.axis, cone.cosine));
@@ -145,7 +148,7 @@ fn along_azimuth(
             }
             let angle = |turn: f64| (0.5 * turn).sin().atan2(spread * (0.5 * turn).cos());
             let (low, high) = (angle(low), angle(high));
-            // Panels are denser towards the steepest slopes, which reflect grazing light.
+            // The panels are denser towards the steepest slopes, which reflect grazing light.
             let mut rest = high - low;
             for panel in 0..panels {
                 let width = if panel + 1 == panels { rest } else { 0.75 * rest };

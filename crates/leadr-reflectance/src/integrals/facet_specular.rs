@@ -1,4 +1,4 @@
-//! Specular reflection of a light on a relief whose facets each have a rough base in their own frame.
+//! The specular reflection of a light on a relief whose facets each have a rough base in their own frame.
 //!
 //! A facet of slope `x` with a Beckmann base reflects light from `wi` by microfacets of normal `wh`, which have the slope `u` in the
 //! facet's frame. Over relief slopes `N(x; m, S)` the density of these microfacets is
@@ -8,19 +8,20 @@
 //! u = (N·a, N·b)/(N·wh)     c = N·wh/|N|     N = (−x, 1)
 //! ```
 //!
-//! The axes `a` and `b` are unit vectors orthogonal to `wh`, `a` in the plane of incidence and `b` across it. Along each axis the base
-//! variance `α²/2` and the variance from the light's size add up. When the light rotates, the half vector rotates by half the angle along
-//! `a`, and by `1/(2 wo·wh)` of the angle along `b`. `G` is the fraction of a facet's microfacets that viewer and light see, 0 for a
-//! back-facing facet.
+//! The axes `a` and `b` are unit vectors orthogonal to `wh`: `a` lies in the plane of incidence, and `b` is orthogonal to this plane. Along
+//! each axis the base variance `α²/2` and the variance from the light's size add up. When the light rotates, the half vector rotates by
+//! half the angle along `a`, and by `1/(2 wo·wh)` of the angle along `b`. `G` is the fraction of a facet's microfacets that are both
+//! visible and lit. `G` is 0 for a back-facing facet.
 //!
-//! A single Gaussian of all microfacets is inaccurate, because facets tilted far from the macrosurface have microfacets tilted further
-//! still. For flat relief, the density of that Gaussian is too low at the centre, and ten times too low at 3.5 standard deviations
-//! ([`add_facet_roughness`](crate::facets::base_roughness::add_facet_roughness) fits it for environments). Near `wh` the integrand is
-//! nearly Gaussian. Two steps find that Gaussian, in coordinates `x = m + C z` where the slopes are standard normal. The first step
-//! linearises `u` about the facet halfway between the mean facet and `wh`, the second about the most likely facet found by the first. Four
-//! nodes at √2 deviations integrate the quotient of the integrand and the Gaussian. The sum is exact if the quotient is a cubic in `z`.
+//! A single Gaussian of all microfacets is inaccurate, because the microfacets of a steep facet are tilted even further. For flat relief,
+//! the density of the single Gaussian is too low at the centre, and ten times too low at 3.5 standard deviations.
+//! ([`add_facet_roughness`](crate::facets::base_roughness::add_facet_roughness) fits this Gaussian for environments.) Near `wh` the
+//! integrand is nearly Gaussian. Two steps find a Gaussian close to the integrand, in coordinates `x = m + C z` where the slopes are
+//! standard normal. The first step linearises `u` about the facet halfway between the mean facet and `wh`. The second step linearises `u`
+//! about the most likely facet that the first step found. Four nodes at √2 deviations integrate the quotient of the integrand and the
+//! Gaussian. The sum is exact if the quotient is a cubic in `z`.
 //!
-//! Errors against converged integrals are in `docs/measurements/base-roughness.md`.
+//! `docs/measurements/base-roughness.md` lists the errors relative to converged integrals.
 
 use crate::facets::fresnel::fresnel_schlick;
 use crate::facets::projected_area::rough_area;
@@ -32,43 +33,43 @@ use crate::slopes::grid::slope_at;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{E, FRAC_1_SQRT_2, PI};
 
-/// Lower bound of z for the sum of the two normals that starts the search.
+/// The lower bound of z for the sum of the two normals that starts the search.
 const LEAST_HALFWAY_Z: f64 = 0.1;
-/// Lower bound of the squared cosine between viewer and half vector in the light-size term.
+/// The lower bound of the squared cosine between viewer and half vector in the light-size term.
 const LEAST_HALF_COSINE2: f64 = 1e-3;
 
-/// Lower bound of the base's slope variance, so that the reflecting facet can be located reliably.
+/// The lower bound of the base's slope variance. For smaller variances, the search for the reflecting facet is unreliable.
 const LEAST_BASE_VARIANCE: f64 = 1e-8;
-/// Lower bound of the cosine between half vector and facet normal. No base has microfacets further away from the facet normal.
+/// The lower bound of the cosine between half vector and facet normal. No base has microfacets at larger angles to the facet normal.
 const LEAST_FACET_COSINE: f64 = 1e-3;
-/// Lower bound of the cosine between half vector and facet normal for the linearisation of `u`.
+/// The lower bound of the cosine between half vector and facet normal for the linearisation of `u`.
 const LEAST_LINEAR_COSINE: f64 = 0.05;
-/// Cosine between facet normal and viewer below which facets of a normal map on a smooth base fade out.
+/// The cosine between facet normal and viewer below which the facets of a normal map on a smooth base fade out.
 const LEAST_MAPPED_COSINE: f64 = 0.02;
-/// Largest slope of the relief, in standard deviations from the mean.
+/// The largest slope of the relief, in standard deviations from the mean.
 const MOST_DEVIATIONS: f64 = 50.0;
 
-/// The light, the viewer, the half vector, and the spread of base slopes about the half vector.
+/// The directions to the light and the viewer, their half vector, and the spread of the base slopes about it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FacetSpecular {
-    /// The direction towards the viewer, unit, tangent frame.
+    /// The unit direction towards the viewer, in the tangent frame.
     pub wo: DVec3,
-    /// The direction towards the light, unit, tangent frame.
+    /// The unit direction towards the light, in the tangent frame.
     pub wi: DVec3,
-    /// The half vector, unit, tangent frame.
+    /// The unit half vector, in the tangent frame.
     pub wh: DVec3,
     /// A unit vector orthogonal to `wh`, in the plane of incidence.
     pub along: DVec3,
     /// A unit vector orthogonal to `wh` and `along`.
     pub beside: DVec3,
-    /// Standard deviations of the base's slopes on the axes `along` and `beside`, including the size of the light.
+    /// The standard deviations of the base's slopes on the axes `along` and `beside`, including the size of the light.
     pub deviation: DVec2,
-    /// Standard deviation of the base's slopes without the size of the light.
+    /// The standard deviation of the base's slopes without the size of the light.
     pub base: f64,
 }
 
-/// Prepares the lobe of a light. `wo` and `wi` are unit vectors in the tangent frame, and `alpha` is the Beckmann roughness of the base, 0
-/// to 1. `variance` is the variance of the light's directions, radians² along each of two axes across `wi`.
+/// Prepares the lobe of a light. `wo` and `wi` are unit vectors in the tangent frame, and `alpha` is the Beckmann roughness of the base,
+/// from 0 to 1. `variance` is the variance of the light's directions in radians², along each of two axes across `wi`.
 pub fn facet_specular(wo: DVec3, wi: DVec3, alpha: f64, variance: f64) -> FacetSpecular {
     let wh = half_vector(wo, wi);
     let d = wi - wo;
@@ -85,17 +86,17 @@ pub fn facet_specular(wo: DVec3, wi: DVec3, alpha: f64, variance: f64) -> FacetS
     FacetSpecular { wo, wi, wh, along, beside: wh.cross(along), deviation, base: FRAC_1_SQRT_2 * alpha }
 }
 
-/// Returns the fraction of a facet's microfacets that viewer and light see, by the relief's shadowing model. The fraction fades to 0 for
-/// back-facing facets.
+/// Returns the fraction of a facet's microfacets that are both visible and lit, by the relief's shadowing model. The fraction fades to 0
+/// for back-facing facets.
 ///
 /// `co` and `ci` are the cosines of viewer and light with the facet's normal, `between` is the cosine between `wo` and `wi`, and
 /// `deviation` is the standard deviation of the base's slopes. In a normal map only the base hides microfacets. Front-facing facets of a
-/// normal map are fully visible, but edge-on ones fade out.
+/// normal map are fully visible, but edge-on facets fade out.
 pub fn facet_visibility(shadowing: Shadowing, co: f64, ci: f64, between: f64, deviation: f64) -> f64 {
     let mapped = shadowing == Shadowing::NormalMap;
     let shadowing = if mapped { Shadowing::Correlated } else { shadowing };
     let (so, si) = ((1.0 - co * co).max(0.0).sqrt(), (1.0 - ci * ci).max(0.0).sqrt());
-    // Components in the facet's plane, with the first axis towards the viewer.
+    // These are the components of `wi` in the facet's plane. The first axis points towards the viewer.
     let toward = ((between - co * ci) / at_least(so, 1e-6)).clamp(-si, si);
     let aside = (si * si - toward * toward).max(0.0).sqrt();
     let area = |across: DVec2, sine: f64, cosine: f64| {
@@ -108,7 +109,7 @@ pub fn facet_visibility(shadowing: Shadowing, co: f64, ci: f64, between: f64, de
     seen.max(0.0) * masking_shadowing_factor(shadowing, &o, &i)
 }
 
-/// A Gaussian of the facets that reflect a light, in standard coordinates of the relief's slopes.
+/// A Gaussian distribution of the facets that reflect a light, in coordinates where the relief's slopes are standard normal.
 struct ReflectingFacets {
     middle: DVec2,
     /// The inverse covariance `(xx, yy, xy)`.
@@ -116,7 +117,7 @@ struct ReflectingFacets {
     determinant: f64,
 }
 
-/// Computes the Gaussian of reflecting facets, with the microfacet slopes `u` linearised about the facet of slope `about`.
+/// Computes the Gaussian of the reflecting facets. The microfacet slopes `u` are linearised about the facet of slope `about`.
 fn reflecting_facets(f: &FacetSpecular, about: DVec2, m: DVec2, cholesky: DVec3) -> ReflectingFacets {
     let n = (-about).extend(1.0);
     let per = 1.0 / at_least(n.dot(f.wh), LEAST_LINEAR_COSINE * n.length());
@@ -171,8 +172,8 @@ pub fn facet_specular_density(f: &FacetSpecular, m: DVec2, cholesky: DVec3, shad
     sum * E / (8.0 * PI * found.determinant.sqrt() * f.deviation.x * f.deviation.y)
 }
 
-/// Returns the radiance towards the viewer, linear RGB, per unit of the light's irradiance on a plane that faces it. `o` and `i` are the
-/// areas of the relief visible to viewer and light ([`direction_area`](crate::masking::correlated::direction_area)).
+/// Returns the radiance towards the viewer, in linear RGB per unit of the light's irradiance on a plane that faces the light. `o` and `i`
+/// are the areas of the relief visible to viewer and light ([`direction_area`](crate::masking::correlated::direction_area)).
 pub fn facet_specular_light(
     shadowing: Shadowing,
     o: &DirectionArea,
@@ -223,8 +224,8 @@ mod tests {
         DVec3::new(side * phi.cos(), side * phi.sin(), z)
     }
 
-    /// Compares with the converged integral, per slope deviation along each axis. The error of a single Gaussian of all microfacets is
-    /// three to nine times as large.
+    /// Compares the density with the converged integral, for several slope deviations along each axis. The error of a single Gaussian of
+    /// all microfacets is three to nine times as large.
     #[test]
     #[ignore = "long"]
     fn four_facets_are_near_the_integral() {
@@ -267,7 +268,7 @@ mod tests {
             let want = beckmann_ndf(f.wh, flat, s) * wo.z * masking_shadowing_factor(Shadowing::Correlated, &o, &i);
             let got = facet_specular_density(&f, flat, DVec3::ZERO, Shadowing::Correlated);
             assert!((got - want).abs() < 1e-9 * want + 1e-200, "{got} {want}");
-            // Density of the base in the frame of the tilted facet, per macrosurface area.
+            // The expected value is the density of the base in the frame of the tilted facet, per macrosurface area.
             let m = DVec2::new(r.range(-0.7, 0.7), r.range(-0.7, 0.7));
             let frame = frame_about(normal_of_slope(m));
             let local = facet_specular(to_frame(&frame, wo), to_frame(&frame, wi), alpha, 0.0);

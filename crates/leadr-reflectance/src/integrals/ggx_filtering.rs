@@ -1,19 +1,19 @@
-//! Filtering of a displaced GGX surface, a proposed solution to an open problem of the thesis (5.3).
+//! Filters a displaced GGX surface. The method is a proposed solution to an open problem of the thesis (5.3).
 //!
 //! Slopes of independent displacements add (thesis 5.1). The filtered slope density is therefore a convolution of the base's GGX density of
 //! roughness matrix `A` with the LEADR map's Gaussian of mean `m` and covariance `S`. The result is neither GGX nor Gaussian and has no
-//! finite variance to match. But GGX is a mixture of Gaussians: if `e` is exponentially distributed, slopes of covariance `A / 2e` are
-//! exactly GGX (the bivariate t distribution with two degrees of freedom). So the convolution is a mixture of Gaussians as well,
-//! `P(x) = ∫₀^∞ exp(−e) N(x; m, S + A / 2e) de`,
+//! finite variance to match. But GGX is a mixture of Gaussians. If `e` is exponentially distributed, Gaussian slopes of covariance `A / 2e`
+//! have exactly the GGX distribution (the bivariate t distribution with two degrees of freedom). The convolution is therefore also a
+//! mixture of Gaussians, `P(x) = ∫₀^∞ exp(−e) N(x; m, S + A / 2e) de`,
 //!
 //! and every quantity linear in `P` is the same integral of its Gaussian form. [`convolved_p22`] and [`convolved_visible_area`] compute
 //! reference values of these integrals. Shading uses one of two approximations:
 //!
 //! * [`filter_ggx`] is one GGX lobe of matrix `A + 2S`. This lobe is as accurate as any single GGX lobe if the base dominates the
-//!   roughness. If displacement dominates, it lacks the round shoulders of the true lobe, and its tail is too strong.
+//!   roughness. If displacement dominates, the single lobe lacks the round shoulders of the true lobe, and its tail is too strong.
 //! * [`displaced_ggx`] is a GGX lobe plus a Beckmann lobe of the same shape. The GGX weight is approximately the fraction `t` of the
-//!   roughness due to the base. (With a weight of exactly `t` the far tail would be exact, since displacement does not change it.) The sum
-//!   is exact at `t = 0` and `t = 1`. The Smith terms belong to the mixture of both lobes, so the white furnace holds.
+//!   roughness that comes from the base. (With a weight of exactly `t`, the far tail would be exact, since displacement does not change the
+//!   far tail.) The sum is exact at `t = 0` and `t = 1`. The Smith terms belong to the mixture of both lobes, so the white furnace holds.
 //!
 //! `docs/measurements/ggx-filtering.md` compares these approximations with a single Beckmann lobe.
 
@@ -32,7 +32,7 @@ fn exponential_rule() -> impl Iterator<Item = (f64, f64)> {
     })
 }
 
-/// Returns the covariance of the mixture component `e`.
+/// Returns the slope covariance `S + A / 2e` of the mixture component `e`.
 fn component(e: f64, a: DVec3, s: DVec3) -> DVec3 {
     s + a / (2.0 * e)
 }
@@ -54,8 +54,8 @@ pub fn filter_ggx(a: DVec3, s: DVec3) -> DVec3 {
     a + 2.0 * s
 }
 
-/// Returns the fraction of the roughness due to the base, `√(|A| / |A + 2S|)`. The fraction is 0 for a displaced ideal mirror and 1 for a
-/// flat base.
+/// Returns the fraction of the roughness that comes from the base, `√(|A| / |A + 2S|)`. The fraction is 0 for a displaced ideal mirror
+/// and 1 for a flat base.
 ///
 /// The formula is `1 / √(1 + 2 tr(adj(A) S) / |A| + 4 |S| / |A|)`, because a difference of two determinants cancels small displacements.
 pub fn base_share(a: DVec3, s: DVec3) -> f64 {
@@ -64,10 +64,10 @@ pub fn base_share(a: DVec3, s: DVec3) -> f64 {
     1.0 / (1.0 + (2.0 * mixed + 4.0 * det(s)) / det(a).max(1e-30)).sqrt()
 }
 
-/// A mixture of a GGX surface of matrix `roughness`, with the fraction `weight`, and a Beckmann surface of covariance `roughness / 2`.
+/// A mixture of a GGX surface of matrix `roughness` and weight `weight`, and a Beckmann surface of covariance `roughness / 2`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DisplacedGgx {
-    /// The weight of the GGX lobe, 0 to 1.
+    /// The weight of the GGX lobe, from 0 to 1.
     pub weight: f64,
     /// The roughness matrix `(a_xx, a_yy, a_xy)` of both lobes.
     pub roughness: DVec3,
@@ -76,7 +76,7 @@ pub struct DisplacedGgx {
 /// The widening of both lobes, fitted to minimise the largest `∫ |P − P̂|` over all fractions `t`. The test `the_constants_are_the_best`
 /// checks the fit.
 const WIDEN: f64 = 0.5;
-/// The increase of the GGX weight over `t`, fitted together with `WIDEN`.
+/// The increase of the GGX weight above `t`, fitted together with `WIDEN`.
 const FAVOUR: f64 = 0.15;
 
 /// Returns the two lobes for a GGX base of matrix `a` under displacement of covariance `s`. The lobes are slightly wider than `A + 2S`,
@@ -155,7 +155,7 @@ mod tests {
         exact.iter().map(|&(r, w, p)| w * (p - p22(DVec2::new(r, 0.0))).abs()).sum()
     }
 
-    /// Sampled sums of base and displacement slopes have the density and the visible area of the convolution.
+    /// Sums of sampled base slopes and displacement slopes have the density and the visible area of the convolution.
     #[test]
     fn the_convolution_is_that_of_samples() {
         let (m, a, s) = (DVec2::new(0.2, -0.1), DVec3::new(0.04, 0.09, 0.02), DVec3::new(0.05, 0.02, -0.01));
@@ -165,7 +165,7 @@ mod tests {
         let w = DVec3::new(0.8, 0.1, 0.35).normalize();
         let (mut hits, mut area, mut square) = ([0.0; 4], 0.0, 0.0);
         for i in 1..=n {
-            // Additive sequence of the root of x⁵ = x + 1, with low discrepancy in four dimensions.
+            // The samples are the additive sequence of the root of x⁵ = x + 1, which has low discrepancy in four dimensions.
             let u = |k: i32| (0.5 + f64::from(i) * 1.167_303_978_261_418_7f64.powi(-k)).fract();
             let ggx = DVec2::from_angle(2.0 * PI * u(1)) * (u(2) / (1.0 - u(2))).sqrt();
             let gauss = DVec2::from_angle(2.0 * PI * u(3)) * (-2.0 * (1.0 - u(4)).ln()).sqrt();
@@ -193,7 +193,7 @@ mod tests {
         assert!((area - expected).abs() < 5.0 * ((square - area * area) / f64::from(n)).sqrt() + 1e-3 * expected);
     }
 
-    /// Measures the best single lobe, and checks that no other pair of constants is better by more than a tenth.
+    /// Measures the error of the best single lobe. Checks that no other pair of constants is better by more than a tenth.
     #[test]
     fn the_constants_are_the_best() {
         let profiles: Vec<_> = (1..32).map(|i| f64::from(i) / 32.0).map(|t| (t, profile(t))).collect();
@@ -236,8 +236,9 @@ mod tests {
         assert!(worst(WIDEN, FAVOUR) < 1.1 * best.0 && best.0 < 0.35 * worst(0.0, 0.0));
     }
 
-    /// Returns the errors `∫ |L̂ − L| dwi` of the visible lobe from `wo` for Beckmann, GGX and the two lobes (masking only, F = 1; the
-    /// exact lobe integrates to one). With `dwi = 4 (wo·wh) dwh` the integral over slopes is `∫ |P̂/Â − P/A| max(0, wo·(−x, −y, 1))`.
+    /// Returns the errors `∫ |L̂ − L| dwi` of the lobe visible from `wo`, for Beckmann, for GGX, and for the two lobes. The lobes have
+    /// masking only and F = 1, so the exact lobe integrates to one. With `dwi = 4 (wo·wh) dwh` the integral over slopes is
+    /// `∫ |P̂/Â − P/A| max(0, wo·(−x, −y, 1))`.
     fn lobe_errors(wo: DVec3, m: DVec2, a: DVec3, s: DVec3) -> [f64; 3] {
         let (total, two) = (filter_ggx(a, s), displaced_ggx(a, s));
         let c = slope_cholesky(total);
@@ -261,7 +262,7 @@ mod tests {
         errors
     }
 
-    /// Prints the table of docs/measurements/ggx-filtering.md.
+    /// Prints the table in `docs/measurements/ggx-filtering.md`.
     #[test]
     fn lobes_against_ground_truth() {
         let (mut worst, mut mean, mut n) = ([0.0f64; 3], [0.0; 3], 0.0);

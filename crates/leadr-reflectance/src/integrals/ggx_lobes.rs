@@ -1,9 +1,10 @@
-//! A displaced GGX surface ([`DisplacedGgx`]) under lights and environments.
+//! Shades a displaced GGX surface ([`DisplacedGgx`]) under lights and environments.
 //!
-//! Lights are exact for the two lobes. For environments the GGX lobe is an exact mixture of Gaussian surfaces: if `e` is exponentially
-//! distributed, slopes of covariance `A / 2e` are GGX. The grid and the few-probe rules then apply to each Gaussian. Each Gaussian
-//! contributes in proportion to its visible area, so a constant environment is still returned unchanged. Three values of `e` and their
-//! weights minimise `∫ |P − P̂|` of the slope density. The remaining error is 0.044 out of at most 2.
+//! For lights, the two lobes are evaluated exactly. For environments, the GGX lobe is a mixture of Gaussian surfaces: if `e` is
+//! exponentially distributed, Gaussian slopes of covariance `A / 2e` have the GGX distribution. The slope grid and the probe rules then
+//! apply to each Gaussian. Each Gaussian contributes in proportion to its visible area, so a constant environment is still returned
+//! unchanged. Three values of `e` and their weights are chosen to minimise `∫ |P − P̂|` of the slope density. The remaining error is 0.044
+//! out of at most 2.
 
 use super::ggx_filtering::{DisplacedGgx, displaced_ggx_ndf, displaced_ggx_visible_area};
 use crate::facets::fresnel::fresnel_schlick;
@@ -16,16 +17,16 @@ use glam::{DVec2, DVec3};
 /// One Gaussian surface of the mixture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GaussianLobe {
-    /// The fraction of the slopes. The weights of all surfaces sum to one.
+    /// The fraction of the slopes in this surface. The weights of all surfaces sum to one.
     pub weight: f64,
     /// The slope covariance `(xx, yy, xy)`.
     pub s: DVec3,
 }
 
-/// Number of Gaussian surfaces returned by [`ggx_lobe`].
+/// The number of Gaussian surfaces that [`ggx_lobe`] returns.
 pub const GGX_LOBES: usize = 4;
 
-/// Pairs `(weight, e)` of the Gaussian surfaces that approximate GGX.
+/// The pairs `(weight, e)` of the Gaussian surfaces that approximate GGX.
 const MIXTURE: [(f64, f64); 3] = [(0.3424, 2.069), (0.4764, 0.5126), (0.1812, 0.0825)];
 
 /// Returns the Beckmann lobe of `d` (`k = 0`), or one of the Gaussian surfaces that approximate its GGX lobe (`k > 0`).
@@ -47,8 +48,8 @@ pub fn displaced_ggx_area(w: DVec3, m: DVec2, d: &DisplacedGgx, cholesky: DVec3)
     DirectionArea { whitened, spread: whitened.length(), meso: meso_area(w, m), visible }
 }
 
-/// Returns the radiance towards `wo` under one light from `wi`, per unit of its irradiance on a plane that faces it. `o` is the
-/// [`displaced_ggx_area`] of `wo`.
+/// Returns the radiance towards `wo` under one light from `wi`, per unit of the light's irradiance on a plane that faces the light. `o` is
+/// the [`displaced_ggx_area`] of `wo`.
 pub fn displaced_ggx_light(
     shadowing: Shadowing,
     o: &DirectionArea,
@@ -83,7 +84,7 @@ mod tests {
             let lobes: Vec<GaussianLobe> = (0..GGX_LOBES).map(|k| ggx_lobe(&d, k)).collect();
             let total: f64 = lobes.iter().map(|l| l.weight).sum();
             assert!((total - 1.0).abs() < 1e-12);
-            // Integrates over v = u / (1 + u), where u is r² over the roughness.
+            // Integrate over v = u / (1 + u), where u is r² divided by the roughness.
             let error: f64 = composite_gauss(0.0, 1.0 - 1e-9, 50, 8)
                 .into_iter()
                 .map(|(v, w)| {

@@ -1,26 +1,26 @@
-//! Highlights of a small area light.
+//! Computes the highlights of a small area light.
 //!
-//! A facet reflects `wi` to `wo` if its slope is `s = −h.xy/h.z`, `h = wo + wi`. Directions of the light deviate from `wi` by `δ` across
-//! `wi`, with variance `v` along each axis. The reflecting slopes then deviate by
+//! A facet reflects `wi` to `wo` if its slope is `s = −h.xy/h.z`, where `h = wo + wi`. The directions of the light deviate from `wi` by
+//! `δ`, which is orthogonal to `wi` and has the variance `v` along each axis. The reflecting slopes then deviate by
 //!
 //! ```text
 //! ds = −(δ.xy + s δ.z) / h.z                   E[δ δᵀ] = v (1 − wi wiᵀ)
 //! E[ds dsᵀ] = v / h.z² (1 + s sᵀ − q qᵀ)       q = wi.xy + s wi.z
 //! ```
 //!
-//! The formula is of first order, while slopes grow without bound towards the horizon. Therefore `h.z` is clamped to at least 16 standard
-//! deviations of the light. Otherwise half vectors just above the horizon would be too frequent.
+//! The formula is accurate to first order, but slopes grow without bound towards the horizon. Without a bound on `h.z`, half vectors just
+//! above the horizon would be too frequent, so `h.z` is clamped to at least 16 standard deviations of the light.
 //!
 //! To average a Gaussian slope density at `s` over the light, add `E[ds dsᵀ]` to the covariance of the density. All other factors that
 //! depend on `wi` (Fresnel, shadowing) are evaluated at the centre of the light.
 
 use glam::{DVec2, DVec3};
 
-/// Lower bound of z of `wo + wi`, in standard deviations of the light.
+/// The lower bound of the z component of `wo + wi`, in standard deviations of the light.
 const LEAST_HALF_Z: f64 = 16.0;
 
-/// Returns the covariance `(s_xx, s_yy, s_xy)` of the slopes that reflect a light to `wo`, to be added to the surface's slope covariance.
-/// `variance` is the variance of the light's directions, radians² along each of two axes across `wi`.
+/// Returns the covariance `(s_xx, s_yy, s_xy)` of the slopes that reflect a light to `wo`. Callers add it to the surface's slope
+/// covariance. `variance` is the variance of the light's directions in radians², along each of two axes across `wi`.
 pub fn light_slope_covariance(wo: DVec3, wi: DVec3, variance: f64) -> DVec3 {
     let h = wo + wi;
     let per = 1.0 / h.z.max(LEAST_HALF_Z * variance.sqrt()).max(1e-3);
@@ -30,8 +30,9 @@ pub fn light_slope_covariance(wo: DVec3, wi: DVec3, variance: f64) -> DVec3 {
     DVec3::new(square.x, square.y, s.x * s.y - q.x * q.y) * (variance * per * per)
 }
 
-/// Returns the variance of half vectors per axis, averaged over two axes. In the plane of incidence half vectors rotate half as far as the
-/// light, and across it by `1/(2 cosine)` of the light's rotation. `cosine` is the cosine between `wo` and the half vector.
+/// Returns the variance of half vectors per axis, averaged over two axes. In the plane of incidence, half vectors rotate half as far as the
+/// light. Across this plane, they rotate by `1/(2 cosine)` of the light's rotation. `cosine` is the cosine between `wo` and the half
+/// vector.
 pub fn light_normal_variance(cosine: f64, variance: f64) -> f64 {
     0.125 * variance * (1.0 + 1.0 / (cosine * cosine).max(1e-3))
 }

@@ -1,7 +1,7 @@
-//! Converged integrals over visible slopes, the reference for rules with few samples.
+//! Computes converged integrals over visible slopes. They are the reference for rules with few samples.
 //!
 //! The domain is whitened, `slope = m + C u` with `C Cᵀ = S`, and rotated so that the view azimuth is the first axis. The projected facet
-//! area `a − b u₁` then depends on `u₁` only. The domain is cut where this area is 0, which replaces the clamp, so the integrand is smooth.
+//! area `a − b u₁` then depends on `u₁` only. The domain ends where this area is 0. The integrand therefore needs no clamp and is smooth.
 
 use crate::facets::normal_distribution::normal_pdf;
 use crate::facets::projected_area::{meso_area, slope_spread, visible_area};
@@ -12,15 +12,15 @@ use crate::slopes::grid::normal_of_slope;
 use glam::{DMat2, DVec2, DVec3, Vec3Swizzles as _};
 use std::f64::consts::PI;
 
-/// Extent of the domain along the view azimuth, in standard deviations. The extent is large, because only the far tail of a back-facing
-/// mesosurface is visible.
+/// The extent of the domain along the view azimuth, in standard deviations. It is large because only the tail of the slopes is visible on a
+/// back-facing mesosurface.
 const EXTENT: f64 = 8.6;
-/// Extent of the domain across the view azimuth, in standard deviations. The truncated mass is 1e-11.
+/// The extent of the domain across the view azimuth, in standard deviations. The truncated mass is 1e-11.
 const EXTENT_ACROSS: f64 = 6.8;
-/// Number of points per panel of the composite rules.
+/// The number of points per panel of the composite rules.
 const ORDER: usize = 8;
 
-/// Returns the factor `C` with `C Cᵀ = S` and with `Cᵀ wo.xy` along the first axis.
+/// Returns the factor `C` such that `C Cᵀ = S`, and `Cᵀ wo.xy` lies along the first axis.
 fn view_factor(wo: DVec3, s: DVec3) -> DMat2 {
     let sx = s.x.max(0.0).sqrt();
     let k = if sx > 0.0 { s.z / sx } else { 0.0 };
@@ -30,7 +30,7 @@ fn view_factor(wo: DVec3, s: DVec3) -> DMat2 {
 }
 
 /// Computes the mean of `g` over the visible slopes, `∫ g(slope) ⟨wn,wo⟩/(wn·wg) P22 dslope / A(wo)`, with `panels`² panels of 8×8 points.
-/// The covariance must be positive semidefinite. The result is 0 if nothing is visible.
+/// The covariance must be positive semidefinite. The result is 0 if no facet is visible.
 pub fn visible_mean(wo: DVec3, m: DVec2, s: DVec3, panels: usize, g: impl Fn(DVec2) -> DVec3) -> DVec3 {
     visible_mean_panels(wo, m, s, [panels; 2], g)
 }
@@ -60,7 +60,8 @@ pub fn visible_extents(wo: DVec3, s: DVec3) -> [f64; 2] {
     [factor.x_axis.length(), factor.y_axis.length()]
 }
 
-/// Computes LEADR eq. 19 with `F = 1`, the specular radiance under an environment. `radiance` is a function of tangent-frame direction.
+/// Computes the specular radiance under an environment by LEADR eq. 19 with `F = 1`. `radiance` is a function of the direction in the
+/// tangent frame.
 pub fn specular_environment(
     wo: DVec3,
     m: DVec2,
@@ -76,8 +77,8 @@ pub fn specular_environment(
     })
 }
 
-/// Computes LEADR eq. 21 for one light of unit irradiance on a plane facing it and albedo 1, with the exact clamped cosine. The domain is
-/// also cut to the half-plane of slopes that face the light. `panels` is the number of panels per axis between cuts.
+/// Computes LEADR eq. 21 with the exact clamped cosine, for albedo 1 and one light of unit irradiance on a plane facing it. The domain
+/// contains only slopes that face the light. `panels` is the number of panels per axis between the cuts of the domain.
 pub fn diffuse_directional(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, shadowing: bool, panels: usize) -> f64 {
     let (a, b, ai) = (meso_area(wo, m), slope_spread(wo, s), meso_area(wi, m));
     let top = if b > 0.0 { (a / b).min(EXTENT) } else { EXTENT };
@@ -119,7 +120,7 @@ mod tests {
 
     #[test]
     fn the_mean_of_one_is_one() {
-        // Front-facing, grazing and back-facing mesosurfaces with strong anisotropy.
+        // The cases are front-facing, grazing and back-facing mesosurfaces with strong anisotropy.
         let s = DVec3::new(0.6, 0.02, 0.08);
         for (wo, m) in [
             (DVec3::Z, DVec2::ZERO),

@@ -1,6 +1,6 @@
 //! Real spherical harmonics up to order 2 and their irradiance (Ramamoorthi & Hanrahan 2001).
 //!
-//! Coefficients are in the order `L00, L1-1, L10, L11, L2-2, L2-1, L20, L21, L22`, each an RGB triple in the world frame.
+//! The coefficients are in the order `L00, L1-1, L10, L11, L2-2, L2-1, L20, L21, L22`. Each is an RGB triple in the world frame.
 
 use glam::DVec3;
 
@@ -25,7 +25,8 @@ pub fn sh_basis(d: DVec3) -> [f64; 9] {
     ]
 }
 
-/// Returns the radiance from the direction `d`. Shorter vectors, such as a mean of several directions, have smaller terms of order 1 and 2.
+/// Returns the radiance from the direction `d`. If `d` is shorter than 1, such as a mean of several directions, the terms of order 1 and 2
+/// are smaller.
 pub fn sh_radiance(c: &Sh9, d: DVec3) -> DVec3 {
     let mut basis = sh_basis(d);
     // This form equals the polynomial of sh_basis for |d| = 1, but has no order-2 term at d = 0.
@@ -33,16 +34,16 @@ pub fn sh_radiance(c: &Sh9, d: DVec3) -> DVec3 {
     c.iter().zip(basis).map(|(&c, b)| c * b).sum()
 }
 
-/// Adds a light from the unit direction `wi` with `irradiance` on a plane facing it (LEADR Algorithm 2; its printed
-/// `L00 += L00 + …` is an erratum).
+/// Adds a light from the unit direction `wi` that has this `irradiance` on a plane facing it (LEADR Algorithm 2). The `L00 += L00 + …`
+/// printed there is an erratum.
 pub fn sh_add_light(c: &mut Sh9, wi: DVec3, irradiance: DVec3) {
     for (c, b) in c.iter_mut().zip(sh_basis(wi)) {
         *c += b * irradiance;
     }
 }
 
-/// Returns the irradiance averaged over normals of mean `n` and second moments `diag = E[xx, yy, zz]`, `off = E[yz, xz, xy]`, by the cosine
-/// convolution `A_l = π, 2π/3, π/4`. The irradiance is linear in the moments, and the trace of `diag` is 1.
+/// Returns the irradiance averaged over normals with the mean `n` and the second moments `diag = E[xx, yy, zz]` and `off = E[yz, xz, xy]`.
+/// The cosine convolution scales the bands by `A_l = π, 2π/3, π/4`. The irradiance is linear in the moments, and the trace of `diag` is 1.
 pub fn sh_irradiance_moments(c: &Sh9, n: DVec3, diag: DVec3, off: DVec3) -> DVec3 {
     use std::f64::consts::PI;
     let a0 = PI * (0.25 / PI).sqrt();
@@ -62,20 +63,20 @@ pub fn sh_irradiance(c: &Sh9, n: DVec3) -> DVec3 {
     sh_irradiance_moments(c, n, n * n, DVec3::new(n.y * n.z, n.x * n.z, n.x * n.y))
 }
 
-/// Returns the order-2 irradiance from one light of unit irradiance, as a polynomial of the cosine between normal and light.
+/// Returns the order-2 irradiance from one light of unit irradiance, which is a polynomial in the cosine between normal and light.
 pub fn sh_irradiance_light(cosine: f64) -> f64 {
     0.09375 + cosine * (0.5 + 0.46875 * cosine)
 }
 
-/// Returns the irradiance from one light beyond order 2, the clamped cosine minus [`sh_irradiance_light`]. Irradiance beyond order 2 begins
+/// Returns the irradiance from one light beyond order 2, which is the clamped cosine minus [`sh_irradiance_light`]. This remainder begins
 /// at band 4.
 pub fn sh_irradiance_rest(cosine: f64) -> f64 {
     cosine.max(0.0) - sh_irradiance_light(cosine)
 }
 
-/// Returns the attenuation of irradiance beyond order 2 over normals of mean `n`, which is not longer than 1. A spread of variance `v` per
-/// axis shortens the mean to `exp(−v)` and scales band `l` by `exp(−v l (l + 1)/2)`. The result is the scale `|n|¹⁰` of band 4, the lowest
-/// and strongest band beyond order 2.
+/// Returns the factor, at most 1, by which normals of mean `n` attenuate the irradiance beyond order 2. A spread of variance `v` per axis
+/// shortens the mean to `exp(−v)` and scales band `l` by `exp(−v l (l + 1)/2)`. The result is the factor `|n|¹⁰` of band 4, the lowest and
+/// strongest band beyond order 2.
 pub fn sh_rest_damping(n: DVec3) -> f64 {
     n.length_squared().min(1.0).powi(5)
 }
@@ -96,7 +97,7 @@ mod tests {
     }
 
     /// The irradiance beyond order 2 is orthogonal to Legendre polynomials up to order 3. The polynomial of order 4 gives band 4 of the
-    /// cosine, −1/24 of π.
+    /// cosine, which is −π/24.
     #[test]
     fn the_rest_begins_at_band_four() {
         let n = 200_000;

@@ -1,12 +1,12 @@
-//! Projection of radiance onto spherical harmonics, from a function on the sphere or from a cube map.
+//! Projects radiance onto spherical harmonics, from a function on the sphere or from a cube map.
 
 use super::sh::{Sh9, sh_add_light};
 use crate::quadrature::gauss_legendre;
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// Returns the coefficients of `radiance`, a function of unit direction. Gauss–Legendre quadrature in z (`rings` nodes) times `2 rings`
-/// equal steps of azimuth is exact for functions of degree below `2 rings`.
+/// Returns the coefficients of `radiance`, a function of a unit direction. The quadrature has `rings` Gauss–Legendre nodes in z times
+/// `2 rings` equal steps of azimuth. It is exact for functions of a degree below `2 rings`.
 pub fn project_function(rings: usize, radiance: impl Fn(DVec3) -> DVec3) -> Sh9 {
     let steps = 2 * rings;
     let mut c = [DVec3::ZERO; 9];
@@ -21,8 +21,8 @@ pub fn project_function(rings: usize, radiance: impl Fn(DVec3) -> DVec3) -> Sh9 
     c
 }
 
-/// Returns the direction of the cube face coordinates `sc`, `tc` in `[−1, 1]`, `tc` downwards, by Vulkan's cube map face selection. The
-/// faces are `+X, −X, +Y, −Y, +Z, −Z`. The direction is not normalised, but lies on the cube of half extent 1.
+/// Returns the direction of the cube face coordinates `sc` and `tc` in `[−1, 1]`, by Vulkan's cube map face selection. `tc` points
+/// downwards. The faces are `+X, −X, +Y, −Y, +Z, −Z`. The direction is not normalised, but lies on the cube of half extent 1.
 ///
 /// # Panics
 /// If `face` is not below 6.
@@ -41,7 +41,7 @@ pub fn cube_direction(face: usize, sc: f64, tc: f64) -> DVec3 {
 /// Returns the exact solid angle of texel `(x, y)` of a cube face of `size` texels per edge, in steradians.
 pub fn texel_solid_angle(size: u32, x: u32, y: u32) -> f64 {
     let at = |i: u32| 2.0 * f64::from(i) / f64::from(size) - 1.0;
-    // Solid angle of the rectangle from the face's centre to (u, v).
+    // This is the solid angle of the rectangle from the centre of the face to (u, v).
     let corner = |u: f64, v: f64| (u * v).atan2((u * u + v * v + 1.0).sqrt());
     let (x0, x1, y0, y1) = (at(x), at(x + 1), at(y), at(y + 1));
     corner(x1, y1) - corner(x0, y1) - corner(x1, y0) + corner(x0, y0)
@@ -108,7 +108,7 @@ mod tests {
 
     #[test]
     fn cube_faces_follow_vulkan() {
-        // Directions of the texel in the upper left corner of each face, from the table of the Vulkan specification.
+        // The directions of the texel in the upper left corner of each face, from the table of the Vulkan specification.
         let corners = [(1, 1, 1), (-1, 1, -1), (-1, 1, -1), (-1, -1, 1), (-1, 1, 1), (1, 1, -1)];
         for (face, (x, y, z)) in corners.into_iter().enumerate() {
             assert_eq!(cube_direction(face, -1.0, -1.0), DVec3::new(f64::from(x), f64::from(y), f64::from(z)));

@@ -1,4 +1,4 @@
-//! Specular reflection of a LEADR surface (LEADR eq. 16–19, 22).
+//! The specular reflection of a LEADR surface (LEADR eq. 16–19, 22).
 
 use crate::facets::beckmann::beckmann_ndf;
 use crate::facets::fresnel::fresnel_schlick;
@@ -10,14 +10,14 @@ use crate::materials::microfacet::half_vector;
 use crate::slopes::grid::{facet_area, grid_nodes, normal_of_slope, slope_at, slope_cholesky, slope_sample};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
-/// Returns the radiance towards `wo` under one light from `wi`, per unit of its irradiance on a plane that faces it (LEADR eq. 17). `f0` is
-/// the linear RGB reflectance at normal incidence.
+/// Returns the radiance towards `wo` under one light from `wi`, per unit of the light's irradiance on a plane that faces the light (LEADR
+/// eq. 17). `f0` is the linear RGB reflectance at normal incidence.
 pub fn leadr_specular_directional(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, f0: DVec3, shadowing: bool) -> DVec3 {
     specular_light(wo, wi, m, s, f0, masking_shadowing(wo, wi, m, s, shadowing))
 }
 
-/// Like [`leadr_specular_directional`], but with any [`Shadowing`] model, from the surface's areas in the two directions
-/// ([`crate::masking::correlated::direction_area`]). All lights share `o`, computed once per pixel.
+/// Like [`leadr_specular_directional`], but with any [`Shadowing`] model. `o` and `i` are the surface's areas in the two directions
+/// ([`crate::masking::correlated::direction_area`]). All lights share `o`, so callers compute it once per pixel.
 pub fn leadr_specular_light(
     shadowing: Shadowing,
     o: &DirectionArea,
@@ -31,7 +31,7 @@ pub fn leadr_specular_light(
     specular_light(wo, wi, m, s, f0, masking_shadowing_factor(shadowing, o, i))
 }
 
-/// Returns `F D/4` times a masking-shadowing factor.
+/// Returns `F D/4` times the masking-shadowing factor.
 fn specular_light(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, f0: DVec3, factor: f64) -> DVec3 {
     let wh = half_vector(wo, wi);
     fresnel_schlick(f0, wi.dot(wh)) * (0.25 * beckmann_ndf(wh, m, s) * factor)
@@ -40,7 +40,7 @@ fn specular_light(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, f0: DVec3, factor: f
 /// One node of the sum over an environment.
 #[derive(Clone, Copy, Debug)]
 pub struct EnvironmentSample {
-    /// The reflected direction, unit (LEADR eq. 18).
+    /// The unit reflected direction (LEADR eq. 18).
     pub wi: DVec3,
     /// The micronormal of the facet.
     pub wn: DVec3,
@@ -54,7 +54,7 @@ pub fn environment_sample_at(wo: DVec3, slope: DVec2) -> EnvironmentSample {
     EnvironmentSample { wi: 2.0 * wn.dot(wo) * wn - wo, wn, area: facet_area(wo, slope) }
 }
 
-/// Returns the environment sample at standard normal coordinates `p`.
+/// Returns the environment sample of the facet whose slope has the standard normal coordinates `p`.
 pub fn environment_sample(wo: DVec3, p: DVec2, m: DVec2, s: DVec3) -> EnvironmentSample {
     environment_sample_at(wo, slope_sample(p, m, s))
 }
@@ -70,8 +70,8 @@ pub const LOD_SUPPLEMENT_32: f64 = -0.5;
 /// The [`env_lod`] constant implied by `√(α/4π) textureSize` in the supplement's simplified Algorithm 1.
 pub const LOD_ALGORITHM_1: f64 = -1.8257;
 
-/// Returns the term of [`env_lod`] shared by all samples of a pixel. `size` is the number of texels per edge of the cube map, and `spacing`
-/// is the distance between samples in standard deviations. As in the paper, the larger standard deviation is used for both axes.
+/// Returns the term of [`env_lod`] that all samples of a pixel share. `size` is the number of texels per edge of the cube map, and
+/// `spacing` is the distance between samples in standard deviations. As in the paper, the larger standard deviation is used for both axes.
 pub fn env_lod_base(s: DVec3, spacing: f64, size: f64, constant: f64) -> f64 {
     0.5 * (s.x.max(s.y) * spacing * spacing).max(1e-12).log2() + size.log2() + constant
 }
@@ -87,7 +87,7 @@ pub fn env_lod(wo: DVec3, wn: DVec3, s: DVec3, spacing: f64, size: f64, constant
     env_lod_at(env_lod_base(s, spacing, size, constant), wo, wn)
 }
 
-/// Sums over the visible specular facets, or means once divided by the weight.
+/// Sums over the visible specular facets. The sums become means when they are divided by the weight.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SpecularTerm {
     /// The reflected radiance, including the Fresnel term and shadowing.
@@ -140,7 +140,7 @@ mod tests {
         assert!((LOD_MATCHED - 0.5 * (6.0 / (4.0 * PI)).log2()).abs() < 1e-4);
         assert!((LOD_SUPPLEMENT - (2.0 * PI.powf(-1.5)).log2()).abs() < 1e-2);
         assert!((LOD_ALGORITHM_1 - 0.5 * (1.0 / (4.0 * PI)).log2()).abs() < 1e-4);
-        // A sample that covers a sixth of the sphere needs the level with one texel per face.
+        // A sample that covers a sixth of the sphere needs the mip level with one texel per face.
         let s = DVec3::new(4.0 * PI / 6.0 / 4.0, 0.0, 0.0);
         assert!((env_lod(DVec3::Z, DVec3::Z, s, 1.0, 256.0, LOD_MATCHED) - 8.0).abs() < 1e-3);
     }

@@ -1,7 +1,7 @@
 //! Ambient occlusion of a point as a visibility or as a cone (Chan 2018, 4.4–4.7): albedo-aware ambient visibility, cones of a given
 //! visibility, and lights occluded by cones.
 //!
-//! A *visibility* is the unoccluded fraction of the cosine-weighted hemisphere (eq. 43); it is 1 without occluders. A [`Cone`] of
+//! A *visibility* is the unoccluded fraction of the cosine-weighted hemisphere (eq. 43), so it is 1 without occluders. A [`Cone`] of
 //! directions about an axis represents a visibility: directions inside are unoccluded, and all others are occluded.
 
 use crate::limits::{at_least, unit};
@@ -32,7 +32,7 @@ impl Hidden {
 }
 
 /// Returns the fraction of a white environment's light that reaches a point of this `visibility` and `albedo`, per colour channel (Chan
-/// 2018, eq. 45–49). `hidden` is the appearance of the occluders. Arguments and result are clamped to 0..1.
+/// 2018, eq. 45–49). `hidden` is the appearance of the occluders. The arguments and the result are clamped to 0..1.
 ///
 /// The point's radiance is `albedo / π` times the irradiance of the unoccluded sky times this fraction.
 pub fn adjusted_visibility(hidden: Hidden, visibility: f64, albedo: DVec3) -> DVec3 {
@@ -47,7 +47,7 @@ pub fn adjusted_visibility(hidden: Hidden, visibility: f64, albedo: DVec3) -> DV
 }
 
 /// Returns `A / (1 − ρ (1 − A))`, eq. 49 ([`Hidden::SameRadiance`]). `ρ = 1` gives 1 if anything is visible. `A = 0` gives 0 for every
-/// albedo, the limit for all `ρ < 1`; the printed form is 0/0 at `ρ = 1`.
+/// albedo, which is the limit for all `ρ < 1`. The printed form is 0/0 at `ρ = 1`.
 pub fn interreflected_visibility(visibility: f64, albedo: DVec3) -> DVec3 {
     let a = unit(visibility);
     // The bound of 1e-12 on the denominator is negligible, and the quotient is 0 where A is 0.
@@ -65,7 +65,7 @@ pub struct Cone {
 
 impl Cone {
     /// Returns the cone of a *visibility vector* `b = 1/π ∫ V(ω) ω dω`, the sum of the unoccluded directions. A facet of normal `m` that
-    /// faces all of them sees the fraction `m · b` of a uniform sky. As `b` is linear, any filter may average it. A cone of half angle θ
+    /// faces all of these directions sees the fraction `m · b` of a uniform sky. Any linear filter may average `b`. A cone of half angle θ
     /// about `u` has the vector `u sin²θ`. The direction of `b` is the axis, and its length is the visibility about the axis (eq. 54).
     ///
     /// A zero vector gives an empty cone about z.
@@ -115,9 +115,9 @@ pub fn bent_cone_visibility(cone: &Cone) -> f64 {
     ((disc + (sine * tilt * across).atan2(cosine)) * FRAC_1_PI).clamp(0.0, 1.0)
 }
 
-/// Returns the cosine of the half angle of a cone about `axis` with this visibility, the inverse of [`bent_cone_visibility`]. Above the
-/// horizon, it is `√(1 − V / cos θ_a)`. Clipped cones use a cubic, accurate to 1.3° for axes up to 75° from the normal. The cone is a
-/// hemisphere if no cone is wide enough, and empty for an axis on or below the horizon.
+/// Returns the cosine of the half angle of a cone about `axis` with this visibility, the inverse of [`bent_cone_visibility`]. For a cone
+/// above the horizon, the result is `√(1 − V / cos θ_a)`. Clipped cones use a cubic that is accurate to 1.3° for axes up to 75° from the
+/// normal. The cone is a hemisphere if no cone is wide enough, and empty for an axis on or below the horizon.
 pub fn bent_cone_cosine(visibility: f64, axis: DVec3) -> f64 {
     let (v, z) = (unit(visibility), axis.z.clamp(-1.0, 1.0));
     if z <= 1e-6 {
@@ -128,7 +128,7 @@ pub fn bent_cone_cosine(visibility: f64, axis: DVec3) -> f64 {
     if v <= touching {
         return cone_cosine(v / z);
     }
-    // Hermite interpolation between the cone that touches the horizon and a hemisphere.
+    // Use Hermite interpolation between the cone that touches the horizon and a hemisphere.
     let width = widest - touching;
     let t = ((v - touching) / at_least(width, 1e-9)).min(1.0);
     let s = 1.0 - t;
@@ -146,7 +146,7 @@ pub fn bent_cone(visibility: f64, axis: DVec3) -> Cone {
     Cone { axis, cosine: bent_cone_cosine(visibility, axis) }
 }
 
-/// Returns the visibility of a light from `wi` within the cone, 0 or 1 (Chan 2018, eq. 57, about any axis). The cone has a hard edge.
+/// Returns 1 for a light from `wi` inside the cone, and 0 outside (Chan 2018, eq. 57, about any axis). The cone has a hard edge.
 pub fn cone_light(cone: &Cone, wi: DVec3) -> f64 {
     f64::from(u8::from(cone.axis.dot(wi) > cone.cosine))
 }
@@ -160,10 +160,10 @@ pub fn cone_light_smooth(cone: &Cone, wi: DVec3) -> f64 {
 }
 
 /// Returns the cosine of a cone about the normal, widened for smooth surfaces and grazing viewers (Chan 2018, listing 3). `biased = false`
-/// omits eq. 60 and uses eq. 59 alone. `gloss` is 0..1, `n_v` is the cosine of the viewer, and `exponent` is 6 or 8.
+/// omits eq. 60 and uses eq. 59 alone. `gloss` is from 0 to 1, `n_v` is the cosine of the viewer's angle, and `exponent` is 6 or 8.
 ///
 /// The paper's eq. 59 has `(1 − (n·v)⁴)` where the listing has `(1 − n·v)⁴`, and the listing's `gloss8` is `gloss4 · gloss2`. The listing
-/// is the shipped code, with a gloss exponent of 6; the text of the paper has 8.
+/// is the shipped code, and has a gloss exponent of 6. The text of the paper has an exponent of 8.
 pub fn adjusted_cone_cosine(cosine: f64, gloss: f64, n_v: f64, biased: bool, exponent: u32) -> f64 {
     let gloss = unit(if biased { 1.5 * gloss } else { gloss });
     let grazing = (1.0 - unit(n_v)).powi(4);
@@ -274,7 +274,7 @@ mod tests {
             let cone = tilted(tilt, half);
             let again = bent_cone(bent_cone_visibility(&cone), cone.axis);
             let off = (again.cosine.acos() - half).to_degrees().abs();
-            // Unclipped cones are exact.
+            // Cones that the horizon does not clip are found exactly.
             assert!(tilt + half > 1.5705 || off < 1e-4, "{tilt} {half}: {off}");
             worst = worst.max(off);
         }
@@ -291,7 +291,7 @@ mod tests {
             assert_eq!(cone_light(&cone, at(z)), hard);
             assert!((cone_light_smooth(&cone, at(z)) - soft).abs() < 1e-15, "{z}");
         }
-        // A hemisphere hides nothing, not even at its edge.
+        // A hemispherical cone hides no light, not even at its edge.
         assert_eq!(cone_light_smooth(&Cone { axis: DVec3::Z, cosine: 0.0 }, DVec3::X), 1.0);
         for x in [DVec3::ZERO, DVec3::X, DVec3::splat(1e30)] {
             assert!(cone_light_smooth(&Cone { axis: x, cosine: 2.0 }, x).is_finite());
@@ -301,7 +301,7 @@ mod tests {
 
     #[test]
     fn smooth_surfaces_open_the_published_cone() {
-        // "Gloss above 0.67 is unaffected by the cone."
+        // Chan writes: "Gloss above 0.67 is unaffected by the cone."
         assert_eq!(adjusted_cone_cosine(0.9, 0.67, 0.8, true, 6), 0.0);
         assert_eq!(adjusted_cone_cosine(0.9, 0.0, 1.0, true, 6), 0.9);
         assert_eq!(adjusted_cone_cosine(0.9, 0.0, 0.0, false, 8), 0.0);

@@ -1,10 +1,10 @@
-//! Shadowing models.
+//! The shadowing models.
 
 /// The model for the lit fraction of the visible facets. The numbers equal the `LEADR_SHADOWING_` constants in
-/// `leadr/masking/correlated.glsl`; shader tests compare them.
+/// `leadr/masking/correlated.glsl`. Shader tests compare the two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Shadowing {
-    /// Masking alone, so that all visible facets are lit (Algorithms 1 and 2 of the LEADR paper).
+    /// Only masking, so all visible facets are lit (Algorithms 1 and 2 of the LEADR paper).
     None = 0,
     /// Smith's height-correlated form (LEADR eq. 13).
     Smith = 1,
@@ -29,7 +29,7 @@ impl Shadowing {
         self as i32
     }
 
-    /// Returns the model's name on the command line and in JSON. No shadowing has the name "masking", since masking remains.
+    /// Returns the model's name on the command line and in JSON. [`Shadowing::None`] has the name "masking", because masking remains.
     pub const fn name(self) -> &'static str {
         match self {
             Self::None => "masking",

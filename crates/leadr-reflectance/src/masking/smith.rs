@@ -1,26 +1,26 @@
 //! Smith masking and shadowing of a noncentral Gaussian surface (LEADR eq. 13–15), without the poles of `Λ`.
 //!
 //! In projected areas, the paper's `(wm·wg / wm·wo) / (1 + Λo + Λi)` is `a_i / (a_i A_o + a_o (A_i − a_i))`. This form is symmetric and
-//! shear-invariant. The form is finite for a mesosurface back-facing to the viewer, and 0 for one back-facing to the light. The thesis'
-//! noncentral form (2.13 with 3.3) is not shear-invariant and differs by up to 19 times.
+//! shear-invariant. The value is finite for a mesosurface that faces away from the viewer, and 0 for a mesosurface that faces away from the
+//! light. The thesis' noncentral form (eq. 2.13 with 3.3) is not shear-invariant and differs by up to a factor of 19.
 
 use crate::facets::projected_area::{meso_area, rough_area, slope_spread, visible_area};
 use crate::limits::{MIN_AREA, at_least};
 use glam::{DVec2, DVec3};
 
-/// Returns `Λ(w)` of LEADR 4.3, exactly instead of by the printed fit. `Λ` is large but finite where the paper has `+∞` (`a ≤ 0`).
+/// Returns the exact `Λ(w)` of LEADR 4.3, without the printed fit. `Λ` is large but finite where the paper has `+∞` (`a ≤ 0`).
 pub fn smith_lambda(w: DVec3, m: DVec2, s: DVec3) -> f64 {
     let a = meso_area(w, m);
     rough_area(a, slope_spread(w, s)) / a.max(MIN_AREA)
 }
 
-/// Returns `1 / A(wo) = (wm·wg / wm·wo) / (1 + Λo)`: masking alone, with the projected area of eq. 16.
+/// Returns `1 / A(wo) = (wm·wg / wm·wo) / (1 + Λo)`, which is masking alone times the projected area of eq. 16.
 pub fn masking(wo: DVec3, m: DVec2, s: DVec3) -> f64 {
     1.0 / at_least(visible_area(wo, m, s), MIN_AREA)
 }
 
-/// Returns `1 / (a_o (1 + Λo + Λi))`: height-correlated masking and shadowing with the projected area of eq. 16. A light below the
-/// mesosurface gives 0. Without `shadowing`, the result equals [`masking`].
+/// Returns `1 / (a_o (1 + Λo + Λi))`, which is height-correlated masking and shadowing times the projected area of eq. 16. A light below
+/// the mesosurface gives 0. Without `shadowing`, the result equals [`masking`].
 pub fn masking_shadowing(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, shadowing: bool) -> f64 {
     if !shadowing {
         return masking(wo, m, s);
@@ -31,16 +31,16 @@ pub fn masking_shadowing(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, shadowing: bo
     ai / at_least(ai * visible + ao * rough_area(ai, slope_spread(wi, s)), 1e-30)
 }
 
-/// Computes [`shadowing_given_masking`] with view-dependent terms that the caller computes outside a loop: `ao = meso_area(wo, m)` and
-/// `area_o = visible_area(wo, m, s)`.
+/// Computes [`shadowing_given_masking`] from view-dependent terms, which the caller computes once outside a loop: `ao = meso_area(wo, m)`
+/// and `area_o = visible_area(wo, m, s)`.
 pub fn shadowing_from_areas(ao: f64, area_o: f64, wi: DVec3, m: DVec2, s: DVec3) -> f64 {
     let ai = meso_area(wi, m).max(0.0);
     let lit = ai * at_least(area_o, MIN_AREA);
     lit / at_least(lit + ao.max(0.0) * rough_area(ai, slope_spread(wi, s)), 1e-30)
 }
 
-/// Returns `(1 + Λo) / (1 + Λo + Λi)`, 0..1: the lit fraction of the visible facets. The fraction weights a sample (eq. 22) or a light (eq.
-/// 20) in a sum already normalised for masking. The fraction is 1 without `shadowing`.
+/// Returns `(1 + Λo) / (1 + Λo + Λi)`, the fraction of the visible facets that is lit, from 0 to 1. The fraction weights a sample (eq. 22)
+/// or a light (eq. 20) in a sum that is already normalised for masking. The fraction is 1 without `shadowing`.
 pub fn shadowing_given_masking(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, shadowing: bool) -> f64 {
     if shadowing { shadowing_from_areas(meso_area(wo, m), visible_area(wo, m, s), wi, m, s) } else { 1.0 }
 }

@@ -6,7 +6,7 @@
 //!
 //! The projected areas are per unit of macrosurface: `a` of the mesosurface and `A` of the visible microsurface
 //! ([`crate::facets::projected_area`]). For a central distribution, `a = cos θ`, which gives thesis eq. 2.1. Where the mesosurface is
-//! edge-on to the viewer (`a_o → 0`), `G` and `a_o` vanish but their quotient has a limit. The code uses this limit there and for
+//! edge-on to the viewer (`a_o → 0`), `G` and `a_o` vanish but their quotient has a limit. The code uses this limit for edge-on and for
 //! back-facing mesosurfaces. `G₁` is never clamped, because the visible facets per unit of macrosurface, `cos θ / A`, can exceed 1 on a
 //! sheared surface.
 //!
@@ -38,10 +38,10 @@ use glam::{DVec2, DVec3};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Masking {
-    /// Smith, height-correlated: `G = 1 / (1 + Λ_o + Λ_i)` (LEADR eq. 13; thesis eq. 2.13 for a central distribution).
+    /// The height-correlated Smith form, `G = 1 / (1 + Λ_o + Λ_i)` (LEADR eq. 13; thesis eq. 2.13 for a central distribution).
     #[default]
     SmithCorrelated = 0,
-    /// Smith with independent masking and shadowing: `G = G₁(o) G₁(i) = 1 / ((1 + Λ_o)(1 + Λ_i))`. This `G` never exceeds the
+    /// The Smith form with independent masking and shadowing, `G = G₁(o) G₁(i) = 1 / ((1 + Λ_o)(1 + Λ_i))`. This `G` never exceeds the
     /// height-correlated form.
     SmithSeparable = 1,
     /// Smith masking without shadowing, `G = G₁(o)` (LEADR eq. 16 without shadowing). It reflects all light of a white furnace.
@@ -49,8 +49,8 @@ pub enum Masking {
     /// The thesis' noncentral form: eq. 2.13 with the `G₁ = cos θ / A` of eq. 3.3, using the macrosurface's cosines.
     ///
     /// This form equals [`Masking::SmithCorrelated`] for a central distribution. For a sheared distribution, it is not shear-invariant and
-    /// differs from LEADR's form by up to 19 times; ray casting agrees with LEADR. It has a pole where `1/G₁(o) + 1/G₁(i) = 1`. Beyond the
-    /// pole, the printed form is negative and this one is 0. For comparison only.
+    /// differs from LEADR's form by up to a factor of 19. Ray casting agrees with LEADR. It has a pole where `1/G₁(o) + 1/G₁(i) = 1`.
+    /// Beyond the pole, the printed form is negative and this code returns 0. Use this form for comparison only.
     SmithThesis = 3,
     /// Symmetric V-grooves, `G = min(1, 2 z_o z_h / wo·wh, 2 z_i z_h / wi·wh)` (Torrance and Sparrow; thesis Table 2.IV), sheared by the
     /// mean slope: the opposite side of a groove has the slope `2 m − slope`.
@@ -60,8 +60,8 @@ pub enum Masking {
     /// A normal map without masking: facets are weighted by their macrosurface area, `G = z_o z_h / wo·wh` (thesis Table 2.IV). The form is
     /// not reciprocal, because `a_o` cancels. [`MIN_AREA`] bounds the pole at `wo·wh → 0`.
     NormalMap = 6,
-    /// Smith, correlated in height and direction: `G = 1 / (1 + max Λ + f min Λ)`, where `f` rises from 0 for equal azimuths to 1. This `G`
-    /// lies between [`Masking::SmithCorrelated`] and [`Masking::SmithUnshadowed`]; see [`super::correlated`].
+    /// The Smith form correlated in height and direction, `G = 1 / (1 + max Λ + f min Λ)`, where `f` rises from 0 for equal azimuths to 1.
+    /// This `G` lies between [`Masking::SmithCorrelated`] and [`Masking::SmithUnshadowed`] (see [`super::correlated`]).
     SmithDirectionCorrelated = 7,
     /// [`Masking::SmithDirectionCorrelated`] with the simple `f`.
     SmithDirectionCorrelatedSimple = 8,
@@ -97,17 +97,17 @@ impl Masking {
     }
 }
 
-/// Returns `f = (wo·wh) / wh.z = (wi·wh) / wh.z`: the projected area of the facet that reflects `wo` to `wi`, per unit of macrosurface.
+/// Returns `f = (wo·wh) / wh.z = (wi·wh) / wh.z`, the projected area of the facet that reflects `wo` to `wi`, per unit of macrosurface.
 ///
 /// Computes `wo·wh` as `|wo + wi| / 2`, because the dot product loses all its digits as `wi → −wo`.
 pub fn half_facet_area(wo: DVec3, wi: DVec3, wh: DVec3) -> f64 {
     0.5 * (wo + wi).length() / wh.z.max(1e-12)
 }
 
-/// Returns `G / a_o`, in 0..1e6: the factor of `F D / 4` in `f_r cos θ_i` (table above). `wh` is the half vector, and `m` is the mean
-/// slope. `area_o` and `area_i` are the visible projected areas `A(wo)` and `A(wi)` of the distribution, at least [`MIN_AREA`]. `s` is the
-/// slope covariance or a multiple of it (a roughness matrix). The direction-correlated forms take the correlation of `wo` and `wi` from
-/// `s`.
+/// Returns `G / a_o`, from 0 to 1e6, which is the factor of `F D / 4` in `f_r cos θ_i` (see the table of the module). `wh` is the half
+/// vector, and `m` is the mean slope. `area_o` and `area_i` are the visible projected areas `A(wo)` and `A(wi)` of the distribution, at
+/// least [`MIN_AREA`]. `s` is the slope covariance or a multiple of it (a roughness matrix). The direction-correlated forms take the
+/// correlation of `wo` and `wi` from `s`.
 ///
 /// With shadowing, the factor is 0 for a light on or below the mesosurface.
 pub fn masking_factor(
@@ -133,7 +133,7 @@ pub fn masking_factor(
             let denominator = wi.z * area_o + wo.z * area_i - wo.z * wi.z;
             if seen && denominator > 0.0 { wi.z / denominator.max(MIN_AREA * wi.z) } else { 0.0 }
         }
-        // Computes min(f, 2 a_o, 2 a_i) / (f a_o) without dividing by a_o; the limit at a_o = 0 is 2/f.
+        // Compute min(f, 2 a_o, 2 a_i) / (f a_o) without dividing by a_o. The limit at a_o = 0 is 2/f.
         Masking::VGroove => ai / (ai * ao.max(0.5 * facet).max(MIN_AREA)).max(0.5 * facet * ao).max(1e-30),
         Masking::VGrooveUnshadowed => 1.0 / ao.max(0.5 * facet).max(MIN_AREA),
         Masking::NormalMap => 1.0 / facet.max(MIN_AREA),

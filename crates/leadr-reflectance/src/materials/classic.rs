@@ -1,18 +1,19 @@
-//! Methods older than LEADR: Blinn-Phong lobes around mipmapped normals, Toksvig's roughness from the mean normal length, and a single
-//! environment lookup per lobe.
+//! Methods that are older than LEADR: Blinn-Phong lobes around mipmapped normals, Toksvig's roughness from the mean normal length, and a
+//! single environment lookup per lobe.
 //!
 //! # Blinn-Phong
 //!
-//! The lobe `D(wh) = (e + 2) / 2π cosᵉ` is a density of normals per solid angle; projected areas sum to one. Near its peak, the lobe is a
-//! Gaussian of slopes with variance `1 / (e + 2)` per axis. A Beckmann lobe has the variance `α²/2`, so `e = 2/α² − 2` (Walter et al.
+//! The lobe `D(wh) = (e + 2) / 2π cosᵉ` is a density of normals per solid angle, whose projected areas sum to one. Near its peak, the lobe
+//! is a Gaussian of slopes with variance `1 / (e + 2)` per axis. A Beckmann lobe has the variance `α²/2`, so `e = 2/α² − 2` (Walter et al.
 //! 2007).
 //!
 //! # Toksvig
 //!
-//! The filtered normal `n̄` gets shorter as the normals under a pixel vary more. Toksvig (2005) uses `(1 − |n̄|) / |n̄|` as their variance
-//! `v` and widens the lobe to the exponent `e / (1 + e v)`. The maps here store slope moments rather than normals, because bumps are
-//! rescaled and surfaces deform, so the length is computed from the moments. [`normal_variance`] is the variance of normals around the
-//! normal of the mean slope, to first order. For Gaussian slopes with variance `v` per axis around the frame's axis, the length is exactly
+//! The filtered normal `n̄` gets shorter as the normals under a pixel vary more. Toksvig (2005) uses `(1 − |n̄|) / |n̄|` as the variance
+//! `v` of these normals, and widens the lobe to the exponent `e / (1 + e v)`. Maps in this project store slope moments instead of normals,
+//! because bumps are rescaled and surfaces deform. The length of the mean normal is therefore computed from the moments.
+//! [`normal_variance`] is the variance of normals around the normal of the mean slope, to first order. For Gaussian slopes with variance
+//! `v` per axis around the frame's axis, the length is exactly
 //!
 //! ```text
 //! |n̄| = E[1/√(1 + |x|²)] = ∫₀^∞ e^(−u) / √(1 + 2vu) du = t M(t),   t = 1/√v,  M: Mills' ratio
@@ -25,7 +26,7 @@ use crate::limits::MIN_AREA;
 use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
-/// Returns the exponent of the Blinn-Phong lobe that is equivalent to a Beckmann roughness, 0 to 1e6.
+/// Returns the exponent, from 0 to 1e6, of the Blinn-Phong lobe that is equivalent to a Beckmann roughness.
 pub fn blinn_phong_exponent(alpha: f64) -> f64 {
     (2.0 / (alpha * alpha).max(MIN_AREA) - 2.0).clamp(0.0, 1e6)
 }
@@ -35,7 +36,7 @@ pub fn blinn_phong_variance(exponent: f64) -> f64 {
     1.0 / (exponent + 2.0)
 }
 
-/// Returns the density of normals per solid angle, at the cosine of the angle to the lobe's axis.
+/// Returns the density of normals per solid angle. `cosine` is the cosine of the angle to the lobe's axis.
 pub fn blinn_phong_ndf(cosine: f64, exponent: f64) -> f64 {
     if cosine <= 0.0 { 0.0 } else { (exponent + 2.0) / (2.0 * PI) * cosine.powf(exponent) }
 }
@@ -49,7 +50,7 @@ pub fn normal_variance(m: DVec2, s: DVec3) -> f64 {
     (0.5 * per * (s.x + s.y - per * along)).max(0.0)
 }
 
-/// Returns `(1 − |n̄|) / |n̄|` for normals of this variance.
+/// Returns Toksvig's variance `(1 − |n̄|) / |n̄|` for normals of this variance.
 pub fn toksvig_variance(variance: f64) -> f64 {
     let shortening = tail_mean_ratio(1.0 / variance.max(1e-12).sqrt());
     shortening / (1.0 - shortening).max(1e-6)
@@ -60,9 +61,9 @@ pub fn toksvig_exponent(exponent: f64, variance: f64) -> f64 {
     exponent / (1.0 + exponent * variance)
 }
 
-/// Returns the level of detail of a lobe's single environment lookup, for a normal variance per axis and a cube map of `size` texels per
-/// edge. Reflected directions rotate twice as far as normals. A bilinear lookup in a box-filtered level with texels of width `h` has the
-/// variance `h²/4`.
+/// Returns the level of detail of a lobe's single environment lookup. `variance` is the normal variance per axis, and `size` is the number
+/// of texels per edge of the cube map. Reflected directions rotate twice as far as normals. A bilinear lookup in a box-filtered level with
+/// texels of width `h` has the variance `h²/4`.
 pub fn lobe_lod(variance: f64, size: f64) -> f64 {
     0.5 * (4.0 * variance).max(1e-12).log2() + size.log2() + 0.467
 }
@@ -115,7 +116,7 @@ mod tests {
         }
     }
 
-    /// Off the frame's axis the variance is approximate; the test bounds its relative error.
+    /// For tilted mean slopes the variance is approximate. The test bounds its relative error.
     #[test]
     fn tilted_and_anisotropic_normals_are_near() {
         let mut worst = 0.0f64;

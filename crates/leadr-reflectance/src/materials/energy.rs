@@ -1,9 +1,10 @@
-//! Directional albedo of specular microfacets, the energy that a single bounce loses, and two compensations (Kulla and Conty 2017; Turquin
-//! 2019).
+//! The directional albedo of specular microfacets, the energy that a single bounce loses, and two methods that compensate for the loss
+//! (Kulla and Conty 2017; Turquin 2019).
 //!
-//! A microfacet BRDF models one bounce. Ideal specular facets reflect `E(c, α) < 1` towards a viewer of cosine `c`; the remaining light
-//! hits other facets and leaves later. The [`compensation_lobe`] adds this light as `(1 − E_o)(1 − E_i) / (π (1 − E_avg))`. The lobe is
-//! reciprocal, and its albedo is exactly `1 − E_o`. Each further bounce tints the light by the mean Fresnel reflectance.
+//! A microfacet BRDF models one bounce. Ideal specular facets reflect the fraction `E(c, α) < 1` towards a viewer of cosine `c`. The
+//! remaining light hits other facets and leaves the surface later. The [`compensation_lobe`] adds this light as
+//! `(1 − E_o)(1 − E_i) / (π (1 − E_avg))`. The lobe is reciprocal, and its albedo is exactly `1 − E_o`. Each further bounce tints the light
+//! by the mean Fresnel reflectance.
 //!
 //! The table stores [`directional_albedo`](crate::integrals::directional_albedo). Between nodes, the table is never below the true albedo,
 //! so no result exceeds 1. The average row is the exact mean of the interpolated table.
@@ -13,7 +14,7 @@ use crate::limits::{at_least, unit};
 use glam::DVec3;
 use std::f64::consts::PI;
 
-/// The directional albedo under Schlick's Fresnel term, split by F0 (Karis 2013). Schlick's term is linear in F0.
+/// The directional albedo under Schlick's Fresnel term, split into two parts, because the term is linear in F0 (Karis 2013).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SplitAlbedo {
     /// The albedo for `F = 1`.
@@ -23,12 +24,12 @@ pub struct SplitAlbedo {
 }
 
 impl SplitAlbedo {
-    /// Returns the factor of `F0`.
+    /// Returns the factor that multiplies `F0` in the albedo.
     pub fn scale(&self) -> f64 {
         self.ideal - self.grazing
     }
 
-    /// Returns the additive bias, per reflectance at grazing incidence.
+    /// Returns the additive part of the albedo, per unit of reflectance at grazing incidence.
     pub fn bias(&self) -> f64 {
         self.grazing
     }
@@ -39,20 +40,20 @@ impl SplitAlbedo {
     }
 }
 
-/// The number of nodes of an [`EnergyTable`] over `√cos`, 0 to 1.
+/// The number of nodes of an [`EnergyTable`] over `√cos`, from 0 to 1.
 pub const ENERGY_COSINES: usize = 32;
-/// The number of nodes of an [`EnergyTable`] over the fourth root of `α`, 0 to 1.
+/// The number of nodes of an [`EnergyTable`] over the fourth root of `α`, from 0 to 1.
 pub const ENERGY_ALPHAS: usize = 48;
-/// The number of texels in a row: one per cosine, and one for the average.
+/// The number of texels in a row, with one texel per cosine and one texel for the average.
 pub const ENERGY_ROW: usize = ENERGY_COSINES + 1;
 
-/// The table nodes for GGX, then Beckmann facets, as 16-bit little-endian unorms: `1 − ideal` and `grazing` interleaved, by cosine and then
-/// by roughness. Example 20 writes the file.
+/// The table nodes for GGX facets, then for Beckmann facets, as 16-bit little-endian unorms. Each node holds `1 − ideal` and `grazing`, and
+/// the cosine varies fastest. Example 20 writes the file.
 static NODES: &[u8; 2 * 4 * ENERGY_COSINES * ENERGY_ALPHAS] = include_bytes!("energy.bin");
 
-/// The specular albedo by roughness and viewer. Texel `(x, y)` is `(1 − ideal, grazing)` at `cos = (x/31)²`, `α = (y/47)⁴`; `x = 32` holds
-/// the average over the hemisphere. Interpolation is linear in `√cos` ([`energy_weight`]) and in the fourth root of `α`. The loss of smooth
-/// facets depends on `cos / α`, so rows are denser at small `α`.
+/// A table of the specular albedo by roughness and viewer angle. Texel `(x, y)` is `(1 − ideal, grazing)` at `cos = (x/31)²`,
+/// `α = (y/47)⁴`. The column `x = 32` holds the average over the hemisphere. Interpolation is linear in `√cos` ([`energy_weight`]) and in
+/// the fourth root of `α`. The loss of smooth facets depends on `cos / α`, so rows are denser at small `α`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EnergyTable(Vec<[f32; 2]>);
 
@@ -73,7 +74,7 @@ impl EnergyTable {
     fn stored(table: usize) -> Self {
         let (words, _) = NODES.as_chunks::<2>();
         let at = |i: usize| f32::from(u16::from_le_bytes(words[i])) / 65535.0;
-        // `(1 − ideal, grazing)` at node `x + 32 y`.
+        // Each node `x + 32 y` holds `(1 − ideal, grazing)`.
         let node = |i: usize| [0, 1].map(|k| at(2 * (table * ENERGY_COSINES * ENERGY_ALPHAS + i) + k));
         let rows = (0..ENERGY_ALPHAS).flat_map(|y| {
             let row: Vec<[f32; 2]> = (0..ENERGY_COSINES).map(|x| node(x + ENERGY_COSINES * y)).collect();
@@ -88,7 +89,7 @@ impl EnergyTable {
         &self.0
     }
 
-    /// Returns the albedo towards a viewer. Arguments are clamped to 0..1.
+    /// Returns the albedo towards a viewer. The arguments are clamped to 0..1.
     pub fn albedo(&self, alpha: f64, cosine: f64) -> SplitAlbedo {
         let x = unit(cosine).sqrt() * (ENERGY_COSINES - 1) as f64;
         let at = (x as usize).min(ENERGY_COSINES - 2);
@@ -114,8 +115,8 @@ impl EnergyTable {
     }
 }
 
-/// Returns the interpolation weight of the next node at fraction `t` after node `column` in `√cos`. Near grazing incidence, albedos are
-/// linear in the cosine.
+/// Returns the interpolation weight of the next node, at the fraction `t` of the interval after node `column` in `√cos`. Near grazing
+/// incidence, albedos are linear in the cosine.
 pub fn energy_weight(column: usize, t: f64) -> f64 {
     if column == 0 { t * t } else { t }
 }
@@ -140,8 +141,8 @@ pub fn average_fresnel(f0: DVec3) -> DVec3 {
     f0 + (grazing_reflectance(f0) - f0) / 21.0
 }
 
-/// Returns the fraction of the lost energy that leaves after all further bounces, `F² E / (1 − F (1 − E))`, where `F` is
-/// [`average_fresnel`] and `E` the average albedo of ideal specular facets. All of it leaves for `F0 = 1`.
+/// Returns the fraction of the lost energy that leaves after all further bounces, `F² E / (1 − F (1 − E))`. `F` is [`average_fresnel`], and
+/// `E` is the average albedo of ideal specular facets. The result is 1 for `F0 = 1`.
 pub fn compensation_color(f0: DVec3, average_ideal: f64) -> DVec3 {
     let f = average_fresnel(f0);
     f * f * average_ideal / (DVec3::ONE - f * (1.0 - average_ideal)).max(DVec3::splat(1e-6))
@@ -160,12 +161,12 @@ pub fn compensation_scale(f0: DVec3, ideal_o: f64) -> DVec3 {
     DVec3::ONE + f0 * ((1.0 - e) / e)
 }
 
-/// Returns the total specular albedo towards the viewer: [`SplitAlbedo::of`] plus the compensation.
+/// Returns the total specular albedo towards the viewer, which is [`SplitAlbedo::of`] plus the compensation.
 pub fn specular_albedo(f0: DVec3, albedo: SplitAlbedo, average_ideal: f64) -> DVec3 {
     albedo.of(f0) + (1.0 - albedo.ideal) * compensation_color(f0, average_ideal)
 }
 
-/// Returns the energy left for the substrate, `1 − ` [`specular_albedo`], ≥ 0. The energy is linear in the table, so
+/// Returns the energy that is left for the substrate, `1 − ` [`specular_albedo`], at least 0. The energy is linear in the table, so
 /// [`EnergyTable::average`] gives the mean over the hemisphere.
 pub fn entered(f0: DVec3, albedo: SplitAlbedo, average_ideal: f64) -> DVec3 {
     (DVec3::ONE - specular_albedo(f0, albedo, average_ideal)).max(DVec3::ZERO)

@@ -1,4 +1,4 @@
-//! A material of tabulated facets over a diffuse base.
+//! A material that consists of tabulated facets over a diffuse base.
 
 use std::f64::consts::FRAC_1_PI;
 

@@ -1,7 +1,7 @@
-//! Shader data of a fitted material: a row of numbers in the layout of `leadr/materials/fitted.glsl`.
+//! The shader data of a fitted material, which is a row of numbers in the layout of `leadr/materials/fitted.glsl`.
 //!
 //! Table nodes store `ln D` and its slope, so shaders interpolate with the same cubic as the CPU. The visible area is stored at
-//! `cos θ = (j/n)²`, with denser nodes where it differs from the cosine. Fresnel reflectances are stored as measured.
+//! `cos θ = (j/n)²`. The nodes are denser where the area differs from the cosine. Fresnel reflectances are stored without conversion.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -14,9 +14,9 @@ use crate::facets::gaussian_mixture::{Lobe, MOST_LOBES};
 use crate::facets::slope_distribution::SlopeDistribution as _;
 
 const MOST_ALPHA: f64 = 2.0;
-/// The number of intervals of the visible area.
+/// The number of intervals in the table of the visible area.
 const AREAS: usize = 96;
-/// The number of intervals of the Fresnel term.
+/// The number of intervals in the table of the Fresnel term.
 const REFLECTANCES: usize = 90;
 /// The number of values in the header.
 const HEAD: usize = 13;
@@ -30,7 +30,7 @@ pub struct FittedTable {
     alpha: f32,
 }
 
-/// Returns the minor radius of a lobe as a Beckmann roughness, which is the roughness across the anisotropy direction.
+/// Returns the minor radius of a lobe as a Beckmann roughness. This is the roughness across the direction of anisotropy.
 pub fn lobe_alpha(lobe: &Lobe) -> f64 {
     ellipse_from_roughness(2.0 * lobe.covariance).radii.min_element().clamp(1e-4, MOST_ALPHA)
 }
@@ -42,7 +42,7 @@ pub fn widest_direction(covariance: DVec3) -> f64 {
 
 impl FittedTable {
     /// Packs a fit and its first [`MOST_LOBES`] lobes. `alpha` is the equivalent roughness of the fit. A surface of another roughness
-    /// scales slopes by the ratio.
+    /// scales the slopes by the ratio of the roughnesses.
     pub fn new(brdf: &FittedBrdf, lobes: &[Lobe], alpha: f32) -> Self {
         let facets = &brdf.facets;
         let lobes = &lobes[..lobes.len().min(MOST_LOBES)];

@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-/// The half vector `wh`, and the light direction `wd` in a frame with `wh` along z. Both are unit vectors. `wd.z = cos θ_d` is the argument
-/// of the Fresnel term.
+/// The half vector `wh`, and the light direction `wd` in a frame whose z axis is `wh`. Both are unit vectors. `wd.z = cos θ_d` is the
+/// argument of the Fresnel term.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HalfDifference {
     /// The half vector `(wi + wo) / |wi + wo|`.
@@ -20,12 +20,12 @@ fn angles(w: DVec3) -> (f64, f64, f64) {
 
 /// Returns the half and difference vectors of the unit directions `wo` and `wi` (thesis eq. 1.8).
 ///
-/// Opposite directions have no half vector. The highest direction orthogonal to `wi`, the limit in the plane of incidence, replaces the
-/// half vector. [`half_difference_to_directions`] recovers the pair from it.
+/// Opposite directions have no half vector. Instead, `wh` is the highest direction orthogonal to `wi`, which is the limit in the plane of
+/// incidence. [`half_difference_to_directions`] recovers the pair from this direction.
 pub fn directions_to_half_difference(wo: DVec3, wi: DVec3) -> HalfDifference {
     let sum = wi + wo;
     let length2 = sum.length_squared();
-    // sum = (|sum|² / 2) wi + a vector orthogonal to wi; for short sums, rounding destroys the component along wi.
+    // The sum is (|sum|² / 2) wi plus a vector orthogonal to wi. For short sums, rounding destroys the component along wi.
     let across = sum - sum.dot(wi) * wi;
     let wh = if length2 > 1.0 {
         sum / length2.sqrt()
@@ -98,7 +98,7 @@ mod tests {
                 let (wo, wi) = half_difference_to_directions(&HalfDifference { wh, wd });
                 let back = directions_to_half_difference(wo, wi);
                 worst = worst.max((back.wh - wh).length());
-                // Near the poles, the azimuth of wh is only as accurate as the tiny x and y of wh, and so is wd.
+                // Near the poles, the azimuth of wh is only as accurate as the tiny x and y of wh. The same holds for wd.
                 if wh.z.abs() < 0.999 {
                     worst = worst.max((back.wd - wd).length());
                 }

@@ -4,10 +4,10 @@ use super::brdf::Brdf;
 use glam::DVec3;
 use std::f64::consts::FRAC_1_PI;
 
-/// The BRDF `f_r = albedo / π` if both directions are above the horizon. Cosine sampling is exact for this BRDF.
+/// The BRDF `f_r = albedo / π`, which is 0 unless both directions are above the horizon. Cosine sampling is exact for this BRDF.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lambert {
-    /// The albedo in linear RGB, 0..1.
+    /// The albedo in linear RGB, from 0 to 1.
     pub albedo: DVec3,
 }
 

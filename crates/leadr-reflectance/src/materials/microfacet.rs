@@ -11,7 +11,7 @@ use crate::masking::variants::{Masking, attenuation, half_facet_area, masking_fa
 use crate::slopes::grid::{facet_area, normal_of_slope};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
-/// The BRDF with `f_r cos θ_i = F D (G / a_o) / 4`. The default masking and Fresnel term give LEADR eq. 16 for ideal specular facets.
+/// The BRDF for which `f_r cos θ_i = F D (G / a_o) / 4`. The default masking and Fresnel term give LEADR eq. 16 for ideal specular facets.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Microfacet<D> {
     /// The slope density of the facets.
@@ -28,7 +28,7 @@ pub fn half_vector(wo: DVec3, wi: DVec3) -> DVec3 {
     h / h.length_squared().max(1e-20).sqrt()
 }
 
-/// Returns `D (G / a_o) / 4`, finite because the normal density, very large for a smooth surface, is clamped to 1e30.
+/// Returns `D (G / a_o) / 4`. The result is finite, because the normal density of a smooth surface is clamped to 1e30.
 pub fn microfacet_product(d: f64, factor: f64) -> f64 {
     0.25 * d.min(1e30) * factor
 }
@@ -65,11 +65,11 @@ fn specular(
     microfacet_product(ndf(wh), masking_factor(masking, wo, wi, wh, m, area(wo), area(wi), shape))
 }
 
-/// Returns the factor `q` in the density `D q / 4` with which a facet of projected area `facet` samples directions `wi`. The factor
-/// represents the visible part of the facet, by the masking without shadowing.
+/// Returns the factor `q` in the density `D q / 4` with which a facet of projected area `facet` samples directions `wi`. The factor depends
+/// on the visible part of the facet, that is on masking without shadowing.
 ///
-/// * Smith: `1 / A_o`, which gives the density of visible normals (thesis eq. 2.17); the throughput is `G / G₁ F` (eq. 2.23).
-/// * Normal map: `1 / f`, because facets are weighted by macrosurface area; the throughput is `F`.
+/// * Smith: `1 / A_o`, which gives the density of visible normals (thesis eq. 2.17). The throughput is `G / G₁ F` (eq. 2.23).
+/// * Normal map: `1 / f`, because facets are weighted by macrosurface area. The throughput is `F`.
 /// * V-groove: `1 / f`, or `2 / f` where `f > 2 a_o`, because grooves are weighted by macrosurface area. If only one side of a groove is
 ///   visible, that side is used. The throughput is at most `2 F`.
 fn sampling_factor(masking: Masking, distribution: &impl SlopeDistribution, wo: DVec3, facet: f64) -> f64 {
@@ -78,8 +78,8 @@ fn sampling_factor(masking: Masking, distribution: &impl SlopeDistribution, wo: 
         Masking::NormalMap => 1.0 / facet,
         Masking::VGrooveUnshadowed if facet > 2.0 * distribution.meso_area(wo) => 2.0 / facet,
         Masking::VGrooveUnshadowed => 1.0 / facet,
-        // The area is not clamped to MIN_AREA, unlike in the evaluation, so that samples follow the true density wherever anything is
-        // visible.
+        // Unlike the evaluation, this code does not clamp the area to MIN_AREA. Samples therefore follow the true density wherever a facet
+        // is visible.
         _ => 1.0 / distribution.visible_area(wo).max(1e-30),
     }
 }
@@ -87,12 +87,12 @@ fn sampling_factor(masking: Masking, distribution: &impl SlopeDistribution, wo: 
 /// Returns a visible normal with the density of [`sampling_factor`]. The normal may be back-facing or otherwise unusable.
 fn sample_normal(masking: Masking, distribution: &impl SlopeDistribution, wo: DVec3, u: DVec2) -> DVec3 {
     match masking.unshadowed() {
-        // At normal incidence, facets are weighted by macrosurface area: D(wn) wn.z.
+        // A viewer at normal incidence weights facets by their macrosurface area, D(wn) wn.z.
         Masking::NormalMap => distribution.sample_visible(DVec3::Z, u),
         Masking::VGrooveUnshadowed => {
             let wn = distribution.sample_visible(DVec3::Z, u);
             let slope = -wn.xy() / wn.z.max(1e-12);
-            // The areas of both sides of a groove sum to 2 a_o; if one side is back-facing, only the other side is visible.
+            // The areas of the two sides of a groove sum to 2 a_o. If one side is back-facing, only the other side is visible.
             if facet_area(wo, slope) > 0.0 { wn } else { normal_of_slope(2.0 * distribution.mean_slope() - slope) }
         }
         _ => distribution.sample_visible(wo, u),
@@ -124,7 +124,7 @@ impl<D: SlopeDistribution> Brdf for Microfacet<D> {
         let wi = (2.0 * cosine * wn - wo).normalize();
         let q = sampling_factor(self.masking, &self.distribution, wo, cosine / wn.z.max(1e-12));
         let pdf = 0.25 * self.distribution.ndf(wn) * q;
-        // This avoids the quotient of densities, so the throughput is finite even for the smoothest surface.
+        // This form avoids a quotient of densities, so the throughput is finite even for the smoothest surface.
         let throughput = self.fresnel.at(cosine) * (attenuation(self.masking, &self.distribution, wo, wi, wn) / q);
         (pdf > 0.0).then_some(BrdfSample { wi, pdf, throughput })
     }

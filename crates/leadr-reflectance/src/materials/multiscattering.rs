@@ -1,28 +1,28 @@
-//! Multiple-scattering diffuse BRDF of rough surfaces under a specular coat (Chan 2018, section 5).
+//! The multiple-scattering diffuse BRDF of rough surfaces under a specular coat (Chan 2018, section 5).
 //!
 //! [`chan_diffuse`] is the published hand fit (listing 1). [`multiscattering_diffuse`] is this project's fit to the same simulation
 //! (`leadr_lab::facet_walk`), with an exact formula for the directional albedo:
 //!
 //! `f_r = ρ/π (κ P / (c_o + c_i) + r_o r_i / r̄ (1 + (1 − ρ q) η d))`
 //!
-//! * `t` is the coat's transmittance along a direction: one minus its reflectance ([`entered`](super::energy::entered)).
-//! * `κ / (c_o + c_i)` is the first bounce at grazing angles (Lommel–Seeliger law); `κ` includes the factor `1 − F0` and is smaller for
+//! * `t` is the coat's transmittance along a direction, which is one minus its reflectance ([`entered`](super::energy::entered)).
+//! * `κ / (c_o + c_i)` is the first bounce at grazing angles (Lommel–Seeliger law). `κ` includes the factor `1 − F0` and is smaller for
 //!   dark facets. `P` is the phase function of a Lambertian sphere, `P = 1 + 11/9 d + 2/9 (2 d² − s_o² s_i²)` with `d = s_o s_i cos φ` and
 //!   `s = sin θ`. `P` is not negative, and its mean over azimuths is 1. The albedo of `1 / (c_o + c_i)` is `h = 2 (1 − c ln(1 + 1/c))`,
 //!   with the mean `8/3 (1 − ln 2)`.
 //! * `r = t (1 − q) / (1 − ρ q) − κ h` is the remaining albedo, distributed as in Kelemen and Szirmay-Kalos (2001). The term `η d` skews
 //!   the first bounce of `r` towards the light without changing the albedo.
 //!
-//! The total albedo is therefore `ρ (1 − q) / (1 − ρ q) t`. The albedo is at most `t`, and equals `t` for `ρ = 1`: a white surface with its
-//! coat reflects all light. ([`BOUNCES_LOSSY`] multiplies the albedo by less than 1.) `q` is the probability that light leaving a facet
-//! hits another facet, which saturates colours. The BRDF is symmetric, so Helmholtz reciprocity holds.
+//! The total albedo is therefore `ρ (1 − q) / (1 − ρ q) t`. The albedo is at most `t`, and equals `t` for `ρ = 1`. A white surface under
+//! its coat therefore reflects all light. ([`BOUNCES_LOSSY`] multiplies the albedo by less than 1.) `q` is the probability that light
+//! leaving a facet hits another facet, which saturates colours. The BRDF is symmetric, so Helmholtz reciprocity holds.
 
 use crate::facets::fresnel::schlick_weight;
 use crate::limits::{at_least, unit};
 use glam::DVec3;
 use std::f64::consts::{FRAC_1_PI, LN_2, PI};
 
-/// Normalisation of [`facet_diffuse`] that makes a facet's albedo exactly `1 − F` for Schlick's `F`.
+/// The normalisation of [`facet_diffuse`], which makes a facet's albedo exactly `1 − F` for Schlick's `F`.
 pub const FACET_DIFFUSE: f64 = 21.0 / (20.0 * PI);
 
 /// Returns the BRDF of a white diffuse facet below a coat (Chan 2018, eq. 62; Shirley et al. 1997), from the cosines of both directions.
@@ -30,10 +30,10 @@ pub fn facet_diffuse(f0: f64, cosine_o: f64, cosine_i: f64) -> f64 {
     FACET_DIFFUSE * (1.0 - f0) * (1.0 - schlick_weight(cosine_o)) * (1.0 - schlick_weight(cosine_i))
 }
 
-/// Returns the hand fit of Chan 2018, eq. 64–69 and listing 1, without `albedo / π`. `n_l`, `n_v`, `n_h` and `l_h` are the cosines between
-/// normal, light, viewer and half vector, clamped to 0..1. `gloss` is 0..1 (eq. 2).
+/// Returns the hand fit of Chan 2018, eq. 64–69 and listing 1, without the factor `albedo / π`. `n_l`, `n_v`, `n_h` and `l_h` are the
+/// cosines between normal, light, viewer and half vector, clamped to 0..1. `gloss` is from 0 to 1 (eq. 2).
 ///
-/// The fit is reciprocal, since `l_h = v_h`. Its albedo exceeds 1: see docs/measurements/energy.md.
+/// The fit is reciprocal, since `l_h = v_h`. Its albedo can exceed 1 (see `docs/measurements/energy.md`).
 pub fn chan_diffuse(n_l: f64, n_v: f64, n_h: f64, l_h: f64, gloss: f64) -> f64 {
     let [n_l, n_v, n_h, l_h, g] = [n_l, n_v, n_h, l_h, gloss].map(unit);
     let rough = l_h + schlick_weight(l_h);
@@ -56,13 +56,13 @@ pub fn chan_rational_rough(x: f64, y: f64) -> f64 {
 /// The interreflection between facets of one roughness.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FacetBounces {
-    /// `κ`: the weight of the first bounce at grazing angles, without a coat.
+    /// The weight `κ` of the first bounce at grazing angles, without a coat.
     pub grazing: f64,
-    /// `q`: the probability that light leaving a facet hits another facet.
+    /// The probability `q` that light leaving a facet hits another facet.
     pub again: f64,
-    /// `η`: the skew of the remaining first bounce towards the light, within ±1.
+    /// The skew `η` of the remaining first bounce towards the light, from −1 to 1.
     pub lean: f64,
-    /// The fraction of light that is lost between facets. The fraction is 0 if light that the coat reflects stays on the surface.
+    /// The fraction of the light that is lost between facets. The fraction is 0 if light that the coat reflects can hit other facets.
     pub lost: f64,
 }
 
@@ -79,8 +79,8 @@ pub struct BounceFit {
     pub lost: [f64; 3],
 }
 
-/// The recommended fit. Example 20 fitted it to random walks on GGX facets with a specular coat (`Facets::Coated` of the simulation), which
-/// lose no light.
+/// The recommended fit. Example 20 fits it to random walks on GGX facets with a specular coat (`Facets::Coated` of the simulation). These
+/// walks lose no light.
 pub const BOUNCES: BounceFit = BounceFit {
     grazing: [0.39284, 0.11088, 0.01835],
     again: [0.92213, 0.76687, 0.46287],
@@ -88,7 +88,7 @@ pub const BOUNCES: BounceFit = BounceFit {
     lost: [0.0, 0.0, 1.0],
 };
 
-/// The fit to random walks that discard light reflected by the coat (`Facets::Diffuse`), as in Chan's simulation.
+/// The fit to random walks that discard the light reflected by the coat (`Facets::Diffuse`), as in Chan's simulation.
 pub const BOUNCES_LOSSY: BounceFit = BounceFit {
     grazing: [0.38738, 0.12849, 0.02321],
     again: [0.84374, 0.74115, 0.45752],
@@ -97,7 +97,7 @@ pub const BOUNCES_LOSSY: BounceFit = BounceFit {
 };
 
 impl BounceFit {
-    /// Returns the values at a roughness, which is clamped to 0..1.
+    /// Returns the interreflection values at the roughness `alpha`, which is clamped to 0..1.
     pub fn at(&self, alpha: f64) -> FacetBounces {
         let a = unit(alpha);
         let value = |k: [f64; 3]| k[0] * a * a / at_least(a * a + k[1] * a + k[2], 1e-9);
@@ -110,7 +110,7 @@ impl BounceFit {
     }
 }
 
-/// Returns `2 (1 − c ln(1 + 1/c))`: the albedo of `1 / (c_o + c_i)` over `1/π`. The albedo is 2 at grazing incidence.
+/// Returns `2 (1 − c ln(1 + 1/c))`, the albedo of the BRDF `1 / (π (c_o + c_i))`. The albedo is 2 at grazing incidence.
 pub fn grazing_albedo(cosine: f64) -> f64 {
     let c = at_least(unit(cosine), 1e-12);
     2.0 * (1.0 - c * ((1.0 + c) / c).ln())
@@ -119,9 +119,9 @@ pub fn grazing_albedo(cosine: f64) -> f64 {
 /// The mean of [`grazing_albedo`] over the hemisphere.
 pub const GRAZING_AVERAGE: f64 = 8.0 / 3.0 * (1.0 - LN_2);
 
-/// Returns the module's multiple-scattering diffuse BRDF, per steradian. `wo` and `wi` are in the tangent frame; the BRDF is 0 unless both
-/// are above the horizon. `f0` of the coat and `albedo` of the facets are linear RGB, 0..1. `entered_o`, `entered_i` and `entered_average`
-/// are the transmittance of the coat along `wo`, along `wi`, and on average ([`entered`](super::energy::entered)).
+/// Returns the module's multiple-scattering diffuse BRDF, per steradian. `wo` and `wi` are in the tangent frame. The BRDF is 0 unless both
+/// directions are above the horizon. The coat's `f0` and the facets' `albedo` are linear RGB from 0 to 1. `entered_o`, `entered_i` and
+/// `entered_average` are the transmittance of the coat along `wo`, along `wi`, and on average ([`entered`](super::energy::entered)).
 pub fn multiscattering_diffuse(
     wo: DVec3,
     wi: DVec3,
@@ -154,7 +154,7 @@ fn grazing_weight(bounces: FacetBounces, f0: DVec3, albedo: DVec3) -> DVec3 {
     bounces.grazing * (DVec3::ONE - f0) * (DVec3::ONE - 0.7 * bounces.again * (DVec3::ONE - albedo))
 }
 
-/// Returns the surface albedo, divided by the facet albedo and the transmitted light.
+/// Returns the surface albedo divided by the facet albedo and by the transmitted light.
 fn first_albedo(bounces: FacetBounces, albedo: DVec3) -> DVec3 {
     (1.0 - bounces.lost) * (1.0 - bounces.again) / (DVec3::ONE - albedo * bounces.again)
 }
@@ -191,7 +191,7 @@ mod tests {
             .sum()
     }
 
-    /// A facet scatters all light that it does not reflect, as in eq. 61 with the factor 1 − F0.
+    /// A facet scatters all light that its coat does not reflect, as in Chan's eq. 61 with the factor 1 − F0.
     #[test]
     fn facets_scatter_unreflected_light() {
         for (f0, c) in [(0.0, 1.0), (0.04, 0.3), (0.5, 0.05)] {
@@ -223,7 +223,7 @@ mod tests {
                 }
             }
             println!("least of the rest, per 1 − F0: {least:.4}");
-            // The smoothest surfaces transmit nothing at grazing incidence, where 2 κ is 3e-6.
+            // The smoothest surfaces transmit no light at grazing incidence, where 2 κ is 3e-6.
             assert!(least > -1e-5, "{least}");
         }
     }
@@ -272,7 +272,7 @@ mod tests {
             let there = multiscattering_diffuse(wo, wi, b, f0, rho, o, i, mean).x;
             let back = multiscattering_diffuse(wi, wo, b, f0, rho, i, o, mean).x;
             assert!(there.is_finite() && there >= 0.0 && (there - back).abs() <= 1e-12 * there.max(1.0));
-            // The published fit is reciprocal too: l·h = v·h.
+            // The published fit is also reciprocal, because l·h = v·h.
             let h = half_vector(wo, wi);
             let g = random.unit();
             let there = chan_diffuse(wi.z, wo.z, h.z, wi.dot(h), g);

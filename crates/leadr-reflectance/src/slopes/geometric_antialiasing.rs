@@ -1,15 +1,16 @@
-//! Geometric specular antialiasing: converts the surface's rotation within a pixel to roughness, in slope space (Tokuyoshi & Kaplanyan
+//! Geometric specular antialiasing, which converts the surface's rotation within a pixel to roughness in slope space (Tokuyoshi & Kaplanyan
 //! 2019, "IGSA", and its supplement).
 //!
-//! Within a pixel, the half vector moves in the tangent frame by its screen derivatives. Under a Gaussian pixel filter of variance
-//! [`PIXEL_VARIANCE`], this motion is a Gaussian kernel on the sphere with the covariance `σ² (Δx Δxᵀ + Δy Δyᵀ)`. The slope-space Jacobian
-//! (supplement, eq. 7) transforms the kernel to slopes. The kernel adds to the covariance of a Gaussian surface ([`filter_covariance`])
-//! and, doubled, to the GGX roughness matrix ([`filter_roughness`]; `α² = 2σ²`).
+//! Within a pixel, the half vector changes in the tangent frame by its screen derivatives `Δx` and `Δy`. Under a Gaussian pixel filter of
+//! variance [`PIXEL_VARIANCE`], this motion is a Gaussian kernel on the sphere with the covariance `σ² (Δx Δxᵀ + Δy Δyᵀ)`. The slope-space
+//! Jacobian (supplement, eq. 7) transforms the kernel to slopes. The kernel is added to the covariance of a Gaussian surface
+//! ([`filter_covariance`]). Twice the kernel is added to the GGX roughness matrix ([`filter_roughness`]; `α² = 2σ²`).
 //!
 //! **With and without the light.** For a distant light and viewer, the half vector is constant and the frame rotates by the change `d` of
-//! its normal. The slope `p` of the half vector then moves by `(I + p pᵀ) d`. So at the pole, the kernel of the normal alone
-//! (`slopes::statistics::add_macro_curvature`) equals the kernel of the half vector. [`tilt_kernel`] transforms the kernel to any other
-//! slope. Passes with a light transform to the slope of the half vector; others use the mean slope, where the lobe peaks.
+//! its normal. The slope `p` of the half vector then moves by `(I + p pᵀ) d`. At the pole, the kernel of the normal alone
+//! (`slopes::statistics::add_macro_curvature`) therefore equals the kernel of the half vector. [`tilt_kernel`] transforms the kernel to any
+//! other slope. Passes with a light transform the kernel to the slope of the half vector. Other passes use the mean slope, where the lobe
+//! peaks.
 
 use super::packing::principal_variances;
 use super::statistics::{clamp_covariance, map_second_moments};
@@ -20,18 +21,18 @@ use std::f64::consts::PI;
 /// The variance of the pixel filter, in squared pixels, for a standard deviation of half a pixel.
 pub const PIXEL_VARIANCE: f64 = 0.25;
 
-/// The ratio of kernel to slope covariance that halves the kernel's excess variance ([`kernel_over`]).
+/// The ratio of the kernel to the slope covariance at which the kernel's excess variance is halved ([`kernel_over`]).
 pub const KERNEL_COVER: f64 = 3.0;
 
-/// The bound of the kernel's trace, in radians²: the paper's `α² ≤ 0.18` of an isotropic kernel, as variances.
+/// The bound of the kernel's trace, in radians². It is the paper's bound `α² ≤ 0.18` of an isotropic kernel, written in variances.
 pub const KERNEL_BOUND: f64 = 0.18;
 
-/// Returns the kernel in slope space, `(s_xx, s_yy, s_xy)`, at the half vector `wh` (unit, tangent frame). `dx` and `dy` are differences to
-/// the neighbouring pixels.
+/// Returns the kernel in slope space, `(s_xx, s_yy, s_xy)`, at the unit half vector `wh` in the tangent frame. `dx` and `dy` are the
+/// differences of `wh` to the neighbouring pixels.
 ///
-/// The kernel is bounded on the sphere, where the bound is an angle, before the transform to slopes, which grow without limit towards the
-/// horizon. Let `wh'` be the component of a difference orthogonal to `wh`. The slope then moves by `(p wh'.z − wh'.xy) / wh.z`. This is eq.
-/// 7 of the supplement times the inverse of eq. 4, without their division by `sin θ`.
+/// The function bounds the kernel on the sphere, where the bound is an angle, and then transforms it to slopes, which grow without limit
+/// towards the horizon. Let `wh'` be the component of a difference orthogonal to `wh`. The slope then moves by `(p wh'.z − wh'.xy) / wh.z`.
+/// This is eq. 7 of the supplement times the inverse of eq. 4, without their division by `sin θ`.
 pub fn half_vector_kernel(wh: DVec3, dx: DVec3, dy: DVec3) -> DVec3 {
     let across = |d: DVec3| {
         let d = d.map(|x| within(x, 1e3));
@@ -46,10 +47,10 @@ pub fn half_vector_kernel(wh: DVec3, dx: DVec3, dy: DVec3) -> DVec3 {
     clamp_covariance(scale * DVec3::new(u.x * u.x + v.x * v.x, u.y * u.y + v.y * v.y, u.x * u.y + v.x * v.y))
 }
 
-/// Transforms the kernel of the normal, `(s_xx, s_yy, s_xy)` at slope 0, to `slope`: `(I + p pᵀ) K (I + p pᵀ)`.
+/// Transforms the kernel of the normal, `(s_xx, s_yy, s_xy)` at slope 0, to the slope `p`. The result is `(I + p pᵀ) K (I + p pᵀ)`.
 ///
-/// The Jacobian is the first term of the series of `tan(θ + ψ)`; the next term is `ψ tan θ` times the first. Kernels are shortened where
-/// the next term exceeds half of the first, so the slope spread stays below half the slope and never crosses the pole.
+/// The Jacobian is the first term of the series of `tan(θ + ψ)`, and the next term is `ψ tan θ` times the first. The kernel is scaled down
+/// where the next term exceeds half of the first. The slope spread therefore stays below half the slope, and never crosses the pole.
 pub fn tilt_kernel(kernel: DVec3, slope: DVec2) -> DVec3 {
     let (x, y, c) = (1.0 + slope.x * slope.x, 1.0 + slope.y * slope.y, slope.x * slope.y);
     let second_order = slope.x * slope.x * kernel.x + slope.y * slope.y * kernel.y + 2.0 * c * kernel.z;
@@ -59,14 +60,14 @@ pub fn tilt_kernel(kernel: DVec3, slope: DVec2) -> DVec3 {
 
 /// Returns the kernel variance to add to slopes of covariance `s`.
 ///
-/// A kernel of variance 1/4 prevents subpixel flicker, but a pixel is a box of variance 1/12. Over slopes too rough to flicker, the wider
-/// kernel only blurs. With `T` = [`KERNEL_COVER`]` S` the result is
+/// A kernel of variance 1/4 prevents subpixel flicker, but a pixel is a box of variance 1/12. Over slopes that are too rough to flicker,
+/// the wider kernel only blurs. With `T` = [`KERNEL_COVER`]` S` the result is
 ///
 /// ```text
 /// K − ⅔ (K⁻¹ + T⁻¹)⁻¹,   (K⁻¹ + T⁻¹)⁻¹ = (|T| K + |K| T) / |K + T|
 /// ```
 ///
-/// The result is `K` over smooth slopes and tends to `K/3` over rough ones. The variances of slopes and kernel add up to at least 0.235
+/// The result is `K` over smooth slopes, and tends to `K/3` over rough slopes. The variances of slopes and kernel add up to at least 0.235
 /// squared pixels in every direction.
 pub fn kernel_over(kernel: DVec3, s: DVec3) -> DVec3 {
     let t = KERNEL_COVER * s;
@@ -75,20 +76,22 @@ pub fn kernel_over(kernel: DVec3, s: DVec3) -> DVec3 {
     kernel - (2.0 / 3.0 * per) * (of_slopes * kernel + of_kernel * t)
 }
 
-/// Returns an axis-aligned kernel at least as wide as `kernel` in every direction, with the off-diagonal magnitude added to both variances.
+/// Returns an axis-aligned kernel that is at least as wide as `kernel` in every direction. The off-diagonal magnitude is added to both
+/// variances.
 pub fn axis_aligned_kernel(kernel: DVec3) -> DVec3 {
     DVec3::new(kernel.x + kernel.z.abs(), kernel.y + kernel.z.abs(), 0.0)
 }
 
-/// Returns the narrowest isotropic kernel at least as wide as `kernel` in every direction, with its larger principal variance.
+/// Returns the narrowest isotropic kernel that is at least as wide as `kernel` in every direction. Its variance is the larger principal
+/// variance of `kernel`.
 pub fn isotropic_kernel(kernel: DVec3) -> DVec3 {
     let variance = principal_variances(kernel).x;
     DVec3::new(variance, variance, 0.0)
 }
 
-/// Raises the matrix determinant to at least `tau` by changing only the off-diagonal element. This restores what rounding loses in sums of
-/// elongated matrices; exact arithmetic guarantees `|A + K| ≥ |A|` (Minkowski). Unlike the supplement's clamp inside `D`, this clamp leaves
-/// the distribution normalised. The clamp works for every distribution.
+/// Raises the matrix determinant to at least `tau` by changing only the off-diagonal element. This restores the determinant that rounding
+/// loses in sums of elongated matrices. In exact arithmetic, `|A + K| ≥ |A|` always holds (Minkowski). Unlike the supplement's clamp inside
+/// `D`, this clamp leaves the distribution normalised. The clamp works for every distribution.
 pub fn clamp_determinant(a: DVec3, tau: f64) -> DVec3 {
     let c = at_least(a.x * a.y - tau, 0.0).sqrt();
     DVec3::new(a.x, a.y, within(a.z, c))
@@ -99,18 +102,19 @@ fn determinant(a: DVec3) -> f64 {
     (a.x * a.y - a.z * a.z).max(0.0)
 }
 
-/// Returns the covariance of a Gaussian surface (LEADR, Beckmann) under the kernel: `S + K`, with a determinant of at least `|S|`.
+/// Returns the covariance `S + K` of a Gaussian surface (LEADR, Beckmann) under the kernel, with a determinant of at least `|S|`.
 pub fn filter_covariance(s: DVec3, kernel: DVec3) -> DVec3 {
     clamp_determinant(s + kernel, determinant(s))
 }
 
-/// Returns the GGX roughness matrix under the kernel: `A + 2K`, with a determinant of at least `|A|` (IGSA: `τ = αx² αy²`).
+/// Returns the GGX roughness matrix `A + 2K` under the kernel, with a determinant of at least `|A|` (IGSA: `τ = αx² αy²`).
 pub fn filter_roughness(a: DVec3, kernel: DVec3) -> DVec3 {
     clamp_determinant(a + 2.0 * kernel, determinant(a))
 }
 
 /// Returns the GGX density `D(wh)` with a mean slope and the determinant clamp of the supplement, section 1:
-/// `1 / (π √|A| (d A⁻¹ dᵀ + z²)²)` with `d = wh.xy + wh.z m`. Both uses of `|A|` are at least `tau` > 0. The density is 0 for `wh.z ≤ 0`.
+/// `1 / (π √|A| (d A⁻¹ dᵀ + z²)²)` with `d = wh.xy + wh.z m`. In both places, `|A|` is clamped to at least `tau` > 0. The density is 0 for
+/// `wh.z ≤ 0`.
 pub fn ggx_ndf_clamped(wh: DVec3, m: DVec2, a: DVec3, tau: f64) -> f64 {
     if wh.z <= 0.0 {
         return 0.0;
@@ -153,7 +157,7 @@ mod tests {
         }
     }
 
-    /// The frame rotates under a constant half vector. The kernel from tangent-frame differences equals the tilted kernel of the normal.
+    /// If the frame rotates under a constant half vector, the kernel from tangent-frame differences equals the tilted kernel of the normal.
     #[test]
     fn the_normals_kernel_tilts_into_the_half_vectors() {
         for wh in [DVec3::Z, DVec3::new(0.4, 0.2, 0.9).normalize(), DVec3::new(-0.8, 0.3, 0.5).normalize()] {
@@ -161,7 +165,7 @@ mod tests {
             let moved = |d: DVec2| DQuat::from_scaled_axis(DVec3::new(d.y, -d.x, 0.0)) * wh - wh;
             let (dx, dy) = (DVec2::new(1e-5, 3e-6), DVec2::new(-2e-6, 2e-5));
             let from_half_vector = half_vector_kernel(wh, moved(dx), moved(dy));
-            // The slopes of a normal have the opposite sign to its xy; flipping both differences has no effect.
+            // The slopes of a normal have the opposite sign of its x and y. Flipping the signs of both differences has no effect.
             let normal = add_macro_curvature(DVec3::ZERO, -dx, -dy);
             let tilted = tilt_kernel(normal, -wh.truncate() / wh.z);
             assert!((tilted - from_half_vector).length() < 1e-4 * tilted.length(), "{tilted} {from_half_vector}");
@@ -197,7 +201,7 @@ mod tests {
         assert!((kernel_over(round(0.25), round(100.0)).x - 1.0 / 12.0).abs() < 1e-3);
         let least = (0..1000).map(|i| 1e-3 * f64::from(i)).map(|s| s + kernel_over(round(0.25), round(s)).x);
         assert!((least.fold(f64::MAX, f64::min) - 0.2357).abs() < 1e-4);
-        // The axes are independent, even for a one-dimensional kernel.
+        // The function treats the two axes independently, even for a one-dimensional kernel.
         let each = kernel_over(DVec3::new(0.25, 0.1, 0.0), DVec3::new(0.02, 3.0, 0.0));
         assert!((each.x - kernel_over(round(0.25), round(0.02)).x).abs() < 1e-12);
         assert!((each.y - kernel_over(round(0.1), round(3.0)).y).abs() < 1e-12);
@@ -225,7 +229,7 @@ mod tests {
 
     #[test]
     fn clamped_ggx_is_normalised_and_held() {
-        // Projected areas sum to one: ∫ D wh.z dwh = 1.
+        // The projected areas sum to one: ∫ D wh.z dwh = 1.
         let (m, a) =
             (DVec2::new(0.4, -0.2), filter_roughness(DVec3::new(0.05, 0.02, 0.01), DVec3::new(0.03, 0.05, -0.03)));
         let mut sum = 0.0;
@@ -264,7 +268,7 @@ mod tests {
                 for (v, wv) in composite_gauss(-reach, reach, 30, 4) {
                     let slope = m + DVec2::new(u, v);
                     let wh = normal_of_slope(slope);
-                    // Slope densities in the measure of the untilted frame: D = P22 / z⁴ on the sphere.
+                    // The slope densities are in the measure of the untilted frame, with D = P22 / z⁴ on the sphere.
                     let exact: f64 = composite_gauss(-3.0, 3.0, 24, 4)
                         .into_iter()
                         .map(|(t, w)| {

@@ -4,8 +4,8 @@ use super::statistics::slope_correlation;
 use crate::limits::{MAX_SLOPE, at_least};
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
-/// Returns the half extent of the grid in standard deviations: 0 for `n = 1` (the mean alone), then `0.3 (n + 1)` up to 3. `n = 5` gives
-/// the paper's value of 1.8 (supplement 3.4). From `n = 32`, every doubling adds 0.8 while the spacing still shrinks, so denser grids
+/// Returns the half extent of the grid in standard deviations. It is 0 for `n = 1` (the mean alone), then `0.3 (n + 1)` up to 3. `n = 5`
+/// gives the paper's value of 1.8 (supplement 3.4). From `n = 32`, every doubling adds 0.8 while the spacing still shrinks, so denser grids
 /// converge to the integral.
 pub fn grid_lambda(n: u32) -> f64 {
     if n <= 1 {
@@ -15,9 +15,10 @@ pub fn grid_lambda(n: u32) -> f64 {
     (0.3 * (n + 1.0)).min(3.0) + 0.8 * (n / 32.0).max(1.0).log2()
 }
 
-/// Returns the distance between neighbouring nodes in standard deviations. For `n = 1`, it is √12, the width of a box of the same variance.
+/// Returns the distance between neighbouring nodes in standard deviations. For `n = 1`, the distance is √12, the width of a box that has
+/// the same variance.
 ///
-/// (LEADR 5.2 divides by N, but its supplement by N − 1, which gives the distance.)
+/// (LEADR 5.2 divides by N. Its supplement divides by N − 1, which gives the true distance.)
 pub fn grid_spacing(n: u32, lambda: f64) -> f64 {
     if n <= 1 { 12f64.sqrt() } else { 2.0 * lambda / f64::from(n - 1) }
 }
@@ -60,7 +61,8 @@ pub fn normal_of_slope(slope: DVec2) -> DVec3 {
     DVec3::new(-slope.x, -slope.y, 1.0) / (slope.length_squared() + 1.0).sqrt()
 }
 
-/// Returns `⟨wn, wo⟩ / (wn·wg)`: the projected area of the facet of this slope per unit of macrosurface, or 0 if back-facing.
+/// Returns `⟨wn, wo⟩ / (wn·wg)`, the projected area per unit of macrosurface of the facet with this slope. The result is 0 for a
+/// back-facing facet.
 pub fn facet_area(wo: DVec3, slope: DVec2) -> f64 {
     at_least(wo.z - wo.xy().dot(slope), 0.0)
 }

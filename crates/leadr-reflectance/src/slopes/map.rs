@@ -1,4 +1,4 @@
-//! Transform from height derivatives per unit texture coordinate to slopes in an orthonormal frame.
+//! Transforms height derivatives per unit texture coordinate to slopes in an orthonormal frame.
 //!
 //! The transform is LEADR eq. 12, for any parametrisation and deformation. A point of the surface is `X + h N`. Let `T_s = ∂X/∂s + h ∂N/∂s`
 //! be the derivative of the offset macrosurface. The tangent of the surface is then `T_s + h_s N` (since `N·N_s = 0`, the height moves the
@@ -15,17 +15,18 @@ use glam::{DMat2, DVec2, DVec3};
 /// The affine map `slope = linear · (h_s, h_t) + offset`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlopeMap {
-    /// The responses to `h_s` and `h_t` as columns, in units of one over length. In GLSL, the columns are `linear_s` and `linear_t`.
+    /// The linear part, whose columns are the responses to `h_s` and `h_t`, in units of one over length. In GLSL, the columns are
+    /// `linear_s` and `linear_t`.
     pub linear: DMat2,
-    /// The slope of the offset macrosurface alone.
+    /// The slope of the offset macrosurface without the height derivatives.
     pub offset: DVec2,
 }
 
 /// Returns the map for the tangents `ts` and `tt` (derivatives of the offset macrosurface by `s` and `t`) and the orthonormal frame `x`,
 /// `y`, `z`. `z` is the displacement direction, and all vectors are in the same space.
 ///
-/// For a surface edge-on to `z`, the magnitude of the determinant is at least 1e-4 of the squared tangent lengths, and its sign is kept
-/// (negative on mirrored charts). The slopes of such a surface are large but finite. Zero tangents give zero.
+/// For a surface edge-on to `z`, the magnitude of the determinant is clamped to at least 1e-4 of the squared tangent lengths. Its sign is
+/// kept, which is negative on mirrored charts. The slopes of such a surface are large but finite. Zero tangents give zero.
 pub fn slope_map(ts: DVec3, tt: DVec3, x: DVec3, y: DVec3, z: DVec3) -> SlopeMap {
     let s = DVec3::new(ts.dot(x), ts.dot(y), ts.dot(z));
     let t = DVec3::new(tt.dot(x), tt.dot(y), tt.dot(z));
@@ -66,7 +67,7 @@ mod tests {
             let ps = (at(s0 + d, t0) - at(s0 - d, t0)) / (2.0 * d);
             let pt = (at(s0, t0 + d) - at(s0, t0 - d)) / (2.0 * d);
             let frame = frame_about(n(s0, mirrored * t0));
-            // A constant height gives the offset macrosurface.
+            // With a constant height, the surface is the offset macrosurface.
             let h0 = h(s0, t0);
             let offset = |s: f64, t: f64| x(s, mirrored * t) + h0 * n(s, mirrored * t);
             let ts = (offset(s0 + d, t0) - offset(s0 - d, t0)) / (2.0 * d);

@@ -1,4 +1,4 @@
-//! Slopes under a pixel: moments, texel formats, and changes with the underlying surface.
+//! The slopes under a pixel: their moments, texel formats, and changes with the underlying surface.
 
 pub mod geometric_antialiasing;
 pub mod grid;

@@ -1,11 +1,12 @@
-//! The algebra of slope moments: what a LEADR map stores, and how it changes with the surface (LEADR 4.1–4.2; thesis 3.3, 5.1).
+//! The algebra of slope moments. A LEADR map stores these moments, and the functions of this module change them with the surface (LEADR
+//! 4.1–4.2; thesis 3.3, 5.1).
 //!
 //! Each texel has five numbers: `E[x]`, `E[y]`, `E[x²]`, `E[y²]`, `E[xy]`. They are averages over slope samples, so any linear filter may
-//! average them further. The operations here are exact for every slope distribution, Gaussian or not. The only approximation is to read the
-//! moments as a Beckmann distribution. Texture-space slopes are per unit texture coordinate.
+//! average them further. The operations of this module are exact for every slope distribution, Gaussian or not. The only approximation is
+//! to interpret the moments as a Beckmann distribution. Texture-space slopes are per unit texture coordinate.
 //!
-//! Moments with steep means and small variances suffer from cancellation. In 32 bits, shear or add moments *before* filtering rather than
-//! after, or use mean and covariance ([`covariance_from_moments`]).
+//! Moments with steep means and small variances suffer from cancellation. In 32 bits, shear or add moments *before* filtering, not after
+//! it, or use the mean and the covariance ([`covariance_from_moments`]).
 
 use super::statistics::{covariance_from_moments, map_second_moments, outer_square};
 use crate::limits::{MAX_SLOPE, MIN_NORMAL_Z};
@@ -20,7 +21,7 @@ pub struct SlopeMoments {
     pub second: DVec3,
 }
 
-/// Returns the moments of one slope sample: its first and second powers.
+/// Returns the moments of one slope sample, which are its first and second powers.
 pub fn moments_of_slope(slope: DVec2) -> SlopeMoments {
     SlopeMoments { first: slope, second: outer_square(slope) }
 }
@@ -39,22 +40,22 @@ pub fn moments_of_normal(n: DVec3) -> SlopeMoments {
 }
 
 /// Returns the slope at a texel from its neighbours' `heights` (at −s, +s, −t, +t), by central differences (thesis 3.3; LEADR 5.1). Central
-/// differences miss detail between texels, so maps use [`moments_of_corner`]. `spacing` is the texel distance, > 0: one over the texel
-/// count for slopes per unit texture coordinate.
+/// differences miss detail between texels, so maps use [`moments_of_corner`]. `spacing` is the positive distance between texels. For slopes
+/// per unit texture coordinate, it is one over the number of texels.
 pub fn slope_of_heights(heights: DVec4, spacing: DVec2) -> DVec2 {
     DVec2::new(heights.y - heights.x, heights.w - heights.z) / (2.0 * spacing).max(DVec2::splat(1e-12))
 }
 
 /// Returns the moments of a height field's triangles over the quarter of a cell at its first corner.
 ///
-/// `heights` are at that corner, next to it along `s`, next to it along `t`, and diagonally opposite. `spacing` is the nonzero texel
-/// distance. It is negative where `s` or `t` decreases, so that one function serves all four corners.
+/// `heights` are the heights at this corner, at its neighbour along `s`, at its neighbour along `t`, and at the diagonally opposite corner.
+/// `spacing` is the nonzero texel distance. It is negative where `s` or `t` decreases, so that one function serves all four corners.
 ///
-/// A cell between four texels splits into two triangles. Let `a` and `b` be the differences along `s` at the corner and opposite it, and
-/// `c` and `d` the differences along `t`. If the diagonal meets this corner, half of the quarter has slope `(a, d)` and half has `(b, c)`.
-/// With the other diagonal, the whole quarter has slope `(a, c)`. The mean over both diagonals is `E[x] = ¾a + ¼b`, `E[x²] = ¾a² + ¼b²`,
-/// `E[xy] = ½ac + ¼ad + ¼bc`. Over the four quarters of a cell, `E[x²]` is the mean square of its differences for either diagonal.
-/// Differences are bounded to 1e18, so that 32 bits hold their squares.
+/// A cell between four texels splits into two triangles. Let `a` be the difference along `s` at this corner, and `b` the difference along
+/// `s` on the opposite edge. Let `c` and `d` be the same differences along `t`. If the diagonal meets this corner, half of the quarter has
+/// slope `(a, d)` and half has `(b, c)`. With the other diagonal, the whole quarter has slope `(a, c)`. The mean over both diagonals is
+/// `E[x] = ¾a + ¼b`, `E[x²] = ¾a² + ¼b²`, `E[xy] = ½ac + ¼ad + ¼bc`. For either diagonal, the mean of `E[x²]` over the four quarters of a
+/// cell is the mean square of the cell's differences. Differences are bounded to 1e18, so that 32 bits hold their squares.
 pub fn moments_of_corner(heights: DVec4, spacing: DVec2) -> SlopeMoments {
     let (x, y) = (spacing.x, spacing.y);
     let bound = DVec2::splat(1e18);
@@ -65,14 +66,14 @@ pub fn moments_of_corner(heights: DVec4, spacing: DVec2) -> SlopeMoments {
     SlopeMoments { first: beside.lerp(opposite, 0.25), second: squares.extend(mixed) }
 }
 
-/// Returns the moments of a Gaussian of mean slope `m` and covariance `s`. This inverts [`covariance_from_moments`] (thesis eq. 3.5–3.9,
-/// `s = α²/2`).
+/// Returns the moments of a Gaussian of mean slope `m` and covariance `s`. This function is the inverse of [`covariance_from_moments`]
+/// (thesis eq. 3.5–3.9, `s = α²/2`).
 pub fn moments_of_distribution(m: DVec2, s: DVec3) -> SlopeMoments {
     shear_moments(SlopeMoments { first: DVec2::ZERO, second: s }, m)
 }
 
-/// Returns the moments of a surface with `b` over the fraction `t` in `[0, 1]` of its area and `a` elsewhere. Texture filters compute the
-/// same mixture.
+/// Returns the moments of a surface that has the moments `b` over the fraction `t` of its area, from 0 to 1, and the moments `a` elsewhere.
+/// Texture filters compute the same mixture.
 pub fn mix_moments(a: SlopeMoments, b: SlopeMoments, t: f64) -> SlopeMoments {
     SlopeMoments { first: a.first.lerp(b.first, t), second: a.second.lerp(b.second, t) }
 }
@@ -80,8 +81,8 @@ pub fn mix_moments(a: SlopeMoments, b: SlopeMoments, t: f64) -> SlopeMoments {
 /// Returns the moments of the sum of two displacements with independent slopes (thesis 5.1): `E[Z²] = E[X²] + E[Y²] + 2 E[X] E[Y]`,
 /// `E[Z_x Z_y] = E[X_x X_y] + E[Y_x Y_y] + E[X_x] E[Y_y] + E[X_y] E[Y_x]`.
 ///
-/// Listing 5.1 of the thesis has an erratum: its `+=` adds the second moments using means that are already summed. This function reads
-/// both operands first.
+/// Listing 5.1 of the thesis has an erratum: its `+=` adds the second moments using means that are already summed. This function reads both
+/// operands before it writes the sums.
 pub fn add_moments(a: SlopeMoments, b: SlopeMoments) -> SlopeMoments {
     let (p, q) = (a.first, b.first);
     let mixed = DVec3::new(2.0 * p.x * q.x, 2.0 * p.y * q.y, p.x * q.y + p.y * q.x);
@@ -89,7 +90,8 @@ pub fn add_moments(a: SlopeMoments, b: SlopeMoments) -> SlopeMoments {
 }
 
 /// Returns the moments of slopes multiplied by an independent mask: `E[m X] = E[m] E[X]` and `E[m² X Xᵀ] = E[m²] E[X Xᵀ]`. `mask` is `E[m]`
-/// and `E[m²]`, so a filtered mask keeps more variance than its mean alone would. Masking slopes instead of heights neglects `h ∇m`.
+/// and `E[m²]`, so a filtered mask keeps more variance than the mean of the mask would. Masking slopes instead of heights neglects the term
+/// `h ∇m`.
 pub fn mask_moments(a: SlopeMoments, mask: DVec2) -> SlopeMoments {
     SlopeMoments { first: a.first * mask.x, second: a.second * mask.y }
 }
@@ -106,12 +108,12 @@ pub fn shear_moments(a: SlopeMoments, shear: DVec2) -> SlopeMoments {
 }
 
 /// Returns the moments in another frame with slopes `linear · (h_s, h_t)` (LEADR eq. 12; thesis 3.3, "Stretching and Shearing"). `linear`
-/// is the transposed Jacobian of `(s, t)` by `(x, y)`; `slopes::map::slope_map` computes it from tangents.
+/// is the transposed Jacobian of `(s, t)` by `(x, y)`, which `slopes::map::slope_map` computes from tangents.
 pub fn map_moments(linear: DMat2, a: SlopeMoments) -> SlopeMoments {
     SlopeMoments { first: linear * a.first, second: map_second_moments(linear, a.second) }
 }
 
-/// Returns the moments with a base material of Beckmann roughness `alpha` added: `σ² = α²/2` per axis (LEADR 4.2; thesis, listing 3.7).
+/// Adds a base material of Beckmann roughness `alpha` to the moments, with `σ² = α²/2` per axis (LEADR 4.2; thesis, listing 3.7).
 pub fn roughen_moments(a: SlopeMoments, alpha: f64) -> SlopeMoments {
     SlopeMoments { first: a.first, second: a.second + DVec3::new(0.5 * alpha * alpha, 0.5 * alpha * alpha, 0.0) }
 }
@@ -126,7 +128,7 @@ mod tests {
     use super::*;
     use crate::random::Random;
 
-    /// A sum of waves with its exact slope. The slopes are not Gaussian, isotropic or centred.
+    /// A sum of waves with exact slopes, which are neither Gaussian nor isotropic nor centred.
     struct Waves([[f64; 4]; 4]);
 
     const COARSE: Waves =
@@ -170,7 +172,8 @@ mod tests {
 
     const N: usize = 200_000;
 
-    /// Scale, shear, change of frame and mixture give the same moments, to rounding, whether applied to samples or to moments.
+    /// Scaling, shearing, a change of frame, and mixing give the same moments up to rounding, whether they are applied to samples or to
+    /// moments.
     #[test]
     fn deterministic_operations_are_those_of_the_samples() {
         let all = || points(1, N).map(|p| COARSE.slope(p));
@@ -213,7 +216,7 @@ mod tests {
         let error = distance(sampled, derived);
         println!("layers: error {error:.1e}, five standard errors {:.1e}", 5.0 * standard_error);
         assert!(error < 5.0 * standard_error && standard_error < 1e-2 * derived.second.length());
-        // The order of the thesis's listing 5.1, means first, gives a much larger error.
+        // Adding the means first, as in the thesis's listing 5.1, gives a much larger error.
         let p = coarse.first + fine.first;
         let listing = coarse.second.x + fine.second.x + 2.0 * p.x * fine.first.x;
         println!("listing 5.1: {listing:.4} instead of {:.4}", derived.second.x);
@@ -238,12 +241,12 @@ mod tests {
         let error = distance(sampled, derived);
         println!("masked layers: error {error:.1e}, five standard errors {:.1e}", 5.0 * standard_error);
         assert!(error < 5.0 * standard_error && standard_error < 1e-2 * derived.second.length());
-        // The squared mean of the mask gives a large error.
+        // Using the squared mean of the mask instead of `E[m²]` gives a large error.
         let naive = add_moments(coarse, scale_moments(fine, of_mask.x));
         assert!(distance(sampled, naive) > 20.0 * standard_error);
     }
 
-    /// A base roughness and a distribution with mean and covariance are both independent layers of Gaussian slopes.
+    /// A base roughness, and a distribution with a mean and a covariance, are both independent layers of Gaussian slopes.
     #[test]
     fn roughness_is_a_layer() {
         let alpha = 0.4;
@@ -263,7 +266,7 @@ mod tests {
         assert!(distance(layer, derived) < 1e-15);
     }
 
-    /// Heights, normals and slopes of one surface agree, even in a frame that stretches and shears.
+    /// The heights, normals and slopes of one surface agree, even in a frame that stretches and shears.
     #[test]
     fn inputs_agree() {
         let jacobian = DMat2::from_cols_array(&[0.9, 0.3, -0.5, 1.4]); // Jacobian of (s, t) by (x, y)
@@ -277,7 +280,7 @@ mod tests {
             };
             let central = slope_of_heights(around(&|q| COARSE.height(q), p), DVec2::splat(d));
             assert!((central - slope).length() < 1e-6, "{central} instead of {slope}");
-            // Slope of the deformed surface, from its own heights.
+            // This is the slope of the deformed surface, from its own heights.
             let deformed =
                 slope_of_heights(around(&|q| COARSE.height(jacobian * q), jacobian.inverse() * p), DVec2::splat(d));
             let mapped = map_moments(jacobian.transpose(), moments_of_slope(slope));
@@ -301,7 +304,7 @@ mod tests {
                 let n = (at(q) - at(p)).cross(at(r) - at(p));
                 -n.truncate() / n.z
             };
-            // Two points in each of 16 squares, one on each side of the square's diagonal.
+            // The samples are two points in each of 16 squares, one on each side of the square's diagonal.
             let mut quarters = [(); 4].map(|()| Vec::new());
             for k in 0..16 {
                 let (column, row) = (f64::from(k % 4), f64::from(k / 4));

@@ -1,8 +1,8 @@
-//! Blending of a detail normal with a base normal, both from normal maps.
+//! Blends a detail normal with a base normal, both from normal maps.
 //!
-//! Let `x_b` and `x_d` be the slopes of the base and the detail. If heights add, the slope is `x_b + x_d` ([`blend_partial_derivatives`];
-//! layers of LEADR maps do the same, [`add_moments`](super::moments::add_moments)). If the detail lies *on* the base and rotates with it,
-//! the blend is a rotation ([`blend_reoriented`]). For slopes of size ε, the blends are:
+//! Let `x_b` and `x_d` be the slopes of the base and the detail. If heights add, the slope is `x_b + x_d` ([`blend_partial_derivatives`]).
+//! Layers of LEADR maps add in the same way ([`add_moments`](super::moments::add_moments)). If the detail lies *on* the base and rotates
+//! with it, the blend is a rotation ([`blend_reoriented`]). For slopes of size ε, the blends have these properties:
 //!
 //! | blend | slope, less `x_b + x_d` | flat base gives the detail | flat detail gives the base |
 //! |---|---|---|---|
@@ -13,8 +13,8 @@
 //! | UDN | ε³ | no, it is flattened | yes |
 //! | linear | ε: half of the sum | no | no |
 //!
-//! All blends are finite for finite arguments and return unit vectors. `base` and `detail` are unit normals with `z > 0`; each function
-//! documents its other inputs.
+//! All blends are finite for finite arguments and return unit vectors. `base` and `detail` are unit normals with `z > 0`. Each function
+//! documents what else it accepts.
 
 use glam::DVec3;
 
@@ -24,40 +24,41 @@ fn unit(n: DVec3) -> DVec3 {
     if length > 1e-12 { n / length } else { DVec3::Z }
 }
 
-/// Blends by reoriented normal mapping: the shortest rotation from z to `base`, applied to `detail` (Barré-Brisebois and Hill 2012).
-/// Accepts any unit vectors; a base along −z negates `detail`.
+/// Blends by reoriented normal mapping, which applies the shortest rotation from z to `base` to `detail` (Barré-Brisebois and Hill 2012).
+/// The function accepts any unit vectors. A base along −z negates `detail`.
 pub fn blend_reoriented(base: DVec3, detail: DVec3) -> DVec3 {
     let t = base + DVec3::Z;
     let u = detail * DVec3::new(-1.0, -1.0, 1.0);
-    // With t.z = |t|²/2, the rotation equals two reflections.
+    // The rotation equals two reflections, with t.z = |t|²/2.
     unit(t * (2.0 * t.dot(u) / t.length_squared().max(1e-12)) - u)
 }
 
-/// Blends by whiteout: offsets add, and heights multiply. Normals below the horizon are clamped to it.
+/// Blends by the whiteout method, which adds the x and y of the normals and multiplies their z. Normals below the horizon are clamped to
+/// it.
 pub fn blend_whiteout(base: DVec3, detail: DVec3) -> DVec3 {
     unit((base.truncate() + detail.truncate()).extend(base.z.max(0.0) * detail.z.max(0.0)))
 }
 
-/// Blends by UDN, which adds the detail's offsets to the base. Normals below the horizon are clamped to it.
+/// Blends by the UDN method, which adds the x and y of the detail to the base. Normals below the horizon are clamped to it.
 pub fn blend_udn(base: DVec3, detail: DVec3) -> DVec3 {
     unit((base.truncate() + detail.truncate()).extend(base.z.max(0.0)))
 }
 
-/// Blends by BlendXY: offsets add, and z follows from unit length (Chan 2018, Algorithm 4). Offsets longer than 1 are shortened to 1,
-/// whereas Chan's `max(…, 0)` leaves such normals longer than 1.
+/// Blends by BlendXY, which adds the x and y of the normals and computes z from the unit length (Chan 2018, Algorithm 4). Sums longer
+/// than 1 are shortened to 1. With Chan's `max(…, 0)`, the resulting normals would be longer than 1.
 pub fn blend_xy(base: DVec3, detail: DVec3) -> DVec3 {
     let xy = base.truncate() + detail.truncate();
     let square = xy.length_squared();
     if square >= 1.0 { (xy / square.sqrt()).extend(0.0) } else { xy.extend((1.0 - square).sqrt()) }
 }
 
-/// Adds slopes, as for summed heights. Normals below the horizon are clamped to it.
+/// Blends by adding slopes, as if heights were added. Normals below the horizon are clamped to it.
 pub fn blend_partial_derivatives(base: DVec3, detail: DVec3) -> DVec3 {
     let (b, d) = (base.z.max(0.0), detail.z.max(0.0));
     unit((base.truncate() * d + detail.truncate() * b).extend(b * d))
 }
 
-/// Returns the normalised mean of both normals, with about half of the summed slope. Opposite normals give z.
+/// Returns the normalised mean of both normals, whose slope is about half of the summed slope. Opposite normals give z.
 pub fn blend_linear(base: DVec3, detail: DVec3) -> DVec3 {
     unit(base + detail)
 }
@@ -99,7 +100,7 @@ mod tests {
         assert!((sum - b - d).length() < 1e-12);
     }
 
-    /// The error relative to the slope sum falls with the cube of the slopes, except for the linear blend.
+    /// The difference from the slope sum falls with the cube of the slopes, except for the linear blend.
     #[test]
     fn orders_of_the_blends() {
         let (b, d) = (DVec2::new(0.8, -0.5), DVec2::new(0.3, 0.4));

@@ -1,24 +1,25 @@
-//! Texel formats of slope moments: LEADR (all moments), LEAN (fixed point), CLEAN (one variance).
+//! The texel formats of slope moments: LEADR (all moments), LEAN (fixed point), and CLEAN (one variance).
 //!
 //! CLEAN stores two means and one roughness value, which must represent one slope variance:
 //!
 //! * [`pack_clean`] (Baker; thesis eq. 3.18) stores `E[x² + y²]` and reads back `(third − |m|²) / 2`. This is the mean of the two principal
 //!   variances, which is too small along the major axis by up to one half.
 //! * [`pack_clean_major`] (thesis 3.3, a conjecture) stores `|m|² + 2 λ` and reads back `(third − |m|²) / 2`. This is the larger principal
-//!   variance at the texel itself, but filtering between texels adds only half of the variance of their means.
+//!   variance at a texel centre, but filtering between texels adds only half of the variance of their means.
 //! * [`pack_clean_conservative`] (this project) stores `|m|² + λ` and reads back `third − |m|²`. This is the larger principal variance at
 //!   the texel, and is never too small between texels.
 //!
-//! Here `λ` is the larger eigenvalue of the texel's covariance. Proof for the conservative form: under filter weights `w`, the covariance
-//! is `Σ w S_i + B`, where `B` is the covariance of the texels' means. [`pack_clean_conservative`] reads back `Σ w λ_i + tr B`, and the
-//! variance in any direction is at most `Σ w λ_i + λ(B)`. [`pack_clean_major`] reads back only half of `tr B`, which is already too small
-//! for two texels with different means.
+//! In these formulas, `λ` is the larger eigenvalue of the texel's covariance. The conservative form can be proved: under filter weights
+//! `w`, the covariance is `Σ w S_i + B`, where `B` is the covariance of the texels' means. [`pack_clean_conservative`] reads back
+//! `Σ w λ_i + tr B`, and the variance in any direction is at most `Σ w λ_i + λ(B)`. [`pack_clean_major`] reads back only half of `tr B`,
+//! which is already too small for two texels with different means.
 
 use super::moments::SlopeMoments;
 use super::statistics::outer_square;
 use glam::{DVec2, DVec3};
 
-/// Returns the larger and the smaller principal variance of `s`, both ≥ 0 (half the squared radii of the ellipse of thesis 2.3).
+/// Returns the larger and the smaller principal variance of `s`, both at least 0. They are half the squared radii of the ellipse in thesis
+/// 2.3.
 pub fn principal_variances(s: DVec3) -> DVec2 {
     let (mean, half) = (0.5 * (s.x + s.y), 0.5 * (s.x - s.y));
     let major = mean + (half * half + s.z * s.z).sqrt();
@@ -27,14 +28,15 @@ pub fn principal_variances(s: DVec3) -> DVec2 {
     DVec2::new(major, minor)
 }
 
-/// Returns the larger principal variance of moments, from the unclamped covariance. Clamping would limit the correlation, which shortens
-/// the major axis of ridges by 6e-5.
+/// Returns the larger principal variance of moments, from the unclamped covariance. Clamping would limit the correlation, which would
+/// shorten the major axis of a ridge by a fraction of 6e-5.
 fn major_variance(a: SlopeMoments) -> f64 {
     let s = a.second - outer_square(a.first);
     principal_variances(DVec3::new(s.x.max(0.0), s.y.max(0.0), s.z)).x
 }
 
-/// Packs moments and height into the two floating-point textures of a LEADR map: `(E[x], E[y], E[x²], E[y²])` and `(E[xy], height)`.
+/// Packs the moments and the height into the texels of the two floating-point textures of a LEADR map: `(E[x], E[y], E[x²], E[y²])` and
+/// `(E[xy], height)`.
 pub fn pack_leadr(a: SlopeMoments, height: f64) -> ([f64; 4], [f64; 2]) {
     ([a.first.x, a.first.y, a.second.x, a.second.y], [a.second.z, height])
 }
@@ -44,10 +46,10 @@ pub fn unpack_leadr(a: [f64; 4], b: [f64; 2]) -> (SlopeMoments, f64) {
     (SlopeMoments { first: DVec2::new(a[0], a[1]), second: DVec3::new(a[2], a[3], b[0]) }, b[1])
 }
 
-/// Packs moments as five fractions in `[0, 1]` for fixed-point textures (LEAN mapping). Signed moments are halved and biased. Slopes are in
-/// units of `limit` > 0, the steepest slope that can be stored.
+/// Packs moments as five numbers in `[0, 1]` for fixed-point textures (LEAN mapping). Signed moments are halved and biased. Slopes are
+/// divided by `limit` > 0, the steepest slope that can be stored.
 ///
-/// Clamp steeper slopes before computing moments; otherwise the packed texel is clamped.
+/// Clamp steeper slopes before computing moments. Otherwise the packed texel is clamped.
 pub fn pack_lean(a: SlopeMoments, limit: f64) -> [f64; 5] {
     let (first, second) = (a.first / limit, a.second / (limit * limit));
     [0.5 + 0.5 * first.x, 0.5 + 0.5 * first.y, second.x, second.y, 0.5 + 0.5 * second.z].map(|v| v.clamp(0.0, 1.0))
@@ -62,11 +64,11 @@ pub fn unpack_lean(p: [f64; 5], limit: f64) -> SlopeMoments {
     }
 }
 
-/// Returns the largest error of a variance or covariance after [`pack_lean`] in fixed point of `levels` steps (255 for 8 bits), rounded to
-/// nearest. Surfaces with smaller variances cannot be stored. Add the error to the variances to avoid aliasing.
+/// Returns the largest error of a variance or covariance after [`pack_lean`] and rounding to fixed point with `levels` steps (255 for 8
+/// bits). Surfaces with smaller variances cannot be stored. Add the error to the variances to avoid aliasing.
 ///
-/// With `q = 1/levels` a mean is off by at most `q·limit`, a second moment by `½q·limit²` (the signed one by `q·limit²`), and the product
-/// of two means, each at most `limit`, by `2q·limit² + q²·limit²`.
+/// With `q = 1/levels`, the error is at most `q·limit` for a mean and `½q·limit²` for a second moment (`q·limit²` for the signed one). For
+/// the product of two means, each at most `limit`, it is at most `2q·limit² + q²·limit²`.
 pub fn lean_error(limit: f64, levels: f64) -> f64 {
     let q = 1.0 / levels;
     (3.0 + q) * q * limit * limit
@@ -77,25 +79,25 @@ pub fn pack_clean(a: SlopeMoments) -> DVec3 {
     a.first.extend(a.second.x + a.second.y)
 }
 
-/// Packs the thesis's untested proposal, for which [`clean_covariance`] returns the larger principal variance. It is computed per mip level
-/// from all five moments. The map is not conservative between texels; see the module.
+/// Packs the thesis's untested proposal, for which [`clean_covariance`] returns the larger principal variance. Each mip level is packed
+/// from all five moments. As the module explains, this map is not conservative between texels.
 pub fn pack_clean_major(a: SlopeMoments) -> DVec3 {
     a.first.extend(a.first.length_squared() + 2.0 * major_variance(a))
 }
 
-/// Returns the covariance of [`pack_clean`] or [`pack_clean_major`], isotropic: thesis eq. 3.18 with `σ² = α²/2`.
+/// Returns the isotropic covariance of [`pack_clean`] or [`pack_clean_major`], by thesis eq. 3.18 with `σ² = α²/2`.
 pub fn clean_covariance(p: DVec3) -> DVec3 {
     let variance = (0.5 * (p.z - p.x * p.x - p.y * p.y)).max(0.0);
     DVec3::new(variance, variance, 0.0)
 }
 
-/// Packs this project's conservative CLEAN map: the mean slope and `|m|² + λ`. It is computed per mip level from all five moments, and any
-/// linear filter may follow.
+/// Packs this project's conservative CLEAN map: the mean slope and `|m|² + λ`. Each mip level is packed from all five moments, and any
+/// linear filter may then average the texels.
 pub fn pack_clean_conservative(a: SlopeMoments) -> DVec3 {
     a.first.extend(a.first.length_squared() + major_variance(a))
 }
 
-/// Returns the covariance of [`pack_clean_conservative`], isotropic and at least the variance of the packed slopes in every direction.
+/// Returns the isotropic covariance of [`pack_clean_conservative`], which is at least the variance of the packed slopes in every direction.
 pub fn clean_conservative_covariance(p: DVec3) -> DVec3 {
     let variance = (p.z - p.x * p.x - p.y * p.y).max(0.0);
     DVec3::new(variance, variance, 0.0)
@@ -109,7 +111,7 @@ mod tests {
 
     const SIZE: usize = 64;
 
-    /// Returns the slopes at the texels of level 0, sampled from a height field on `[0, 1]²`.
+    /// Samples the slopes at the texels of level 0 from a height field on `[0, 1]²`.
     fn sampled(height: impl Fn(f64, f64) -> f64) -> Vec<DVec2> {
         let d = 1e-5;
         let at = |i: usize| (i as f64 + 0.5) / SIZE as f64;
@@ -195,7 +197,7 @@ mod tests {
             ("conservative", pack_clean_conservative, clean_conservative_covariance),
         ];
         println!("variance of the form relative to the samples' largest variance, and number of underestimates");
-        // Number of underestimates per form, at texel centres and between them.
+        // The number of underestimates of each form, at texel centres and between them.
         let mut short = [[0; 2]; 3];
         let mut total = [0; 2];
         let mut excess = [[0.0; 2]; 3];
@@ -251,7 +253,7 @@ mod tests {
         assert!(excess[2][1] / f64::from(total[1]) < 0.6, "the conservative form must not be much too wide");
     }
 
-    /// In fixed point, every covariance error is within the bound, and the largest exceeds a fifth of it.
+    /// In fixed point, every covariance error is within the bound, and the largest error exceeds a fifth of the bound.
     #[test]
     fn lean_in_fixed_point() {
         for (bits, levels) in [(8, 255.0), (16, 65535.0)] {

@@ -1,9 +1,10 @@
 //! Rotates slope statistics of surface parts into one frame and combines them.
 //!
-//! A normal `(−s, 1)` of one frame has the coordinates `n = R (−s, 1)` in another, with the slope `s' = −n.xy / n.z`. This projective map
-//! is linear to first order about the mean slope, with the derivatives `∂s'/∂s_j = (R_j.xy + s' R_j.z) / n.z`, where `R_j` are the columns
-//! of `R`. A facet over a unit area of the old plane covers an area `n.z` of the new plane, since both areas are projections of the same
-//! facet. The union of surfaces over one plane has the area-weighted sum of their moments (LEADR 4.1).
+//! A normal `(−s, 1)` in one frame has the coordinates `n = R (−s, 1)` in another frame, where its slope is `s' = −n.xy / n.z`. This
+//! projective map is linear to first order about the mean slope, with the derivatives `∂s'/∂s_j = (R_j.xy + s' R_j.z) / n.z`, where `R_j`
+//! are the columns of `R`. A facet over a unit area of the old plane covers the area `n.z` of the new plane, since both areas are
+//! projections of the same facet. The moments of several surfaces over one plane are the area-weighted mean of the surfaces' moments (LEADR
+//! 4.1).
 
 use super::statistics::{map_second_moments, outer_square};
 use glam::{DMat2, DMat3, DVec2, DVec3};
@@ -19,9 +20,9 @@ pub struct SlopePart {
     pub area: f64,
 }
 
-/// Rotates the mean and covariance of a surface part, with unit area on its own plane, into another frame. The columns of `rotation` are
-/// the axes of the old frame in the new frame. The result is accurate to first order about the mean normal. Normals below z = 0.1 in the
-/// new frame are clamped there.
+/// Rotates the mean and the covariance of a surface part into another frame. The part has unit area on its own plane. The columns of
+/// `rotation` are the axes of the old frame in the new frame. The result is accurate to first order about the mean normal. Normals with z
+/// below 0.1 in the new frame are raised to 0.1.
 pub fn rotate_slopes(rotation: DMat3, mean: DVec2, covariance: DVec3) -> SlopePart {
     let n = rotation * DVec3::new(-mean.x, -mean.y, 1.0);
     let z = n.z.max(0.1 * n.length());

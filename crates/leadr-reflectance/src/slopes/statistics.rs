@@ -1,15 +1,15 @@
-//! Mean and covariance of the slopes under a pixel, from filtered moments (LEADR 4.1–4.2).
+//! The mean and the covariance of the slopes under a pixel, from filtered moments (LEADR 4.1–4.2).
 
 use crate::limits::{MAX_CORRELATION, MAX_GRADIENT_VARIANCE, MAX_SLOPE, MIN_VARIANCE, at_least, within};
 use glam::{DMat2, DVec2, DVec3};
 
-/// Returns the nearest usable slope covariance, in rise over run, with variances in `[0, MAX_SLOPE²]` and
-/// `|s_xy| ≤ MAX_CORRELATION √(s_xx s_yy)`. NaN stays NaN.
+/// Returns the nearest usable covariance of slopes (rise over run), with variances in `[0, MAX_SLOPE²]` and
+/// `|s_xy| ≤ MAX_CORRELATION √(s_xx s_yy)`. NaN values remain NaN.
 pub fn clamp_covariance(s: DVec3) -> DVec3 {
     bounded_covariance(s, MAX_SLOPE * MAX_SLOPE)
 }
 
-/// Returns the nearest covariance with variances in `[0, largest]` and `|s_xy| ≤ MAX_CORRELATION √(s_xx s_yy)`. NaN stays NaN.
+/// Returns the nearest covariance with variances in `[0, largest]` and `|s_xy| ≤ MAX_CORRELATION √(s_xx s_yy)`. NaN values remain NaN.
 pub fn bounded_covariance(s: DVec3, largest: f64) -> DVec3 {
     let (x, y) = (s.x.clamp(0.0, largest), s.y.clamp(0.0, largest));
     let c = MAX_CORRELATION * (x * y).sqrt();
@@ -21,7 +21,7 @@ pub(crate) fn widened_covariance(s: DVec3) -> DVec3 {
     clamp_covariance(with_least_variance(s))
 }
 
-/// Raises the variances to at least [`MIN_VARIANCE`]; the covariance is unchanged.
+/// Raises the variances to at least [`MIN_VARIANCE`]. The off-diagonal element is unchanged.
 pub(crate) fn with_least_variance(s: DVec3) -> DVec3 {
     DVec3::new(at_least(s.x, MIN_VARIANCE), at_least(s.y, MIN_VARIANCE), s.z)
 }
@@ -56,7 +56,7 @@ pub fn covariance_from_moments(first: DVec2, second: DVec3) -> DVec3 {
     bounded_covariance(covariance, MAX_GRADIENT_VARIANCE)
 }
 
-/// Returns `linear S linearᵀ`: the second moments `(xx, yy, xy)` of slopes transformed by `linear` (LEADR eq. 12).
+/// Returns `linear S linearᵀ`, the second moments `(xx, yy, xy)` of slopes that are transformed by `linear` (LEADR eq. 12).
 pub fn map_second_moments(linear: DMat2, s: DVec3) -> DVec3 {
     let (u, v) = (linear.row(0), linear.row(1));
     let (along_u, along_v) = (covariance_times(s, u), covariance_times(s, v));
@@ -73,7 +73,7 @@ pub(crate) fn outer_square(v: DVec2) -> DVec3 {
     DVec3::new(v.x * v.x, v.y * v.y, v.x * v.y)
 }
 
-/// Returns the covariance after scaling heights by `eta`; mean slopes scale by `eta` (LEADR 4.2, Height Scaling).
+/// Returns the covariance after scaling heights by `eta`. The mean slopes also scale by `eta` (LEADR 4.2, Height Scaling).
 pub fn scale_height(s: DVec3, eta: f64) -> DVec3 {
     s * (eta * eta)
 }
@@ -85,11 +85,11 @@ pub fn add_roughness(s: DVec3, alpha: f64) -> DVec3 {
     s + DVec3::new(0.5 * alpha * alpha, 0.5 * alpha * alpha, 0.0)
 }
 
-/// Adds the change of the macrosurface slope over the pixel. `dx` and `dy` are its differences to the neighbouring pixels.
+/// Adds the variance of the macrosurface slope over the pixel. `dx` and `dy` are the slope's differences to the neighbouring pixels.
 ///
-/// The change passes a Gaussian pixel filter of variance 0.25 and is transformed to slope space (Tokuyoshi & Kaplanyan 2019). Their bound
-/// `α² ≤ 0.18` of an isotropic kernel becomes `s_xx + s_yy ≤ 0.18` for this matrix. The bound prevents creases and silhouettes, where
-/// differences are meaningless, from becoming matt.
+/// A Gaussian pixel filter of variance 0.25 weights the differences, which are then transformed to slope space (Tokuyoshi & Kaplanyan
+/// 2019). Their bound `α² ≤ 0.18` of an isotropic kernel becomes `s_xx + s_yy ≤ 0.18` for this matrix. The bound prevents creases and
+/// silhouettes, where differences are meaningless, from becoming matt.
 pub fn add_macro_curvature(s: DVec3, dx: DVec2, dy: DVec2) -> DVec3 {
     let bound = DVec2::splat(1e3);
     let (dx, dy) = (dx.clamp(-bound, bound), dy.clamp(-bound, bound));
@@ -103,7 +103,8 @@ mod tests {
 
     #[test]
     fn moments_of_two_slopes() {
-        // Half of the area has slope (1, 2) and half has (3, −2). The mean is (2, 0), the variances are 1 and 4, and the covariance is −2.
+        // Half of the area has the slope (1, 2), and half has the slope (3, −2). The mean is (2, 0), the variances are 1 and 4, and the
+        // covariance is −2.
         let (first, second) = (DVec2::new(2.0, 0.0), DVec3::new(5.0, 4.0, -2.0));
         let s = covariance_from_moments(first, second);
         assert_eq!((s.x, s.y), (1.0, 4.0));
@@ -112,7 +113,7 @@ mod tests {
 
     #[test]
     fn rounding_never_leaves_an_indefinite_matrix() {
-        // 32-bit moments of a constant steep slope.
+        // The moments of a constant steep slope are rounded to 32 bits.
         for i in 0..1000 {
             let m = DVec2::new(3.0 + 0.1 * f64::from(i), -7.0 + 0.03 * f64::from(i));
             let f = |v: f64| f64::from(v as f32);
@@ -127,7 +128,7 @@ mod tests {
 
     #[test]
     fn units_do_not_matter() {
-        // The relief of 3 m on a 1 km map has slopes up to 3000 per unit of the map, which are 3 in metres.
+        // Relief on a map 1 km wide has slopes of up to 3000 m per unit texture coordinate, which are slopes of 3 m per metre.
         let (first, second) = (DVec2::new(500.0, -800.0), DVec3::new(1.6e6, 2.2e6, 0.9e6));
         for eta in [1.0, 1e-3, 2f64.powi(-20)] {
             let before = covariance_from_moments(first * eta, second * (eta * eta));

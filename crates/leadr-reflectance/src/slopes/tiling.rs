@@ -1,21 +1,22 @@
-//! Tiling by example: turns a repeating map into a non-repeating one of the same mean and covariance (Heitz and Neyret 2018,
+//! Tiling by example, which turns a repeating map into a non-repeating map of the same mean and covariance (Heitz and Neyret 2018,
 //! *High-Performance By-Example Noise using a Histogram-Preserving Blending Operator*, with their linear, variance-preserving operator;
 //! Burley 2019 on sharper weights).
 //!
-//! A triangle lattice covers the texture coordinates. Each corner shows a *variant*: the map at an offset hashed from the corner's index.
-//! Each point blends the variants of the three corners around it about the map's mean `m`:
+//! A triangle lattice covers the texture coordinates. Each corner of the lattice has a *variant*, which is the map shifted by an offset
+//! that is hashed from the corner's index. Each point blends the variants of the three corners around it about the map's mean `m`:
 //!
 //! `h = m + Σ Wᵢ (hᵢ − m)`, `Σ Wᵢ² = 1`.
 //!
-//! Variants are independent, so the variance everywhere equals the variance of one variant. The same holds for slopes. The mean slope under
-//! a footprint is `Σ Wᵢ E[∇hᵢ] + Σ (hᵢ − m) ∇Wᵢ`, and the slope covariance is `Σ Wᵢ² Cᵢ`. LEADR moments therefore blend in closed form at
-//! every level.
+//! The variants are independent, so the variance everywhere equals the variance of one variant. The variance of the slopes is also
+//! preserved. The mean slope under a footprint is `Σ Wᵢ E[∇hᵢ] + Σ (hᵢ − m) ∇Wᵢ`, and the slope covariance is `Σ Wᵢ² Cᵢ`. LEADR moments
+//! therefore blend in closed form at every level.
 //!
 //! **Sharpness.** Barycentric weights would blend three variants almost everywhere, which blurs features and makes every distribution
-//! Gaussian. Here a corner has weight only where its barycentric coordinate exceeds [`VARIANT_THRESHOLD`]: more than half of the surface
-//! shows one variant unchanged, and 1 % shows three. In exchange, weights change faster, and `(hᵢ − m) ∇Wᵢ` adds a slope that no variant
-//! has. For lattice edges of length 1, its variance is 23.4 times the heights' variance. For fine soil, this is 0.5 % of the slope
-//! variance; for bumps a tenth of a repeat wide, a quarter. The added slope is visible, so the moments include it.
+//! Gaussian. In this module, a corner has weight only where its barycentric coordinate exceeds [`VARIANT_THRESHOLD`]. More than half of the
+//! surface then shows one variant unchanged, and 1 % shows three variants. In exchange, the weights change faster, and the term
+//! `(hᵢ − m) ∇Wᵢ` adds a slope that none of the variants has. For lattice edges of length 1, its variance is 23.4 times the heights'
+//! variance. This is 0.5 % of the slope variance for fine soil, and a quarter of it for bumps that are a tenth of a repeat wide. The added
+//! slope is visible, so the moments include it.
 
 use glam::{DMat2, DVec2, IVec2};
 
@@ -28,25 +29,25 @@ pub const VARIANT_THRESHOLD: f64 = 0.3;
 /// The number of offset steps in one repeat. For maps with power-of-two sides, variants are offset by whole texels.
 const STEPS: f64 = 4096.0;
 
-/// A variant visible at a point.
+/// A variant that is visible at a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TilingVariant {
     /// The corner of the lattice.
     pub corner: IVec2,
     /// The blend weight. The squares of all weights sum to one.
     pub weight: f64,
-    /// The gradient of the weight by texture coordinate.
+    /// The gradient of the weight with respect to the texture coordinate.
     pub slope: DVec2,
 }
 
 /// Returns the variants at a point in descending order of weight. `cells` is the number of lattice edges along one repeat of the map.
 pub fn tiling_variants(texcoord: DVec2, cells: f64) -> [TilingVariant; 3] {
-    // The skew makes triangles halves of unit squares.
+    // The skew maps the triangles to halves of unit squares.
     let skew = DMat2::from_cols_array(&[1.0, 0.0, -0.577_350_269_189_625_8, 1.154_700_538_379_251_5]) * cells;
     let at = skew * texcoord;
     let (low, inside) = (at.floor(), at - at.floor());
     let upper = inside.x + inside.y >= 1.0;
-    // Position, barycentric coordinate and the coordinate's gradient, per corner.
+    // Each entry is the position of a corner, its barycentric coordinate, and the gradient of this coordinate.
     let side = if upper { -1.0 } else { 1.0 };
     let local = if upper { 1.0 - inside } else { inside };
     let first = if upper { IVec2::ONE } else { IVec2::ZERO };
@@ -90,15 +91,15 @@ pub fn variant_offset(corner: IVec2) -> DVec2 {
     DVec2::new(x, y) / STEPS
 }
 
-/// Returns the remaining fraction of a variant's difference from the mean at `lod`, the binary logarithm of a width in texels, for a map of
-/// `size` texels per repeat. A footprint as wide as the lattice averages over variants, so the fraction is 0.
+/// Returns the fraction of a variant's difference from the mean that remains at `lod`, which is the binary logarithm of the footprint width
+/// in texels. The map has `size` texels per repeat. A footprint as wide as the lattice averages over variants, so the fraction is 0.
 pub fn tiling_fade(lod: f64, size: f64, cells: f64) -> f64 {
     let t = ((size / cells).max(1.0).log2() + 1.0 - lod).clamp(0.0, 2.0) / 2.0;
     t * t * (3.0 - 2.0 * t)
 }
 
-/// Merges variants at a coarse `lod`, where seams are invisible among the texels. The strongest variant replaces the others, so most
-/// footprints need only one. The squared weights still sum to one.
+/// Merges variants at a coarse `lod`, where seams between variants are invisible. The strongest variant replaces the others, so most
+/// footprints need only one variant. The squared weights still sum to one.
 pub fn merged_variants(variants: [TilingVariant; 3], lod: f64) -> [TilingVariant; 3] {
     let left = 1.0 - ((lod - 3.0) / 1.5).clamp(0.0, 1.0);
     let [mut a, b, c] =
@@ -107,8 +108,8 @@ pub fn merged_variants(variants: [TilingVariant; 3], lod: f64) -> [TilingVariant
     [a, b, c]
 }
 
-/// Adds the moments of a variant to the mean slope and covariance of a blend. `part` is the result of [`tiling_fade`]; the covariance
-/// receives what `part` removes from the mean slopes.
+/// Adds the moments of a variant to the mean slope and the covariance of a blend. `part` is the result of [`tiling_fade`]. The variance
+/// that `part` removes from the mean slopes is added to the covariance.
 pub fn add_variant(blend: SlopeMoments, variant: SlopeMoments, weight: f64, part: f64) -> SlopeMoments {
     let mean = variant.first * part;
     let covariance = variant.second - outer_square(mean);

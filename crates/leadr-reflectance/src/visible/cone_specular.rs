@@ -1,6 +1,6 @@
-//! Specular occlusion by a cone: the fraction of an environment's specular reflection that comes from within the cone.
+//! Specular occlusion by a cone, which is the fraction of an environment's specular reflection that comes from within the cone.
 //!
-//! [`ConeTable`] is the published method (Chan 2018, 4.7): the exact albedo for a cone about the normal. A cone about the normal
+//! [`ConeTable`] is the published method (Chan 2018, 4.7), and has the exact albedo for a cone about the normal. A cone about the normal
 //! approximates a point's visibility poorly. [`cone_specular`] needs no table and supports a cone about any axis.
 
 use crate::facets::ggx::Ggx;
@@ -13,12 +13,12 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
 
-/// Returns the fraction of a GGX lobe within a cone. `apart` is the angle between lobe direction and cone axis, and `half` the cone's half
-/// angle, in radians. `alpha` is the facets' roughness in the plane of both.
+/// Returns the fraction of a GGX lobe that is within a cone. `apart` is the angle between the lobe direction and the cone axis, and `half`
+/// is the half angle of the cone, both in radians. `alpha` is the facets' roughness in the plane of the lobe direction and the cone axis.
 ///
-/// Half vectors rotate half as much as directions. GGX slopes are the stereographic projection of a uniformly covered sphere, and a disc of
-/// slopes is a spherical cap. The cap from `tan((apart − half)/2) / α` to `tan((apart + half)/2) / α` covers the fraction `sin²` of a
-/// quarter of its angle.
+/// Half vectors rotate by half the angle of directions. GGX slopes are the stereographic projection of a uniformly covered sphere, and a
+/// disc of slopes is a spherical cap. The cap from `tan((apart − half)/2) / α` to `tan((apart + half)/2) / α` covers the fraction `sin²` of
+/// a quarter of its angle.
 pub fn lobe_in_cone(alpha: f64, apart: f64, half: f64) -> f64 {
     let end = |angle: f64| {
         let (sin, cos) = (0.5 * angle).sin_cos();
@@ -28,17 +28,17 @@ pub fn lobe_in_cone(alpha: f64, apart: f64, half: f64) -> f64 {
     cap.sin() * cap.sin()
 }
 
-/// Returns the fraction of the specular reflection towards `wo` from directions within the cone, 0..1, as a factor for a prefiltered
-/// environment. A hemispherical cone about the normal gives 1.
+/// Returns the fraction, from 0 to 1, of the specular reflection towards `wo` that comes from within the cone. The fraction is a factor for
+/// a prefiltered environment. A hemispherical cone about the normal gives 1.
 ///
-/// The fraction is [`lobe_in_cone`] about the reflection direction of a rough surface, relative to its value for the upper hemisphere. The
-/// roughest surfaces use the diffuse visibility ([`bent_cone_visibility`]).
+/// The fraction is [`lobe_in_cone`] about the reflection direction of a rough surface, relative to its value for the upper hemisphere. For
+/// the roughest surfaces, the result is the diffuse visibility ([`bent_cone_visibility`]).
 pub fn cone_specular(alpha: f64, wo: DVec3, cone: &Cone) -> f64 {
     let (c, a) = (wo.z.clamp(0.0, 1.0), alpha.clamp(1e-4, 1.0));
     let mirror = lobe_axis(a, wo);
     let share = |axis: DVec3, half: f64| {
-        // Across the plane of incidence, directions move less by the factor of the cosine. The lobe is narrower by this factor for a cone
-        // beside the plane, and by its square root for a cone around the lobe. The factor 0.2 is empirical.
+        // Across the plane of incidence, the reflected direction moves less, by a factor of the viewer's cosine. The lobe is narrower by
+        // this cosine for a cone beside the plane, and by its square root for a cone around the lobe. The factor 0.2 is empirical.
         let across = axis - mirror * mirror.dot(axis);
         let flat = mirror.truncate().length_squared();
         let outward = mirror.truncate() / at_least(flat, 1e-20).sqrt();
@@ -65,14 +65,14 @@ fn lobe_axis(alpha: f64, wo: DVec3) -> DVec3 {
     axis / at_least(axis.length(), 1e-6)
 }
 
-/// Returns the texture coordinate of a [`ConeTable`] in a 3D texture, for a sampler that is linear and clamps (listing 5).
+/// Returns the texture coordinate for a lookup in a [`ConeTable`] stored as a 3D texture. The sampler must be linear and clamp (listing 5).
 pub fn cone_table_texcoord(n_v: f64, gloss: f64, cosine: f64) -> DVec3 {
     let size = DVec3::from_array(CONE_TABLE.map(|n| n as f64));
     (DVec3::new(n_v, gloss, cosine).clamp(DVec3::ZERO, DVec3::ONE) * (size - DVec3::ONE) + 0.5) / size
 }
 
 /// The table of Chan 2018, figure 19: the directional albedo of specular GGX facets under light through a cone about the normal. The axes
-/// are the viewer's cosine, the gloss and the cosine of the cone, each 0 to 1 in even steps (listing 5).
+/// are the viewer's cosine, the gloss, and the cosine of the cone, each from 0 to 1 in even steps (listing 5).
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConeTable(Vec<[f32; 2]>);
 
@@ -96,12 +96,12 @@ impl ConeTable {
         Self((0..nx * ny * nz).into_par_iter().map(texel).collect())
     }
 
-    /// Returns the contents of a 3D texture, x fastest: `(scale, bias)` of `F0`.
+    /// Returns the texels of a 3D texture, with x varying fastest. Each texel is the `(scale, bias)` of `F0`.
     pub fn texels(&self) -> &[[f32; 2]] {
         &self.0
     }
 
-    /// Interpolates the table trilinearly, like a sampler. Arguments are clamped to 0..1.
+    /// Interpolates the table trilinearly, like a sampler. The arguments are clamped to 0..1.
     pub fn albedo(&self, n_v: f64, gloss: f64, cosine: f64) -> SplitAlbedo {
         let cell = |v: f64, n: usize| {
             let x = unit(v) * (n - 1) as f64;
@@ -129,7 +129,8 @@ mod tests {
     use crate::random::Random;
     use std::f64::consts::TAU;
 
-    /// Compares rms errors of the cone about the normal, its two published adjustments, and the overlap, for random bent cones and viewers.
+    /// Compares the rms errors of four methods for random bent cones and viewers: the cone about the normal, its two published adjustments,
+    /// and the lobe overlap.
     #[test]
     fn overlap_against_cones_about_the_normal() {
         let rule = AlbedoRule { azimuths: 3, slopes: 4, order: 5 };
@@ -165,7 +166,7 @@ mod tests {
                 println!("α {low}–{high}, cos {from}–{to}: {rms:.3?}");
                 let bound = if high > 0.6 || from < 0.5 { 0.075 } else { 0.055 };
                 assert!(rms[3] < bound, "{rms:?}");
-                // The overlap is the best of the four methods up to a roughness of 0.7.
+                // The lobe overlap is the best of the four methods up to a roughness of 0.7.
                 assert!(high > 0.7 || rms[..3].iter().all(|other| rms[3] < *other), "{rms:?}");
             }
         }

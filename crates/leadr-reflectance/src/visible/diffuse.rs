@@ -1,4 +1,4 @@
-//! Diffuse reflection of the visible facets without a slope grid.
+//! The diffuse reflection of the visible facets, without a slope grid.
 //!
 //! Let `N = (−slope, 1)` and `n = N/|N|` be the normal. Irradiance by order-2 harmonics needs two moments over Gaussian slopes:
 //!
@@ -6,15 +6,15 @@
 //! E[n] = E[⟨wo·N⟩ N / |N|] / A(wo),   E[n nᵀ] = E[⟨wo·N⟩ N Nᵀ / |N|²] / A(wo)
 //! ```
 //!
-//! The moments contain polynomials of the slope, a clamp, and `|N|`; only `|N|` prevents a closed form. Sums of two or three exponentials
-//! approximate the inverses of `|N|` and `|N|²` closely, `1/|N| ≈ Σ c_i exp(−t_i |N|²)`. An exponential of `|N|²` times a Gaussian of
-//! slopes is another Gaussian of slopes ([`damped_gaussian`]), with the clamped moments of [`visible_slopes`](super::slopes). So two or
-//! three evaluations of a closed form replace a grid. The clamp is exact for every viewer. The result is independent of the axes and smooth
-//! in every argument.
+//! The moments contain polynomials of the slope, a clamp, and `|N|`. Only `|N|` prevents a closed form. Sums of two or three exponentials
+//! closely approximate the inverses of `|N|` and `|N|²`, such as `1/|N| ≈ Σ c_i exp(−t_i |N|²)`. An exponential of `|N|²` times a Gaussian
+//! of slopes is another Gaussian of slopes ([`damped_gaussian`]), with the clamped moments of [`visible_slopes`](super::slopes). Two or
+//! three evaluations of a closed form therefore replace a slope grid. The clamp is exact for every viewer. The result does not depend on
+//! the choice of axes, and is smooth in every argument.
 //!
-//! The exponents scale with the mean of `|N|²`. Exponents and weights vary linearly with the relative spread of `|N|²`. Both are fitted to
-//! the radiance of random surfaces (`lab::quadrature_study::fit`). For one light, a clamped cosine replaces the harmonics, and a product of
-//! two clamps ([`clamped_product`]) replaces the single clamp.
+//! The exponents are inversely proportional to the mean of `|N|²`. The scaled exponents and the weights are linear functions of the
+//! relative spread of `|N|²`. They are fitted to the radiance of random surfaces (`lab::quadrature_study::fit`). For one light, a clamped
+//! cosine replaces the harmonics, and a product of two clamps ([`clamped_product`]) replaces the single clamp.
 
 use super::slopes::{VISIBLE_TAIL, tilted_area};
 use crate::facets::normal_distribution::normal_ramp;
@@ -30,11 +30,11 @@ use std::f64::consts::PI;
 /// relative spread of `|N|²` ([`squared_normal_spread`]).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Term {
-    /// The exponent, multiplied by the mean of `|N|²`.
+    /// The exponent multiplied by the mean of `|N|²`.
     pub exponent: [f64; 2],
-    /// The weight in `1/|N|`.
+    /// The weight of this exponential in the sum for `1/|N|`.
     pub first: [f64; 2],
-    /// The weight in `1/|N|²`, in any unit.
+    /// The weight of this exponential in the sum for `1/|N|²`, up to a common factor.
     pub second: [f64; 2],
 }
 
@@ -44,14 +44,14 @@ const TWO: [Term; 2] = [
     Term { exponent: [2.04868504, 0.81002255], first: [1.1378407, 0.80030971], second: [4.51732387, 0.43471584] },
 ];
 
-/// The three-term sum, fitted likewise.
+/// The three-term sum, fitted in the same way.
 const THREE: [Term; 3] = [
     Term { exponent: [0.14774869, -0.02798132], first: [0.88324551, -0.06272688], second: [1.0, -0.26540236] },
     Term { exponent: [1.51173948, 0.09430317], first: [1.05317881, 0.31866379], second: [4.4142949, 1.2978556] },
     Term { exponent: [5.97573614, 3.11562463], first: [2.29040276, 0.48355783], second: [19.03758878, 4.88965078] },
 ];
 
-/// Returns the fitted terms; `terms` is 2 or 3.
+/// Returns the fitted terms. `terms` is 2 or 3.
 pub fn visible_diffuse_terms(terms: u32) -> &'static [Term] {
     if terms == 2 { &TWO } else { &THREE }
 }
@@ -64,7 +64,7 @@ pub fn squared_normal_spread(m: DVec2, s: DVec3) -> DVec2 {
     DVec2::new(mean, variance.max(0.0).sqrt() / mean)
 }
 
-/// A Gaussian of slopes times a weight.
+/// A Gaussian distribution of slopes times a weight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SlopeGaussian {
     /// The integral of the weighted Gaussian.
@@ -85,19 +85,19 @@ pub fn damped_gaussian(m: DVec2, s: DVec3, t: f64) -> SlopeGaussian {
     SlopeGaussian { weight: (-t * (1.0 + m.dot(mean))).exp() * per.sqrt(), m: mean, s: cov }
 }
 
-/// Returns `E[max(0, x)]` of a normal variable with mean `a` and standard deviation `b`. The result is the visible area `A(w)` from `a(w)`
-/// and `b(w)`.
+/// Returns `E[max(0, x)]` of a normal variable `x` with mean `a` and standard deviation `b`. For `a(w)` and `b(w)`, the result is the
+/// visible area `A(w)`.
 pub fn clamped_mean(a: f64, b: f64) -> f64 {
     a.max(0.0) + rough_area(a, b)
 }
 
-/// Returns the moments of the normals visible from `wo`, replacing the grid of `visible_normal_moments`. `terms` is 2 (rms error of 1.2e-3
-/// of the mean radiance) or 3 (2e-4).
+/// Returns the moments of the normals visible from `wo`, without the slope grid of `visible_normal_moments`. `terms` is 2 (rms error of
+/// 1.2e-3 of the mean radiance) or 3 (2e-4).
 pub fn visible_diffuse_moments(wo: DVec3, m: DVec2, s: DVec3, terms: u32) -> NormalMoments {
     moments_by_terms(wo, m, s, visible_diffuse_terms(terms))
 }
 
-/// Computes [`visible_diffuse_moments`] with any terms.
+/// Computes [`visible_diffuse_moments`] with the given exponential terms.
 pub fn moments_by_terms(wo: DVec3, m: DVec2, s: DVec3, terms: &[Term]) -> NormalMoments {
     let s = clamp_covariance(s);
     let ao = tilted_area(wo, m, slope_spread(wo, s));
@@ -114,7 +114,7 @@ pub fn moments_by_terms(wo: DVec3, m: DVec2, s: DVec3, terms: &[Term]) -> Normal
         let n = normal_ramp(a * per_b);
         let axis = across * per_b;
         let area = if b <= 1e-18 { a.max(0.0) } else { b * n.ramp };
-        // Moments over the clamped facet areas, by Stein's lemma: E[1] = area, E[slope] = m area − across Φ, and so on.
+        // Stein's lemma gives the moments over the clamped facet areas: E[1] = area, E[slope] = m area − across Φ, and so on.
         let slope = g.m * area - across * n.cdf;
         let (c, d) = (g.weight * c, g.weight * d);
         first += c * DVec3::new(-slope.x, -slope.y, area);
@@ -124,17 +124,18 @@ pub fn moments_by_terms(wo: DVec3, m: DVec2, s: DVec3, terms: &[Term]) -> Normal
         let xy = g.m.x * slope.y - across.x * g.m.y * n.cdf + g.s.z * area + axis.x * axis.y * bend;
         off += d * DVec3::new(-slope.y, -slope.x, xy);
     }
-    // The first moments are per visible area; the second moments have trace one.
+    // The first moments are per visible area. The second moments have trace one.
     let area = clamped_mean(ao, slope_spread(wo, s)).max(1e-30);
     let scale = 1.0 / diag.element_sum().max(1e-30);
     NormalMoments { mean: first / (area * spread.x.sqrt()), diag: diag * scale, off: off * scale }
 }
 
-/// Returns `E[max(0, x) max(0, y)]` of two normal variables with means `ax`, `ay`, standard deviations `bx`, `by` and covariance `k`.
+/// Returns `E[max(0, x) max(0, y)]` of two normal variables with means `ax` and `ay`, standard deviations `bx` and `by`, and covariance
+/// `k`.
 ///
-/// By Plackett's identity, the first derivative by the correlation `r` is the probability that both variables are positive; the second
-/// derivative is their joint density at 0. Let `X` and `Y` be the means of the clamped variables, all in standard deviations. Then
-/// `E = X Y + r Φ(x) Φ(y) + ∫₀ʳ (r − t) φ₂(x, y; t) dt`. A two-point Gauss–Jacobi rule evaluates the integral.
+/// By Plackett's identity, the first derivative with respect to the correlation `r` is the probability that both variables are positive.
+/// The second derivative is their joint density at 0. Let `X` and `Y` be the means of the clamped variables, all in standard deviations.
+/// Then `E = X Y + r Φ(x) Φ(y) + ∫₀ʳ (r − t) φ₂(x, y; t) dt`. A two-point Gauss–Jacobi rule evaluates the integral.
 pub fn clamped_product(ax: f64, bx: f64, ay: f64, by: f64, k: f64) -> f64 {
     const AT: [f64; 2] = [0.155_051_03, 0.644_948_97];
     const WEIGHT: [f64; 2] = [0.050_617_86, 0.028_959_61]; // divided by 2π
@@ -158,8 +159,8 @@ pub fn clamped_product(ax: f64, bx: f64, ay: f64, by: f64, k: f64) -> f64 {
     at_least(area_x * area_y + k * (nx.cdf * ny.cdf + r * density), 0.0)
 }
 
-/// Returns the diffuse radiance under one light from `wi` of unit irradiance on a plane facing it, per unit of albedo. The clamped cosine
-/// is integrated over the visible facets (LEADR eq. 21 without harmonics). `terms` is 2 or 3.
+/// Returns the diffuse radiance per unit of albedo, under one light from `wi` that has unit irradiance on a plane facing it. The clamped
+/// cosine is integrated over the visible facets (LEADR eq. 21 without harmonics). `terms` is 2 or 3.
 pub fn leadr_diffuse_light_visible(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, shadowing: bool, terms: u32) -> f64 {
     let s = clamp_covariance(s);
     let ao = tilted_area(wo, m, slope_spread(wo, s));

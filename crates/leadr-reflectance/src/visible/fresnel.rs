@@ -1,7 +1,7 @@
-//! The mean Fresnel reflectance of the visible facets: the fraction of the light that never reaches the diffuse base.
+//! The mean Fresnel reflectance of the visible facets, which is the fraction of the light that never reaches the diffuse base.
 //!
 //! Schlick's weight is `k⁵` with `k = 1 − wo·wn`. The weight depends on the facet through `wo·wn = (wo.z − wo.xy·x) / |N|`, which varies
-//! almost only along the view azimuth. The exact mean and variance of the visible slopes along that axis come from [`super::slopes`]. To
+//! almost only along the view azimuth. The exact mean and variance of the visible slopes along this azimuth come from [`super::slopes`]. To
 //! second order about the mean facet, the cosine at `d` standard deviations along the axis is
 //!
 //! ```text
@@ -9,11 +9,11 @@
 //! at d = 0:  −c' = (b + f e/n) / √n,   ½c'' = (b e/n + f (3/2 e²/n² − ½ l/n)) / √n
 //! ```
 //!
-//! Here `f` is the projected area of the mean facet, `b` the spread of the slope along the axis, `n` the `|N|²` of the mean facet, and
-//! `2 e d + l d²` the change of `|N|²` along the axis.
+//! Here `f` is the projected area of the mean facet, `b` is the spread of the slope along the axis, `n` is the `|N|²` of the mean facet,
+//! and `2 e d + l d²` is the change of `|N|²` along the axis.
 //!
 //! The fifth power of a normal variable with mean `μ` and variance `v` has the mean `μ⁵ + 10 μ³ v + 15 μ v²`. Slopes across the view
-//! azimuth only lengthen `N`; on average, `|N|²` grows by the variance of these slopes.
+//! azimuth only lengthen `N`. On average, `|N|²` grows by the variance of these slopes.
 
 use super::slopes::tilted_area;
 use crate::facets::fresnel::grazing_reflectance;
@@ -23,7 +23,8 @@ use crate::slopes::statistics::covariance_times;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
 /// Returns the mean of Schlick's term ([`crate::facets::fresnel::fresnel_schlick`]) over the visible facets. `f0` is the linear RGB
-/// reflectance at normal incidence. `s` is the covariance of the slopes, already clamped ([`crate::slopes::statistics::clamp_covariance`]).
+/// reflectance at normal incidence. `s` is the covariance of the slopes, which the caller has clamped
+/// ([`crate::slopes::statistics::clamp_covariance`]).
 pub fn visible_fresnel(wo: DVec3, m: DVec2, s: DVec3, f0: DVec3) -> DVec3 {
     let across = covariance_times(s, wo.xy());
     let b2 = at_least(across.dot(wo.xy()), 0.0);
@@ -40,8 +41,8 @@ pub fn visible_fresnel(wo: DVec3, m: DVec2, s: DVec3, f0: DVec3) -> DVec3 {
 }
 
 /// Returns the mean of Schlick's weight over slopes along `axis` about `slope`. `facet` is the projected area of the facet at `slope`, and
-/// `b` its decrease per standard deviation. `rest` is the variance across the axis, and `variance` the slopes' variance in squares of
-/// `axis`.
+/// `b` is the decrease of this area per length of `axis`. `variance` is the variance of the slopes along `axis`, in units of its squared
+/// length. `rest` is the variance across the axis.
 pub fn mean_schlick_weight(facet: f64, b: f64, axis: DVec2, slope: DVec2, rest: f64, variance: f64) -> f64 {
     let (e, l) = (slope.dot(axis), axis.length_squared());
     let n = 1.0 + slope.length_squared() + rest;
@@ -72,7 +73,7 @@ mod tests {
                 for sigma in [0.02f64, 0.1, 0.3, 0.6, 1.0] {
                     for (m, ratio) in [(DVec2::ZERO, 1.0), (DVec2::new(0.3, -0.2), 1.0), (DVec2::ZERO, 0.1)] {
                         let s = DVec3::new(sigma * sigma, ratio * sigma * sigma, 0.0);
-                        // Only a few edge-on facets of far back-facing mesosurfaces are visible.
+                        // Only a few edge-on facets are visible on a mesosurface that faces far away from the viewer.
                         if meso_area(wo, m) < -slope_spread(wo, s) {
                             continue;
                         }

@@ -1,11 +1,11 @@
-//! Filtered environment lookups of probes: a cube map with levels blurred by a round, smooth kernel.
+//! Filtered environment lookups for probes, in a cube map whose levels are blurred by a round, smooth kernel.
 //!
-//! Rough specular surfaces reflect the environment blurred by their lobe. A few lookups of box-filtered mips show separate boxes instead,
-//! so a small lamp reveals the node pattern. Here, level `L ≥ 1` is the environment blurred by a nearly Gaussian kernel of the same width
-//! everywhere on the sphere. The standard deviation of the kernel is [`KERNEL_TEXELS`] texels of that level at the centre of a face. Level
-//! 0 is the unfiltered environment. Neighbouring lookups of these levels add up to a smooth lobe.
+//! Rough specular surfaces reflect the environment blurred by their lobe. A few lookups in box-filtered mips show separate boxes instead,
+//! so a small lamp reveals the node pattern. In this module, level `L ≥ 1` is the environment blurred by a nearly Gaussian kernel that has
+//! the same width everywhere on the sphere. The standard deviation of the kernel is [`KERNEL_TEXELS`] texels of that level at the centre of
+//! a face. Level 0 is the unfiltered environment. Neighbouring lookups of these levels add up to a smooth lobe.
 //!
-//! Widths are *variances*, per axis and in radians²: a kernel of variance `v` scales the band `l` of spherical harmonics by
+//! Widths are *variances* per axis, in radians². A kernel of variance `v` scales the band `l` of spherical harmonics by
 //! `exp(−v l (l + 1) / 2)`. Variances of successive kernels add up. A texel at the centre of a face of `size` texels is `h = 2/size` wide,
 //! and bilinear lookups add `h²/6` on average, so the variance of a lookup of level `L` is
 //!
@@ -13,19 +13,19 @@
 //! V₀ = h²/4,   V_L = k 4^L h²,   k = KERNEL_TEXELS² + 1/6
 //! ```
 //!
-//! `V₀` is the variance of a square texel plus that of a bilinear lookup. A fractional level mixes two kernels. [`kernel_lod`] selects the
-//! fraction that gives the required variance.
+//! `V₀` is the variance of a square texel plus the variance of a bilinear lookup. A fractional level mixes two kernels. [`kernel_lod`]
+//! selects the fraction that gives the required variance.
 
 /// The standard deviation of the kernel of every level except the finest, in texels of the level.
 pub const KERNEL_TEXELS: f64 = 1.2;
-/// `k`: the variance of a lookup of a blurred level, in squared texels of the level.
+/// The variance `k` of a lookup in a blurred level, in squared texels of the level.
 pub const KERNEL_LOOKUP: f64 = KERNEL_TEXELS * KERNEL_TEXELS + 1.0 / 6.0;
-/// The variance of a lookup of the finest level, in squared texels.
+/// The variance of a lookup in the finest level, in squared texels.
 const FINEST_LOOKUP: f64 = 0.25;
 /// The face size of the coarsest level, in texels. Its kernel has a standard deviation of 35°.
 pub const COARSEST_FACE: u32 = 4;
 
-/// Returns the number of levels of a cube with faces of `size` texels, at least one.
+/// Returns the number of levels of a cube with faces of `size` texels, which is at least one.
 pub fn kernel_levels(size: u32) -> u32 {
     (size / COARSEST_FACE).max(1).ilog2() + 1
 }
@@ -43,8 +43,8 @@ pub fn lookup_variance(lod: f64, size: f64) -> f64 {
     (of(level) + (lod - level) * (of(level + 1.0) - of(level))) * 4.0 / (size * size)
 }
 
-/// Returns the level of detail whose trilinear lookup has this variance, per axis and in radians². `size` is in texels per edge of the
-/// finest faces. The level is at least 0; samplers clamp it to the last level.
+/// Returns the level of detail whose trilinear lookup has this variance per axis, in radians². `size` is the number of texels per edge of
+/// the finest faces. The level is at least 0. Samplers clamp it to the last level.
 pub fn kernel_lod(variance: f64, size: f64) -> f64 {
     let x = 0.25 * variance * size * size;
     let y = (x / KERNEL_LOOKUP).min(1e12);

@@ -1,10 +1,10 @@
-//! Visible slopes that reflect lit directions.
+//! The visible slopes that reflect lit directions.
 //!
 //! The wider a lobe, the more of it lies below the mesosurface's horizon, where nothing is lit. At normal incidence, 3/4 of the lobe is
-//! unlit for a slope deviation of 1, and 19/20 for 2. Probes below the horizon are wasted. Let `N = (−slope, 1)` and `N_m = (−m, 1)`. A
-//! facet then reflects a direction of height `(2 (wo·N) N·N_m − (wo·N_m) |N|²) / |N|²` above the mesosurface. The height is positive within
-//! a conic: for `m = 0`, the disc about `−tan θ` of radius `1/cos θ`. The numerator is quadratic in the slope, so a Gaussian weight can
-//! follow the height:
+//! unlit for a slope deviation of 1, and 19/20 for a slope deviation of 2. Probes below the horizon are wasted. Let `N = (−slope, 1)` and
+//! `N_m = (−m, 1)`. A facet then reflects a direction of height `(2 (wo·N) N·N_m − (wo·N_m) |N|²) / |N|²` above the mesosurface. The height
+//! is positive within a conic. For `m = 0`, the conic is the disc about `−tan θ` of radius `1/cos θ`. The numerator is quadratic in the
+//! slope, so a Gaussian weight can follow the height:
 //!
 //! ```text
 //! weight(x) = exp(−l·x − ½ xᵀ D x)      x = slope − m
@@ -13,21 +13,21 @@
 //! k = 2.7 cos θ r²/(1 + r²) / |N_m|³,   r = ½ tr S / 0.2
 //! ```
 //!
-//! The weight decreases towards the horizon, faster for rougher surfaces; smooth surfaces are lit almost to the horizon. The root in `l`
-//! keeps the shift of the mean below one standard deviation, which a flat conic with steep slopes along it would exceed. Weight times slope
-//! density is another Gaussian with closed visible moments, which the probes sample. Each probe is weighted by the lit fraction times its
-//! share, which is the inverse weight. Shares are exact for any weight; the constants only affect the probe positions
-//! (`lab::quadrature_study::fit_probes`).
+//! The weight decreases towards the horizon, and faster for rougher surfaces. Smooth surfaces are lit almost down to the horizon. The
+//! square root in `l` keeps the shift of the mean below one standard deviation. Without this root, a flat conic with steep slopes along it
+//! would shift the mean further. The weight times the slope density is another Gaussian, whose visible moments have closed forms. The
+//! probes sample this Gaussian. Each probe is weighted by the lit fraction times its share, which is the inverse weight. Shares are exact
+//! for any weight. The constants only affect the probe positions (`lab::quadrature_study::fit_probes`).
 
 use super::slopes::VisibleSlopes;
 use crate::slopes::statistics::covariance_times;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
-/// `−ln weight` at the horizon relative to the highest direction, for a very rough surface at normal incidence.
+/// The value of `−ln weight` at the horizon, relative to the highest direction, for a very rough surface at normal incidence.
 pub const LIT_FALL: f64 = 1.35;
 /// The mean slope variance per axis at which half of [`LIT_FALL`] applies.
 pub const LIT_HALF: f64 = 0.2;
-/// The linear part of the weight relative to the quadratic part.
+/// The strength of the linear term in the weight, relative to the quadratic term.
 pub const LIT_LEAN: f64 = 0.65;
 
 /// The slopes weighted towards lit directions.
@@ -53,13 +53,13 @@ pub fn lit_slopes(wo: DVec3, v: &VisibleSlopes) -> LitSlopes {
     let r = (0.5 / LIT_HALF) * (s.x + s.y);
     let k = 2.0 * LIT_FALL * height * per.sqrt() * (r * r / (1.0 + r * r));
     let lean = LIT_LEAN * k * height.sqrt() * wo.xy();
-    // If the conic is not an ellipse, only its flat direction is kept.
+    // If the conic is not an ellipse, keep only its flat direction.
     let even = wo.z.max(0.0);
     let across = wo.xy().dot(m);
     let part = even / (wo.xy().length() * m.length()).max(even).max(1e-9);
     let bend = part * DVec3::new(2.0 * wo.x * m.x - across, 2.0 * wo.y * m.y - across, wo.x * m.y + wo.y * m.x);
     let damp = k * per * (DVec3::new(even, even, 0.0) + bend);
-    // The weighted covariance (S⁻¹ + D)⁻¹.
+    // Compute the weighted covariance (S⁻¹ + D)⁻¹.
     let det = (s.x * s.y - s.z * s.z).max(0.0);
     let both = det * (damp.x * damp.y - damp.z * damp.z).max(0.0);
     let share = 1.0 / (1.0 + s.x * damp.x + s.y * damp.y + 2.0 * s.z * damp.z + both);
@@ -82,7 +82,7 @@ mod tests {
     use crate::integrals::reference::visible_mean;
     use crate::visible::slopes::visible_slopes;
 
-    /// Weighted moments of the visible slopes equal the visible moments of the weighted slopes.
+    /// The weighted moments of the visible slopes equal the visible moments of the weighted slopes.
     #[test]
     fn the_weight_keeps_gaussians() {
         let (m, s) = (DVec2::new(0.2, -0.3), DVec3::new(0.8, 0.3, 0.2));

@@ -1,20 +1,21 @@
-//! Visible slopes of a normal map on smooth geometry. The facets of a normal map hide nothing, so the weight of a facet is its fraction of
-//! the macrosurface, whatever its orientation (the normal map model of thesis section 2.1 and Table 2.IV).
+//! The visible slopes of a normal map on smooth geometry. The facets of a normal map do not occlude each other, so the weight of a facet is
+//! its fraction of the macrosurface, for any orientation (the normal map model of thesis section 2.1 and Table 2.IV).
 //!
 //! A facet of a displaced surface has the visible projected area `a − b u`, where `u` is its slope along the view azimuth in standard
 //! deviations. In a normal map, all front-facing facets (`u < ν = a/b`) have equal weight. Back-facing facets are black, because `⟨wo, wm⟩`
-//! is clamped at 0. Along `u`, the visible slopes have a normal density truncated at `ν`. With `λ = φ(ν)/Φ(ν)`, its cumulants are
+//! is clamped at 0. Along `u`, the visible slopes have a normal density truncated at `ν`. With `λ = φ(ν)/Φ(ν)`, the cumulants of this
+//! density are
 //!
 //! ```text
 //! E[u] = −λ,   Var[u] = 1 + λ′,   κ₃[u] = −λ″,   κ₄[u] = λ‴,   where λ′ = −λ (ν + λ)
 //! ```
 //!
-//! The base of a facet is rough geometry, so its microfacets are visible by projected area. It has the slopes of
+//! The base of a facet is rough geometry, so its microfacets are visible by projected area. The base has the slopes of
 //! [`visible_slopes`](super::slopes) on the mean front-facing facet. Map and base are independent, so their cumulants add up. Without a
-//! map, the sum describes the base's visible slopes; without a base, the truncated normal density.
+//! map, the sum describes the base's visible slopes. Without a base, it describes the truncated normal density.
 //!
-//! Diffuse light does not depend on the viewer, so the moments of normals are [`visible_diffuse_moments`](super::diffuse) without a clamp.
-//! For one light, the clamped cosine is one clamped mean, not a product of two.
+//! Diffuse light does not depend on the viewer, so the moments of normals are those of [`visible_diffuse_moments`](super::diffuse) without
+//! a clamp. For one light, the clamped cosine needs one clamped mean instead of a product of two.
 
 use super::diffuse::{clamped_mean, damped_gaussian, squared_normal_spread, visible_diffuse_terms};
 use super::slopes::{VISIBLE_TAIL, VisibleSlopes, tilted_area};
@@ -36,7 +37,8 @@ const LEAST_TURN: f64 = 1e-4;
 /// The visible slopes of a normal map and its base.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MappedSlopes {
-    /// The slopes of front-facing specular facets; `area` is the kernel factor of [`mapped_probes`](super::specular::mapped_probes).
+    /// The slopes of front-facing specular facets. The field `area` holds the kernel factor of
+    /// [`mapped_probes`](super::specular::mapped_probes).
     pub slopes: VisibleSlopes,
     /// The fraction of facets that are front-facing.
     pub facing: f64,
@@ -51,7 +53,7 @@ fn lambda_at(nu: f64) -> f64 {
     if nu < 0.0 { 1.0 / mills_ratio(-nu) } else { normal_pdf(nu) / normal_cdf(nu) }
 }
 
-/// The lower bound of `nu` for [`fourth_cumulant`]. The few remaining front-facing facets need no precise shape.
+/// The lower bound of `nu` for [`fourth_cumulant`]. Below it, so few facets are front-facing that they need no precise shape.
 const LEAST_FOURTH: f64 = -4.0;
 
 /// Returns the fourth cumulant of a normal density truncated at `nu`.
@@ -63,12 +65,12 @@ fn fourth_cumulant(nu: f64) -> f64 {
     -2.0 * first * (1.0 + first) - (nu + 2.0 * lambda) * second
 }
 
-/// Returns the visible slopes of a normal map for the unit vector `wo`. `m` and `relief` are the mean and covariance of the map's slopes;
-/// `all` includes the base.
+/// Returns the visible slopes of a normal map for the unit vector `wo`. `m` and `relief` are the mean and the covariance of the map's
+/// slopes. `all` is the covariance including the base.
 pub fn mapped_slopes(wo: DVec3, m: DVec2, relief: DVec3, all: DVec3) -> MappedSlopes {
     let (r, s) = (clamp_covariance(relief), clamp_covariance(all));
     let base = clamp_covariance(s - r);
-    // Slopes of the normal map.
+    // Compute the slopes of the normal map.
     let (across_r, br) = spread_along(wo, r);
     let facing = normal_cdf(meso_area(wo, m) / br.max(LEAST_TURN));
     let a = tilted_area(wo, m, br);
@@ -79,7 +81,7 @@ pub fn mapped_slopes(wo: DVec3, m: DVec2, relief: DVec3, all: DVec3) -> MappedSl
     let nu_here = nu.min(40.0);
     let third_r = (-lambda * (2.0 * lambda * lambda + 3.0 * nu_here * lambda + nu_here * nu_here - 1.0)).min(0.0);
     let facet_r = at_least(a + br * lambda, 1e-3);
-    // Slopes of the base, on the mean facet.
+    // Compute the slopes of the base on the mean facet.
     let (across_b, bb) = spread_along(wo, base);
     let n = normal_ramp(facet_r / bb.max(1e-18));
     let shift_b = n.cdf / n.ramp;
@@ -88,7 +90,7 @@ pub fn mapped_slopes(wo: DVec3, m: DVec2, relief: DVec3, all: DVec3) -> MappedSl
     let third_b = (facet_r / bb.max(1e-18)).min(1e6) * excess - 3.0 * shift_b
         + shift_b * (3.0 + 3.0 * excess - 2.0 * shift_b * shift_b);
     let area_b = if bb <= 1e-18 { facet_r } else { bb * n.ramp };
-    // Slopes of both combined.
+    // Combine the slopes of map and base.
     let b = (br * br + bb * bb).sqrt();
     let (part_r, part_b) = (br / b.max(1e-18), bb / b.max(1e-18));
     let (axis_r, axis_b) = (across_r / br.max(1e-18), across_b / bb.max(1e-18));
@@ -116,11 +118,12 @@ pub fn mapped_slopes(wo: DVec3, m: DVec2, relief: DVec3, all: DVec3) -> MappedSl
     }
 }
 
-/// Returns the mean Fresnel reflectance of all facets, with a cosine of 0 for back-facing ones. `f0` is the linear RGB reflectance at
-/// normal incidence.
+/// Returns the mean Fresnel reflectance of all facets. Back-facing facets have a cosine of 0. `f0` is the linear RGB reflectance at normal
+/// incidence.
 ///
-/// Schlick's weight is too nonlinear for an expansion: it reaches 1 on nearly edge-on facets. Instead, it is evaluated at the mean slope
-/// and one slope on either side along the view azimuth, with weights that match the first four cumulants.
+/// Schlick's weight is too nonlinear for a series expansion, because it reaches 1 on nearly edge-on facets. Instead, the function evaluates
+/// it at the mean slope and at one slope on either side along the view azimuth. The weights of the three slopes match the first four
+/// cumulants.
 pub fn mapped_fresnel(v: &MappedSlopes, f0: DVec3) -> DVec3 {
     let MappedSlopes { slopes, facing, fourth, .. } = v;
     let stretch = slopes.axis.length_squared();
@@ -159,7 +162,7 @@ pub fn mapped_diffuse_moments(m: DVec2, s: DVec3, terms: u32) -> NormalMoments {
     NormalMoments { mean: first / spread.x.sqrt(), diag: diag * scale, off: off * scale }
 }
 
-/// Returns the radiance under one light from `wi` of unit irradiance on a plane facing it, per unit of albedo. The clamped cosine is
+/// Returns the radiance per unit of albedo, under one light from `wi` that has unit irradiance on a plane facing it. The clamped cosine is
 /// averaged over all facets. `terms` is 2 or 3.
 pub fn mapped_diffuse_light(wi: DVec3, m: DVec2, s: DVec3, terms: u32) -> f64 {
     let s = clamp_covariance(s);
@@ -175,9 +178,9 @@ pub fn mapped_diffuse_light(wi: DVec3, m: DVec2, s: DVec3, terms: u32) -> f64 {
     sum / (spread.x.sqrt() * PI)
 }
 
-/// Returns the specular radiance towards `wo` under one light from `wi`, per unit of its irradiance on a plane that faces it, for slopes of
-/// mean `m` and covariance `s`. The result is the normal map term of thesis Table 2.IV, `F D / (4 f)`, where `f` is the projected area of
-/// the reflecting facet ([`half_facet_area`]). The base is treated as part of the map.
+/// Returns the specular radiance towards `wo` under one light from `wi`, per unit of the light's irradiance on a plane that faces the
+/// light. The slopes have the mean `m` and the covariance `s`. The result is the normal map term of thesis Table 2.IV, `F D / (4 f)`, where
+/// `f` is the projected area of the reflecting facet ([`half_facet_area`]). The base is treated as part of the map.
 pub fn mapped_specular_light(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, f0: DVec3) -> DVec3 {
     let wh = half_vector(wo, wi);
     let facet = half_facet_area(wo, wi, wh).max(MIN_AREA);
@@ -192,7 +195,7 @@ mod tests {
     use crate::slopes::grid::{normal_of_slope, slope_at, slope_cholesky};
     use crate::visible::slopes::visible_slopes;
 
-    /// Returns the brute-force mean over all slopes of a normal map; `g` may jump where facets become back-facing.
+    /// Returns the brute-force mean over all slopes of a normal map. `g` may jump where facets become back-facing.
     fn mean(m: DVec2, s: DVec3, g: impl Fn(DVec2) -> DVec3) -> DVec3 {
         let cholesky = slope_cholesky(s);
         let nodes = composite_gauss(-7.5, 7.5, 90, 4);
@@ -286,13 +289,13 @@ mod tests {
         }
         println!("light {worst:.5}, moments {worst_moments:.5}");
         assert!(worst < 2e-3 && worst_moments < 0.02, "{worst} {worst_moments}");
-        // Displaced surfaces differ: facets that face the viewer have more weight.
+        // On displaced surfaces, by contrast, facets that face the viewer have more weight.
         let (wo, m, s) = case(CASES[3]);
         let seen = visible_mean(wo, m, s, 20, |x| DVec3::splat(wo.dot(normal_of_slope(x)).max(0.0))).x;
         assert!(seen > 1.2 * mapped_diffuse_light(wo, m, s, 3) * PI, "{seen}");
     }
 
-    /// A white environment is reflected by exactly the front-facing facets.
+    /// In a white environment, the reflected radiance equals the fraction of front-facing facets.
     #[test]
     fn white_room_shows_the_visible_fraction() {
         for (wo, m, s) in CASES.map(case).into_iter().take(4) {

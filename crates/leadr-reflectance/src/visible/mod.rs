@@ -1,4 +1,4 @@
-//! LEADR's integrals over visible slopes, by closed forms and a few probes instead of the paper's grid.
+//! LEADR's integrals over visible slopes, computed by closed forms and a few probes instead of the paper's grid.
 
 pub mod cone_specular;
 pub mod diffuse;

@@ -1,4 +1,4 @@
-//! Visible and lit colour where paint, moss or snow correlates with the relief under a pixel.
+//! The visible and lit colour where paint, moss or snow correlates with the relief under a pixel.
 //!
 //! *Heights.* In Smith's model, heights are independent of slopes. A facet of height rank `u` (0 is deepest, 1 is highest) is visible from
 //! `o` with probability `u^Λ(o)`. Such a facet is visible and lit with probability `u^L`, where `1/(1 + L)` is the masking-shadowing term:
@@ -9,10 +9,10 @@
 //! ```
 //!
 //! The mean `E[c u^L]` is linear in the texels, so texture filters apply to it. Textures store this mean for two values of `L`. A parabola
-//! in `L/(L + 2)` interpolates both stored values and the mean colour. The result is exact at both values for every profile, and at all `L`
-//! if the colour is linear in `u`. A step, `1 − (1 − f)^(L+1)` for paint on the top fraction `f`, has an error of at most 0.013 up to
-//! `L = 4`; a line fitted to its covariance has up to 0.14 (tests). If `lit` is the lit fraction of the visible area `A`,
-//! `L + 1 = (A/a)/lit` for every shadowing model.
+//! in `L/(L + 2)` interpolates the two stored values and the mean colour. The result is exact at both values for every profile, and at all
+//! `L` if the colour is linear in `u`. A step, `1 − (1 − f)^(L+1)` for paint on the top fraction `f`, has an error of at most 0.013 up to
+//! `L = 4`. A line fitted to its covariance has an error of up to 0.14 (see the tests). If `lit` is the lit fraction of the visible area
+//! `A`, `L + 1 = (A/a)/lit` for every shadowing model.
 //!
 //! *Slopes.* The regression of colour on slopes is `c + C S⁻¹ (s − m)`, where `C` is the covariance of colour and slopes. Let `w(s)` weight
 //! slopes by visibility and lighting. Stein's lemma gives `E[w (s − m)] = S E[∇w]`, so `S` cancels and the colour changes by
@@ -41,9 +41,9 @@ pub const NARROWEST_SLOPES: f64 = 0.1;
 /// The correlation of colour with the relief under a pixel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ReliefColor {
-    /// `2 E[c u]` minus the mean colour.
+    /// The value of `2 E[c u]` minus the mean colour.
     pub low: DVec3,
-    /// `5 E[c u⁴]` minus the mean colour.
+    /// The value of `5 E[c u⁴]` minus the mean colour.
     pub high: DVec3,
     /// The covariance of colour with the slope along x.
     pub x: DVec3,
@@ -51,12 +51,12 @@ pub struct ReliefColor {
     pub y: DVec3,
 }
 
-/// Returns `(L + 1) u^L` for the two stored values of `L`, where `u` is the rank of a height, 0 to 1.
+/// Returns `(L + 1) u^L` for the two stored values of `L`, where `u` is the rank of a height, from 0 to 1.
 pub fn height_weights(u: f64) -> [f64; 2] {
     [2.0 * u, 5.0 * u.powi(4)]
 }
 
-/// Returns `L/(L + 2)` of visible and lit facets, 0 to 1. `lit` is the lit fraction of the visible area
+/// Returns `L/(L + 2)` for the facets that are visible and lit, from 0 to 1. `lit` is the lit fraction of the visible area
 /// ([`lit_fraction`](crate::masking::correlated::lit_fraction)).
 pub fn seen_height(o: &DirectionArea, lit: f64) -> f64 {
     let facing = o.meso.max(0.0) * lit.clamp(0.0, 1.0);
@@ -66,10 +66,10 @@ pub fn seen_height(o: &DirectionArea, lit: f64) -> f64 {
 /// The change of the slopes' mean and covariance under a weight for visibility and lighting.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SlopesScore {
-    /// `S⁻¹ (mean of the weighted slopes − m)`. Multiplied by the covariance of slopes and a value, it gives the change of the value's
-    /// mean.
+    /// The vector `S⁻¹ (mean of the weighted slopes − m)`. Multiplied by the covariance of the slopes and any value, it gives the change of
+    /// this value's mean.
     pub moved: DVec2,
-    /// `S⁻¹ (covariance of the weighted slopes − S) S⁻¹`, as xx, yy, xy.
+    /// The matrix `S⁻¹ (covariance of the weighted slopes − S) S⁻¹`, as `(xx, yy, xy)`.
     pub narrowed: DVec3,
 }
 
@@ -85,7 +85,7 @@ pub fn seen_slopes_score(wo: DVec3, m: DVec2, s: DVec3) -> SlopesScore {
     SlopesScore { moved: -moved * wo.xy(), narrowed: (n.pdf * per / area - moved * moved) * outer_square(wo.xy()) }
 }
 
-/// Returns the score of slopes visible from `wo`, weighted by the cosine of light from `wi` on them.
+/// Returns the score of slopes visible from `wo`, weighted by the cosine of the light from `wi` on each facet.
 pub fn lit_slopes_score(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3) -> SlopesScore {
     let s = clamp_covariance(s);
     let (mut ao, mut ai) = (tilted_area(wo, m, slope_spread(wo, s)), tilted_area(wi, m, slope_spread(wi, s)));
@@ -111,7 +111,7 @@ pub fn lit_slopes_score(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3) -> SlopesScore
     let mixed = DVec3::new(2.0 * wo.x * wi.x, 2.0 * wo.y * wi.y, wo.x * wi.y + wo.y * wi.x);
     let h = (by_oo * outer_square(wo.xy()) + by_ii * outer_square(wi.xy()) + by_oi * mixed) / both - outer_square(v);
     let v = v + 2.0 * t * m;
-    // With B = (1 + 2tS)⁻¹ of the exponential, the score is −B v, and slopes narrow by B h B − 2t B.
+    // The exponential gives B = (1 + 2tS)⁻¹. The score is then −B v, and the slopes narrow by B h B − 2t B.
     let tt = 2.0 * t;
     let det = 1.0 + tt * (s.x + s.y + tt * (s.x * s.y - s.z * s.z).max(0.0));
     let b = DMat2::from_cols_array(&[1.0 + tt * s.y, -tt * s.z, -tt * s.z, 1.0 + tt * s.x]) * (1.0 / det);
@@ -119,17 +119,17 @@ pub fn lit_slopes_score(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3) -> SlopesScore
     SlopesScore { moved: -(b * v), narrowed: DVec3::new(narrowed.x_axis.x, narrowed.y_axis.y, narrowed.x_axis.y) }
 }
 
-/// Returns the change of the mean colour. Unlike a linear regression, it saturates when all visible slopes have one colour, and sooner for
-/// narrower slopes. The model for every profile is a surface with two colours, each on half of the slopes. `s` is the covariance of the
-/// slopes that the colours follow.
+/// Returns the change of the mean colour. Unlike a linear regression, the change saturates when all visible slopes have one colour, and
+/// sooner if the visible slopes are narrower. The function models every profile as a surface with two colours, each on half of the slopes.
+/// `s` is the covariance of the slopes that the colours follow.
 pub fn slopes_change(r: &ReliefColor, score: &SlopesScore, s: DVec3) -> DVec3 {
     let s = clamp_covariance(s);
     let change = score.moved.x * r.x + score.moved.y * r.y;
-    // Variance of colours along their regression, Cᵀ S⁻¹ C, bounded by the largest variance of colours in 0..1.
+    // The variance of the colours along their regression is Cᵀ S⁻¹ C, bounded by the largest variance of colours in 0..1.
     let quadratic = |m: DVec3| m.x * r.x * r.x + m.y * r.y * r.y + 2.0 * m.z * r.x * r.y;
     let explained = quadratic(DVec3::new(s.y, s.x, -s.z)) / (s.x * s.y - s.z * s.z).max(1e-18);
     let explained = explained.clamp(DVec3::splat(1e-9), DVec3::splat(0.25));
-    // Relative variance of the weighted slopes along the regression.
+    // This is the relative variance of the weighted slopes along the regression.
     let variance = (1.0 + quadratic(score.narrowed) / explained).clamp(DVec3::splat(NARROWEST_SLOPES), DVec3::ONE);
     let held = |change: f64, explained: f64, variance: f64| {
         let width = variance.sqrt().recip();
@@ -139,7 +139,8 @@ pub fn slopes_change(r: &ReliefColor, score: &SlopesScore, s: DVec3) -> DVec3 {
     DVec3::from_array([0, 1, 2].map(|c| held(change[c], explained[c], variance[c])))
 }
 
-/// Returns the visible colour, 0 to 1, from the mean over all facets. `height` is [`seen_height`], and `by_slope` is [`slopes_change`].
+/// Returns the visible colour, from 0 to 1. `mean` is the mean colour over all facets. `height` is [`seen_height`], and `by_slope` is
+/// [`slopes_change`].
 pub fn relief_color(mean: DVec3, r: &ReliefColor, height: f64, by_slope: DVec3) -> DVec3 {
     let t = height.min(MOST_SEEN_HEIGHT);
     let by_height = 9.0 * t * (2.0 / 3.0 - t) * r.low + 4.5 * t * (t - 1.0 / 3.0) * r.high;
@@ -190,7 +191,7 @@ mod tests {
         assert!(worst < 0.015 && of_line > 5.0 * worst, "{worst} {of_line}");
     }
 
-    /// Samples slopes by brute force, as differences from the mean with their weights.
+    /// Samples slopes by brute force. Returns their differences from the mean, with their weights.
     fn weighted(m: DVec2, s: DVec3, weight: impl Fn(DVec2) -> f64) -> Vec<(DVec2, f64)> {
         let steps = -150..150;
         let slopes =
@@ -263,7 +264,7 @@ mod tests {
         assert!(worst < 0.25 && worst_width < 0.4, "{worst} {worst_width}");
     }
 
-    /// Returns a surface that is white where slopes rise along a direction, else black.
+    /// Returns a surface that is white where slopes rise along a direction, and black elsewhere.
     fn half_white(s: DVec3, along: DVec2) -> ReliefColor {
         let toward = DVec2::new(s.x * along.x + s.z * along.y, s.z * along.x + s.y * along.y);
         let of_white = toward / (TAU * toward.dot(along)).sqrt();
@@ -297,7 +298,7 @@ mod tests {
         let deviation = s.x.sqrt();
         let r = half_white(s, DVec2::X);
         for moved in [-5.0, -2.0, -0.5, 0.0, 0.1, 1.0, 3.0] {
-            // S⁻¹ times a shift along the slopes' regression on x.
+            // The score is S⁻¹ times a shift along the slopes' regression on x.
             let score = SlopesScore { moved: DVec2::new(moved / deviation, 0.0), ..Default::default() };
             let got = relief_color(DVec3::splat(0.5), &r, 0.0, slopes_change(&r, &score, s)).x;
             let want = normal_ramp(moved).cdf;
@@ -331,7 +332,7 @@ mod tests {
     #[test]
     fn snow_flips_with_the_light() {
         let s = DVec3::new(0.1, 0.1, 0.0);
-        // Snow lies on slopes that rise towards +x, on facets that face -x.
+        // Snow lies on slopes that rise towards +x, whose facets face −x.
         let r = ReliefColor { x: DVec3::splat(0.1), ..Default::default() };
         let color = |x: f64| {
             let wi = DVec3::new(x, 0.0, 0.7).normalize();

@@ -1,10 +1,10 @@
-//! Diffuse reflection of environments with self-shadowing of the surface, by one irradiance lookup.
+//! The diffuse reflection of environments with self-shadowing of the surface, by one irradiance lookup.
 //!
 //! The method is based on two exact facts:
 //!
 //! 1. The surface as a whole loses no light: all light that passes the mesosurface reaches some facet. Under any environment, the total
-//!    irradiance on all facets therefore equals the irradiance on the flat mesosurface, one clamped cosine. So shadowed diffuse reflection
-//!    is nearly an occlusion factor times one clamped cosine around a bent normal.
+//!    irradiance on all facets therefore equals the irradiance on the flat mesosurface, which is one clamped cosine. Shadowed diffuse
+//!    reflection is thus nearly an occlusion factor times one clamped cosine around a bent normal.
 //! 2. The mean of the visible slopes has a closed form (Stein's lemma for the clamped facet areas):
 //!
 //!    ```text
@@ -21,7 +21,7 @@
 //! c  = (1 + 0.38 √τ (1 − μ²)²) / (1 + 2.25 τ / (√τ + 0.22))
 //! ```
 //!
-//! Blocked light is black: interreflection between facets is not included.
+//! Light that is blocked is lost, because interreflection between facets is not included.
 
 use crate::facets::normal_distribution::clamped_lean;
 use crate::frame::{Frame, from_frame};
@@ -44,12 +44,12 @@ pub fn visible_slope_shift(o: &DirectionArea, cholesky: DVec3) -> DVec2 {
 pub struct BentNormal {
     /// The unit normal for the irradiance lookup, in the tangent frame.
     pub normal: DVec3,
-    /// `a₀`: the factor of the irradiance, 0..1.
+    /// The factor `a₀` of the irradiance, from 0 to 1.
     pub open: f64,
 }
 
-/// Returns the bent normal and occlusion of a surface of mean slope `m` and covariance `C Cᵀ`, where `o` is the viewer's
-/// [`direction_area`](crate::masking::correlated::direction_area).
+/// Returns the bent normal and the occlusion of a surface of mean slope `m` and covariance `C Cᵀ`. `o` is the
+/// [`direction_area`](crate::masking::correlated::direction_area) of the viewer.
 pub fn bent_normal(o: &DirectionArea, m: DVec2, cholesky: DVec3) -> BentNormal {
     let iq = 1.0 / (1.0 + m.length_squared());
     let tau = 0.5 * iq * cholesky.length_squared();
@@ -64,8 +64,8 @@ pub fn bent_normal(o: &DirectionArea, m: DVec2, cholesky: DVec3) -> BentNormal {
     BentNormal { normal: normal_of_slope(m + bend * shift), open: open.clamp(0.0, 1.0) }
 }
 
-/// Returns the diffuse radiance under an environment, with shadowing, per unit of albedo, ≥ 0. `c` and `f` are the radiance coefficients
-/// and the tangent frame in the world. `rest` is the irradiance beyond order 2 at the bent normal, or 0.
+/// Returns the diffuse radiance under an environment with shadowing, per unit of albedo, at least 0. `c` and `f` are the radiance
+/// coefficients and the tangent frame in the world. `rest` is the irradiance beyond order 2 at the bent normal, or 0.
 ///
 /// A bent normal represents one clamped cosine (the module's first fact), so `rest` is added in full for any roughness.
 pub fn shadowed_diffuse_environment(v: &BentNormal, f: &Frame, c: &Sh9, rest: DVec3) -> DVec3 {

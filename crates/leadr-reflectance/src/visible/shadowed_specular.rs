@@ -1,22 +1,22 @@
-//! Specular reflection of environments with self-shadowing of the surface, for rules with few probes.
+//! The specular reflection of environments with self-shadowing of the surface, for rules with few probes.
 //!
 //! Probes sample the slopes that reflect lit directions ([`lit_slopes`](super::lit_slopes)), and are weighted by their share of all visible
 //! facets. A probe represents part of the lobe, not one direction. The lit fraction of a direction ([`lit_fraction`]) depends on its height
-//! above the mesosurface. It is concave and falls to zero at the mesosurface's horizon, where shares are largest. Each probe is therefore
-//! split into two directions, one standard deviation above and below its facet's reflection. The split's variance `v` is a fraction of the
-//! part's variance ([`lit_spread`](super::specular::VisibleProbes::lit_spread)). With the height `x = cos θ` and `tan² δ = v`, the two
-//! heights are
+//! above the mesosurface. The fraction is concave in the height, and falls to zero at the mesosurface's horizon, where shares are largest.
+//! Each probe is therefore split into two directions, one standard deviation above and below its facet's reflection. The variance `v` of
+//! the split is a fraction of the probe's variance ([`lit_spread`](super::specular::VisibleProbes::lit_spread)). With the height
+//! `x = cos θ` and `tan² δ = v`, the two heights are
 //!
 //! ```text
 //! x± = x cos² δ ± sin θ sin δ
 //! ```
 //!
 //! The second factor `cos δ` accounts for the width to the sides. Each direction has its own lit fraction, share and Fresnel term, because
-//! grazing directions are both brighter and more often hidden. The probe uses the mean of their products. Their relative difference,
-//! `bias = (lit₊ − lit₋)/(lit₊ + lit₋)`, locates the lit part: the lookup direction is tilted by `bias sin δ`. The tilt accounts for the
-//! fraction `bias²` of the variance along it, so the kernel's variance shrinks by half of this fraction. Bumps larger than the pixel
-//! occlude the two directions in the same way, each by its height over their horizon ([`horizon_visibility`]). A single value for both
-//! would make a lobe cut by a horizon too bright.
+//! grazing directions are both brighter and more often hidden. The probe uses the mean of the two products of these factors. The relative
+//! difference of the products, `bias = (lit₊ − lit₋)/(lit₊ + lit₋)`, locates the lit part of the probe, so the lookup direction is tilted
+//! by `bias sin δ`. The tilt accounts for the fraction `bias²` of the variance along the tilt, so the kernel's variance shrinks by half of
+//! this fraction. Bumps larger than the pixel occlude each of the two directions by its height above the bumps' horizon
+//! ([`horizon_visibility`]). A single value for both directions would make a lobe that is cut by a horizon too bright.
 
 use super::horizon::{Horizon, horizon_visibility, raised_horizon};
 use super::lit_slopes::lit_share;
@@ -28,26 +28,26 @@ use crate::masking::shadowing::Shadowing;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
 /// The excess of the horizon for specular facets, relative to its excess for the whole surface. Visible specular facets reflect lower
-/// directions than average facets do. There, the true horizon is jagged and hides more. The factor is fitted to images (`docs/theory.md`,
-/// section 10).
+/// directions than average facets do. At low directions, the true horizon is jagged and hides more. The factor is fitted to images
+/// (`docs/theory.md`, section 10).
 pub const SPECULAR_HORIZON: f64 = 1.2;
 
 /// The largest logarithm of a share. Only directions near the horizon, where nothing is lit, approach this bound.
 const MOST_SHARE: f64 = 4.0;
 
-/// The standard deviation of each of a probe's two directions, relative to the probe's.
+/// The standard deviation of the part of the lobe around each of a probe's two directions, relative to the standard deviation of the probe.
 const HALF_DEVIATION: f64 = 0.5;
 
 /// The lit part of a probe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LitProbe {
-    /// The lit fraction times the probe's share of the visible facets, a factor of its weight.
+    /// The lit fraction times the probe's share of the visible facets. This product scales the probe's weight.
     pub lit: f64,
     /// The same product times Schlick's weight, without the reflectance at normal incidence.
     pub grazing: f64,
     /// The unit lookup direction in the environment.
     pub wi: DVec3,
-    /// The factor of the lookup variance, 0.5..1.
+    /// The factor of the lookup variance, from 0.5 to 1.
     pub narrowing: f64,
 }
 
@@ -124,7 +124,7 @@ pub fn visible_specular_environment(
         sum.weight += p.weight;
         lit += p.weight * l.lit;
     }
-    // The weights of a rule sum to one. Approximated shares may exceed this sum, but must not add energy.
+    // The weights of a rule sum to one. With approximate shares the sum may exceed one, but it must not add energy.
     sum.reflected /= lit.max(1.0);
     sum
 }

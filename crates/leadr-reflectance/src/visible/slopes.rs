@@ -1,8 +1,9 @@
 //! The visible slopes of a Gaussian surface, in closed form.
 //!
-//! Let `u` be the slope along the view azimuth in standard deviations, `u = wo.xy·(slope − m)/b`. A facet's projected area is then `a − b
-//! u`. So the visible slopes have the density `max(0, a − b u) φ(u) / A` along `u` and stay Gaussian across it. The moments of a clamped
-//! line times a normal density have closed forms. With `ν = a/b`, `Φ` and `φ` evaluated at `ν`, and `H = ν Φ + φ`,
+//! Let `u` be the slope along the view azimuth in standard deviations, `u = wo.xy·(slope − m)/b`. A facet's projected area is then
+//! `a − b u`. The visible slopes therefore have the density `max(0, a − b u) φ(u) / A` along `u`, and stay Gaussian across the view
+//! azimuth. The moments of a clamped line times a normal density have closed forms. With `ν = a/b`, `Φ` and `φ` evaluated at `ν`, and
+//! `H = ν Φ + φ`,
 //!
 //! ```text
 //! E[u] = −Φ/H,   E[u²] = 1 + φ/H,   E[u³] = (ν φ − 3 Φ)/H
@@ -19,41 +20,41 @@ use glam::{DVec2, DVec3};
 /// `slope_spread`), and `face_viewer` tilts the mesosurface back.
 pub const VISIBLE_TAIL: f64 = 2.0;
 
-/// Gaussian slopes weighted by visibility to one viewer.
+/// Gaussian slopes that are weighted by their visibility to one viewer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VisibleSlopes {
     /// The mean slope, tilted back if necessary.
     pub m: DVec2,
     /// The covariance of the slopes `(s_xx, s_yy, s_xy)`, clamped to the usable range.
     pub s: DVec3,
-    /// `a(wo)`: the projected area of the mesosurface.
+    /// The projected area `a(wo)` of the mesosurface.
     pub a: f64,
-    /// `b(wo)`: the spread of the slope along `wo`.
+    /// The spread `b(wo)` of the slope along `wo`.
     pub b: f64,
-    /// `A(wo)`: the visible area, > 0.
+    /// The positive visible area `A(wo)`.
     pub area: f64,
     /// The change of slope per unit of `u`.
     pub axis: DVec2,
-    /// The negated mean of `u` over the visible facets, ≥ 0.
+    /// The negated mean of `u` over the visible facets, at least 0.
     pub shift: f64,
     /// The mean of the visible slopes.
     pub mean: DVec2,
     /// The covariance of the visible slopes.
     pub cov: DVec3,
-    /// The projected area of the facet with the mean visible slope, > 0.
+    /// The positive projected area of the facet that has the mean visible slope.
     pub facet: f64,
-    /// The variance of `u` over the visible facets, 0..1.
+    /// The variance of `u` over the visible facets, from 0 to 1.
     pub variance: f64,
-    /// The third central moment of `u` over the visible facets, ≤ 0.
+    /// The third central moment of `u` over the visible facets, at most 0.
     pub third: f64,
 }
 
-/// Returns the projected area of a mesosurface, tilted back to the limit [`VISIBLE_TAIL`]. `m` is the mean slope before the tilt.
+/// Returns the projected area of a mesosurface that is tilted back to the limit [`VISIBLE_TAIL`]. `m` is the mean slope before the tilt.
 pub fn tilted_area(wo: DVec3, m: DVec2, b: f64) -> f64 {
     meso_area(wo, m).max(1e-3 - VISIBLE_TAIL * b)
 }
 
-/// Returns the exact moments of the visible slopes. `wo` is a unit vector; `m` and `s` may have any finite value.
+/// Returns the exact moments of the visible slopes. `wo` is a unit vector, and `m` and `s` may have any finite value.
 pub fn visible_slopes(wo: DVec3, m: DVec2, s: DVec3) -> VisibleSlopes {
     let s = clamp_covariance(s);
     let (across, b) = spread_along(wo, s);

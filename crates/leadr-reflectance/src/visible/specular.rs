@@ -1,8 +1,8 @@
-//! Specular reflection of an environment by a few probes over the visible slopes.
+//! The specular reflection of an environment, by a few probes over the visible slopes.
 //!
 //! The visible slopes have a mean `μ` and a covariance `S` ([`visible_slopes`](super::slopes)). Near the mean, reflection maps slopes to
-//! directions by a linear map `J`: `|dwi|² = dsᵀ M ds` with `M = JᵀJ`. The reflection lobe is then a Gaussian of covariance `Σ = J S Jᵀ`.
-//! Smaller, round Gaussians approximate the lobe, one per probe. Each lookup filters with a kernel of variance `v`
+//! directions by a linear map `J`, so `|dwi|² = dsᵀ M ds` with `M = JᵀJ`. The reflection lobe is then a Gaussian of covariance
+//! `Σ = J S Jᵀ`. Smaller, round Gaussians approximate the lobe, one per probe. Each lookup filters with a kernel of variance `v`
 //! ([`kernel`](super::kernel)), and the nodes have the covariance `Σ − v`. For every `v`, the sum has the second moments of the lobe.
 //! Kernels that overlap enough show no pattern.
 //!
@@ -13,8 +13,8 @@
 //! ```
 //!
 //! For round lobes (`r = 1`), the kernel takes the fraction `κ` of the variance. For elongated narrow lobes, the kernel approaches the
-//! width of the lobe, and nodes spread along it only. The term in `g` hides the separate nodes of very long lobes. The nodes keep the
-//! remaining covariance: `λ₁ − v` along the lobe and `λ₂ − v` across it, smoothly bounded at 0. In slopes, this covariance is
+//! width of the lobe, and the nodes are spread only along the lobe. The term in `g` hides the separate nodes of very long lobes. The nodes
+//! keep the remaining covariance: `λ₁ − v` along the lobe and `λ₂ − v` across it, smoothly bounded at 0. In slopes, this covariance is
 //! `a S + b M⁻¹`, and its square root `C` positions the nodes. The formula needs no ellipse axes, so it stays continuous for circular
 //! lobes.
 //!
@@ -23,7 +23,7 @@
 //! and `e` is the slope per unit of `u`. `γ` gives the nodes the skewness of the visible slopes. The formulas use `d·wo.xy` instead of the
 //! azimuth, so they are continuous at normal incidence.
 //!
-//! **Away from the mean**, the lobe has a different density, and kernels scale with it. With the density of the visible slopes,
+//! **Away from the mean**, the lobe has a different density, and the kernels scale accordingly. With the density of the visible slopes,
 //! `facet P22 / A`, and the Jacobian of reflection, `4 facet / |N|⁴`, the variance of a probe is
 //!
 //! ```text
@@ -36,11 +36,11 @@
 //! Reflection is nonlinear, so the reflection at the mean slope is not the centre of a probe's part of the lobe. Each lookup uses the mean
 //! direction of that part ([`mean_mirror`]).
 //!
-//! Weights sum to one, so a constant environment is returned unchanged. Kernels do not filter the Fresnel term; it is evaluated at each
-//! node as if nodes covered the whole lobe.
+//! Weights sum to one, so a constant environment is returned unchanged. Kernels do not filter the Fresnel term, which is evaluated at each
+//! node as if the nodes covered the whole lobe.
 //!
-//! Wide lobes are not Gaussian in direction, so they need other nodes: smaller kernels, spread over both axes of a long lobe. The kernel
-//! fraction, `ρ`, radii, weights and covers change smoothly with the slope variance ([`wide_lobe`]). Node azimuths stay fixed
+//! Wide lobes are not Gaussian in direction, so they need other nodes, with smaller kernels spread over both axes of a long lobe. The
+//! kernel fraction, `ρ`, radii, weights and covers change smoothly with the slope variance ([`wide_lobe`]). Node azimuths stay fixed
 //! ([`ProbeRing`]; fitted by `lab::quadrature_study::fit_probes`). With shadowing, probes sample only the slopes that reflect lit
 //! directions ([`lit_slopes`](super::lit_slopes)).
 
@@ -57,18 +57,18 @@ use std::f64::consts::TAU;
 /// One node of a rule.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProbeNode {
-    /// The position, in standard deviations of the nodes.
+    /// The position of the node, in standard deviations of the nodes.
     pub offset: DVec2,
     /// The weight. The weights of a rule sum to one.
     pub weight: f64,
-    /// The factor `a` of the module docs: the kernel's variance relative to the rule's other nodes.
+    /// The factor `a` of the module documentation, which is the kernel's variance relative to the other nodes of the rule.
     pub cover: f64,
 }
 
 /// The shape of a ring for one lobe width.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RingShape {
-    /// The distance from the origin, in standard deviations of the nodes.
+    /// The distance of the nodes from the origin, in standard deviations of the nodes.
     pub radius: f64,
     /// The weight of each node.
     pub weight: f64,
@@ -89,7 +89,7 @@ pub struct ProbeRing {
     pub wide: RingShape,
 }
 
-/// Returns a ring with this count and phase. `narrow` and `wide` are radius, weight and cover.
+/// Returns a ring with this count and phase. `narrow` and `wide` each hold the radius, the weight and the cover.
 const fn ring(count: usize, phase: f64, narrow: [f64; 3], wide: [f64; 3]) -> ProbeRing {
     const fn shape([radius, weight, cover]: [f64; 3]) -> RingShape {
         RingShape { radius, weight, cover }
@@ -100,9 +100,9 @@ const fn ring(count: usize, phase: f64, narrow: [f64; 3], wide: [f64; 3]) -> Pro
 /// The division of a lobe's variance between kernels and nodes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProbeKernel {
-    /// `κ`: the fraction of a round lobe's variance in the kernel, for narrow lobes and in the limit of wide ones.
+    /// The fraction `κ` of a round lobe's variance that the kernel takes, for narrow lobes and in the limit of wide lobes.
     pub share: [f64; 2],
-    /// `g`: the fraction of a long lobe's variance in the kernel, along the lobe.
+    /// The fraction `g` of a long lobe's variance along the lobe that the kernel takes.
     pub along: f64,
 }
 
@@ -141,7 +141,7 @@ const SIXTEEN: ProbeRule<'_> = ProbeRule {
 };
 
 impl<'a> ProbeRule<'a> {
-    /// Returns the nodes for a lobe of width `wide` ([`wide_lobe`], 0..1).
+    /// Returns the nodes for a lobe of the width `wide`, from 0 to 1 ([`wide_lobe`]).
     pub fn nodes(self, wide: f64) -> impl Iterator<Item = ProbeNode> + 'a {
         self.rings.iter().flat_map(move |ring| {
             let ProbeRing { narrow, wide: other, count, phase } = *ring;
@@ -165,41 +165,41 @@ pub fn probe_rule(n: u32) -> ProbeRule<'static> {
     }
 }
 
-/// The variance of round slopes, summed over both axes, at which [`wide_lobe`] is 1/2: a standard deviation of 0.42 per axis.
+/// The variance of round slopes, summed over both axes, at which [`wide_lobe`] is 1/2. It is a standard deviation of 0.42 per axis.
 pub const WIDE_HALF: f64 = 0.35;
 
 /// The value of [`VisibleProbes::lit_spread`] for wide lobes and at normal incidence. Narrow lobes at grazing angles have twice this
-/// spread: they end at the horizon, with their shadowed part in tails that few probes sample. Fitted to converged integrals in a white room
-/// and under harmonics of order 2, and validated against ray casts.
+/// spread, because they end at the horizon, and their shadowed part is in tails that few probes sample. The value is fitted to converged
+/// integrals in a white room and under harmonics of order 2, and validated against ray casts.
 const LIT_SPREAD: f64 = 0.6;
 
-/// Returns the width of a lobe, 0 to 1, where `s` is the covariance of the slopes. The minor axis sets the width of long lobes.
+/// Returns the width of a lobe, from 0 to 1. `s` is the covariance of the slopes. The minor axis determines the width of long lobes.
 pub fn wide_lobe(s: DVec3) -> f64 {
     let x = 4.0 / WIDE_HALF * (s.x * s.y - s.z * s.z).max(0.0) / (s.x + s.y).max(1e-15);
     x * x / (1.0 + x * x)
 }
 
-/// The positions of a rule's nodes in slope space: `middle + root p + bend u²`, `u = azimuth·root p`.
+/// The positions of a rule's nodes in slope space. A node `p` has the slope `middle + root p + bend u²`, where `u = azimuth·root p`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NodePositions {
     /// The slope of a node at the origin.
     pub middle: DVec2,
     /// The square root of the nodes' covariance `(xx, yy, xy)`.
     pub root: DVec3,
-    /// The additional slope per `u²`.
+    /// The additional slope per unit of `u²`.
     pub bend: DVec2,
-    /// The change of `u` per slope.
+    /// The gradient of `u` with respect to the slope.
     pub azimuth: DVec2,
 }
 
-/// Returns the slope of a node, and its `u`.
+/// Returns the slope and the coordinate `u` of the node `p`.
 pub fn node_slope(nodes: &NodePositions, p: DVec2) -> (DVec2, f64) {
     let d = covariance_times(nodes.root, p);
     let u = within(d.dot(nodes.azimuth), 6.0);
     (nodes.middle + d + nodes.bend * (u * u), u)
 }
 
-/// Returns node positions of covariance `spread` about the mean of `v`, with the skewness of `v`. Also returns `γ` and `E[u²]`.
+/// Returns node positions with the covariance `spread` about the mean of `v`, and with the skewness of `v`. Also returns `γ` and `E[u²]`.
 fn node_positions(wo: DVec3, v: &VisibleSlopes, spread: DVec3) -> (NodePositions, f64, f64) {
     let skew = v.third / (6.0 * v.variance * v.variance);
     let azimuth = wo.xy() / v.b.max(1e-18);
@@ -225,38 +225,38 @@ pub struct VisibleProbes {
     pub nodes: NodePositions,
     /// The coefficients of `t = along.x + u + along.y u²`. `along.z` is half the inverse variance of the visible `u`.
     pub along: DVec3,
-    /// The projected area of the mesosurface, and its decrease per unit of `t`.
+    /// The projected area of the mesosurface, and the decrease of this area per unit of `t`.
     pub facet: DVec2,
-    /// The slope covariance filtered by one kernel.
+    /// The slope covariance that one kernel filters.
     pub part: DVec3,
-    /// The lookup variance per `a exp((t² − y²)/2) / |N|⁴`.
+    /// The lookup variance divided by `a exp((t² − y²)/2) / |N|⁴`.
     pub kernel: f64,
     /// The width of the lobe ([`wide_lobe`]).
     pub wide: f64,
-    /// The node positions over the whole lobe, lit or not, for the Fresnel term.
+    /// The node positions over the whole lobe, whether lit or not, for the Fresnel term.
     pub fresnel_nodes: NodePositions,
     /// The projected area of a facet of slope 0 in `fresnel_nodes`.
     pub flat: f64,
-    /// The degree to which kernels scale with the projected area of their facet (0, or a normal map's variance fraction), and the inverse
-    /// of this area at the mean.
+    /// The degree to which kernels scale with the projected area of their facet, and the inverse of this area at the mean. The degree is 0,
+    /// or the variance fraction of a normal map.
     pub projected: DVec2,
-    /// The spread of the two directions that split a probe's light, as a fraction of the probe's variance, 0.6..1.2
+    /// The spread of the two directions that split a probe's light, as a fraction of the probe's variance, from 0.6 to 1.2
     /// ([`shadowed_specular`](super::shadowed_specular)).
     pub lit_spread: f64,
     /// The lit slopes that replace all visible slopes. The field `lit.mean` includes the ratio of the visible areas.
     pub lit: LitSlopes,
 }
 
-/// Returns the symmetric square root of a covariance `(xx, yy, xy)`. Unlike a Cholesky factor, it stays continuous when a thin distribution
-/// crosses an axis.
+/// Returns the symmetric square root of a covariance `(xx, yy, xy)`. Unlike a Cholesky factor, this root is continuous when a thin
+/// distribution rotates across an axis.
 pub fn root_of(s: DVec3) -> DVec3 {
     let det = (s.x * s.y - s.z * s.z).max(0.0).sqrt();
     let per = 1.0 / (s.x + s.y + 2.0 * det).max(1e-18).sqrt();
     DVec3::new(s.x.max(0.0) + det, s.y.max(0.0) + det, s.z) * per
 }
 
-/// Returns the probes for all facets visible from `wo`, or for the lit facets only if `shadowing` applies. `wo` is a unit vector; the mean
-/// slope `m` and covariance `s` may have any finite value.
+/// Returns the probes for all facets visible from `wo`, or for the lit facets only if `shadowing` applies. `wo` is a unit vector. The mean
+/// slope `m` and the covariance `s` may have any finite value.
 pub fn visible_probes(shadowing: Shadowing, wo: DVec3, m: DVec2, s: DVec3, kernel: ProbeKernel) -> VisibleProbes {
     visible_probes_of(shadowing, wo, visible_slopes(wo, m, s), kernel)
 }
@@ -279,7 +279,7 @@ fn visible_probes_of(shadowing: Shadowing, wo: DVec3, all: VisibleSlopes, kernel
         v = visible_slopes(wo, lit.m, lit.s);
         lit.mean += (v.area.max(1e-30) / all.area.max(1e-30)).ln();
     }
-    // |dwi|² = 4/|N|² ((p·ds)² + facet²/|N|² (|ds|² − (s·ds)²/|N|²)) at the mean.
+    // At the mean slope, |dwi|² = 4/|N|² ((p·ds)² + facet²/|N|² (|ds|² − (s·ds)²/|N|²)).
     let s = v.mean;
     let per = 1.0 / (1.0 + s.dot(s));
     let p = wo.xy() + s * (v.facet * per);
@@ -293,7 +293,7 @@ fn visible_probes_of(shadowing: Shadowing, wo: DVec3, all: VisibleSlopes, kernel
         );
     let jacobian = 4.0 * v.facet * per * per;
     let inverse = DVec3::new(metric.y, metric.x, -metric.z) / (jacobian * jacobian).max(1e-20);
-    // Sum and difference of the lobe's variances along its axes.
+    // Compute the sum and the difference of the lobe's variances along its axes.
     const LEAST: f64 = 1e-15;
     let sum = (v.cov.x * metric.x + v.cov.y * metric.y + 2.0 * v.cov.z * metric.z).max(0.0);
     let per_sum = 1.0 / sum.max(LEAST);
@@ -306,11 +306,11 @@ fn visible_probes_of(shadowing: Shadowing, wo: DVec3, all: VisibleSlopes, kernel
     let round8 = (round * round * round * round).powi(2);
     let even = round8 + wide * (1.0 - round8);
     let share = kernel.share[0] + wide * (kernel.share[1] - kernel.share[0]);
-    // For round lobes, 2 det/sum equals the minor variance but is smooth.
+    // For round lobes, 2 det/sum equals the minor variance, and unlike it is smooth.
     let most = (minor - share * 0.5 * sum * round) * even;
     let long = kernel.along * sum * (1.0 - round);
     let variance = minor - most + long;
-    // The node variance across the lobe is the lobe's variance minus the kernel's, smoothly bounded at 0.
+    // The node variance across the lobe is the lobe's variance minus the kernel's variance, smoothly bounded at 0.
     let rest = most - long;
     let soft = 0.1 * long;
     let root = (rest * rest + soft * soft).sqrt();
@@ -338,16 +338,16 @@ fn visible_probes_of(shadowing: Shadowing, wo: DVec3, all: VisibleSlopes, kernel
     }
 }
 
-/// One lookup of the environment.
+/// A single lookup of the environment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VisibleProbe {
     /// The slope of the facet.
     pub slope: DVec2,
-    /// The unit direction reflected by this facet.
+    /// The unit direction that this facet reflects.
     pub mirror: DVec3,
-    /// The unit mean direction reflected by the probe's part of the lobe.
+    /// The unit mean direction that the probe's part of the lobe reflects.
     pub wi: DVec3,
-    /// The cosine `wo·wn` for the Fresnel term of all visible facets, 0..1.
+    /// The cosine `wo·wn` for the Fresnel term of all visible facets, from 0 to 1.
     pub cosine: f64,
     /// The weight. The weights of a rule sum to one.
     pub weight: f64,
@@ -355,8 +355,8 @@ pub struct VisibleProbe {
     pub variance: f64,
 }
 
-/// Returns the unit mean reflected direction of Gaussian slopes of covariance `c` about `slope`. To second order, this is `E[f N/|N|²]` by
-/// the moments of `f N` and of `|N|²`. The projected area of a facet is `f`; the argument is its value at `slope`.
+/// Returns the unit mean direction that Gaussian slopes of covariance `c` about `slope` reflect. To second order, this is `E[f N/|N|²]` by
+/// the moments of `f N` and of `|N|²`, where `f` is the projected area of a facet. The argument `f` is this area at `slope`.
 pub fn mean_mirror(wo: DVec3, slope: DVec2, f: f64, c: DVec3) -> DVec3 {
     let (o, s) = (covariance_times(c, wo.xy()), covariance_times(c, slope));
     let per = 1.0 / (1.0 + slope.dot(slope) + c.x + c.y);
@@ -366,7 +366,7 @@ pub fn mean_mirror(wo: DVec3, slope: DVec2, f: f64, c: DVec3) -> DVec3 {
     wi / wi.length_squared().max(1e-12).sqrt()
 }
 
-/// Returns the lookup of one node.
+/// Returns the environment lookup of one node.
 pub fn visible_probe(probes: &VisibleProbes, wo: DVec3, node: &ProbeNode) -> VisibleProbe {
     let (slope, u) = node_slope(&probes.nodes, node.offset);
     let t = probes.along.x + u + probes.along.y * u * u;
@@ -375,7 +375,7 @@ pub fn visible_probe(probes: &VisibleProbes, wo: DVec3, node: &ProbeNode) -> Vis
     let facet = (probes.facet.x - t * probes.facet.y).max(0.0);
     let grown = 1.0 + probes.projected.x * (facet * probes.projected.y - 1.0);
     let variance = (probes.kernel * node.cover * stretch * grown).min(1e6);
-    // The Fresnel term is convex and not filtered by kernels, so it uses the whole lobe's nodes.
+    // The Fresnel term is convex, and kernels do not filter it, so it uses the nodes of the whole lobe.
     let (fresnel_slope, _) = node_slope(&probes.fresnel_nodes, node.offset);
     let cosine = (probes.flat - wo.xy().dot(fresnel_slope)).max(0.0) / (1.0 + fresnel_slope.length_squared()).sqrt();
     let facing = (wo.z - wo.xy().dot(slope)).max(0.0);

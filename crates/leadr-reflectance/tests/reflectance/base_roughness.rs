@@ -1,5 +1,5 @@
-//! Specular reflection of a base that is rough in each facet's frame: Monte Carlo over Gaussian facets, and the errors of the closed-form
-//! covariances.
+//! Tests the specular reflection of a base that is rough in each facet's own frame. A Monte Carlo sum over Gaussian facets gives the errors
+//! of the closed-form covariances.
 
 use glam::{DMat2, DVec2, DVec3};
 use leadr_reflectance::facets::base_roughness::add_facet_roughness;
@@ -13,11 +13,11 @@ use leadr_reflectance::slopes::statistics::add_roughness;
 
 const SAMPLES: usize = 6000;
 const F0: DVec3 = DVec3::splat(0.04);
-/// Brightest directions of the environments; their radiance falls by e² at right angles to these.
+/// The brightest directions of the environments. The radiance falls by a factor of e² at right angles to the brightest direction.
 const BRIGHTEST: [[f64; 3]; 5] =
     [[0.0, 0.0, 1.0], [-1.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0], [-1.0, 0.0, 0.3]];
 
-/// Specular radiance under five skies, a white one, and one that darkens with the cosine from the zenith.
+/// The specular radiance under seven skies: the five of `BRIGHTEST`, a white sky, and a sky that darkens with the cosine from the zenith.
 type Seen = [f64; 7];
 
 /// A relief, a base and a view.
@@ -33,7 +33,8 @@ fn gaussian(random: &mut Random) -> DVec2 {
     DVec2::from_angle(std::f64::consts::TAU * random.unit()) * radius
 }
 
-/// Adds the sky's reflection by one microfacet of normal `wn` and visible area `area` to `seen`; `lit`: its lit share.
+/// Adds the reflection of each sky by one microfacet of normal `wn` and visible area `area` to `seen`. `lit` returns the fraction of the
+/// microfacet that is lit.
 fn reflect(seen: &mut Seen, wo: DVec3, wn: DVec3, area: f64, lit: impl Fn(DVec3) -> f64) {
     let cosine = wo.dot(wn);
     let wi = 2.0 * cosine * wn - wo;
@@ -48,7 +49,7 @@ fn reflect(seen: &mut Seen, wo: DVec3, wn: DVec3, area: f64, lit: impl Fn(DVec3)
     seen[6] += share * wi.z;
 }
 
-/// Reference: facets of the relief, each with a Beckmann base in its own frame.
+/// Computes the reference: facets of the relief, each with a Beckmann base in its own frame.
 fn truth(case: &Case) -> Seen {
     let Case { s, m, alpha, wo } = *case;
     let (mut random, mut seen, mut total) = (Random(1), [0.0; 7], 0.0);
@@ -57,7 +58,7 @@ fn truth(case: &Case) -> Seen {
         let slope = slope_at(gaussian(&mut random), m, cholesky);
         let frame = frame_about(normal_of_slope(slope));
         let local = to_frame(&frame, wo);
-        // Projected areas: the facet per area of macrosurface, and the microfacet per area of facet.
+        // The two projected areas are of the facet per area of macrosurface, and of the microfacet per area of facet.
         let facet = (wo.z - wo.truncate().dot(slope)).max(0.0);
         let on_facet = gaussian(&mut random) * (alpha * 0.5f64.sqrt());
         let mirror = (local.z - local.truncate().dot(on_facet)).max(0.0);
@@ -73,7 +74,7 @@ fn truth(case: &Case) -> Seen {
     seen.map(|v| v / total)
 }
 
-/// One Gaussian of covariance `s` for all microfacets.
+/// Computes the radiance of a single Gaussian of covariance `s` for all microfacets.
 fn model(case: &Case, s: DVec3) -> Seen {
     let Case { m, wo, .. } = *case;
     let (mut random, mut seen, mut total) = (Random(2), [0.0; 7], 0.0);
@@ -87,7 +88,7 @@ fn model(case: &Case, s: DVec3) -> Seen {
     seen.map(|v| v / total)
 }
 
-/// The mean of `(1 + |x|²)(I + x xᵀ)` over the relief: exact variance, wrong shape.
+/// Returns the mean of `(1 + |x|²)(I + x xᵀ)` over the relief, which has the exact variance but the wrong shape.
 fn mean_of_facets(case: &Case) -> DVec3 {
     let Case { s, m, alpha, .. } = *case;
     let relief = DMat2::from_cols(DVec2::new(s.x, s.z), DVec2::new(s.z, s.y));
@@ -136,7 +137,7 @@ fn facet_roughness_is_nearer_to_facets_than_the_paper() {
         for case in &cases {
             let truth = truth(case);
             let facet = add_facet_roughness(case.s, case.alpha, case.wo, case.m);
-            // Sampling error alone: the reference without a base against its model.
+            // Without a base the model is exact, so its difference from the reference is the sampling error.
             let bare = Case { alpha: 1e-4, ..*case };
             let forms = [
                 error(&model(case, add_roughness(case.s, case.alpha)), &truth),
@@ -162,7 +163,7 @@ fn facet_roughness_has_its_limits() {
     assert_eq!(add_facet_roughness(s, 0.0, wo, m), s);
     let smooth = add_facet_roughness(DVec3::ZERO, 0.3, wo, DVec2::ZERO);
     assert!((smooth - DVec3::new(0.045, 0.045, 0.0)).length() < 1e-15);
-    // A single tilted facet, in its own frame, to first order.
+    // A single tilted facet has the base's variance in its own frame, to first order.
     let facet = add_facet_roughness(DVec3::ZERO, 0.3, wo, DVec2::new(0.5, 0.0));
     assert!((facet - 0.045 * DVec3::new(1.25 * 1.25, 1.25, 0.0)).length() < 1e-15, "{facet}");
     let mut random = Random(7);

@@ -1,5 +1,5 @@
-//! The BRDFs through their public interface: energy, reciprocity, and sampling density. Bounds are two-sided where an exact value is
-//! known; errors are printed.
+//! Tests the energy, reciprocity and sampling density of the BRDFs through their public interface. Bounds are two-sided where an exact
+//! value is known. The tests print the errors.
 
 use std::f64::consts::PI;
 
@@ -31,7 +31,7 @@ const MEANS: [DVec2; 4] = [DVec2::ZERO, DVec2::new(0.5, -0.3), DVec2::new(-1.5, 
 
 const DEGREES: [f64; 7] = [0.0, 30.0, 60.0, 75.0, 85.0, 88.0, 89.0];
 
-/// Every distribution, roughness, mean and view with at least 1e-4 of the surface visible.
+/// Returns every combination of distribution, roughness, mean and view in which at least 1e-4 of the surface is visible.
 fn configurations() -> Vec<(Slopes, DVec3)> {
     let mut all = Vec::new();
     for new in Slopes::all() {
@@ -46,7 +46,7 @@ fn configurations() -> Vec<(Slopes, DVec3)> {
     all
 }
 
-/// Lowest and highest `f` of all configurations, and their configurations.
+/// Returns the lowest and the highest `f` of all configurations, each with its configuration.
 fn extremes(all: &[(Slopes, DVec3)], f: impl Fn(&Slopes, DVec3) -> f64 + Sync) -> [(f64, String); 2] {
     let values: Vec<(f64, String)> =
         all.par_iter().map(|(slopes, wo)| (f(slopes, *wo), format!("{:?} viewed from {wo}", slopes.kind))).collect();
@@ -64,7 +64,7 @@ fn white_furnace() {
     println!("{} configurations, {away} with a back-facing mesosurface", all.len());
     assert!(away > 10);
     for masking in [Masking::SmithUnshadowed, Masking::VGrooveUnshadowed] {
-        // V-grooves with a back-facing mesosurface are invisible.
+        // V-grooves on a back-facing mesosurface are invisible.
         let all: Vec<_> = match masking {
             Masking::SmithUnshadowed => all.clone(),
             _ => all.iter().copied().filter(|(slopes, wo)| slopes.meso_area(*wo) > 1e-3).collect(),
@@ -76,7 +76,7 @@ fn white_furnace() {
         println!("{masking:?}: energy 1 {:+.1e} ({})\n    to 1 {:+.1e} ({})", low.0, low.1, high.0, high.1);
         assert!(low.0 > -1e-5 && high.0 < 1e-5, "{masking:?}");
     }
-    // A normal map has no masking: its energy is the front-facing share of the macrosurface, 1 at normal incidence.
+    // A normal map has no masking. Its energy is the front-facing fraction of the macrosurface, which is 1 at normal incidence.
     let [low, high] = extremes(&all, |slopes, wo| {
         let brdf = mirror(Masking::NormalMap, *slopes);
         integrate_directions(slopes, wo, 16, |wi| brdf.eval_cos(wo, wi)).x
@@ -98,7 +98,7 @@ fn shadowing_only_removes_energy() {
         println!("{masking:?}: energy {:.4} ({}) to 1 {:+.1e} ({})", low.0, low.1, high.0 - 1.0, high.1);
         assert!(low.0 >= 0.0 && high.0 < 1.0 + 1e-5, "{masking:?}");
     }
-    // A nearly smooth surface has almost no shadowing.
+    // A nearly smooth surface has almost no shadowing, so it loses almost no energy.
     for new in Slopes::all() {
         let slopes = new(DVec2::ZERO, 0.01, 0.01, 0.0);
         let brdf = mirror(Masking::SmithCorrelated, slopes);
@@ -130,7 +130,8 @@ fn densities_integrate_to_one() {
     }
 }
 
-/// Helmholtz reciprocity: central distributions about the macrosurface, sheared ones about their mesosurface.
+/// Tests Helmholtz reciprocity. Central distributions are reciprocal about the macrosurface, and sheared distributions about their
+/// mesosurface.
 #[test]
 fn reciprocity() {
     let mut r = Random(11);
@@ -185,7 +186,7 @@ fn variants_match_their_definitions() {
         let wi = direction(89.0 * r.unit(), 2.0 * PI * r.unit());
         let wh = half_vector(wo, wi);
         let mut same = |got: f64, want: f64| worst = worst.max((got - want).abs() / want.abs().max(1e-6));
-        // Central, thesis Table 2.IV and eq. 2.13.
+        // Central distributions have the closed forms of thesis Table 2.IV and eq. 2.13.
         let g = |masking: Masking| geometric_attenuation(masking, &central, wo, wi, wh);
         let (go, gi) = (smith_g1(&central, wo), smith_g1(&central, wi));
         same(g(Masking::SmithCorrelated), go * gi / (go + gi - go * gi));
@@ -198,16 +199,16 @@ fn variants_match_their_definitions() {
         same(g(Masking::NormalMap), wo.z * wh.z / wo.dot(wh));
         assert!(g(Masking::SmithSeparable) <= g(Masking::SmithCorrelated) * (1.0 + 1e-12));
         assert!(g(Masking::SmithCorrelated) <= go.min(gi) * (1.0 + 1e-12));
-        // Sheared: LEADR eq. 13 with eq. 16, and unclamped G1.
+        // Sheared distributions have the form of LEADR eq. 13 with eq. 16, and an unclamped G1.
         let (ao, ai) = (slopes.meso_area(wo), slopes.meso_area(wi));
         let (go, gi) = (smith_g1(&slopes, wo), smith_g1(&slopes, wi));
         above_one = above_one.max(go);
         if go > 0.0 && gi > 0.0 {
-            // The thesis's form is eq. 2.13 as printed, or 0 if that is negative.
+            // The thesis's form is eq. 2.13 as printed, or 0 where eq. 2.13 is negative.
             let printed = go * gi / (go + gi - go * gi);
             beyond_pole += u32::from(printed < 0.0);
             let got = geometric_attenuation(Masking::SmithThesis, &slopes, wo, wi, wh);
-            // Near the pole, rounding decides.
+            // Rounding decides the sign near the pole, so the test skips it.
             if (1.0 / go + 1.0 / gi - 1.0).abs() > 1e-3 {
                 same(got, printed.max(0.0));
             }
@@ -227,12 +228,12 @@ fn variants_match_their_definitions() {
     assert!(worst < 1e-9 && above_one > 3.0 && beyond_pole > 100);
 }
 
-/// Where `G` and `a_o` both vanish, their quotient is continuous: no jump at an edge-on mesosurface.
+/// `G / a_o` does not jump at an edge-on mesosurface, where `G` and `a_o` both vanish.
 #[test]
 fn the_edge_on_mesosurface_is_a_limit() {
     for new in Slopes::all() {
         let slopes = new(DVec2::new(1.0, 0.0), 0.4, 0.3, 0.2);
-        // a = cos θ − sin θ = 0 at 45°.
+        // The projected area a = cos θ − sin θ is 0 at 45°.
         let at = |degrees: f64, masking: Masking| {
             mirror(masking, slopes).eval_cos(direction(degrees, 0.0), direction(30.0, 3.0)).x
         };
@@ -240,7 +241,7 @@ fn the_edge_on_mesosurface_is_a_limit() {
             let (before, on, after) = (at(45.0 - 1e-7, masking), at(45.0, masking), at(45.0 + 1e-7, masking));
             assert!(before > 0.0 && (before / on - 1.0).abs() < 1e-5 && (after / on - 1.0).abs() < 1e-5, "{masking:?}");
         }
-        // The shadowed forms go to zero on the light's side.
+        // The shadowed forms fall to zero where the mesosurface is edge-on to the light.
         let lit = |degrees: f64, masking: Masking| {
             mirror(masking, slopes).eval_cos(direction(30.0, 3.0), direction(degrees, 0.0)).x
         };
@@ -271,7 +272,7 @@ fn materials() -> Vec<(String, Box<dyn Brdf + Sync>, bool)> {
     all
 }
 
-/// `throughput = f_r cos θ / pdf` with the returned `pdf`, and the mean throughput equals the integral.
+/// The throughput equals `f_r cos θ / pdf` with the returned `pdf`, and the mean throughput equals the integral.
 #[test]
 fn samples_have_the_density_they_state() {
     let (mut worst, mut worst_pdf, mut largest, mut worst_sigma) = (0.0f64, 0.0f64, 0.0f64, 0.0f64);
@@ -283,7 +284,7 @@ fn samples_have_the_density_they_state() {
             for _ in 0..n {
                 let Some(s) = brdf.sample(wo, pair(&mut r)) else { continue };
                 assert!((s.wi.length() - 1.0).abs() < 1e-12 && s.pdf > 0.0 && s.throughput.is_finite(), "{name}");
-                // Near the jump of a V-groove's pdf, rounding may pick either side.
+                // Near the jump of a V-groove's density, rounding may select either side.
                 let pdf_error = (s.pdf / brdf.pdf(wo, s.wi) - 1.0).abs();
                 let error = (brdf.eval_cos(wo, s.wi) / s.pdf - s.throughput).abs().max_element();
                 worst_pdf = worst_pdf.max(pdf_error);
@@ -307,7 +308,7 @@ fn samples_have_the_density_they_state() {
     assert!(worst < 1e-7 && worst_pdf < 1e-7 && largest <= 2.0 + 1e-9);
 }
 
-/// `∫ f dwi` in polar coordinates about `wo`, without a change of variables to slopes.
+/// Computes `∫ f dwi` in polar coordinates about `wo`, without a change of variables to slopes.
 fn integrate_polar(wo: DVec3, panels: usize, f: impl Fn(DVec3) -> DVec3) -> DVec3 {
     let frame = frame_about(wo);
     let mut sum = DVec3::ZERO;
@@ -319,7 +320,7 @@ fn integrate_polar(wo: DVec3, panels: usize, f: impl Fn(DVec3) -> DVec3) -> DVec
     sum
 }
 
-/// The direction whose half vector with the frame's z is at `theta`, `phi` about it.
+/// Returns the direction whose half vector with the frame's z axis has the polar angles `theta` and `phi` about this axis.
 fn about(frame: &Frame, theta: f64, phi: f64) -> DVec3 {
     let (sin, cos) = (2.0 * theta).sin_cos();
     from_frame(frame, DVec3::new(sin * phi.cos(), sin * phi.sin(), cos))
@@ -328,7 +329,7 @@ fn about(frame: &Frame, theta: f64, phi: f64) -> DVec3 {
 const RINGS: usize = 16;
 const SECTORS: usize = 16;
 
-/// Probability of each cell of the polar grid about `wo`; the last entry is that of no sample.
+/// Returns the probability of each cell of the polar grid about `wo`. The last entry is the probability that there is no sample.
 fn expected(wo: DVec3, pdf: impl Fn(DVec3) -> f64 + Sync) -> Vec<f64> {
     let frame = frame_about(wo);
     let (ring, sector) = (0.5 * PI / RINGS as f64, 2.0 * PI / SECTORS as f64);
@@ -336,7 +337,7 @@ fn expected(wo: DVec3, pdf: impl Fn(DVec3) -> f64 + Sync) -> Vec<f64> {
         .into_par_iter()
         .map(|cell| {
             let (t0, p0) = (ring * (cell / SECTORS) as f64, sector * (cell % SECTORS) as f64);
-            // A fine grid, because GGX does not vanish where half vectors reach the horizon.
+            // The grid is fine because GGX does not vanish where half vectors reach the horizon.
             let inner = composite_gauss(p0, p0 + sector, 8, 4);
             let mut sum = 0.0;
             for (theta, wt) in composite_gauss(t0, t0 + ring, 8, 4) {
@@ -351,7 +352,7 @@ fn expected(wo: DVec3, pdf: impl Fn(DVec3) -> f64 + Sync) -> Vec<f64> {
     cells
 }
 
-/// Pearson's statistic as a standard normal deviate (Wilson and Hilferty); cells with expectations below 8 are pooled.
+/// Returns Pearson's statistic as a standard normal deviate (Wilson and Hilferty). Cells with an expected count below 8 are pooled.
 fn chi_square(counts: &[u32], expected: &[f64], n: u32) -> f64 {
     let (mut statistic, mut cells, mut pooled) = (0.0, 0, (0.0, 0.0));
     for (&count, &p) in counts.iter().zip(expected) {
@@ -408,7 +409,7 @@ fn samples_follow_their_density() {
     let worst = results.iter().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
     println!("{} chi-square tests of {n} samples: worst deviate {:+.2} ({})", results.len(), worst.0, worst.1);
     assert!(worst.0 < 4.0);
-    // Too good a fit would also be wrong: the statistic of a fair sampler scatters.
+    // A fit that is always better than average would also be wrong, because the statistic of a fair sampler scatters about 0.
     assert!(results.iter().any(|r| r.0 > 0.0) && results.iter().any(|r| r.0 < 0.0));
 }
 
@@ -430,7 +431,7 @@ fn chi_square_rejects_wrong_samples() {
     }
 }
 
-/// Results are finite even for arguments that no scene should produce.
+/// The results are finite even for arguments that no scene should produce.
 #[test]
 fn finite_for_every_input() {
     let axes = [0.0, 1.0, -1.0, 1e-7, -1e-4, 1e-20];

@@ -1,6 +1,6 @@
-//! Properties of every slope distribution: `D` projects to one, visible normals integrate to one, and so does the white furnace without
-//! shadowing (LEADR eq. 16). Tests Beckmann and GGX at every angle, with strong mean slopes and correlations near one. Bounds are
-//! two-sided; the worst errors are printed.
+//! Tests the properties of every slope distribution: `D` projects to one, visible normals integrate to one, and so does the white furnace
+//! without shadowing (LEADR eq. 16). The tests cover Beckmann and GGX at every angle, with strong mean slopes and correlations near one.
+//! Bounds are two-sided, and the tests print the worst errors.
 
 use std::f64::consts::PI;
 
@@ -14,7 +14,7 @@ use leadr_reflectance::quadrature::composite_gauss;
 use leadr_testing::standard::{Seen, direction, surfaces};
 use rayon::prelude::*;
 
-/// The integral of `f(wn)` over all solid angles of normals with `wo·wn > 0`.
+/// Integrates `f(wn)` over the solid angle of all normals with `wo·wn > 0`.
 fn over_visible(seen: &Seen<'_>, f: impl Fn(DVec3) -> f64) -> f64 {
     let nodes = composite_gauss(0.0, 1.0, 24, 8);
     let mut sum = 0.0;
@@ -28,7 +28,7 @@ fn over_visible(seen: &Seen<'_>, f: impl Fn(DVec3) -> f64) -> f64 {
     sum
 }
 
-/// Lowest and highest deviation from one, and their configurations.
+/// The lowest and the highest deviation from one, each with its configuration.
 #[derive(Clone, Debug)]
 struct Range(f64, String, f64, String);
 
@@ -59,7 +59,7 @@ fn both(m: DVec2, s: DVec3) -> (Beckmann, Ggx) {
 fn distributions_project_to_one() {
     let errors = surfaces().into_par_iter().flat_map_iter(|(m, s)| {
         let (beckmann, ggx) = both(m, s);
-        // At normal incidence nothing is masked.
+        // At normal incidence no facet is masked.
         let b = over_visible(&Seen::beckmann(&beckmann, DVec3::Z), |n| n.z * beckmann.ndf(n));
         let g = over_visible(&Seen::ggx(&ggx, DVec3::Z), |n| n.z * ggx.ndf(n));
         [(b - 1.0, format!("Beckmann {m} {s}")), (g - 1.0, format!("GGX {m} {s}"))]
@@ -72,7 +72,7 @@ fn visible_normals_integrate_to_one() {
     let cases: Vec<_> =
         surfaces().into_iter().flat_map(|(m, s)| ANGLES.map(|t| (m, s, direction(t, 40.0 + 3.0 * t)))).collect();
     let away = cases.iter().filter(|(m, _, wo)| wo.z - wo.x * m.x - wo.y * m.y < 0.0).count();
-    // Beyond ν = −10, less than 1e-26 of a Beckmann surface is visible.
+    // Below ν = −10, less than 1e-26 of a Beckmann surface is visible.
     let errors = |use_ggx: bool| {
         cases.par_iter().filter_map(move |&(m, s, wo)| {
             let (beckmann, ggx) = both(m, s);
@@ -89,8 +89,8 @@ fn visible_normals_integrate_to_one() {
     Range::of(errors(true)).check("GGX: visible normals", 1e-9);
 }
 
-/// `∫ D(wh) / (4 A(wo)) dwi` over the whole sphere of light directions, in polar coordinates about the viewer. Split where half vectors
-/// reach the horizon, because the noncentral GGX does not vanish there.
+/// Computes `∫ D(wh) / (4 A(wo)) dwi` over the whole sphere of light directions, in polar coordinates about the viewer. The integral is
+/// split where half vectors reach the horizon, because the noncentral GGX does not vanish there.
 fn furnace(d: &dyn SlopeDistribution, wo: DVec3, panels: usize) -> f64 {
     let frame = frame_about(wo);
     let (up, horizon) = (frame.y.z.atan2(frame.x.z), frame.x.z.hypot(frame.y.z));
@@ -103,7 +103,7 @@ fn furnace(d: &dyn SlopeDistribution, wo: DVec3, panels: usize) -> f64 {
             let half = (-wo.z * cos / (horizon * sin).max(1e-12)).clamp(-1.0, 1.0).acos();
             for (phi, wp) in composite_gauss(up - half, up + half, panels, 8) {
                 let wh = frame.x * (sin * phi.cos()) + frame.y * (sin * phi.sin()) + wo * cos;
-                // dwi = 4 cos θ dwh.
+                // The solid angles are related by dwi = 4 cos θ dwh.
                 sum += wt * wp * sin * 4.0 * cos * d.ndf(wh) / (4.0 * area);
             }
         }
@@ -160,7 +160,7 @@ fn parameterisations_describe_one_surface() {
     let b = bivariate_from_ellipse(&e);
     let m = DVec2::new(0.1, -0.4);
     let slope = DVec2::new(0.5, 0.2);
-    // Worked by hand: along and across the major axis, α² = 2σ².
+    // The expected value is derived by hand from the slopes along and across the major axis, with α² = 2σ².
     let d = slope - m;
     let (u, v) = ((d.x * 0.8f64.cos() + d.y * 0.8f64.sin()) / 0.9, (d.y * 0.8f64.cos() - d.x * 0.8f64.sin()) / 0.2);
     let q = u * u + v * v;

@@ -1,6 +1,6 @@
-//! White furnace: LEADR eq. 16 without shadowing and Fresnel integrates to one over all light directions, for every view and slope
-//! distribution. With shadowing it integrates to less. Bounds are two-sided. The integration is over the sphere of `wi`, independent of
-//! the renderer's change of variables to slopes.
+//! Tests the white furnace: without shadowing and Fresnel, LEADR eq. 16 integrates to one over all light directions, for every view and
+//! slope distribution. With shadowing the integral is less than one. Bounds are two-sided. The integration is over the sphere of `wi`, so
+//! it does not depend on the renderer's change of variables to slopes.
 
 use std::f64::consts::PI;
 
@@ -10,8 +10,8 @@ use leadr_reflectance::integrals::specular::leadr_specular_directional;
 use leadr_reflectance::quadrature::composite_gauss;
 use rayon::prelude::*;
 
-/// `∫ I(wo, wi) dwi` over the whole sphere, in polar coordinates about `wo`: with `θ_h` the angle between `wo` and `wh`, `dwi = 4 cos θ_h
-/// dwh`, and every `wh` with `θ_h < 90°` is reached.
+/// Computes `∫ I(wo, wi) dwi` over the whole sphere, in polar coordinates about `wo`. The solid angle is `dwi = 4 cos θ_h dwh`, where `θ_h`
+/// is the angle between `wo` and `wh`, so the integral covers every `wh` with `θ_h < 90°`.
 fn albedo(wo: DVec3, m: DVec2, s: DVec3, shadowing: bool, panels: usize) -> f64 {
     let frame = leadr_reflectance::frame::frame_about(wo);
     let mut sum = 0.0;
@@ -37,8 +37,8 @@ fn configurations() -> Vec<(DVec3, DVec2, DVec3)> {
                     let (sin, cos) = degrees.to_radians().sin_cos();
                     let wo = DVec3::new(sin * azimuth.cos(), sin * azimuth.sin(), cos);
                     let s = DVec3::new(sx * sx, sy * sy, r * sx * sy);
-                    // Visible areas below MIN_AREA are divided by MIN_AREA, which would give an integral below one. The renderer tilts
-                    // such mesosurfaces towards the viewer first, and so does this test.
+                    // Visible areas below MIN_AREA are divided by MIN_AREA, which would give an integral below one. Like the renderer, this
+                    // test first tilts such mesosurfaces towards the viewer.
                     let seen = visible_area(wo, m, s) > 1e-5;
                     all.push((wo, if seen { m } else { face_viewer(wo, m, s, 1.8) }, s));
                 }
@@ -85,7 +85,7 @@ fn shadowing_only_removes_energy() {
     assert!((a - 1.0).abs() < 2e-3, "{a}");
 }
 
-/// The furnace must detect a missing Λ, and σ used as α.
+/// The furnace must detect a missing Λ, and a σ that is used as α.
 #[test]
 fn wrong_masking_term_is_detected() {
     let (wo, m, s) = (DVec3::new(0.995, 0.0, 0.1).normalize(), DVec2::new(0.1, 0.0), DVec3::new(0.25, 0.25, 0.0));

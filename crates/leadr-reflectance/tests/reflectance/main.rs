@@ -1,4 +1,4 @@
-//! Tests of the mathematics against closed forms, quadrature and external values. No GPU needed.
+//! Tests the mathematics against closed forms, quadrature and external values. The tests need no GPU.
 
 mod base_roughness;
 mod brdf;

@@ -5,7 +5,7 @@ use std::hash::Hash;
 
 use leadr_gpu::Result;
 
-/// A cache of pipelines by kind. Clones of a pipeline share its data.
+/// A cache of pipelines, with one pipeline for each kind. Clones of a pipeline share its data.
 pub struct Cache<K, V>(HashMap<K, V>);
 
 impl<K, V> Default for Cache<K, V> {
@@ -15,7 +15,7 @@ impl<K, V> Default for Cache<K, V> {
 }
 
 impl<K: Eq + Hash, V: Clone> Cache<K, V> {
-    /// Returns the cached value for a kind, after making it if it is missing.
+    /// Returns the cached value for a kind. Makes the value first if it is missing.
     pub fn get(&mut self, kind: K, make: impl FnOnce() -> Result<V>) -> Result<V> {
         if let Some(made) = self.0.get(&kind) {
             return Ok(made.clone());

@@ -1,4 +1,4 @@
-//! The contents and method of a frame's drawing, which depend only on its state and settings.
+//! Decides what a frame draws and how it draws it. The decision depends only on the frame's state and settings.
 
 use super::surfaces::SurfaceDrawing;
 use crate::light::environment::Environment;
@@ -9,16 +9,15 @@ use crate::scene::FrameState;
 use crate::settings::{RenderSettings, ShadingOptions};
 use crate::surfaces::material::Bases;
 
-/// The purpose of a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Purpose {
-    /// The picture.
+    /// The frame draws the picture.
     Picture,
-    /// The picture, always through the G-buffer.
+    /// The frame draws the picture, and always uses the G-buffer.
     GBuffer,
-    /// The fractions of the light that arrive at each pixel, instead of radiance.
+    /// The frame draws the fraction of the light that arrives at each pixel, instead of radiance.
     Light,
-    /// Only the geometry, as triangle edges.
+    /// The frame draws only the geometry, as triangle edges.
     Wires,
 }
 
@@ -29,14 +28,14 @@ pub(super) struct Demands {
     pub relief: bool,
     /// Whether any surface casts shadows.
     pub casters: bool,
-    /// Base materials of the surfaces.
+    /// The base materials of the surfaces.
     pub bases: Bases,
-    /// Whether any colours follow the relief.
+    /// Whether the colours of any surface follow its relief.
     pub relief_color: bool,
 }
 
-/// Returns the shading of the pixels, without relief occlusion and colours if no surface has them, and without shadow maps and sky
-/// occlusion if none casts shadows.
+/// Returns the shading of the pixels. Relief occlusion and colours that follow the relief are off if no surface has them. Shadow
+/// maps and sky occlusion are off if nothing casts shadows.
 pub(super) fn shade_kind(
     state: &FrameState,
     settings: &RenderSettings,
@@ -54,13 +53,14 @@ pub(super) fn shade_kind(
         shading: settings.shading.plain().adjusted(needed),
         lights: LightSet::new(state, environment, settings.shadows && casters),
         edges: if settings.edges().is_some() { Edges::Joined } else { Edges::None },
-        // Techniques without a Beckmann base use only the roughness of measured materials.
+        // Techniques without a Beckmann base use the roughness of measured materials, but not their lobes.
         bases: if settings.shading.technique().has_base_frame() { bases } else { Bases { fit_lobes: 0, ..bases } },
         light_visibility: false,
     }
 }
 
-/// Returns the drawing of surfaces for this shading, and the adjusted settings. Multisampling needs a filter pass that also shades.
+/// Returns how surfaces are drawn for this shading, and the adjusted settings. Multisampling is only possible if the filter pass
+/// also shades.
 pub(super) fn drawing(settings: RenderSettings, kind: ShadeKind, purpose: Purpose) -> (RenderSettings, SurfaceDrawing) {
     let filter = match kind {
         // Edge samples are joined in the G-buffer, and the reference has its own shading pass.

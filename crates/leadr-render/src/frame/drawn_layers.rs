@@ -1,4 +1,5 @@
-//! Layers that are missing in the images of a sample. The sample is drawn again for these layers, without changing the picture.
+//! Layers that the images of a sample do not contain. To make these layers, the sample is drawn again, and the picture does not
+//! change.
 
 use super::Layer;
 use super::drawing::Purpose;
@@ -9,13 +10,13 @@ use crate::light::sky_visibility::SkyProbe;
 use crate::settings::RenderSettings;
 use leadr_gpu::Result;
 
-/// Largest depth difference between a line and the surface below it, relative to their distance. Lines and surfaces are rasterised
-/// separately.
+/// The largest depth difference between a line and the surface below it, relative to their distance. Depths differ because lines
+/// and surfaces are rasterised separately.
 const LINE_SLACK: f32 = 1e-3;
 
 impl Renderer {
-    /// Returns the fractions of light that reach each pixel, from suns and lamps, and from the environment. Both are 1 in empty
-    /// pixels.
+    /// Returns the fractions of light that arrive at each pixel: one for suns and lamps, and one for the environment. Both
+    /// fractions are 1 in empty pixels.
     pub(super) fn light_shares(&mut self) -> Result<Vec<[f32; 2]>> {
         let shares = self.once_more(Purpose::Light, |frame, index| {
             frame.draw_sample(index)?;
@@ -56,7 +57,7 @@ impl Renderer {
         Ok(lines.iter().enumerate().map(shows).collect())
     }
 
-    /// Returns the segments along u and v of each pixel's patch, or 0 where nothing is tessellated.
+    /// Returns the number of segments along u and v of each pixel's patch, or 0 where nothing is tessellated.
     pub(super) fn segments(&mut self) -> Result<Vec<[f32; 4]>> {
         let patches = self.layer(Layer::Patch)?;
         let segments = self.once_more(Purpose::Picture, |frame, index| {
@@ -72,8 +73,7 @@ impl Renderer {
         Ok(segments.unwrap_or_default())
     }
 
-    /// Returns the sky occlusion probes of the last frame. The list is empty without shadow casters, or if sky occlusion is not
-    /// shaded.
+    /// Returns the sky occlusion probes of the last frame. The list is empty if nothing casts shadows or if sky occlusion is off.
     pub fn sky_probes(&self) -> Vec<SkyProbe> {
         let shaded = self
             .last
@@ -82,7 +82,7 @@ impl Renderer {
         if shaded { self.sky.probes() } else { Vec::new() }
     }
 
-    /// Draws the last sample again for a purpose, with one sample per pixel and separate images, so the picture's images stay
+    /// Draws the last sample again for another purpose, with one sample per pixel, into separate images. The picture stays
     /// unchanged. Returns `None` before the first sample.
     fn once_more<T>(
         &mut self,

@@ -1,4 +1,4 @@
-//! The edge samples of a frame, drawn as sub-frames in addition to the pixels.
+//! The edge samples of a frame, which are drawn in addition to the pixels.
 
 use super::targets::EdgeTargets;
 use crate::passes::edges::{EdgeRays, JoinPass};
@@ -7,16 +7,16 @@ use crate::pixel_area::PixelArea;
 use crate::sampling::edge_jitter;
 use crate::view::{Samples, View};
 
-/// The edge samples for every sample of a frame. Clones share targets and pipelines.
+/// The edge samples that belong to each sample of a frame. Clones share targets and pipelines.
 #[derive(Clone)]
 pub struct EdgeSamples {
-    /// Edge samples per pixel.
+    /// The number of edge samples per pixel.
     pub samples: u32,
     /// The pixels that can contain surfaces.
     pub area: PixelArea,
     /// The render targets.
     pub targets: EdgeTargets,
-    /// The pass that shades edge samples on a different surface from their pixel's.
+    /// The pass that shades edge samples that lie on a different surface from the pixel's surface.
     pub shade: ShadePass,
     /// The pass that joins the edge samples of each pixel.
     pub join: JoinPass,
@@ -33,7 +33,7 @@ pub struct EdgeImage {
 }
 
 impl EdgeSamples {
-    /// Returns the images that provide the edge samples, in addition to the pixels' own samples.
+    /// Returns the images whose samples are the edge samples of the pixels in `pixels`.
     pub fn images(&self, pixels: &View) -> Vec<EdgeImage> {
         let grid = self.targets.grid;
         let count = self.samples / (grid * grid);

@@ -1,4 +1,4 @@
-//! Layers of the last sample that can be read back.
+//! Layers of the last sample, which can be read back.
 
 use glam::{Vec2, Vec3, Vec4};
 use serde::{Serialize, Serializer};
@@ -14,34 +14,35 @@ use leadr_reflectance::frame::{frame_about, to_frame};
 /// A quantity in every pixel of the last sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Layer {
-    /// Distance along the view axis in metres, infinite in empty pixels.
+    /// The distance along the view axis in metres, which is infinite in empty pixels.
     Depth,
-    /// World displacement direction, the z axis of the tangent frame.
+    /// The displacement direction in world space, which is the z axis of the tangent frame.
     Normal,
-    /// Mean slope in the tangent frame.
+    /// The mean slope in the tangent frame.
     MeanSlope,
     /// The slope covariance `sxx, syy, sxy`.
     Covariance,
-    /// Level of detail of the maps.
+    /// The level of detail at which the maps are read.
     Lod,
-    /// Linear albedo.
+    /// The linear albedo.
     Albedo,
-    /// Beckmann roughness of the base material.
+    /// The Beckmann roughness of the base material.
     Roughness,
-    /// Projected area of the bumps that face the viewer, relative to the projected area of the macrosurface: `A(ωo) / cos θ` (LEADR
-    /// section 4.3).
+    /// The projected area of the bumps that face the viewer, relative to the projected area of the macrosurface: `A(ωo) / cos θ`
+    /// (LEADR section 4.3).
     VisibleArea,
-    /// Object number (from 1, the sea last), patch number, and position on the patch. All are 0 in empty pixels.
+    /// The object number (counted from 1, with the sea last), the patch number, and the position on the patch. All are 0 in empty
+    /// pixels.
     Patch,
-    /// Fraction of the light of suns and lamps that relief and casters leave unshadowed, from 0 (shadow) to 1 (lit). It is 1 in
-    /// empty pixels. The reference also takes this layer from shadow maps.
+    /// The fraction of the light of suns and lamps that relief and casters leave unshadowed, from 0 (in shadow) to 1 (lit). Empty
+    /// pixels have 1. The reference, too, takes this layer from shadow maps.
     Shadow,
-    /// Cosine-weighted fraction of the environment that large shapes leave visible. It is 1 in empty pixels, and without sky
-    /// occlusion.
+    /// The cosine-weighted fraction of the environment that large shapes leave visible. The fraction is 1 in empty pixels and
+    /// without sky occlusion.
     Sky,
-    /// Triangle edges: 1 on an edge, and 0 elsewhere.
+    /// The triangle edges. The value is 1 on an edge and 0 elsewhere.
     Triangles,
-    /// Number of patch segments along u and v, 1 to 63, or 0 in empty pixels and on a ray-marched sea.
+    /// The number of patch segments along u and v, from 1 to 63. The number is 0 in empty pixels and on a ray-marched sea.
     Tessellation,
 }
 
@@ -53,7 +54,7 @@ struct Row {
 }
 
 impl Layer {
-    /// All layers.
+    /// The list of all layers.
     pub const ALL: [Self; 13] = [
         Self::Depth,
         Self::Normal,
@@ -122,8 +123,8 @@ impl Serialize for Layer {
 }
 
 impl Renderer {
-    /// Reads a layer of the last sample, with zeros in unused channels. It is empty before the first sample. Layers in neither the
-    /// geometry nor the G-buffer are drawn again, after which a paused frame cannot be resumed.
+    /// Reads a layer of the last sample. Unused channels are 0, and the result is empty before the first sample. Layers that
+    /// neither the geometry nor the G-buffer contains are drawn again, and a paused frame can then no longer be resumed.
     ///
     /// # Errors
     /// Returns the errors of [`prepare`](Self::prepare), and [`GpuError::Usage`](leadr_gpu::GpuError) for triangle edges on a
@@ -189,7 +190,7 @@ impl Renderer {
         Ok(targets.pixels.gbuffer.read()?.iter().map(|pixel| channels(pixel).to_array()).collect())
     }
 
-    /// Filters the last sample into the G-buffer, if the sample was shaded without a G-buffer.
+    /// Fills the G-buffer from the last sample, if the sample was shaded without a G-buffer.
     fn fill_gbuffer(&mut self) -> Result<()> {
         let Some(last) = self.last.clone().filter(|last| !last.in_gbuffer) else { return Ok(()) };
         let timer = self.timer.clone();
@@ -207,7 +208,7 @@ impl Renderer {
     }
 }
 
-/// Smallest cosine of the view angle; steeper views are clamped.
+/// The smallest cosine of the view angle. Smaller cosines are clamped to it.
 const LEAST_COSINE: f64 = 1e-2;
 
 /// Returns the projected area of the bumps that face the eye, relative to the projected area of the surface.

@@ -1,6 +1,6 @@
-//! Frames: the scene data of a renderer, the preparation for one state, and the order of the passes.
+//! Frames: the scene data of a renderer, the preparation of a frame for one state, and the order of the passes.
 //!
-//! [`Renderer::prepare`] turns a state and settings into a [`PreparedFrame`], the only type that can be drawn.
+//! [`Renderer::prepare`] turns a state and settings into a [`PreparedFrame`]. No other type can be drawn.
 
 mod cache;
 mod drawing;

@@ -1,4 +1,4 @@
-//! Pipelines that depend on the drawing of a frame. Each pipeline is made on first use.
+//! Pipelines that depend on how a frame is drawn. Each pipeline is made on first use.
 
 use super::cache::Cache;
 use crate::passes::accumulate::{AccumulatePass, PartsKind};
@@ -12,11 +12,11 @@ use crate::passes::shade::{ShadeKind, ShadePass, SkyBehindPass};
 pub struct Pipelines {
     /// Pipelines that shade pixels or edge samples.
     pub shade: Cache<ShadeKind, ShadePass>,
-    /// Pipelines for the sky behind surfaces, keyed by whether the geometry is multisampled.
+    /// Pipelines for the sky behind surfaces. The key is whether the geometry is multisampled.
     pub sky: Cache<bool, SkyBehindPass>,
-    /// Pipelines that find the surfaces of a pixel, by number of samples.
+    /// Pipelines that find the surfaces of a pixel, by the number of samples per pixel.
     pub multisample: Cache<u32, MsaaPass>,
-    /// Pipelines for the mean of the samples, by the parts of a sample.
+    /// Pipelines that update the mean of the samples, by the parts that make up a sample.
     pub accumulate: Cache<PartsKind, AccumulatePass>,
     /// Pipelines that join edge samples.
     pub join: Cache<JoinKind, JoinPass>,

@@ -1,10 +1,10 @@
-//! A pool of objects that a frame holds from preparation until the device has drawn it.
+//! A pool of objects. A frame holds an object from its preparation until the device has drawn the frame.
 
 use std::sync::Arc;
 
 use leadr_gpu::Result;
 
-/// A pool of objects. Objects that no frame holds are reused.
+/// A pool of objects. An object that no frame holds is reused.
 pub struct Pool<T>(Vec<Arc<T>>);
 
 impl<T> Default for Pool<T> {
@@ -14,7 +14,7 @@ impl<T> Default for Pool<T> {
 }
 
 impl<T> Pool<T> {
-    /// Returns an unused object, or a new one.
+    /// Returns an unused object, or else a new one.
     pub fn take(&mut self, make: impl FnOnce() -> Result<T>) -> Result<Arc<T>> {
         if let Some(free) = self.0.iter().find(|made| Arc::strong_count(made) == 1) {
             return Ok(free.clone());

@@ -1,4 +1,4 @@
-//! Preparation before the first sample of a frame: poses, targets, light views and pipelines.
+//! Prepares a frame before its first sample: poses, targets, light views and pipelines.
 
 use super::drawing::{Purpose, drawing, shade_kind};
 use super::edge_samples::EdgeSamples;
@@ -24,12 +24,12 @@ use crate::surfaces::tessellation::TessellationSettings;
 use leadr_gpu::{Buffer, GpuError, Memory, Result};
 
 impl Renderer {
-    /// Poses the scene and makes everything that a frame needs for drawing. It may write to images of the last frame while the
-    /// device is still drawing that frame.
+    /// Poses the scene and makes everything that is needed to draw a frame. The device may still be drawing the last frame, and
+    /// this call may already overwrite images of that frame.
     ///
     /// # Errors
-    /// Returns [`GpuError::Usage`] for invalid or unsupported settings. Also fails for lack of memory, a lost device, or a failed
-    /// pipeline.
+    /// Returns [`GpuError::Usage`] for invalid or unsupported settings. Also returns an error if memory is short, the device is
+    /// lost, or a pipeline fails.
     pub fn prepare(&mut self, state: &FrameState, settings: &RenderSettings) -> Result<PreparedFrame<'_>> {
         self.prepare_for(state, settings, Purpose::Picture)
     }
@@ -87,7 +87,7 @@ impl Renderer {
         Ok(PreparedFrame { renderer: self, plan })
     }
 
-    /// Checks that the device can run the loops of a slope grid.
+    /// Checks that the device can run enough loop iterations for a slope grid.
     fn check_loops(&self, state: &FrameState, settings: &RenderSettings) -> Result<()> {
         let Some(limit) = self.gpu.loop_iterations_per_invocation() else { return Ok(()) };
         // The grid is traversed once for the visible normals, once for the environment, and once per light.
@@ -126,14 +126,14 @@ impl Renderer {
         {
             return Ok(kept.clone());
         }
-        // Unsuitable targets are dropped first, since memory may not hold both sets.
+        // Unsuitable targets are dropped first, because memory may not hold both old and new ones.
         self.gpu.wait_idle()?;
         let mean = self.targets.take().map(|targets| targets.mean);
         self.last = None;
         Ok(self.targets.insert(Targets::new(&self.gpu, shape, mean)?).clone())
     }
 
-    /// Chooses the passes of a frame. Sets up the shadow views of the casters, or the lights of the reference.
+    /// Chooses the passes of a frame. Also sets up the shadow views of the casters or, for the reference, its lights.
     fn prepare_path(
         &mut self,
         state: &FrameState,
@@ -220,7 +220,7 @@ impl Renderer {
         Ok(MappedLight { shadows, behind })
     }
 
-    /// Finds the area that needs edge samples, and makes their passes for `targets`.
+    /// Finds the area that needs edge samples, and makes the passes of the edge samples for `targets`.
     fn prepare_edges(
         &mut self,
         state: &FrameState,

@@ -1,4 +1,4 @@
-//! A frame ready to be drawn.
+//! A frame that is ready to be drawn.
 
 use std::sync::Arc;
 
@@ -16,17 +16,17 @@ use crate::scene::FrameState;
 use crate::settings::RenderSettings;
 use leadr_gpu::{Buffer, GpuError, Image, ResourceSet, Result};
 
-/// A frame ready to be drawn: the scene is posed, and targets and pipelines exist. Only [`Renderer::prepare`] makes one.
+/// A frame that is ready to be drawn. The scene is posed, and targets and pipelines exist. Only [`Renderer::prepare`] makes one.
 pub struct PreparedFrame<'r> {
     pub(super) renderer: &'r mut Renderer,
     pub(super) plan: FramePlan,
 }
 
-/// A frame that is paused between two samples, and does not borrow the renderer. A window keeps a paused frame to spread its
-/// samples over many refreshes. Continue with [`Renderer::resume`].
+/// A frame that is paused between two samples and does not borrow the renderer. A window pauses a frame to spread its samples over
+/// many refreshes. [`Renderer::resume`] continues the frame.
 pub struct PausedFrame(FramePlan);
 
-/// The data of a frame that is fixed before its first sample.
+/// The data of a frame that stay the same for all its samples.
 pub(super) struct FramePlan {
     pub state: FrameState,
     pub settings: RenderSettings,
@@ -39,41 +39,41 @@ pub(super) struct FramePlan {
     /// The descriptor set of the light.
     pub scene: ResourceSet,
     pub accumulate: AccumulatePass,
-    /// Samples in the mean so far.
+    /// The number of samples in the mean so far.
     pub drawn: u32,
-    /// The renderer's frame counter at preparation.
+    /// The renderer's frame counter when the frame was prepared.
     pub number: u64,
 }
 
 /// The sequence of passes of a frame.
 pub(super) enum FramePath {
-    /// The filter passes also shade, in one submission.
+    /// The filter passes also shade, in the same submission.
     Fused {
         lit: MappedLight,
-        /// Multisampled geometry, if enabled.
+        /// The multisampled geometry, if multisampling is on.
         multisample: Option<Multisample>,
     },
-    /// Shading reads the G-buffer, where edge samples were joined.
+    /// Shading reads the G-buffer, after edge samples were joined there.
     Deferred { lit: MappedLight, shade: ShadePass, edges: Option<Box<EdgeSamples>> },
-    /// The reference, with lights shadowed by the relief and redrawn for every sample.
+    /// The reference, whose lights are shadowed by the relief and drawn again for every sample.
     Reference { pass: ReferencePass, lights: Box<ReliefLights> },
 }
 
-/// The suns, point lights and environment, with coarse shadows from maps.
+/// The suns, point lights and environment, whose coarse shadows come from shadow maps.
 pub(super) struct MappedLight {
-    /// Views of the lights that cast shadows, suns before point lights.
+    /// The views of the lights that cast shadows. Suns precede point lights.
     pub shadows: Vec<ShadowView>,
     pub behind: SkyBehindPass,
 }
 
-/// Multisampled geometry and its pass.
+/// The multisampled targets and the pass that reads them.
 pub(super) struct Multisample {
     pub pass: MsaaPass,
     pub targets: MultisampleTargets,
 }
 
 impl FramePath {
-    /// Returns the lights with shadow maps, if any.
+    /// Returns the lights with shadow maps, or `None` for the reference.
     pub fn lit(&self) -> Option<&MappedLight> {
         match self {
             Self::Fused { lit, .. } | Self::Deferred { lit, .. } => Some(lit),
@@ -99,7 +99,7 @@ impl FramePath {
         }
     }
 
-    /// Returns the multisampled geometry, if enabled.
+    /// Returns the multisampled geometry, if multisampling is on.
     pub fn multisample(&self) -> Option<&Multisample> {
         match self {
             Self::Fused { multisample, .. } => multisample.as_ref(),
@@ -109,7 +109,7 @@ impl FramePath {
 }
 
 impl PreparedFrame<'_> {
-    /// Whether a sample is a single submission, so the CPU can prepare the next frame while the GPU draws this one.
+    /// Whether a sample is a single submission. The CPU can then prepare the next frame while the GPU draws this one.
     #[doc(hidden)]
     pub fn overlaps(&self) -> bool {
         self.plan.path.lit().is_some() && self.plan.path.edges().is_none()
@@ -121,7 +121,7 @@ impl PreparedFrame<'_> {
         &self.plan.targets.mean
     }
 
-    /// Samples in the mean so far.
+    /// Returns the number of samples in the mean so far.
     pub fn samples(&self) -> u32 {
         self.plan.drawn
     }
@@ -134,12 +134,12 @@ impl PreparedFrame<'_> {
 }
 
 impl PausedFrame {
-    /// Returns the state, for preparing it with different settings.
+    /// Returns the state, so that it can be prepared with different settings.
     pub fn state(&self) -> &FrameState {
         &self.0.state
     }
 
-    /// Samples in the mean so far.
+    /// Returns the number of samples in the mean so far.
     pub fn samples(&self) -> u32 {
         self.0.drawn
     }
@@ -159,7 +159,7 @@ impl PausedFrame {
 
 impl Renderer {
     /// Prepares the state of a paused frame with different settings, in separate targets ([`swap_targets`](Self::swap_targets)).
-    /// The two frames share light and waves, so each can be paused and resumed while the other is drawn.
+    /// The two frames share the light and the waves, so each of them can be paused and resumed while the other is drawn.
     ///
     /// # Errors
     /// Returns the errors of [`prepare`](Self::prepare), and of [`resume`](Self::resume) for an outdated frame.
@@ -180,7 +180,7 @@ impl Renderer {
         Ok(PreparedFrame { renderer: self, plan: paused.0 })
     }
 
-    /// Returns the number of a paused frame, if its shared data is still valid.
+    /// Returns the number of a paused frame, if the data that it shares are still valid.
     fn check_current(&self, paused: &PausedFrame) -> Result<u64> {
         if paused.0.number != self.prepared {
             let fault = "another frame or environment overwrote it while it was paused: prepare it again".to_owned();

@@ -1,4 +1,4 @@
-//! The passes of a sample, in order.
+//! Records the passes of a sample in order.
 
 use std::time::Instant;
 
@@ -13,15 +13,16 @@ use crate::view::View;
 use leadr_gpu::{Commands, GpuError, Result, Timestamps};
 
 impl PreparedFrame<'_> {
-    /// Draws sample `index` of `settings.samples` with all its edge samples, and adds it to the running mean. Waits for the device.
-    /// Returns the device time of each pass.
+    /// Draws sample `index` of `settings.samples` with all its edge samples, and adds it to the running mean. Waits for the device,
+    /// and returns the device time of each pass.
     pub fn draw_sample(&mut self, index: u32) -> Result<Vec<PassTime>> {
         self.draw_sample_repeating(index, 1, &mut CpuTime::default())
     }
 
-    /// Draws a sample. The passes follow the paper's overview (LEADR Figure 3): the light, the tessellated and displaced geometry
-    /// with the surface at each pixel, the slope statistics per pixel, and the shading. Edge samples run the same passes before the
-    /// pixels are shaded, and add to the pixels' statistics. CPU time is added to `cpu`.
+    /// Draws a sample. The order of the passes follows the paper's overview (LEADR Figure 3): the light, the tessellated and
+    /// displaced geometry with the surface at each pixel, the slope statistics per pixel, and the shading. The edge samples run
+    /// through the same passes before the pixels are shaded, and add to the statistics of their pixels. The CPU time is added to
+    /// `cpu`.
     pub(super) fn draw_sample_repeating(
         &mut self,
         index: u32,
@@ -55,11 +56,12 @@ impl PreparedFrame<'_> {
     }
 
     /// Records the passes of sample `index` and writes a named timestamp after each. `timestamps` must have room for a first mark
-    /// and `MAX_PASSES` more. The frame's buffers are written immediately, so the device must have finished earlier samples of this
-    /// frame. It may still be drawing other frames.
+    /// and `MAX_PASSES` more. The frame's buffers are written immediately, so the device must have finished its earlier samples.
+    /// The device may still be drawing other frames.
     ///
     /// # Errors
-    /// Returns [`GpuError::Usage`] for a frame that cannot [overlap](Self::overlaps) with others. Also fails for lack of memory.
+    /// Returns [`GpuError::Usage`] for a frame that cannot [overlap](Self::overlaps) with others. Also returns an error if memory
+    /// is short.
     #[doc(hidden)]
     pub fn record_sample(&mut self, index: u32, cmd: &mut Commands, timestamps: &Timestamps) -> Result<()> {
         if !self.overlaps() {
@@ -73,7 +75,7 @@ impl PreparedFrame<'_> {
         Ok(())
     }
 
-    /// Records all passes of a sample, or only the passes before its edge samples.
+    /// Records all passes of a sample or, with edge samples, only the passes that come before them.
     fn record_pixels(&mut self, passes: &mut Passes<'_>, pixels: &View) {
         self.record_light(passes);
         self.record_pixel_geometry(passes, pixels);
@@ -98,7 +100,7 @@ impl PreparedFrame<'_> {
         self.renderer.last = Some(LastSample { state, settings, index, in_gbuffer: self.plan.path.fills_gbuffer() });
     }
 
-    /// Selects the geometry for a view, and writes its light. The device must not be drawing this frame.
+    /// Selects the geometry that a view shows, and writes the light for the view. The device must not be drawing this frame.
     pub(super) fn set_view(&mut self, view: &View, index: u32) -> Result<()> {
         self.plan.surfaces.set_view(view)?;
         self.write_lighting(view, index)?;
@@ -120,8 +122,8 @@ impl PreparedFrame<'_> {
         lighting.write(0, &[if surfaces.sea.is_some() { block.with_sea_horizon() } else { block }])
     }
 
-    /// Records the light that all views share. Waves, sky, irradiance and shadows are recorded once per frame, but relief shadows
-    /// for every sample.
+    /// Records the light that all views share. Waves, sky, irradiance and shadow maps are recorded once per frame, and relief
+    /// shadows once per sample.
     fn record_light(&mut self, passes: &mut Passes<'_>) {
         let FramePlan { state, surfaces, path, shadow_maps, drawn, .. } = &self.plan;
         let Renderer { environment, irradiance, common, .. } = &mut *self.renderer;
@@ -164,7 +166,7 @@ impl PreparedFrame<'_> {
         }
     }
 
-    /// Records the geometry: tessellation, displacement and rasterisation to a visible surface per sample.
+    /// Records the geometry. The surfaces are tessellated, displaced and rasterised, so that each sample holds its visible surface.
     fn record_geometry(&self, passes: &mut Passes<'_>, target: &GeometryTargets, view: &View) {
         let mut begin = Begin::Clear;
         for surface in self.plan.surfaces.drawn() {
@@ -174,7 +176,7 @@ impl PreparedFrame<'_> {
         }
     }
 
-    /// Records the filter passes, which compute statistics of each surface's maps under each pixel.
+    /// Records the filter passes, which compute the statistics of the surfaces' maps under each pixel.
     pub(super) fn record_filter(
         &self,
         passes: &mut Passes<'_>,
@@ -219,8 +221,8 @@ impl PreparedFrame<'_> {
         }
     }
 
-    /// Records an image of edge samples. Samples on the pixel's own surface add to the pixel's slope statistics, and all others are
-    /// shaded.
+    /// Records an image of edge samples. Samples on the pixel's own surface add to the slope statistics of the pixel. All other
+    /// samples are shaded.
     fn record_edges(&self, passes: &mut Passes<'_>, edges: &EdgeSamples, image: &EdgeImage) {
         let (renderer, targets) = (&*self.renderer, &edges.targets);
         let (pixels, samples, scissor) = (&self.plan.targets.pixels, &targets.samples, Some(image.scissor));
@@ -235,7 +237,7 @@ impl PreparedFrame<'_> {
         passes.run("edges", |cmd| edges.join.record(cmd, samples, &pixels.gbuffer, joined, scene, &image.rays));
     }
 
-    /// Records the shading of the pixels and the update of the mean.
+    /// Records the shading of the pixels, and adds them to the mean.
     fn record_shading(&self, passes: &mut Passes<'_>) {
         let FramePlan { targets, path, accumulate, drawn, scene, .. } = &self.plan;
         let Renderer { environment, common, .. } = &*self.renderer;
@@ -264,7 +266,7 @@ impl PreparedFrame<'_> {
 }
 
 impl FramePlan {
-    /// Returns the view of the pixels' own samples for sample `index`.
+    /// Returns the view that draws the pixels' own samples for sample `index`.
     pub(super) fn pixels(&self, index: u32) -> View {
         View {
             camera: self.state.camera,

@@ -1,4 +1,4 @@
-//! Complete frames, which are rendered and read back, or timed.
+//! Renders complete frames, and reads them back or times them.
 
 use std::ops::Range;
 use std::time::Instant;
@@ -14,15 +14,15 @@ use leadr_maps::RgbImage;
 /// A finished frame.
 #[derive(Clone, Debug)]
 pub struct FrameOutput {
-    /// Width and height in pixels.
+    /// The width and height in pixels.
     pub size: (u32, u32),
-    /// Linear radiance in rgb and coverage in alpha, in rows from the top.
+    /// The linear radiance in rgb and the coverage in alpha. Rows start at the top.
     pub color: Vec<[f32; 4]>,
     /// The device time of each pass.
     pub times: Vec<PassTime>,
-    /// Upper bound on the triangles of one sample, over all views.
+    /// An upper bound on the triangles of one sample, over all views.
     pub triangles: u64,
-    /// Patches drawn for the camera.
+    /// The number of patches drawn for the camera.
     pub patches: u32,
 }
 
@@ -40,7 +40,7 @@ impl Renderer {
         self.render_watched(state, settings, &mut |_| ())
     }
 
-    /// Like [`render`](Self::render), but also reports the number of finished samples after each sample, since a frame may take
+    /// Like [`render`](Self::render), but also reports the number of finished samples after each sample, because a frame may take
     /// minutes.
     pub fn render_watched(
         &mut self,
@@ -51,11 +51,11 @@ impl Renderer {
         self.draw_range(state, settings, 0..settings.samples.max(1), Purpose::Picture, done)
     }
 
-    /// Renders a range of a frame's samples and returns their mean. An [`Accumulation`](crate::passes::accumulate::Accumulation)
+    /// Renders some of a frame's samples and returns their mean. An [`Accumulation`](crate::passes::accumulate::Accumulation)
     /// combines the parts of a long frame. A sample is the same in every range that contains it.
     ///
     /// # Errors
-    /// Returns [`GpuError::Usage`] for an empty range or one beyond `settings.samples`, and the errors of
+    /// Returns [`GpuError::Usage`] if the range is empty or ends after `settings.samples`. Also returns the errors of
     /// [`prepare`](Self::prepare).
     pub fn render_range(
         &mut self,
@@ -66,7 +66,8 @@ impl Renderer {
         self.draw_range(state, settings, range, Purpose::Picture, &mut |_| ())
     }
 
-    /// Renders a frame with separate filter and shading passes, so that [`layer`](Self::layer) reads exactly the shaded values.
+    /// Renders a frame with separate filter and shading passes, so that [`layer`](Self::layer) reads exactly the values that were
+    /// shaded.
     #[doc(hidden)]
     pub fn render_in_two_passes(&mut self, state: &FrameState, settings: &RenderSettings) -> Result<FrameOutput> {
         self.draw_range(state, settings, 0..settings.samples.max(1), Purpose::GBuffer, &mut |_| ())
@@ -95,13 +96,13 @@ impl Renderer {
         Ok(FrameOutput { size: settings.size, color: frame.plan.targets.mean.read(0, 0)?, times, triangles, patches })
     }
 
-    /// Draws sample `index` of `settings.samples` with all passes and edge samples, without readback. Returns the device time of
-    /// each pass.
+    /// Draws sample `index` of `settings.samples` with all passes and edge samples, and does not read the image back. Returns the
+    /// device time of each pass.
     ///
-    /// Buffers and missing pipelines are made before the first timestamp. The device is idle at the start and the end. Drivers may
-    /// compile a pipeline when it is first used, so treat the first frame with new settings as a warm-up. Each pass runs `repeats`
-    /// times (at least once) between its timestamps, and its time is divided by that number. Repeats make passes on fast devices
-    /// long enough for the resolution of the device clock. Barriers in each pass prevent repetitions from overlapping.
+    /// Buffers and missing pipelines are made before the first timestamp. The device is idle at the start and at the end. A driver
+    /// may compile a pipeline when it is first used, so treat the first frame with new settings as a warm-up. Each pass runs
+    /// `repeats` times (at least once) between its timestamps, and its time is divided by that number. Repeats make passes on fast
+    /// devices long enough for the resolution of the device clock. Barriers in each pass prevent its repetitions from overlapping.
     pub fn measure(
         &mut self,
         state: &FrameState,
@@ -112,8 +113,8 @@ impl Renderer {
         Ok(self.cost(state, settings, index, repeats)?.passes)
     }
 
-    /// Like [`measure`](Self::measure), but returns the cost on the device and the CPU. With `repeats` above 1 the CPU times
-    /// include the repetitions, unlike the CPU times of a normal frame.
+    /// Like [`measure`](Self::measure), but also returns the cost on the CPU. If `repeats` is above 1, the CPU times include the
+    /// repetitions, so they are longer than in a normal frame.
     #[doc(hidden)]
     pub fn cost(
         &mut self,

@@ -29,28 +29,25 @@ use leadr_gpu::{Buffer, Gpu, Image, Result};
 pub struct Renderer {
     pub(super) gpu: Arc<Gpu>,
     pub(super) surfaces: Surfaces,
-    /// The kinds of shadow casters in the scene.
+    /// The kinds of surfaces that cast shadows in the scene.
     pub(super) casters: CasterKinds,
     pub(super) environment: Environment,
     pub(super) irradiance: IrradiancePass,
     pub(super) tables: SceneTables,
-    /// The cached sky occlusion by large shapes.
     pub(super) sky: SkyCache,
     pub(super) common: CommonPasses,
     pub(super) pipelines: Pipelines,
-    /// Buffers of [`LightingGpu`](crate::passes::shade::LightingGpu) blocks.
+    /// The buffers of [`LightingGpu`](crate::passes::shade::LightingGpu) blocks.
     pub(super) lighting: Pool<Buffer>,
     pub(super) timer: PassTimer,
-    /// Render targets, shared by frames of the same size.
+    /// The render targets, which frames of the same size share.
     pub(super) targets: Option<Targets>,
-    /// The last sample drawn into the targets.
     pub(super) last: Option<LastSample>,
     pub(super) numbering: Numbering,
-    /// Number of frames prepared so far.
     pub(super) prepared: u64,
 }
 
-/// Render targets that a renderer has set aside.
+/// Render targets that are kept while a renderer uses other targets.
 #[derive(Default)]
 pub struct KeptTargets {
     targets: Option<Targets>,
@@ -68,17 +65,18 @@ pub(super) struct LastSample {
 }
 
 impl Renderer {
-    /// Uploads a scene: objects, a sea, or both.
+    /// Uploads a scene, which consists of objects, a sea, or both.
     ///
     /// # Errors
-    /// Fails for more than `MAX_OBJECTS` objects, too many patches in an object, invalid waves, lack of memory, or a failed Vulkan
-    /// call.
+    /// Returns an error for more than `MAX_OBJECTS` objects, too many patches in an object, or invalid waves, if memory is short,
+    /// or if a Vulkan call fails.
     pub fn new(gpu: &Arc<Gpu>, scene: impl Into<Scene>, environment: Environment) -> Result<Self> {
         Self::with(gpu, scene.into(), environment, None)
     }
 
-    /// Uploads a scene and, in parallel, makes the pipelines for frames with this `state` and `settings`. Drivers take up to half a
-    /// second to make these pipelines. All CPU threads share the work. The first frame makes missing pipelines.
+    /// Uploads a scene and, at the same time, makes the pipelines for frames with this `state` and `settings`. Drivers take up to
+    /// half a second to make these pipelines. All CPU threads share the work. The first frame makes any pipelines that are still
+    /// missing.
     pub fn for_frames_like(
         gpu: &Arc<Gpu>,
         scene: impl Into<Scene>,
@@ -89,7 +87,7 @@ impl Renderer {
         Self::with(gpu, scene.into(), environment, Some((state, settings)))
     }
 
-    /// Uploads a scene. Pipelines are made for the frame `first`, if any.
+    /// Uploads a scene. Also makes the pipelines for the frame `first`, if given.
     fn with(
         gpu: &Arc<Gpu>,
         Scene { objects, ocean, cache, map_precision }: Scene,
@@ -156,14 +154,13 @@ impl Renderer {
         &self.gpu
     }
 
-    /// Returns the nine spherical harmonics coefficients of the environment in the last frame, each as rgb and 0. See
-    /// `IrradiancePass`.
+    /// Returns the environment's nine spherical harmonics coefficients in the last frame, each as rgb and 0. See `IrradiancePass`.
     #[doc(hidden)]
     pub fn radiance_sh(&self) -> Result<Vec<[f32; 4]>> {
         self.irradiance.coefficients().read(0, 9)
     }
 
-    /// Updates the environment to a sky, before the frame that shows this sky.
+    /// Updates the environment to a sky. Call it before the frame that shows this sky.
     pub fn show_sky(&mut self, sky: &Sky) -> Result<()> {
         let environment = &mut self.environment;
         let drawn = self.gpu.submit("sky", |cmd| environment.update_sky(cmd, sky)).map(|_| ());
@@ -188,7 +185,7 @@ impl Renderer {
         std::mem::swap(&mut self.environment, &mut other.environment);
     }
 
-    /// Exchanges the targets of the last frame with `kept`, so that frames of several sizes can alternate without new targets.
+    /// Exchanges the targets of the last frame with `kept`. Frames of several sizes can then alternate without new targets.
     pub fn swap_targets(&mut self, kept: &mut KeptTargets) {
         std::mem::swap(&mut self.targets, &mut kept.targets);
         std::mem::swap(&mut self.last, &mut kept.last);

@@ -1,4 +1,4 @@
-//! The descriptor set of a frame's light, shared by all passes that shade.
+//! The descriptor set of a frame's light, which all passes that shade share.
 
 use std::sync::Arc;
 
@@ -10,23 +10,23 @@ use crate::surfaces::fits::Fits;
 use leadr_gpu::{AddressMode, Buffer, Descriptor, Filter, Gpu, ImageView, Memory, ResourceSet, Result, Sampler};
 use leadr_reflectance::materials::energy::EnergyTable;
 
-/// The tables of a scene that are constant across frames.
+/// The tables of a scene that stay the same in all frames.
 pub struct SceneTables {
     energies: Buffer,
     fits: Buffer,
-    /// Placeholder that is bound when sky occlusion is off.
+    /// A placeholder that is bound while sky occlusion is off.
     no_sky: Buffer,
     nearest: Sampler,
     trilinear: Sampler,
 }
 
-/// The inputs of a frame's light beyond the scene and its environment.
+/// The parts of a frame's light that neither the scene's tables nor the environment contain.
 pub struct FrameLight<'a> {
     /// The buffer of the [`LightingGpu`](crate::passes::shade::LightingGpu) block.
     pub lighting: &'a Buffer,
     /// The shadow maps, with one layer per light.
     pub shadow_maps: &'a ImageView,
-    /// The sky visibility, if it is shaded.
+    /// The sky visibility, if the frame is shaded with it.
     pub sky: Option<&'a Buffer>,
 }
 

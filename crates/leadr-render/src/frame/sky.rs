@@ -1,4 +1,4 @@
-//! Sky occlusion by large shapes, cached while the casters do not move.
+//! The sky occlusion by large shapes, which is cached while the casters do not move.
 
 use std::sync::Arc;
 
@@ -7,15 +7,15 @@ use crate::light::sky_visibility::{SkyProbe, SkyVisibility};
 use crate::surfaces::posed::PosedObject;
 use leadr_gpu::{Buffer, Gpu, Memory, Result};
 
-/// The last visibility volume, and the casters it was made for.
+/// The last visibility volume, and the shadow casters for which it was made.
 #[derive(Default)]
 pub struct SkyCache {
     last: Option<(Columns, SkyVisibility, Buffer)>,
 }
 
 impl SkyCache {
-    /// Returns the visibility volume around the shadow casters on the device, or `None` without casters. It is remade after the
-    /// casters move.
+    /// Returns the buffer of the visibility volume around the shadow casters, or `None` without casters. The volume is made again
+    /// when the casters have moved.
     pub fn around(&mut self, gpu: &Arc<Gpu>, casters: &[&PosedObject]) -> Result<Option<Buffer>> {
         let Some(columns) = Columns::of(casters.iter().flat_map(|posed| posed.triangles())) else { return Ok(None) };
         if let Some((known, _, buffer)) = &self.last

@@ -1,45 +1,45 @@
-//! Render targets of a frame.
+//! The render targets of a frame.
 
 use std::sync::Arc;
 
 use crate::passes::targets::{JoinedEdges, MultisampleTargets, RADIANCE_FORMAT, SampleTargets};
 use leadr_gpu::{Gpu, Image, ImageDesc, Result};
 
-/// Render targets of edge samples and their sums. Clones share the images.
+/// The render targets of edge samples and of their sums. Clones share the images.
 #[derive(Clone)]
 pub struct EdgeTargets {
-    /// An image of edge samples.
+    /// The targets of one image of edge samples.
     pub samples: SampleTargets,
-    /// The joined sums of each pixel's edge samples.
+    /// The sums over the edge samples of each pixel.
     pub joined: JoinedEdges,
-    /// Edge samples along one side of a pixel, in one image.
+    /// The number of edge samples along one side of a pixel, in one image.
     pub grid: u32,
 }
 
-/// The parameters that determine a frame's images.
+/// The parameters that determine which images a frame needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TargetShape {
-    /// Width and height in pixels.
+    /// The width and height in pixels.
     pub size: (u32, u32),
-    /// Edge samples along one side of a pixel in one image, if any.
+    /// The number of edge samples along one side of a pixel in one image, if any.
     pub grid: Option<u32>,
-    /// Geometry samples per pixel.
+    /// The number of geometry samples per pixel.
     pub msaa: u32,
-    /// Whether the G-buffer is used.
+    /// Whether the frame uses a G-buffer.
     pub gbuffer: bool,
-    /// Number of shadow-casting suns.
+    /// The number of shadow-casting suns.
     pub sun_maps: u32,
 }
 
-/// The images of a frame, shared by clones.
+/// The images of a frame. Clones share the images.
 #[derive(Clone)]
 pub struct Targets {
     shape: TargetShape,
-    /// Targets for the samples of the pixels' own surfaces.
+    /// The targets for the pixels' own samples.
     pub pixels: SampleTargets,
-    /// Targets for multisampled geometry, if enabled.
+    /// The targets for multisampled geometry, if multisampling is on.
     pub multisample: Option<MultisampleTargets>,
-    /// Targets for edge samples, if enabled.
+    /// The targets for edge samples, if any.
     pub edges: Option<EdgeTargets>,
     /// The image with the mean of the samples.
     pub mean: Image,
@@ -53,7 +53,7 @@ impl EdgeTargets {
 }
 
 impl Targets {
-    /// Makes images of a shape. `mean` is an earlier frame's mean image, which is reused if it fits.
+    /// Makes the images for a shape. `mean` is the mean image of an earlier frame, which is reused if its size fits.
     pub fn new(gpu: &Arc<Gpu>, shape: TargetShape, mean: Option<Image>) -> Result<Self> {
         let TargetShape { size, grid, msaa, gbuffer, sun_maps } = shape;
         let multisample = (msaa > 1).then(|| MultisampleTargets::new(gpu, size, msaa)).transpose()?;
@@ -69,7 +69,7 @@ impl Targets {
         Ok(Self { shape, pixels, multisample, edges, mean })
     }
 
-    /// Whether the targets fit frames of this shape.
+    /// Whether the targets can be used for frames of this shape.
     pub fn fits(&self, shape: TargetShape) -> bool {
         let TargetShape { size, sun_maps, .. } = shape;
         (TargetShape { sun_maps, ..self.shape }) == shape

@@ -1,43 +1,43 @@
-//! Runs passes with a label and a timestamp after each, once or repeatedly for measurements.
+//! Runs passes, with a label and a timestamp for each. For measurements, each pass can run several times.
 
 use std::sync::Arc;
 use std::time::Instant;
 
 use leadr_gpu::{Commands, Gpu, Result, Timestamps};
 
-/// Maximum number of passes in one submission.
+/// The maximum number of passes in one submission.
 pub const MAX_PASSES: u32 = 31;
 
-/// Device time of a pass, summed over the samples of a frame.
+/// The device time of a pass, summed over the samples of a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PassTime {
-    /// Name of the pass.
+    /// The name of the pass.
     pub pass: String,
-    /// Time per run in milliseconds.
+    /// The time per run in milliseconds.
     pub milliseconds: f64,
 }
 
-/// CPU cost of a frame in wall-clock milliseconds.
+/// The cost of a frame on the CPU, in milliseconds of wall-clock time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CpuTime {
-    /// Time for posing the scene, selecting patches and tessellation, and writing buffers.
+    /// The time for posing the scene, selecting patches and tessellation, and writing buffers.
     pub prepare: f64,
-    /// Time for recording commands.
+    /// The time for recording commands.
     pub record: f64,
-    /// Time from the end of recording until the device has finished.
+    /// The time from the end of recording until the device has finished.
     pub wait: f64,
 }
 
-/// The cost of drawing a frame, without readback.
+/// The cost of drawing a frame without reading it back.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FrameCost {
-    /// Device time per run of each pass.
+    /// The device time of each pass, per run.
     pub passes: Vec<PassTime>,
-    /// CPU time, including all repetitions of the passes.
+    /// The CPU time, which includes all repetitions of the passes.
     pub cpu: CpuTime,
-    /// Upper bound on the triangles of one sample, over all views.
+    /// An upper bound on the triangles of one sample, over all views.
     pub triangles: u64,
-    /// Patches drawn for the camera.
+    /// The number of patches drawn for the camera.
     pub patches: u32,
 }
 
@@ -61,7 +61,6 @@ pub(super) fn add_times(times: &mut Vec<PassTime>, more: Vec<PassTime>) {
 pub(super) struct PassTimer {
     gpu: Arc<Gpu>,
     timestamps: Timestamps,
-    /// Number of times that each repeatable pass is recorded.
     repeats: u32,
 }
 
@@ -71,13 +70,14 @@ impl PassTimer {
         Ok(Self { gpu: gpu.clone(), timestamps: Timestamps::new(gpu, MAX_PASSES + 1)?, repeats: 1 })
     }
 
-    /// Returns the same timer with each pass run `repeats` times, at least once, for passes too short for the device's clock.
+    /// Returns the same timer, but with `repeats` runs of each pass (at least one), so that the device's clock can measure short
+    /// passes.
     pub fn repeating(&self, repeats: u32) -> Self {
         Self { repeats: repeats.max(1), ..self.clone() }
     }
 
-    /// Submits the passes of `record`, waits, and returns the device time per run of each pass. Times of passes with the same name
-    /// are added. CPU time is added to `cpu`.
+    /// Submits the passes of `record`, waits for them, and returns the device time per run of each pass. The times of passes with
+    /// the same name are added. The CPU time is added to `cpu`.
     pub fn submit(&self, cpu: &mut CpuTime, record: impl FnOnce(&mut Passes<'_>)) -> Result<Vec<PassTime>> {
         let start = Instant::now();
         let mut recorded = 0.0;
@@ -99,13 +99,11 @@ impl PassTimer {
     }
 }
 
-/// A recorder of passes.
 pub(super) struct Passes<'a> {
     cmd: &'a mut Commands,
     timestamps: &'a Timestamps,
-    /// Number of times that each repeatable pass is recorded.
     repeats: u32,
-    /// Number of times that each pass was recorded.
+    /// The number of times that each pass was recorded.
     counts: Vec<u32>,
 }
 
@@ -124,7 +122,7 @@ impl<'a> Passes<'a> {
         passes.counts
     }
 
-    /// Runs an idempotent pass. The pass's own barriers must order its repetitions.
+    /// Runs a pass that gives the same result if it is repeated. The pass's own barriers must order its repetitions.
     pub fn run(&mut self, name: &str, record: impl Fn(&mut Commands)) {
         let repeats = self.repeats;
         self.cmd.label_times(name, repeats, record);

@@ -1,7 +1,7 @@
-//! The atmosphere: scattering, absorption, and their integrals along rays. [`super::sky`] builds the sky from these integrals.
-//! `shaders-glsl/passes/light/sky.glsl` and `sky_tables.comp` compute the same in 32 bits.
+//! The atmosphere, with its scattering and absorption, and their integrals along rays. [`super::sky`] builds the sky from these
+//! integrals. `shaders-glsl/passes/light/sky.glsl` and `sky_tables.comp` compute the same integrals in 32 bits.
 //!
-//! Altitudes and lengths are in km. `mu` is a zenith cosine, and `nu` the cosine of the angle to the sun.
+//! Altitudes and lengths are in km. `mu` is the cosine of an angle from the zenith, and `nu` is the cosine of the angle to the sun.
 
 use std::f64::consts::PI;
 
@@ -12,11 +12,11 @@ use super::constants::{
     OZONE_HALF_WIDTH, SPHERE_STEPS, SUN_RADIUS, SUN_STEPS, VIEW_STEPS,
 };
 
-/// Vertical optical thickness of air at 550 nm, which is the unit of turbidity.
+/// The vertical optical thickness of air at 550 nm, which is the unit of turbidity.
 pub(super) const AIR_THICKNESS: f64 = AIR.y * AIR_HEIGHT;
 
-/// Returns the altitude in km after `t` km along a ray from altitude `h` with zenith cosine `mu`, without the difference of two
-/// radii, which has an error of half a metre in 32 bits.
+/// Returns the altitude in km after `t` km along a ray from altitude `h` with zenith cosine `mu`. The formula avoids the difference
+/// of two radii, which would have an error of half a metre in 32 bits.
 fn altitude_along(h: f64, mu: f64, t: f64) -> f64 {
     let r = EARTH + h;
     let excess = h * (2.0 * EARTH + h) + t * t + 2.0 * r * t * mu;
@@ -32,7 +32,7 @@ pub(super) fn distance_to_top(h: f64, mu: f64) -> f64 {
     if b > 0.0 { gap / (root + b) } else { root - b }
 }
 
-/// Returns the distance in km from altitude `h` to the ground, negative if the ray misses the ground.
+/// Returns the distance in km from altitude `h` to the ground, or a negative number if the ray misses the ground.
 fn distance_to_ground(h: f64, mu: f64) -> f64 {
     let r = EARTH + h;
     let gap = h * (2.0 * EARTH + h);
@@ -40,7 +40,7 @@ fn distance_to_ground(h: f64, mu: f64) -> f64 {
     if mu >= 0.0 || discriminant < 0.0 { -1.0 } else { gap / (discriminant.sqrt() - r * mu) }
 }
 
-/// Returns the densities of air, aerosol and ozone at an altitude, relative to the reference altitude of their coefficients.
+/// Returns the densities of air, aerosol and ozone at an altitude, relative to the altitudes at which the coefficients are given.
 fn densities(h: f64) -> DVec3 {
     let h = h.max(0.0);
     let ozone = (1.0 - (h - OZONE_CENTRE).abs() / OZONE_HALF_WIDTH).max(0.0);
@@ -55,13 +55,13 @@ fn scattering_of_haze(density: DVec3, haze: f64) -> DVec3 {
     HAZE * (HAZE_ALBEDO * haze * density.y)
 }
 
-/// Returns `(1 − exp(−x)) / x`, accurately near 0.
+/// Returns `(1 − exp(−x)) / x`. The result is accurate near 0.
 fn share_within(x: DVec3) -> DVec3 {
     x.map(|x| if x < 1e-2 { 1.0 - x * (0.5 - x / 6.0) } else { (1.0 - (-x).exp()) / x })
 }
 
-/// Returns the transmittance of sunlight to altitude `h` at zenith cosine `mu`. It is the attenuation by the air times the visible
-/// fraction of the setting disk.
+/// Returns the transmittance of sunlight to altitude `h` at zenith cosine `mu`. The transmittance is the attenuation by the air,
+/// times the visible fraction of the sun's disk at sunset.
 pub(super) fn sun_transmittance(h: f64, mu: f64, haze: f64) -> DVec3 {
     let ratio = EARTH / (EARTH + h);
     let horizon = -(1.0 - ratio * ratio).max(0.0).sqrt();
@@ -69,7 +69,7 @@ pub(super) fn sun_transmittance(h: f64, mu: f64, haze: f64) -> DVec3 {
     if risen == 0.0 {
         return DVec3::ZERO;
     }
-    // With t = length·s³, steps are short at low altitude, in the aerosol.
+    // With t = length·s³, the steps are short at low altitude, where the aerosol is.
     let length = distance_to_top(h, mu);
     let mut depth = DVec3::ZERO;
     for i in 0..SUN_STEPS {
@@ -80,19 +80,19 @@ pub(super) fn sun_transmittance(h: f64, mu: f64, haze: f64) -> DVec3 {
     risen * risen * (3.0 - 2.0 * risen) * (-extinction(depth, haze)).exp()
 }
 
-/// Scattering integrals along a ray, per unit of sunlight and without phase functions.
+/// The scattering integrals along a ray, per unit of sunlight and without phase functions.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Scattered {
     pub(super) air: DVec3,
     pub(super) haze: DVec3,
-    /// For view rays, the light that is scattered more than once. For multiple scattering, the scattered fraction of isotropic
-    /// light.
+    /// Along a view ray, this is the light that is scattered more than once. For multiple scattering, this is the scattered
+    /// fraction of isotropic light.
     pub(super) multiple: DVec3,
     pub(super) transmittance: DVec3,
 }
 
-/// Marches from altitude `h` over `length` km. `mu` and `mu_sun` are the zenith cosines of the ray and the sun, and `nu` is the
-/// cosine between them.
+/// Marches along a ray from altitude `h` over `length` km. `mu` and `mu_sun` are the zenith cosines of the ray and the sun, and
+/// `nu` is the cosine of the angle between the ray and the sun.
 pub(super) fn march(
     h: f64,
     mu: f64,
@@ -105,7 +105,7 @@ pub(super) fn march(
     let mut sum = Scattered { transmittance: DVec3::ONE, ..Scattered::default() };
     let r = EARTH + h;
     for i in 0..VIEW_STEPS {
-        // Steps end at t = length·s², s = i/n, and use the density at their midpoint.
+        // Steps end at t = length·s² with s = i/n. Each step uses the density at its midpoint.
         let (s0, s1) = (i as f64 / VIEW_STEPS as f64, (i as f64 + 1.0) / VIEW_STEPS as f64);
         let (t0, t1) = (length * s0 * s0, length * s1 * s1);
         let (t, dt) = (0.5 * (t0 + t1), t1 - t0);
@@ -113,7 +113,7 @@ pub(super) fn march(
         let density = densities(height);
         let sigma = extinction(density, haze);
         let step = (-sigma * dt).exp();
-        // The integral is exact for a constant density, so a step never scatters more light than enters it.
+        // The integral is exact for a constant density. A step therefore never scatters more light than enters it.
         let weight = sum.transmittance * share_within(sigma * dt) * dt;
         let sun = sun_transmittance(height, (r * mu_sun + t * nu) / (EARTH + height), haze);
         let air = AIR * density.x;
@@ -139,8 +139,8 @@ pub(super) fn phase_of_haze(nu: f64) -> f64 {
     3.0 / (8.0 * PI) * (1.0 - g2) * (1.0 + nu * nu) / ((2.0 + g2) * base * base.sqrt())
 }
 
-/// Returns the isotropic radiance of all orders above the first at an altitude: the second order divided by one minus the fraction
-/// of light that each further order keeps (Hillaire 2020, eq. 5–10).
+/// Returns the isotropic radiance of all scattering orders above the first, at an altitude. The result is the second order, divided
+/// by one minus the fraction of light that each further order keeps (Hillaire 2020, eq. 5–10).
 pub(super) fn multiple_at(h: f64, mu_sun: f64, haze: f64, albedo: DVec3) -> DVec3 {
     let mut second = DVec3::ZERO;
     let mut kept = DVec3::ZERO;
@@ -174,7 +174,8 @@ mod tests {
 
     #[test]
     fn optical_depths_match_closed_forms_and_fine_integration() {
-        // The vertical depth is the scale height of an exponential atmosphere, and half the width of the ozone triangle.
+        // The vertical depth is the scale height of an exponential atmosphere. The depth of ozone is half the width of its
+        // triangular profile.
         let depth = |n: usize, h: f64, mu: f64| {
             let length = distance_to_top(h, mu);
             (0..n).fold(DVec3::ZERO, |sum, i| {

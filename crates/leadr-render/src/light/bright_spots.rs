@@ -1,49 +1,49 @@
-//! The bright spots of a panorama, and the maxima of their density.
+//! The bright spots of a panorama, and the maxima of the density of these spots.
 
 use glam::DVec3;
 
 use super::texels::{Texels, texel_luminance};
 use leadr_maps::RgbImage;
 
-/// Maximum number of blocks around the horizon. Each bright spot is one block of texels.
+/// The maximum number of texel blocks around the horizon. Each bright spot is one block.
 const BLOCKS: usize = 1024;
-/// Number of bands of the sphere, divided into cells from which the search for maxima starts.
+/// The number of bands into which the sphere is divided. Each band is divided into cells, where the search for maxima starts.
 const BANDS: usize = 60;
-/// Maximum number of density maxima.
 const MOST_MAXIMA: usize = 48;
-/// Maximum number of mean-shift steps towards a maximum. The steps shrink geometrically.
+/// The maximum number of mean-shift steps towards a maximum. The steps shrink geometrically.
 const STEPS: usize = 200;
 
-/// Rises smoothly from 0 for x ≤ 0 to 1 for x ≥ 1.
+/// Rises smoothly from 0 at x ≤ 0 to 1 at x ≥ 1.
 pub fn smooth(x: f64) -> f64 {
     let x = x.clamp(0.0, 1.0);
     x * x * (3.0 - 2.0 * x)
 }
 
-/// Falls smoothly from 1 for x ≤ `from` to 0 for x ≥ `to`.
+/// Falls smoothly from 1 at x ≤ `from` to 0 at x ≥ `to`.
 pub fn falloff(x: f64, [from, to]: [f64; 2]) -> f64 {
     1.0 - smooth((x - from) / (to - from))
 }
 
-/// Angles from a maximum in degrees: fully inside up to the first angle, and outside from the second.
+/// Angles from a maximum in degrees. A direction is fully inside the maximum up to the first angle, and outside from the second
+/// angle.
 const INSIDE: [f64; 2] = [7.0, 12.0];
-/// Angles from a maximum in degrees. Light outside a maximum counts as background up to the first angle, and not at all from the
-/// second.
+/// Angles from a maximum in degrees. Light outside the maximum counts fully as background up to the first angle, and not at all
+/// from the second angle.
 const AROUND: [f64; 2] = [18.0, 25.0];
-/// Standard deviation of the density kernel in degrees. Two spots closer than twice this angle share a maximum and are fully inside
-/// it. Spots further apart lie outside each other's maximum.
+/// The standard deviation of the density kernel in degrees. Two spots closer than twice this angle share a maximum, and are fully
+/// inside it. Spots further apart lie outside each other's maximum.
 const DEVIATION: f64 = 5.0;
-/// Radius in radians of the area inside a maximum.
+/// The radius in radians of the area that is inside a maximum.
 pub const REACH: f64 = INSIDE[1].to_radians();
-/// Radius in radians of the background around a maximum.
+/// The radius in radians of the background around a maximum.
 pub const FAR: f64 = AROUND[1].to_radians();
 
-/// Returns an angle in degrees, accurate for small angles.
+/// Returns the angle between two unit vectors in degrees. The result is accurate for small angles.
 fn angle(a: DVec3, b: DVec3) -> f64 {
     2.0 * (0.5 * a.distance(b)).min(1.0).asin().to_degrees()
 }
 
-/// Returns the degree, from 0 to 1, to which a direction is inside a maximum.
+/// Returns how far a direction is inside a maximum, from 0 (outside) to 1 (fully inside).
 pub fn inside(middle: DVec3, direction: DVec3) -> f64 {
     falloff(angle(middle, direction), INSIDE)
 }
@@ -63,7 +63,7 @@ fn density(middle: DVec3, direction: DVec3) -> f64 {
 pub struct Spot {
     /// The unit direction of the spot.
     pub direction: DVec3,
-    /// Luminance above the threshold, times the solid angle.
+    /// The luminance above the threshold, times the solid angle.
     pub flux: f64,
 }
 
@@ -71,13 +71,12 @@ pub struct Spot {
 pub struct Spots {
     /// The spots, in image order.
     pub spots: Vec<Spot>,
-    /// The cell of each spot.
     cells: Vec<usize>,
     cell_count: usize,
 }
 
 impl Spots {
-    /// Finds the spots above the threshold.
+    /// Finds the spots whose luminance is above the threshold.
     pub fn above(image: &RgbImage, sphere: &Texels, threshold: f64) -> Self {
         let (width, height) = (image.width as usize, image.height as usize);
         let block = width.div_ceil(BLOCKS).max(1);
@@ -111,8 +110,8 @@ impl Spots {
         Self { spots, cells, cell_count: numbers.len() }
     }
 
-    /// Returns the maxima of the spots' density, found one after another without the spots of earlier maxima. The search stops at a
-    /// maximum with less than `least` flux around it.
+    /// Returns the maxima of the spots' density. After each maximum is found, its spots are removed before the next search. The
+    /// search stops at a maximum with less than `least` flux around it.
     pub fn maxima(&self, least: f64) -> Vec<DVec3> {
         let mut flux: Vec<f64> = self.spots.iter().map(|spot| spot.flux).collect();
         let mut maxima = Vec::new();
@@ -142,7 +141,7 @@ impl Spots {
         maxima
     }
 
-    /// Returns the density maximum that mean shift reaches from a direction.
+    /// Returns the density maximum that the mean shift reaches from a start direction.
     fn climb(&self, from: DVec3, flux: &[f64]) -> DVec3 {
         let mut at = from;
         for _ in 0..STEPS {
@@ -158,7 +157,7 @@ impl Spots {
     }
 }
 
-/// Returns the index of a direction's cell. Cells have about equal areas.
+/// Returns the index of the cell that contains a direction. Cells have about equal areas.
 fn cell_of(direction: DVec3) -> usize {
     let from_top = direction.truncate().length().atan2(direction.z) / std::f64::consts::PI;
     let band = ((from_top * BANDS as f64) as usize).min(BANDS - 1);

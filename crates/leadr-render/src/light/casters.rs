@@ -1,26 +1,26 @@
-//! The shadow casters as columns of solid matter, for occlusion. The columns are coarse, omit bumps, and are recomputed for every
-//! frame.
+//! The shadow casters as columns of solid matter, which occlude the environment. The columns are coarse, contain no bumps, and are
+//! recomputed for every frame.
 
 use glam::{Vec2, Vec3};
 
-/// Columns along the longer side of the casters.
+/// The number of columns along the longer side of the casters.
 const COLUMNS: f32 = 64.0;
-/// Maximum number of spans of matter in a column. Further spans are merged into the lowest span.
+/// The maximum number of spans of matter in a column. Further spans are merged into the lowest span.
 const MOST_SPANS: usize = 4;
 
 /// The bottom and top of a span of matter.
 pub type Span = [f32; 2];
 
-/// Vertical columns over the world's xy plane. Each column stores the matter along its axis.
+/// Vertical columns over the world's xy plane. Each column stores where its axis is inside matter.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Columns {
-    /// Corner of the first column.
+    /// The corner of the first column.
     pub origin: Vec2,
-    /// Width of a column in metres.
+    /// The width of a column in metres.
     pub cell: f32,
-    /// Columns along x and y.
+    /// The numbers of columns along x and y.
     pub size: [usize; 2],
-    /// Bottom and top of all matter.
+    /// The lowest bottom and the highest top of all matter.
     pub height: Span,
     spans: Vec<[Span; MOST_SPANS]>,
 }
@@ -29,8 +29,8 @@ pub struct Columns {
 const EMPTY: Span = [f32::INFINITY, f32::NEG_INFINITY];
 
 impl Columns {
-    /// Returns columns through the solids that these triangles bound, counter-clockwise seen from outside. Open surfaces are as
-    /// thick as a column is wide. Returns `None` without triangles.
+    /// Returns columns through the solids that these triangles enclose. The triangles run counter-clockwise seen from outside. An
+    /// open surface becomes as thick as a column is wide. Returns `None` without triangles.
     pub fn of(triangles: impl Iterator<Item = [Vec3; 3]> + Clone) -> Option<Self> {
         let (low, high) = triangles
             .clone()
@@ -52,9 +52,9 @@ impl Columns {
         Some(columns)
     }
 
-    /// Adds the intersections of a triangle with the column axes, and whether the triangle faces up.
+    /// Adds the points where a triangle intersects the column axes. Each point also stores whether the triangle faces up.
     fn cross(&self, triangle: [Vec3; 3], crossings: &mut [Vec<(f32, bool)>]) {
-        // Positions are in columns, relative to the first column's axis.
+        // Positions are measured in columns, relative to the axis of the first column.
         let [a, b, c] = triangle.map(|p| ((p.truncate() - self.origin) / self.cell - 0.5).extend(p.z));
         let twice = (b - a).truncate().perp_dot((c - a).truncate());
         if twice == 0.0 {
@@ -79,7 +79,7 @@ impl Columns {
         }
     }
 
-    /// Returns the spans of matter at a position, from the top, none outside the columns.
+    /// Returns the spans of matter at a position, from the top down. There are none outside the columns.
     pub fn spans_at(&self, position: Vec2) -> impl Iterator<Item = Span> + use<'_> {
         let at = ((position - self.origin) / self.cell).floor();
         let inside = at.cmpge(Vec2::ZERO).all() && at.x < self.size[0] as f32 && at.y < self.size[1] as f32;
@@ -93,7 +93,7 @@ impl Columns {
     }
 }
 
-/// Returns the spans of matter between the intersections of a column.
+/// Returns the spans of matter that lie between the intersections of a column.
 fn spans(mut crossings: Vec<(f32, bool)>, thin: f32) -> [Span; MOST_SPANS] {
     crossings.sort_by(|a, b| b.0.total_cmp(&a.0));
     let (mut spans, mut count, mut inside) = ([EMPTY; MOST_SPANS], 0usize, false);
@@ -104,7 +104,7 @@ fn spans(mut crossings: Vec<(f32, bool)>, thin: f32) -> [Span; MOST_SPANS] {
                     count += 1;
                     spans[count - 1][1] = z;
                 }
-                // The span is open below, until a lower intersection closes it.
+                // The end of the span is provisional, until a lower intersection sets it.
                 spans[count - 1][0] = z - thin;
                 inside = true;
             }
@@ -114,7 +114,7 @@ fn spans(mut crossings: Vec<(f32, bool)>, thin: f32) -> [Span; MOST_SPANS] {
                 spans[count - 1][0] = z;
                 inside = false;
             }
-            // Several solids end here, or a solid has no top.
+            // Either several solids end here, or a solid has no top.
             (false, false) if count > 0 => spans[count - 1][0] = z,
             (false, false) => {
                 (count, spans[0]) = (1, [z, z + thin]);

@@ -1,7 +1,7 @@
-//! The pass that blurs the environment into a second cube map, for a few lookups per pixel. The levels of the cube have a smooth,
-//! round kernel ([`kernel`](leadr_reflectance::visible::kernel)). Each level is made from the previous one by 19 lookups per texel.
-//! The lookups of the first level would leave gaps in an unsmoothed environment, so a pass with a denser lattice precedes it at the
-//! same size.
+//! The pass that blurs the environment into a second cube map, so that a pixel needs few lookups. The levels of this cube map have
+//! a smooth, round kernel ([`kernel`](leadr_reflectance::visible::kernel)). Each level is made from the previous level with 19
+//! lookups per texel. On an unsmoothed environment, the lookups for the first level would leave gaps. A pass with a denser lattice
+//! therefore smooths the environment first.
 //!
 //! Texels are half floats if these can represent the environment, because hardware filters 32-bit floats four times as slowly.
 
@@ -15,7 +15,7 @@ use leadr_gpu::{
 use leadr_reflectance::visible::kernel::{kernel_levels, kernel_variance, lookup_variance};
 
 shared_struct! {
-    /// A lattice of lookups.
+    /// A lattice of lookups around a texel.
     struct Push for "Push" {
         weights: [f32; 4],
         tangents: [f32; 3],
@@ -25,20 +25,20 @@ shared_struct! {
     }
 }
 
-/// Squared distance of the six lookups of each star from the centre, in lattice spacings.
+/// The squared distances of the three rings of six lookups from the centre, in lattice spacings.
 const STARS: [f64; 3] = [1.0, 3.0, 4.0];
-/// Standard deviation of the lookup weights, in lattice spacings.
+/// The standard deviation of the lookup weights, in lattice spacings.
 const DEVIATION: f64 = 1.1;
-/// Variance added by the lattice before the first level, in squared texels of the finest level. With less variance, the power of a
-/// bright pixel would depend on its position, because samples are as far apart as the first level's texels.
+/// The variance that the smoothing before the first level adds, in squared texels of the finest level. With less variance, the
+/// power of a bright pixel would depend on its position, because the lookups are as far apart as the texels of the first level.
 const SMOOTHING: f64 = 0.65;
 
-/// Peak radiances that are stored as half floats, with a precision of 1/2000, or of 3e-8 below 6e-5.
+/// The range of peak radiances that are stored as half floats. Half floats have a precision of 1/2000, or of 3e-8 below 6e-5.
 const OF_HALVES: std::ops::Range<f32> = 1e-3..6e4;
 
-/// One dispatch, with the indices of its source and target in [`CubeLobes::views`].
+/// One dispatch, whose source and target are indices into [`CubeLobes::views`].
 struct Step {
-    /// The source. `None` reads the environment.
+    /// The source, or `None` to read the environment.
     source: Option<usize>,
     target: usize,
     push: Push,
@@ -50,7 +50,7 @@ pub struct CubeLobes {
     pub cube: Image,
     /// The source of the first level, or `None` for a smooth environment.
     smoothed: Option<Image>,
-    /// Views of every level and of the smoothed source: an array of faces to write, and a cube to sample.
+    /// The views of every level and of the smoothed source. Each entry is an array of faces to write, and a cube to sample.
     views: Vec<[ImageView; 2]>,
     steps: Vec<Step>,
     pipeline: ComputePipeline,
@@ -59,7 +59,7 @@ pub struct CubeLobes {
 
 impl CubeLobes {
     /// Creates the pass for environments with faces of `environment_size` texels. Faces of the blurred cube have `size` texels, at
-    /// most `environment_size`. `smooth` is whether the environment lacks detail as small as two texels of the cube, and
+    /// most `environment_size`. `smooth` is whether the environment has no detail as small as two texels of the blurred cube, and
     /// `brightest` is its peak radiance. The cube is undefined until the pass is recorded.
     pub fn new(gpu: &Arc<Gpu>, environment_size: u32, size: u32, smooth: bool, brightest: f32) -> Result<Self> {
         let levels = kernel_levels(size);
@@ -90,12 +90,12 @@ impl CubeLobes {
         })
     }
 
-    /// Fills the cube from `environment`, a cube with box-filtered mips in [`Use::Sampled`].
+    /// Fills the cube from `environment`, which is a cube with box-filtered mips in [`Use::Sampled`].
     pub fn record(&self, cmd: &mut Commands, environment: &Image) {
         let between = |cmd: &mut Commands, image: &Image, mip: u32, from: Use, to: Use| {
             cmd.mip_barrier(image, mip..mip + 1, 0..6, from, to);
         };
-        // The use is tracked for the whole image. Each level returns to that use below.
+        // The use is tracked for the whole image. The loop below returns each level to this use.
         for image in [Some(&self.cube), self.smoothed.as_ref()].into_iter().flatten() {
             cmd.image_barrier(image, Use::Undefined, Use::Sampled);
         }
@@ -128,7 +128,7 @@ fn steps(mip: u32, size: u32, smooth: bool) -> Vec<Step> {
     for target in 1..levels {
         let texel = |level: usize| 2.0 / f64::from(size >> level);
         let wanted = kernel_variance(target as u32, size);
-        // Variance in squared texels, for bilinear lookups and for box-filtered mips.
+        // These are the variances of bilinear lookups and of box-filtered mips, in squared texels.
         let (bilinear, of_box) = (1.0 / 6.0, 0.25);
         let push = if target > 1 {
             let seen = lookup_variance(target as f64 - 1.0, f64::from(size));
@@ -153,12 +153,12 @@ fn steps(mip: u32, size: u32, smooth: bool) -> Vec<Step> {
     steps
 }
 
-/// Returns a lattice that adds `variance`. `shrinks` is the component of the lookups' variance that scales with the texels of the
+/// Returns a lattice that adds `variance`. `shrinks` is the part of the lookups' variance that scales with the texel size of the
 /// source.
 fn lattice(variance: f64, shrinks: f64) -> Push {
     let weights = STARS.map(|square| (-0.5 * square / (DEVIATION * DEVIATION)).exp());
     let sum = 1.0 + 6.0 * weights.iter().sum::<f64>();
-    // The mean cosine of the lookups equals the mean cosine of a kernel with this variance.
+    // The lookups and a kernel with this variance have equal mean cosines.
     let cosine = |spacing: f64| {
         let rings: f64 =
             weights.iter().zip(STARS).map(|(weight, square)| weight * (spacing * square.sqrt()).cos()).sum();
@@ -182,7 +182,7 @@ fn lattice(variance: f64, shrinks: f64) -> Push {
 mod tests {
     use super::*;
 
-    /// A lattice that is coarser than the blur of its source would be visible.
+    /// Tests that no lattice is coarser than the blur of its source, which would be visible.
     #[test]
     fn lookup_spacing_is_within_lookup_width() {
         for size in [16, 256] {

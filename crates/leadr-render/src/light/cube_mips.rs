@@ -1,4 +1,4 @@
-//! The cube mip pass, which computes all levels of a float cube map from the finest, weighted by solid angle.
+//! The cube mip pass, which computes all levels of a float cube map from the finest level, weighted by solid angle.
 
 use std::sync::Arc;
 
@@ -6,8 +6,8 @@ use leadr_gpu::{Commands, ComputePipeline, Descriptor, Gpu, ImageView, Result, S
 
 /// The cube mip pass.
 pub struct CubeMips {
-    /// Pipelines for large and for small texels. In a single shader, software rasterisers would compute both variants of the solid
-    /// angle.
+    /// The pipelines for large and for small texels. In a single shader, software rasterisers would compute both variants of the
+    /// solid angle.
     pipelines: [ComputePipeline; 2],
 }
 
@@ -19,8 +19,8 @@ impl CubeMips {
         Ok(Self { pipelines: [pipeline(false)?, pipeline(true)?] })
     }
 
-    /// Fills `levels[1..]` from `levels[0]`, written by a preceding compute pass. The levels are array views of the single mips of
-    /// an RGBA32F cube with a power-of-two size, in [`Use::ComputeReadWrite`].
+    /// Fills `levels[1..]` from `levels[0]`, which an earlier compute pass wrote. The levels are array views of the single mips of
+    /// an RGBA32F cube in [`Use::ComputeReadWrite`]. The size of the cube is a power of two.
     pub fn record(&self, cmd: &mut Commands, levels: &[ImageView]) {
         for pair in levels.windows(2) {
             let [width, height] = pair[1].extent();

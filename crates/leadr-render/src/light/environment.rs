@@ -1,9 +1,9 @@
-//! The environment, a cube map of radiance with all mips, made from an equirectangular image or the analytic sky.
+//! The environment, a cube map of radiance with all mips that is made from an equirectangular image or from the analytic sky.
 //!
 //! The texels are RGBA32F with alpha 1, so means and irradiance are exact up to rounding. Measured environments contain suns
-//! brighter than 65504, which half floats would clamp or make infinite. Most pixels sample the [`CubeLobes`] instead.
+//! brighter than 65504, which half floats would clamp or make infinite. Most pixels sample the [`CubeLobes`] instead of this cube.
 //!
-//! Directions are world directions (z up), used directly with a cube sampler. Faces are in Vulkan's order.
+//! Directions are world directions with z up, and are used directly with a cube sampler. Faces are in Vulkan's order.
 
 use std::sync::Arc;
 
@@ -19,38 +19,39 @@ use leadr_gpu::vk::Format;
 use leadr_gpu::{Commands, Gpu, GpuError, Image, ImageDesc, ImageView, Result, Use};
 use leadr_maps::RgbImage;
 
-/// Largest face size in texels of the analytic sky's [`CubeLobes`], which are remade whenever the sun moves. The finest detail is
-/// the horizon ([`HORIZON`](super::constants::HORIZON)), with a width of 1.3 texels.
+/// The largest face size, in texels, of the [`CubeLobes`] for the analytic sky, which are made again whenever the sun moves. The
+/// finest detail is the horizon ([`HORIZON`](super::constants::HORIZON)), which is 1.3 texels wide.
 const SKY_LOBES: u32 = 128;
 
-/// Upper bound on the radiance of the analytic sky at intensity 1 (measured: 4.3). Half floats leave room for later intensities in
-/// the hundreds.
+/// An upper bound on the radiance of the analytic sky at intensity 1 (measured: 4.3). Half floats leave room for intensities in the
+/// hundreds.
 const BRIGHTEST_SKY: f32 = 100.0;
 
-/// A cube map of radiance with all mips, always in `Use::Sampled` between recordings.
+/// A cube map of radiance with all mips. Between recordings, it is always in `Use::Sampled`.
 pub struct Environment {
     cube: Image,
     levels: Vec<ImageView>,
     mips: CubeMips,
     lobes: CubeLobes,
     rest: IrradianceRest,
-    /// The pass that fills the cube, or `None` for an image.
+    /// The pass that draws the sky into the cube, or `None` for an image.
     sky: Option<SkyPass>,
     /// The sky that the cube currently contains.
     shown: Option<Sky>,
     lights: Vec<EnvironmentLight>,
-    /// The cube including its extracted lights, if any, with a single level, for the background.
+    /// The cube including the extracted lights, for the background, with a single level, or `None` without extracted lights.
     background: Option<Image>,
 }
 
 impl Environment {
-    /// Default face size in texels, with 0.35° per texel, as in a 1024-texel panorama.
+    /// The default face size in texels. A texel covers 0.35°, as in a panorama with a width of 1024 texels.
     pub const FACE_SIZE: u32 = 256;
 
     /// Creates an environment of the analytic sky, and fills its cube.
     ///
     /// # Errors
-    /// [`GpuError::Usage`] unless `face_size` is a power of two; [`GpuError::Allocation`]; a failed submission.
+    /// Returns [`GpuError::Usage`] unless `face_size` is a power of two. Also returns [`GpuError::Allocation`], or the error of a
+    /// failed submission.
     pub fn from_sky(gpu: &Arc<Gpu>, face_size: u32, sky: &Sky) -> Result<Self> {
         let lobes = CubeLobes::new(gpu, face_size, face_size.min(SKY_LOBES), true, BRIGHTEST_SKY * sky.intensity)?;
         let mut environment = Self::new(gpu, face_size, lobes, Some(SkyPass::new(gpu)?))?;
@@ -58,7 +59,7 @@ impl Environment {
         Ok(environment)
     }
 
-    /// Creates an environment from an equirectangular panorama, with +z in the top row, +x in the centre, and columns clockwise
+    /// Creates an environment from an equirectangular panorama. The top row is +z, the centre is +x, and columns run clockwise seen
     /// from above. Texels must be finite, as the loaders of `maps` guarantee. Up to four small, bright regions become directional
     /// [`lights`](Self::lights) that cast shadows. The cube contains the remaining light.
     pub fn from_equirect(gpu: &Arc<Gpu>, face_size: u32, image: &RgbImage) -> Result<Self> {
@@ -100,7 +101,7 @@ impl Environment {
     }
 
     fn new(gpu: &Arc<Gpu>, face_size: u32, lobes: CubeLobes, sky: Option<SkyPass>) -> Result<Self> {
-        // A sky is smooth, so it needs fewer texels, and may change every frame.
+        // The cube of a sky may change every frame, but needs fewer texels because a sky is smooth.
         let rest_size = if sky.is_some() { 8 } else { 16 };
         if !face_size.is_power_of_two() {
             let fault = format!("a face size of {face_size} texels is not a power of two: choose one that is");
@@ -113,9 +114,9 @@ impl Environment {
         Ok(Self { cube, levels, mips, lobes, rest, sky, shown: None, lights: Vec::new(), background: None })
     }
 
-    /// Records the sky pass and the mips if `sky` differs from the cube's content. Call it every frame. Returns whether it recorded
-    /// anything. The cube then counts as up to date, so the commands must be submitted. This has no effect on an environment made
-    /// from an image.
+    /// Records the sky pass and the mips if `sky` differs from the content of the cube, and returns whether it did. Call it every
+    /// frame. The cube then counts as up to date, so the commands must be submitted. An environment made from an image stays
+    /// unchanged.
     #[doc(hidden)]
     pub fn update_sky(&mut self, cmd: &mut Commands, sky: &Sky) -> bool {
         let moved = self.begin_sky(cmd, sky);
@@ -125,7 +126,7 @@ impl Environment {
         moved
     }
 
-    /// Records the first half of [`update_sky`](Self::update_sky), the finest level. If it returns true, record
+    /// Records the first half of [`update_sky`](Self::update_sky), which is the finest level. If it returns true, record
     /// [`make_mips`](Self::make_mips) before reading the cube.
     #[doc(hidden)]
     pub fn begin_sky(&mut self, cmd: &mut Commands, sky: &Sky) -> bool {
@@ -135,14 +136,14 @@ impl Environment {
         true
     }
 
-    /// Marks the cube as outdated, in case recorded commands were not executed. The next [`update_sky`](Self::update_sky) redraws
-    /// the sky.
+    /// Marks the cube as outdated, in case recorded commands were not executed. The next [`update_sky`](Self::update_sky) then
+    /// draws the sky again.
     pub(crate) fn invalidate_sky(&mut self) {
         self.shown = None;
     }
 
-    /// Records the second half of `update_sky`, which derives mips, blurred levels and irradiance beyond order 2 from the finest
-    /// level.
+    /// Records the second half of `update_sky`, which derives the mips, the blurred levels, and the irradiance beyond order 2 from
+    /// the finest level.
     #[doc(hidden)]
     pub fn make_mips(&self, cmd: &mut Commands) {
         self.mips.record(cmd, &self.levels);
@@ -151,20 +152,20 @@ impl Environment {
         self.rest.record(cmd, &self.levels);
     }
 
-    /// Calls `record` with the finest level, which it overwrites.
+    /// Prepares the finest level for writing, and calls `record` to overwrite it.
     fn begin(&self, cmd: &mut Commands, record: impl FnOnce(&mut Commands, &ImageView)) {
-        // Discards the old content, but waits for its readers.
+        // This barrier discards the old content, but waits for its readers.
         cmd.image_barrier(&self.cube, Use::Undefined, Use::ComputeReadWrite);
         record(cmd, &self.levels[0]);
     }
 
-    /// Returns the directional lights extracted from the image, and missing in the cube. There are none for the analytic sky, whose
-    /// sun is never in the cube.
+    /// Returns the directional lights extracted from the image, which the cube does not contain. There are none for the analytic
+    /// sky, whose sun is never in the cube.
     pub fn lights(&self) -> &[EnvironmentLight] {
         &self.lights
     }
 
-    /// Returns the cube map for the background, including the extracted lights. Only its finest level may be read.
+    /// Returns the cube map for the background, which includes the extracted lights. Only its finest level may be read.
     #[doc(hidden)]
     pub fn background(&self) -> &ImageView {
         self.background.as_ref().unwrap_or(&self.cube).whole()
@@ -176,14 +177,14 @@ impl Environment {
         self.cube.whole()
     }
 
-    /// Returns a cube map of the environment, blurred for a small number of lookups
+    /// Returns the blurred cube map of the environment, from which a few lookups are enough
     /// ([`kernel`](leadr_reflectance::visible::kernel)).
     #[doc(hidden)]
     pub fn lobes(&self) -> &Image {
         &self.lobes.cube
     }
 
-    /// Returns a cube map of the irradiance beyond order 2, to add to the order-2 irradiance at the same normal.
+    /// Returns the cube map of the irradiance beyond order 2. Add it to the order-2 irradiance for the same normal.
     #[doc(hidden)]
     pub fn irradiance_rest(&self) -> &Image {
         &self.rest.cube

@@ -1,11 +1,11 @@
 //! The equirect pass, which resamples an equirectangular image to the faces of a cube map.
 //!
-//! By convention z is up in the world, row 0 is at +z, the centre is +x, and columns run clockwise seen from above (to the right of
-//! a viewer): `u = ½ − atan2(y, x)/2π`, `v = θ/π`.
+//! By convention, z is up in the world, row 0 is at +z, and the centre of the image is +x. Columns run clockwise seen from above,
+//! which is to the right for a viewer: `u = ½ − atan2(y, x)/2π`, `v = θ/π`.
 //!
-//! A sun that is one pixel wide must keep its power. The image is therefore first resampled, in 64 bits and weighted by solid
-//! angle, to a size that the cube can hold. The resampled texels are about square on the sphere, even near the poles. Then every
-//! cube texel averages at least four samples per image texel and axis, weighted by solid angle.
+//! A sun that is one pixel wide must keep its power. The image is therefore first resampled to a size that the cube can hold, in 64
+//! bits and weighted by solid angle. The resampled texels are about square on the sphere, even near the poles. Then each cube texel
+//! averages at least four samples per image texel along each axis, weighted by solid angle.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -18,14 +18,14 @@ use leadr_gpu::{
 };
 use leadr_maps::RgbImage;
 
-/// Returns the largest useful width of the equirectangular image for this face size, which limits the sampler's footprint.
+/// Returns the largest useful width of the equirectangular image for a face size. The width limits the footprint of the sampler.
 fn widest(face_size: u32) -> u32 {
     (8 * face_size).max(8)
 }
 
-/// Returns the input of the pass, RGBA with alpha 1, at most eight cube faces wide. Rows near the poles are smoothed to texels that
-/// are about square on the sphere. Every row keeps its power for any content, because sums are 64-bit. `instead` has replacement
-/// texels, by ascending index.
+/// Returns the width, the height and the texels of the image that the pass reads. The texels are RGBA with alpha 1, and the width
+/// is at most eight cube faces. Rows near the poles are smoothed to texels that are about square on the sphere. Every row keeps its
+/// power, because the sums have 64 bits. `instead` lists texels to replace, by ascending index.
 pub fn prepare(image: &RgbImage, instead: &[(usize, [f32; 3])], face_size: u32) -> (u32, u32, Vec<[f32; 4]>) {
     let (w, h) = (image.width.min(widest(face_size)), image.height.min(widest(face_size) / 2));
     let source_width = image.width as usize;
@@ -33,7 +33,7 @@ pub fn prepare(image: &RgbImage, instead: &[(usize, [f32; 3])], face_size: u32) 
     let mut wide = vec![DVec3::ZERO; source_width];
     let mut changed = Vec::new();
     for j in 0..h {
-        // Rows are averaged, weighted by the solid angle of each band.
+        // Rows are averaged, and each row is weighted by the solid angle of its band.
         let scale = f64::from(image.height) / f64::from(h);
         let (top, bottom) = (f64::from(j) * scale, f64::from(j + 1) * scale);
         let cos = |row: f64| (PI * row / f64::from(image.height)).cos();
@@ -59,7 +59,7 @@ pub fn prepare(image: &RgbImage, instead: &[(usize, [f32; 3])], face_size: u32) 
                 *sum += weight * Vec3::from(texel).as_dvec3();
             }
         }
-        // Columns are averaged over boxes of a target texel's width, or of a texel's height near the poles.
+        // Columns are averaged over boxes. A box is as wide as a target texel or, near the poles, as wide as a texel is high.
         let sin = (PI * (f64::from(j) + 0.5) / f64::from(h)).sin();
         let texel_width = f64::from(image.width) / f64::from(w);
         let box_width = (texel_width * (1.0 / sin).max(1.0)).min(f64::from(image.width));
@@ -73,7 +73,7 @@ pub fn prepare(image: &RgbImage, instead: &[(usize, [f32; 3])], face_size: u32) 
     (w, h, texels)
 }
 
-/// Prefix sums of a row that wraps around the sphere, from 0 to the sum of the whole row.
+/// The prefix sums of a row that wraps around the sphere, from 0 to the sum of the whole row.
 struct RunningSums(Vec<DVec3>);
 
 impl RunningSums {
@@ -97,14 +97,14 @@ impl RunningSums {
     }
 
     fn mean(&self, from: f64, to: f64) -> DVec3 {
-        // Rounding near a bright sun can make a difference of sums slightly negative.
+        // Near a bright sun, rounding can make a difference of sums slightly negative.
         ((self.until(to) - self.until(from)) / (to - from)).max(DVec3::ZERO)
     }
 }
 
 shared_struct! {
     struct Push for "Push" {
-        /// Samples along each axis of a texel.
+        /// The number of samples along each axis of a texel.
         samples: u32,
     }
 }
@@ -124,11 +124,11 @@ impl EquirectPass {
         })
     }
 
-    /// Fills `faces`, mip 0 of a cube as an array in [`Use::ComputeWrite`](leadr_gpu::Use), from `equirect`, the image of
-    /// [`prepare`] in [`Use::Sampled`](leadr_gpu::Use).
+    /// Fills `faces` from `equirect`, which is the image of [`prepare`] in [`Use::Sampled`](leadr_gpu::Use). `faces` is mip 0 of a
+    /// cube, as an array in [`Use::ComputeWrite`](leadr_gpu::Use).
     pub fn record(&self, cmd: &mut Commands, equirect: &ImageView, faces: &ImageView) {
         let (source, size) = (equirect.extent()[0], faces.extent()[0]);
-        // Number of image texels per cube texel at the centre of a face, where cube texels are largest.
+        // This is the number of image texels per cube texel at the centre of a face, where cube texels are largest.
         let across = 2.0 / f64::from(size) * f64::from(source) / (2.0 * PI);
         let samples = ((4.0 * across).ceil() as u32).clamp(2, 16);
         cmd.bind(

@@ -5,7 +5,8 @@ use super::sky::Sky;
 use super::texels::Texels;
 use leadr_maps::RgbImage;
 
-/// Luminance of level ground lit by sun and sky, for the default atmosphere at intensity 1, by the sun's elevation in degrees.
+/// The luminance of level ground under sun and sky, by the elevation of the sun in degrees, for the default atmosphere at intensity
+/// 1.
 const LEVEL: [(f32, f32); 16] = [
     (-18.0, 4.755e-4),
     (-15.0, 4.755e-4),
@@ -38,15 +39,15 @@ pub fn exposure(sky: &Sky) -> f32 {
     (ADAPTATION[0] * first + ADAPTATION[1] * (stops - first)).exp2()
 }
 
-/// Returns the factor on the radiance under a panorama. It makes level ground as bright as under the sky from mid-morning on. It is
-/// 1 for a panorama that does not light the ground.
+/// Returns the exposure factor for the radiance under a panorama. The factor makes level ground as bright as under a mid-morning
+/// sky. A panorama that does not light the ground has the factor 1.
 pub fn metered(panorama: &RgbImage) -> f32 {
     let irradiance = Texels::new(panorama).integral(panorama, |z| z.max(0.0));
     let factor = f64::from(LEVEL[LEVEL.len() - 1].1) / irradiance;
     if (1e-30..=1e30).contains(&factor) { factor as f32 } else { 1.0 }
 }
 
-/// Returns the luminance at an elevation in degrees, interpolated log-linearly in the table and extrapolated at its ends.
+/// Returns the luminance at an elevation in degrees. The table is interpolated log-linearly, and is constant beyond its ends.
 fn level(elevation: f32) -> f32 {
     let next = LEVEL.partition_point(|entry| entry.0 <= elevation);
     if next == 0 || next == LEVEL.len() {

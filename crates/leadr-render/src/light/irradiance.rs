@@ -1,8 +1,9 @@
-//! The irradiance pass, which computes the environment's nine order-2 spherical harmonics coefficients every frame (LEADR section
-//! 5.3, Algorithm 2).
+//! The irradiance pass, which computes the environment's nine spherical harmonics coefficients up to order 2 in every frame (LEADR
+//! section 5.3, Algorithm 2).
 //!
-//! The coefficients are of *radiance*, in world space, in the order L00, L1-1, L10, L11, L2-2, L2-1, L20, L21, L22 (one `vec4`
-//! each, w = 0). The cosine lobe's factors `A_l` are applied by `sh_irradiance` of `leadr/integrals/sh.glsl`, not here.
+//! The coefficients are of *radiance*, in world space. The order of the coefficients is L00, L1-1, L10, L11, L2-2, L2-1, L20, L21,
+//! L22, with one `vec4` each, whose w is 0. `sh_irradiance` of `leadr/integrals/sh.glsl` applies the factors `A_l` of the cosine
+//! lobe.
 //!
 //! Sums have a fixed order, so the same cube always gives the same bytes.
 
@@ -14,13 +15,13 @@ use leadr_gpu::{
     Use, shared_struct,
 };
 
-/// Largest projected face size in texels. Order-2 harmonics do not resolve finer detail. All levels have equal means, and a sun
-/// shifts by less than a texel, which is 1.4°.
+/// The largest face size, in texels, that is projected. Harmonics up to order 2 do not resolve finer detail. All levels have equal
+/// means, and a sun shifts by less than a texel, which is 1.4°.
 const FACE_SIZE: u32 = 64;
 
 shared_struct! {
     struct Push for "Push" {
-        /// Number of partial sums of each coefficient.
+        /// The number of partial sums of each coefficient.
         rows: u32,
     }
 }
@@ -46,7 +47,7 @@ impl IrradiancePass {
         })
     }
 
-    /// Projects `environment`. [`coefficients`](Self::coefficients) may be read by compute and graphics afterwards.
+    /// Projects `environment`. Afterwards, compute and graphics passes may read the [`coefficients`](Self::coefficients).
     pub fn record(&self, cmd: &mut Commands, environment: &Environment) {
         let level = environment.level(self.level(environment));
         let rows = 6 * level.extent()[0];
@@ -71,12 +72,12 @@ impl IrradiancePass {
         cmd.memory_barrier(Use::ComputeWrite, Use::ComputeRead);
     }
 
-    /// Returns the projected mip level.
+    /// Returns the mip level that is projected.
     pub fn level(&self, environment: &Environment) -> u32 {
         (environment.face_size() / FACE_SIZE).max(1).ilog2()
     }
 
-    /// Returns the device-local coefficients, `vec4[9]`.
+    /// Returns the buffer of the coefficients, which is a device-local `vec4[9]`.
     pub fn coefficients(&self) -> &Buffer {
         &self.coefficients
     }

@@ -1,5 +1,6 @@
-//! The irradiance beyond order 2, in a small cube. Without it, irradiance has errors of several percent under bright, narrow lamps
-//! that remain in a panorama. A few texels suffice, because the harmonics of the clamped cosine fall off fast from band 4.
+//! The irradiance beyond order 2, stored in a small cube. Without it, the irradiance under bright, narrow lamps that remain in a
+//! panorama has errors of several percent. A few texels are enough, because the harmonics of the clamped cosine fall off fast from
+//! band 4 on.
 
 use std::sync::Arc;
 
@@ -8,12 +9,12 @@ use leadr_gpu::{
     AddressMode, Commands, ComputePipeline, Descriptor, Filter, Gpu, Image, ImageDesc, ImageView, Result, Sampler, Use,
 };
 
-/// Face size in texels of the environment level to integrate.
+/// The face size, in texels, of the level of the environment that is integrated.
 const SOURCE_SIZE: u32 = 16;
 
-/// The cube of irradiance and its pass. The cube is always in [`Use::Sampled`] between recordings.
+/// The cube of irradiance, and the pass that fills it. Between recordings, the cube is always in [`Use::Sampled`].
 pub struct IrradianceRest {
-    /// Irradiance to add to the order-2 irradiance at the same normal, for `samplerCube`.
+    /// The irradiance to add to the order-2 irradiance for the same normal, as a cube for `samplerCube`.
     pub cube: Image,
     faces: ImageView,
     pipeline: ComputePipeline,
@@ -21,8 +22,9 @@ pub struct IrradianceRest {
 }
 
 impl IrradianceRest {
-    /// Creates the pass and a cube with `face_size` texels per face edge, undefined until recorded. Interpolation flattens detail
-    /// between texels. Under a sky image with one bright side, irradiance is 0.8 % too dark with 8 texels, and 0.3 % with 16.
+    /// Creates the pass and a cube whose faces have `face_size` texels along a side. The cube is undefined until the pass is
+    /// recorded. Interpolation flattens the detail between texels. Under a sky image with one bright side, the irradiance is 0.8 %
+    /// too dark with 8 texels, and 0.3 % with 16.
     pub fn new(gpu: &Arc<Gpu>, face_size: u32) -> Result<Self> {
         let desc = ImageDesc::new(Format::R32G32B32A32_SFLOAT, face_size, face_size).cube().storage();
         let cube = Image::new(gpu, "irradiance rest", desc)?;

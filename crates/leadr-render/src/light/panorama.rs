@@ -1,9 +1,9 @@
-//! Splits a panorama into an image and directional lights. Small bright regions work better as directional lights, because these
-//! cast shadows, and are not missed by a few probes or nine harmonics. The extracted light is subtracted from the image per texel.
+//! Splits a panorama into an image and directional lights. A directional light represents a small, bright region better, because it
+//! casts shadows and is not missed by a few probes or nine harmonics. The extracted light is subtracted from the texels.
 //!
-//! All criteria are continuous, so similar images give similar lights. A region is weighted by its excess over the threshold. It
-//! becomes a light to the degree that it is small, round, isolated, strong, and brighter than the first region beyond the maximum
-//! number. The remaining light stays in the image.
+//! All criteria are continuous, so similar images give similar lights. A region is weighted by its light above the threshold. A
+//! region becomes a light to the degree that it is small, round, isolated, strong, and brighter than the first region beyond the
+//! maximum number. The remaining light stays in the image.
 
 use std::f64::consts::PI;
 
@@ -16,17 +16,17 @@ use super::texels::{Texels, texel_luminance};
 use leadr_maps::RgbImage;
 use leadr_reflectance::color::luminance;
 
-/// Maximum number of lights extracted from a panorama.
+/// The maximum number of lights that are extracted from a panorama.
 pub const MAX_ENVIRONMENT_LIGHTS: u32 = crate::constants::MAX_ENVIRONMENT_LIGHTS as u32;
 
-/// A directional light extracted from a panorama.
+/// A directional light that was extracted from a panorama.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EnvironmentLight {
-    /// Unit direction towards the light's centre, in world space.
+    /// The unit direction towards the centre of the light, in world space.
     pub direction: Vec3,
-    /// Irradiance on a plane that faces the light, linear rgb.
+    /// The irradiance on a plane that faces the light, as linear rgb.
     pub irradiance: Vec3,
-    /// Variance of the light's directions in radians², along each of two axes perpendicular to `direction`.
+    /// The variance of the light's directions in radians², along each of the two axes perpendicular to `direction`.
     pub variance: f32,
 }
 
@@ -41,7 +41,7 @@ impl EnvironmentLight {
         self.radius().to_degrees()
     }
 
-    /// Maps a point of the unit square to a direction, uniformly on a disk with the light's variance.
+    /// Maps a point of the unit square to a direction. The directions are uniform on a disk with the light's variance.
     pub fn direction_within(&self, u: [f32; 2]) -> Vec3 {
         let radius = self.radius() * u[0].sqrt();
         let (sine, cosine) = (std::f32::consts::TAU * u[1]).sin_cos();
@@ -61,19 +61,19 @@ impl Serialize for EnvironmentLight {
     }
 }
 
-/// Parameters of the light extraction. Serialised under the names of the command line flags.
+/// The parameters of the light extraction, which are serialised under the names of the command line flags.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LightExtraction {
-    /// Maximum number of lights, from 0 to 4. With 0, all light stays in the image.
+    /// The maximum number of lights, from 0 to 4. With 0, all light stays in the image.
     #[serde(rename = "environment_lights")]
     pub count: u32,
-    /// Lowest radiance of a light, as a multiple (above 0) of the panorama's mean radiance.
+    /// The lowest radiance of a light, as a multiple of the panorama's mean radiance. The multiple is above 0.
     #[serde(rename = "environment_light_threshold")]
     pub threshold: f32,
 }
 
 impl Default for LightExtraction {
-    /// Extracts up to four lights, from eight times the mean radiance.
+    /// Extracts up to four lights with at least eight times the mean radiance.
     fn default() -> Self {
         Self { count: MAX_ENVIRONMENT_LIGHTS, threshold: 8.0 }
     }
@@ -84,45 +84,45 @@ impl Default for LightExtraction {
 pub struct Split {
     /// The lights, brightest first.
     pub lights: Vec<EnvironmentLight>,
-    /// The index and remaining radiance of each texel that the extraction darkens, by ascending index.
+    /// The index and the remaining radiance of each texel that the extraction darkens, by ascending index.
     pub rest: Vec<(usize, [f32; 3])>,
 }
 
-/// Angular spread of a light in degrees (standard deviation per axis times √2). A light is small up to the first value, and large
-/// from the second.
+/// The angular spreads of a light in degrees: the standard deviation per axis, times √2. A light counts as small up to the first value,
+/// and as large from the second.
 const SIZE: [f64; 2] = [3.5, 6.0];
-/// Difference in spread between a light's axes, in the same measure. A light is round up to the first value, and elongated from the
-/// second.
+/// Differences in spread between the two axes of a light, also in degrees. A light counts as round up to the first value, and as
+/// elongated from the second.
 const LENGTH: [f64; 2] = [2.5, 4.0];
-/// Bright surrounding flux relative to a light's own. A light is isolated up to the first value, and belongs to a larger region
-/// from the second.
+/// Ratios of the bright flux around a light to the light's own flux. A light is isolated up to the first value, and belongs to a
+/// larger region from the second.
 const SURROUNDINGS: [f64; 2] = [0.1, 0.5];
-/// Irradiance of a light relative to a uniform environment of the panorama's mean. A light is ignored up to the first value, and
-/// counts fully from the second.
+/// Ratios of a light's irradiance to that of a uniform environment with the panorama's mean radiance. A light is ignored up to the
+/// first value, and counts fully from the second.
 const WORTH: [f64; 2] = [0.01, 0.04];
-/// Relative lead in brightness over the first excluded light, from which a light counts fully.
+/// A light counts fully if it is brighter than the first excluded light by this fraction of its own brightness.
 const AHEAD: f64 = 0.5;
 
-/// Smallest extracted fraction of a light, which avoids shadow maps for negligible lights.
+/// The smallest extracted fraction of a light, which avoids shadow maps for negligible lights.
 const LEAST_DEGREE: f64 = 0.02;
 
 /// A region that may become a light.
 struct Candidate {
     middle: DVec3,
     flux: f64,
-    /// Fraction of the region's light to extract, from 0 to 1.
+    /// The fraction of the region's light that is extracted, from 0 to 1.
     degree: f64,
 }
 
-/// Extracts lights from an equirectangular panorama, in the layout of [`Environment::from_equirect`]. The remaining image and the
-/// lights together keep the power of the panorama. The result is deterministic.
+/// Extracts lights from an equirectangular panorama, in the layout of [`Environment::from_equirect`]. The lights and the remaining
+/// image together keep the power of the panorama. The result is deterministic.
 ///
 /// [`Environment::from_equirect`]: super::environment::Environment::from_equirect
 pub fn split(image: &RgbImage, how: LightExtraction) -> Split {
     let count = how.count.min(MAX_ENVIRONMENT_LIGHTS) as usize;
     let sphere = Texels::new(image);
     let mean = sphere.integral(image, |_| 1.0) / (4.0 * PI);
-    // Comparisons are written so that NaN fails them.
+    // The comparisons are written so that NaN fails them.
     if count == 0 || !(mean > 0.0 && mean.is_finite() && how.threshold > 0.0) {
         return Split::default();
     }
@@ -145,7 +145,7 @@ pub fn split(image: &RgbImage, how: LightExtraction) -> Split {
     if candidates.is_empty() { Split::default() } else { take(image, &sphere, threshold, &candidates) }
 }
 
-/// Returns the candidate around a density maximum. `even` is the irradiance of a uniform environment of the panorama's mean
+/// Returns the candidate around a density maximum. `even` is the irradiance of a uniform environment with the panorama's mean
 /// luminance.
 fn candidate(spots: &Spots, middle: DVec3, even: f64) -> Candidate {
     let (x, y) = middle.any_orthonormal_pair();
@@ -175,7 +175,7 @@ fn candidate(spots: &Spots, middle: DVec3, even: f64) -> Candidate {
     Candidate { middle, flux, degree }
 }
 
-/// Subtracts the candidates from every texel above the threshold, down to the background radiance around each candidate.
+/// Subtracts the candidates from every texel above the threshold. The background radiance around each candidate remains.
 fn take(image: &RgbImage, sphere: &Texels, threshold: f64, candidates: &[Candidate]) -> Split {
     let bases: Vec<f64> = candidates.iter().map(|c| surroundings(image, sphere, threshold, c.middle)).collect();
     let mut sums = vec![Sum::default(); candidates.len()];
@@ -224,7 +224,7 @@ fn take(image: &RgbImage, sphere: &Texels, threshold: f64, candidates: &[Candida
     Split { lights, rest }
 }
 
-/// Returns the mean radiance around a light, clamped at the threshold.
+/// Returns the mean radiance around a light, clamped to the threshold.
 fn surroundings(image: &RgbImage, sphere: &Texels, threshold: f64, middle: DVec3) -> f64 {
     let step = (image.width as usize).div_ceil(2048).max(1);
     let (mut sum, mut weights) = (0.0, 1e-300);
@@ -240,13 +240,13 @@ fn surroundings(image: &RgbImage, sphere: &Texels, threshold: f64, middle: DVec3
     (sum / weights).min(threshold)
 }
 
-/// Sums over the texels of one extracted light.
+/// Sums over the texels from which one light is extracted.
 #[derive(Clone, Default)]
 struct Sum {
     irradiance: DVec3,
     direction: DVec3,
     flux: f64,
-    /// Sum over texels of the variance within a texel times its flux.
+    /// The sum over the texels of the variance within a texel times its flux.
     within: f64,
 }
 
@@ -265,7 +265,7 @@ impl Sum {
         if length <= 0.0 {
             return None;
         }
-        // The mean cosine to the mean direction is 1 minus half the sum of the two axes' variances.
+        // The mean cosine to the mean direction is 1 minus half the sum of the variances along the two axes.
         let variance = (1.0 - length / self.flux).max(0.0) + self.within / self.flux;
         Some(EnvironmentLight {
             direction: (self.direction / length).as_vec3().normalize(),

@@ -1,14 +1,14 @@
-//! An analytic clear sky with a movable sun: Rayleigh scattering, aerosol scattering and ozone over a spherical Earth. Single
-//! scattering is integrated numerically, and higher orders are an isotropic series (Hillaire 2020, "A Scalable and Production Ready
+//! An analytic clear sky with a movable sun, Rayleigh scattering, aerosol scattering and ozone over a spherical Earth. Single
+//! scattering is integrated numerically. Higher orders form an isotropic series (Hillaire 2020, "A Scalable and Production Ready
 //! Sky and Atmosphere Rendering Technique"). The ground below a soft horizon is Lambertian.
 //!
 //! This file documents the model and computes it in 64 bits. `shaders-glsl/passes/light/sky.glsl` computes it in 32 bits with the
-//! same names, and `tests/render/environment.rs` compares the results. The sky does not contain the sun's disk. The disk is the
-//! directional light [`Sky::sun_irradiance`], attenuated by the same air, in the same units.
+//! same names, and `tests/render/environment.rs` compares the results. The sky does not contain the disk of the sun. The disk is
+//! the directional light [`Sky::sun_irradiance`], which has the same units and is attenuated by the same air.
 //!
-//! Three small tables hold the integrals: isotropic multiple scattering by altitude, scattering integrals without phase functions
-//! by view direction (smooth, so 64×16 entries suffice), and the light on the ground. Phase functions are applied per texel, so the
-//! tables do not blur the glow around the sun.
+//! Three small tables hold the integrals. One table has the isotropic multiple scattering by altitude, and one has the light on the
+//! ground. The third table has the scattering integrals without phase functions by view direction, which are smooth enough for
+//! 64×16 entries. Phase functions are applied per texel, so the tables do not blur the glow around the sun.
 
 use glam::{DVec3, Vec3};
 use std::f64::consts::PI;
@@ -18,37 +18,38 @@ use super::atmosphere::{
 };
 use super::constants::{self, AIR, ATMOSPHERE, HAZE, HAZE_HEIGHT, HORIZON, MOON, NIGHT, NIGHT_HORIZON, NIGHT_ZENITH};
 
-/// Number of rows of the view table.
+/// The number of rows of the view table.
 pub const ROWS: usize = constants::ROWS as usize;
-/// Columns of the view table.
+/// The number of columns of the view table.
 pub const COLUMNS: usize = constants::COLUMNS as usize;
-/// Number of entries of the multiple scattering table.
+/// The number of entries of the multiple scattering table.
 pub const ALTITUDES: usize = constants::ALTITUDES as usize;
 
-/// Sunlight above the atmosphere: white, scaled so that a mid-morning sun gives an irradiance of about 3.
+/// The sunlight above the atmosphere, which is white and scaled so that a mid-morning sun gives an irradiance of about 3.
 const SUNLIGHT: DVec3 = DVec3::splat(4.8);
 /// A clear sky over flat ground.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sky {
-    /// World direction towards the sun, z up, of any length.
+    /// The direction towards the sun in world space, of any length. z is up.
     pub sun_direction: Vec3,
-    /// Optical thickness of haze and air together, relative to air alone, from 1 (pure air) to 10 (mist).
+    /// The optical thickness of haze and air together, relative to air alone, from 1 (pure air) to 10 (mist).
     pub turbidity: f32,
-    /// Linear albedo of the ground, `[0, 1]`.
+    /// The linear albedo of the ground, from 0 to 1.
     pub ground_albedo: [f32; 3],
-    /// Scale of sun and sky. At 1 the mid-morning sun gives an irradiance of about 3.
+    /// The scale of sun and sky. At 1, the mid-morning sun gives an irradiance of about 3.
     pub intensity: f32,
 }
 
 impl Default for Sky {
-    /// Returns a clear mid-morning with the sun 40° high in the south-east (world +y is north).
+    /// Returns a clear mid-morning sky, with the sun 40° high in the south-east. World +y is north.
     fn default() -> Self {
         Self::with_sun(0.70, -0.80)
     }
 }
 
 impl Sky {
-    /// Returns the default atmosphere and ground, with the sun at `elevation` and `azimuth` (from +x towards +y) in radians.
+    /// Returns a sky with the default atmosphere and ground. The sun is at `elevation` and `azimuth` (from +x towards +y), in
+    /// radians.
     pub fn with_sun(elevation: f32, azimuth: f32) -> Self {
         let (se, ce) = elevation.sin_cos();
         let (sa, ca) = azimuth.sin_cos();
@@ -60,7 +61,7 @@ impl Sky {
         }
     }
 
-    /// Returns the RGB irradiance of the sun on a surface at the ground that faces it. It fades to 0 as the disk sets.
+    /// Returns the RGB irradiance of the sun on a surface at the ground that faces it. The irradiance fades to 0 as the disk sets.
     pub fn sun_irradiance(&self) -> [f32; 3] {
         (self.sunlight() * sun_transmittance(0.0, self.sun().z, self.haze())).to_array().map(|x| x as f32)
     }
@@ -82,28 +83,28 @@ impl Sky {
         SkyTables::new(self)
     }
 
-    /// Returns the unit direction of the sun. A zero or non-finite direction means the zenith.
+    /// Returns the unit direction of the sun. A zero or non-finite direction becomes the zenith.
     pub(crate) fn sun(&self) -> DVec3 {
         self.sun_direction.as_dvec3().try_normalize().unwrap_or(DVec3::Z)
     }
 
-    /// Aerosol extinction at the ground at 550 nm, per km. Turbidity is clamped to the range 1 to 20.
+    /// Returns the aerosol extinction at the ground at 550 nm, per km. Turbidity is clamped to the range from 1 to 20.
     pub(crate) fn haze(&self) -> f64 {
         (f64::from(self.turbidity).clamp(1.0, 20.0) - 1.0) * AIR_THICKNESS / HAZE_HEIGHT
     }
 
-    /// RGB irradiance of the sun above the atmosphere.
+    /// Returns the RGB irradiance of the sun above the atmosphere.
     pub(crate) fn sunlight(&self) -> DVec3 {
         SUNLIGHT * f64::from(self.intensity.max(0.0))
     }
 
-    /// The ground's albedo, clamped to `[0, 1]`.
+    /// Returns the albedo of the ground, clamped to the range from 0 to 1.
     pub(crate) fn albedo(&self) -> DVec3 {
         Vec3::from(self.ground_albedo).as_dvec3().clamp(DVec3::ZERO, DVec3::ONE)
     }
 }
 
-/// The tables for one sun position, per unit of sunlight above the atmosphere.
+/// The tables for one position of the sun, per unit of sunlight above the atmosphere.
 #[derive(Clone, Debug)]
 pub struct SkyTables {
     sky: Sky,
@@ -136,7 +137,8 @@ impl SkyTables {
                 tables.view.push([ray.air, ray.haze, ray.multiple]);
             }
         }
-        // The sky's irradiance on the ground uses the midpoint rule between rows and the trapezium rule in azimuth.
+        // The sky's irradiance on the ground is integrated with the midpoint rule between rows, and with the trapezium rule in
+        // azimuth.
         let mut irradiance = DVec3::ZERO;
         for row in 0..ROWS - 1 {
             let span = FRAC_PI_2_SQUARED_ROWS * (2.0 * row as f64 + 1.0);
@@ -174,12 +176,12 @@ impl SkyTables {
         self.sky.sunlight() * (sky.lerp(self.ground, ground) + night)
     }
 
-    /// RGB irradiance of the sky, without the sun, on level ground.
+    /// Returns the RGB irradiance of the sky on level ground, without the sun.
     pub fn ground_irradiance(&self) -> DVec3 {
         self.sky.sunlight() * (self.irradiance + PI * NIGHT)
     }
 
-    /// Returns the zenith cosine at a position in the view table, and the cosine to the sun.
+    /// Returns the cosines of the angles to the zenith and to the sun, at a position in the view table.
     fn view_cosines(&self, row: f64, column: f64) -> (f64, f64) {
         let s = row / (ROWS - 1) as f64;
         let (mu, level) = (PI / 2.0 * s * s).sin_cos();
@@ -187,7 +189,8 @@ impl SkyTables {
         (mu, mu * sun.z + level * sun.truncate().length() * (PI * column / (COLUMNS - 1) as f64).cos())
     }
 
-    /// Returns the radiance per unit of sunlight, bilinear in the view table, for the sun cosine `nu`.
+    /// Returns the radiance per unit of sunlight, interpolated bilinearly in the view table. `nu` is the cosine of the angle to the
+    /// sun.
     fn scattered(&self, row: f64, column: f64, nu: f64) -> DVec3 {
         let r = (row as usize).min(ROWS - 2);
         let c = (column as usize).min(COLUMNS - 2);
@@ -197,7 +200,7 @@ impl SkyTables {
         phase_of_air(nu) * mix(0) + phase_of_haze(nu) * mix(1) + mix(2)
     }
 
-    /// Returns the multiple scattering at an altitude, linear in the square root of altitude.
+    /// Returns the multiple scattering at an altitude. The table is linear in the square root of the altitude.
     fn multiple_along(&self, h: f64) -> DVec3 {
         let x = (h / ATMOSPHERE).clamp(0.0, 1.0).sqrt() * (ALTITUDES - 1) as f64;
         let i = (x as usize).min(ALTITUDES - 2);
@@ -205,7 +208,7 @@ impl SkyTables {
     }
 }
 
-/// `(π/2)/(ROWS−1)²`. Table row `k` spans an elevation of `2k + 1` times this constant.
+/// The constant `(π/2)/(ROWS−1)²`. Row `k` of the view table spans an elevation of `2k + 1` times this constant.
 const FRAC_PI_2_SQUARED_ROWS: f64 = PI / 2.0 / ((ROWS - 1) * (ROWS - 1)) as f64;
 
 #[cfg(test)]
@@ -235,7 +238,7 @@ mod tests {
 
     #[test]
     fn the_sky_neither_makes_nor_swallows_much_light() {
-        // Only ozone and aerosol absorb, so level ground must receive between half and all of the incoming sunlight.
+        // Only ozone and aerosol absorb light, so level ground must receive between half and all of the incoming sunlight.
         for elevation in [20.0f32, 40.0, 80.0] {
             let sky = Sky { ground_albedo: [0.0; 3], ..Sky::with_sun(elevation.to_radians(), 0.0) };
             let sun = Vec3::from(sky.sun_irradiance()).as_dvec3() * sky.sun().z;

@@ -1,5 +1,5 @@
-//! The sky pass: draws a [`Sky`] into the faces of a cube map. `shaders-glsl/passes/light/sky_tables.comp` integrates the
-//! tables of [`super::sky`] in three dispatches; `sky.comp` looks them up for each texel.
+//! The sky pass, which draws a [`Sky`] into the faces of a cube map. `shaders-glsl/passes/light/sky_tables.comp` integrates the
+//! tables of [`super::sky`] in three dispatches, and `sky.comp` looks the tables up for each texel.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use leadr_gpu::{
 
 shared_struct! {
     struct Push for "Push" {
-        /// Direction toward the sun, and the extinction of the haze in w.
+        /// The direction toward the sun in xyz, and the extinction of the haze in w.
         sun: [f32; 4],
         albedo: [f32; 4],
         sunlight: [f32; 4],
@@ -56,7 +56,7 @@ impl SkyPass {
         })
     }
 
-    /// Fills `faces`, mip 0 of an RGBA32F cube as an array, in [`Use::ComputeWrite`].
+    /// Fills `faces`, which is mip 0 of an RGBA32F cube, as an array in [`Use::ComputeWrite`].
     pub fn record(&self, cmd: &mut Commands, sky: &Sky, faces: &ImageView) {
         let tables = ("Tables", Descriptor::Storage(&self.buffer));
         // The sky pass of an earlier frame may still be reading the tables.

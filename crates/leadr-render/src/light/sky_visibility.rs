@@ -1,11 +1,11 @@
-//! Large-scale ambient occlusion of the environment, stored as a volume of visibility around all shadow casters.
+//! Ambient occlusion of the environment by large shapes, stored as a volume of visibility around all shadow casters.
 //!
-//! Each node stores the visibility of all directions to first order, `v(ω) = a + b·ω`. The mean visibility is `a`; the mean of
-//! visibility times direction is a third of `b`. A surface with normal `n` sees the cosine-weighted fraction `a + ⅔ b·n` of a
-//! constant environment. The fraction is exact if a half space is visible. The occluders are the [`Columns`]. They omit the relief,
-//! because slope statistics and horizons handle the occlusion by bumps.
+//! Each node of the volume stores the visibility of all directions to first order, as `v(ω) = a + b·ω`. The mean visibility is `a`,
+//! and the mean of visibility times direction is a third of `b`. A surface with normal `n` sees the cosine-weighted fraction `a + ⅔
+//! b·n` of a constant environment. The fraction is exact if a half space is visible. The occluders are the [`Columns`], which do
+//! not contain the relief, because slope statistics and horizons handle occlusion by bumps.
 //!
-//! Each node marches through the columns by azimuth, and stores the occluded elevations as bits (as in Therrien et al. 2023).
+//! For each azimuth, a node marches through the columns and stores the occluded elevations as bits (as in Therrien et al. 2023).
 
 use std::f32::consts::TAU;
 
@@ -16,14 +16,15 @@ use super::casters::Columns;
 use crate::constants::{SKY_LAYERS, SKY_LAYERS_BELOW, SKY_NODES};
 use leadr_gpu::shared_struct;
 
-/// Maximum number of nodes per layer, along x times y.
+/// The maximum number of nodes per layer.
 const MOST_ACROSS: f32 = (SKY_NODES / SKY_LAYERS) as f32;
 const LAYERS: usize = SKY_LAYERS as usize;
-/// Number of azimuths of a node. Every second node uses the azimuths in between.
+/// The number of azimuths of a node. Every second node uses the azimuths halfway between them.
 const AZIMUTHS: usize = 8;
-/// Growth of the march steps, in metres per metre of distance.
+/// The growth of the march steps, in metres per metre of distance.
 const GROWTH: f32 = 0.2;
-/// Extents of the volume as multiples of the casters' height: beyond their sides, and above and below their lowest point.
+/// The extents of the volume, as multiples of the casters' height. The volume reaches beyond the sides of the casters, and above
+/// and below their lowest point.
 const ASIDE: f32 = 0.9;
 const ABOVE: f32 = 1.4;
 const BELOW: f32 = 0.4;
@@ -31,11 +32,11 @@ const BELOW: f32 = 0.4;
 shared_struct! {
     /// The header of the volume on the device.
     pub struct SkyVisibilityGpu for "SkyVisibility" {
-        /// Lowest corner and floor of the volume in metres.
+        /// The lowest corner and the floor of the volume, in metres.
         sky_corner: [f32; 4],
-        /// Nodes per metre across, and the reciprocal extents of the layers above and below the floor.
+        /// The number of nodes per metre across, and the reciprocals of the extents above and below the floor.
         sky_rates: [f32; 4],
-        /// Nodes across.
+        /// The numbers of nodes across.
         sky_across: [f32; 2],
     }
 }
@@ -43,31 +44,31 @@ shared_struct! {
 /// The visibility volume.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyVisibility {
-    /// The lowest corner, and the height of the densest layer.
+    /// The lowest corner. `floor` is the height of the densest layer.
     origin: Vec2,
     floor: f32,
-    /// The horizontal spacing in metres, and the number of nodes.
+    /// The horizontal spacing of the nodes in metres. `size` has the numbers of nodes across.
     step: Vec2,
     size: [usize; 2],
-    /// Extents of the layers above and below the floor in metres.
+    /// The extents of the layers above and below the floor, in metres.
     reach: [f32; 2],
     /// The visibility `b` and `a` of each node.
     nodes: Vec<[f32; 4]>,
 }
 
-/// Visibility of the environment between large shapes at a point, `mean + lean·ω` in the unit direction `ω`.
+/// The visibility of the environment between large shapes, at a point: `mean + lean·ω` in the unit direction `ω`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SkyProbe {
     /// The position in metres.
     pub position: Vec3,
-    /// Mean visibility of all directions, 0 to 1.
+    /// The mean visibility of all directions, from 0 to 1.
     pub mean: f32,
-    /// Gradient of the visibility towards more visible directions.
+    /// The gradient of the visibility, which points towards more visible directions.
     pub lean: Vec3,
 }
 
 impl SkyVisibility {
-    /// Computes the volume around some columns.
+    /// Computes the volume around the shadow casters, given as columns.
     pub fn around(columns: &Columns) -> Self {
         let tall = (columns.height[1] - columns.height[0]).max(columns.cell);
         let matter = Vec2::new(columns.size[0] as f32, columns.size[1] as f32) * columns.cell;
@@ -75,7 +76,7 @@ impl SkyVisibility {
         let step = (extent.x * extent.y / MOST_ACROSS).sqrt();
         let across = |side: f32| ((side / step) as usize + 1).max(2);
         let mut size = [across(extent.x), across(extent.y)];
-        // Rounding may add one row too many.
+        // Rounding may add one row of nodes too many.
         while size[0] * size[1] > MOST_ACROSS as usize {
             let longer = usize::from(size[1] > size[0]);
             size[longer] -= 1;
@@ -106,7 +107,7 @@ impl SkyVisibility {
         volume
     }
 
-    /// Height of a layer. Layers are denser near the floor.
+    /// Returns the height of a layer. Layers are denser near the floor.
     fn layer(&self, k: usize) -> f32 {
         let (below, above) = (SKY_LAYERS_BELOW as f32, (SKY_LAYERS - 1 - SKY_LAYERS_BELOW) as f32);
         let k = k as f32 - below;
@@ -122,7 +123,8 @@ impl SkyVisibility {
         })
     }
 
-    /// Returns the layout of `passes/shade/sky_visibility.glsl`: a header, then nodes with eight bits per number.
+    /// Returns the volume in the layout of `passes/shade/sky_visibility.glsl`: a header, followed by nodes with eight bits per
+    /// number.
     pub fn bytes(&self) -> Vec<u8> {
         let [rate, above_and_below] = [self.step, Vec2::from(self.reach)].map(Vec2::recip);
         let head = SkyVisibilityGpu {
@@ -136,8 +138,8 @@ impl SkyVisibility {
         [bytemuck::bytes_of(&head), nodes.as_flattened()].concat()
     }
 
-    /// Returns the first-order visibility `b` and `a` at a point, interpolated between nodes, like `sky_seen` in
-    /// `passes/shade/sky_visibility.glsl`.
+    /// Returns the first-order visibility `b` and `a` at a point, interpolated between nodes. `sky_seen` in
+    /// `passes/shade/sky_visibility.glsl` does the same.
     #[cfg(test)]
     fn seen(&self, position: Vec3) -> [f32; 4] {
         let (below, above) = (SKY_LAYERS_BELOW as f32, (SKY_LAYERS - 1 - SKY_LAYERS_BELOW) as f32);
@@ -163,12 +165,12 @@ impl SkyVisibility {
     }
 }
 
-/// Elevation bins, uniform in the sine, with prefix sums.
+/// Bins of elevation, uniform in the sine, with prefix sums.
 struct Elevations {
-    /// Prefix sums of sines and of cosines, from the lowest elevation.
+    /// The prefix sums of the sines and cosines, from the lowest elevation upwards.
     sines: [f32; 65],
     cosines: [f32; 65],
-    /// Azimuths of even nodes, and the azimuths in between for odd nodes.
+    /// The azimuths of even nodes, and the azimuths halfway between them for odd nodes.
     azimuths: [[Vec2; AZIMUTHS]; 2],
 }
 
@@ -185,13 +187,13 @@ impl Elevations {
         Self { sines, cosines, azimuths }
     }
 
-    /// Computes the visibility `b` and `a` of all directions from a point.
+    /// Computes the visibility of all directions from a point, as `b` and `a`.
     fn seen(&self, columns: &Columns, position: Vec3, between: bool) -> [f32; 4] {
         let matter = Vec2::new(columns.size[0] as f32, columns.size[1] as f32) * columns.cell;
         let (low, high) = (columns.origin, columns.origin + matter);
         let (mut hidden, mut towards) = (0.0f32, Vec3::ZERO);
         for direction in self.azimuths[usize::from(between)] {
-            // The segment of the ray within the xy extent of the columns.
+            // The ray is only followed within the extent of the columns in x and y.
             let (a, b) = ((low - position.truncate()) / direction, (high - position.truncate()) / direction);
             let (near, far) = (a.min(b).max_element().max(0.0), a.max(b).min_element());
             let mut bits = 0u64;
@@ -222,7 +224,7 @@ impl Elevations {
     }
 }
 
-/// Gives nodes inside matter the mean of their visible neighbours, so that interpolation does not darken nearby points.
+/// Gives each node inside matter the mean of its visible neighbours, so that interpolation does not darken nearby points.
 fn filled(mut seen: Vec<Option<[f32; 4]>>, [width, depth]: [usize; 2]) -> Vec<[f32; 4]> {
     let around = |seen: &[Option<[f32; 4]>], i: usize| {
         let (x, y, k) = ((i % width) as isize, (i / width % depth) as isize, (i / (width * depth)) as isize);
@@ -243,7 +245,7 @@ fn filled(mut seen: Vec<Option<[f32; 4]>>, [width, depth]: [usize; 2]) -> Vec<[f
         let found: Vec<(usize, [f32; 4])> = missing.filter_map(|i| Some((i, around(&seen, i)?))).collect();
         found.into_iter().for_each(|(i, node)| seen[i] = Some(node));
     }
-    // Nothing is shaded at these nodes deep inside matter.
+    // These nodes lie deep inside matter, where nothing is shaded.
     seen.into_iter().map(|node| node.unwrap_or([0.0, 0.0, 0.0, 1.0])).collect()
 }
 
@@ -256,7 +258,8 @@ mod tests {
         (a + 2.0 / 3.0 * Vec3::new(x, y, z).dot(n)).clamp(0.0, 1.0)
     }
 
-    /// Returns the fraction of the hemisphere above a floor that a sphere hides, exact while the sphere is above the horizon.
+    /// Returns the fraction of the hemisphere above a floor that a sphere hides. The fraction is exact while the sphere is above
+    /// the horizon.
     fn truth(position: Vec2, height: f32, radius: f32) -> f32 {
         1.0 - radius * radius * height / (position.length_squared() + height * height).powf(1.5)
     }
@@ -286,7 +289,7 @@ mod tests {
         for i in 0..200 {
             let z = (i as f32 + 0.5) / 100.0 - 1.0;
             let n = (Vec2::from_angle(2.4 * i as f32) * (1.0 - z * z).sqrt()).extend(z);
-            // Shading also offsets its lookups like this.
+            // Shading offsets its lookups in the same way.
             let position = Vec3::Z + n + n * volume.step.max_element();
             let seen = cosine_share(volume.seen(position), n);
             assert!(seen > 0.95, "{n}: {seen}");

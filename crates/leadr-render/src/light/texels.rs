@@ -1,4 +1,4 @@
-//! The texels of an equirectangular panorama. Rows run from +z to −z, columns clockwise seen from above.
+//! The texels of an equirectangular panorama. Rows run from +z to −z, and columns run clockwise seen from above.
 
 use std::f64::consts::PI;
 
@@ -14,11 +14,11 @@ pub fn texel_luminance(texel: [f32; 3]) -> f64 {
 
 /// The texels of an equirectangular image on the sphere.
 pub struct Texels {
-    /// Solid angle of a texel, by row.
+    /// The solid angle of a texel in each row.
     pub solid_angles: Vec<f64>,
-    /// Sine and cosine of the angle from +z, by row.
+    /// The sine and cosine of the angle from +z, for each row.
     rows: Vec<(f64, f64)>,
-    /// Direction in the horizontal plane, by column.
+    /// The direction in the horizontal plane, for each column.
     columns: Vec<DVec2>,
 }
 
@@ -42,13 +42,13 @@ impl Texels {
         (sin * self.columns[column]).extend(cos)
     }
 
-    /// Whether texel centres of a row can lie within `reach` radians of a direction.
+    /// Whether a row may have texel centres within `reach` radians of a direction.
     pub fn row_meets(&self, row: usize, direction: DVec3, reach: f64) -> bool {
         let (sin, cos) = self.rows[row];
         (sin * direction.truncate().length() + cos * direction.z).min(1.0).acos() <= reach
     }
 
-    /// Integrates the luminance over the sphere, weighted by `weight(z)` of a direction's height `z`.
+    /// Integrates the luminance over the sphere. A direction with height `z` is weighted by `weight(z)`.
     pub fn integral(&self, image: &RgbImage, weight: impl Fn(f64) -> f64) -> f64 {
         let rows = image.texels.chunks_exact(image.width as usize).zip(self.rows.iter().zip(&self.solid_angles));
         rows.map(|(texels, (&(_, z), solid_angle))| {

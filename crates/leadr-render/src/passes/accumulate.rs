@@ -10,37 +10,37 @@ use leadr_gpu::{
 
 shared_struct! {
     struct Weights for "Weights" {
-        /// Weight of the sample in the new mean.
+        /// The weight of the new sample in the mean.
         weight: f32,
-        /// Edge samples per pixel.
+        /// The number of edge samples per pixel, or 0 without edge samples.
         edge_samples: f32,
     }
 }
 
-/// The parts that make up a sample of a pixel.
+/// The parts from which the sample of a pixel is made.
 #[derive(Clone, Copy)]
 pub enum Parts<'a> {
-    /// The pixel's own surface alone.
+    /// The sample is the pixel's own surface alone.
     One,
-    /// All surfaces at the geometry samples.
+    /// The sample consists of all surfaces at the pixel's geometry samples.
     Multisampled(&'a MultisampleTargets),
-    /// The pixel's own surface and edge samples.
+    /// The sample consists of the pixel's own surface and its edge samples.
     Edges {
-        /// Joined sums of the edge samples.
+        /// The joined sums of the edge samples.
         joined: &'a JoinedEdges,
-        /// Edge samples per pixel.
+        /// The number of edge samples per pixel.
         samples: u32,
     },
 }
 
-/// The kind of parts that make up a frame's samples.
+/// Which parts the samples of a frame have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum PartsKind {
-    /// [`Parts::One`].
+    /// The kind of [`Parts::One`].
     One,
-    /// [`Parts::Multisampled`] with this many geometry samples per pixel.
+    /// The kind of [`Parts::Multisampled`] with this many geometry samples per pixel.
     Multisampled(u32),
-    /// [`Parts::Edges`].
+    /// The kind of [`Parts::Edges`].
     Edges,
 }
 
@@ -72,7 +72,7 @@ impl AccumulatePass {
         } else {
             cmd.transition(mean, Use::ComputeReadWrite);
         }
-        // Pipelines that lack a part still need a placeholder image for it.
+        // A pipeline needs an image for every part, so missing parts have placeholders.
         let (plain, visible) = ([radiance, radiance], &sample.visible.surface);
         let ([others, shares], slots) = match parts {
             Parts::One => (plain, visible),
@@ -109,7 +109,7 @@ impl Accumulation {
     /// Adds the mean `color` of `samples` samples, as returned by [`render_range`](crate::frame::Renderer::render_range).
     ///
     /// # Panics
-    /// If the images differ in their number of pixels.
+    /// Panics if the images differ in their number of pixels.
     pub fn add(&mut self, color: &[[f32; 4]], samples: u32) {
         if self.sums.is_empty() {
             self.sums = vec![[0.0; 4]; color.len()];
@@ -123,7 +123,7 @@ impl Accumulation {
         self.samples += u64::from(samples);
     }
 
-    /// Number of samples so far.
+    /// Returns the number of samples so far.
     pub fn samples(&self) -> u64 {
         self.samples
     }
@@ -140,7 +140,7 @@ mod tests {
     use super::*;
     use crate::sampling::jitter;
 
-    /// Compares the 32-bit running mean of `passes/accumulate.comp` with a 64-bit sum.
+    /// Compares the 32-bit running mean of `passes/accumulate.comp` with a sum in 64 bits.
     #[test]
     fn thousands_of_samples_do_not_wear_out_32_bits() {
         for (scale, count) in [(1.0f32, 4096u32), (1e4, 65_536)] {
@@ -153,7 +153,7 @@ mod tests {
                 sum += f64::from(value);
             }
             let error = f64::from(mean) * f64::from(count) / sum - 1.0;
-            // Rounding errors accumulate like a random walk: measured 2.7e-6 at 65,536 samples.
+            // Rounding errors accumulate like a random walk. The measured error is 2.7e-6 after 65,536 samples.
             assert!(error.abs() < 4e-6, "{count} samples: {error:.1e}");
         }
     }

@@ -1,7 +1,8 @@
-//! Random lights from the environment: each sample of the reference is lit from a few environment directions.
+//! Random lights from the environment. Each sample of the reference is lit from a few random directions of the environment.
 //!
-//! A shadow map serves one light, but a sky is the mean of many random lights. The draws are importance-sampled, proportional to
-//! texel luminance and to the cosines at the visible surfaces, so every draw contributes about the same light.
+//! A shadow map serves only one light, but the light of a sky is the mean of many random lights. The draws are importance-sampled
+//! by the luminance of the texels and the cosines at the visible surfaces, so every draw contributes about the same amount of
+//! light.
 
 use glam::{Vec2, Vec3};
 
@@ -9,22 +10,22 @@ use crate::light::environment::Environment;
 use leadr_gpu::Result;
 use leadr_reflectance::color::luminance;
 
-/// Largest face size in texels for drawing lights, with 0.35° per texel.
+/// The largest face size, in texels, from which lights are drawn. A texel covers 0.35°.
 const FACE_SIZE: u32 = 256;
-/// Fraction of uniform draws over the sphere, which also reach colours without luminance.
+/// The fraction of the draws that is uniform over the sphere. Uniform draws also reach colours without luminance.
 const EVEN: f64 = 0.05;
-/// Number of bands of equal area on the sphere. They map uniform points in a square to uniform points on the sphere.
+/// The number of bands of equal area on the sphere. With bands, uniform points in a square become uniform points on the sphere.
 const BANDS: usize = 48;
 
-/// A light drawn from an environment.
+/// A light that was drawn at random from an environment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DrawnLight {
-    /// Unit direction towards the light, in world space.
+    /// The unit direction towards the light, in world space.
     pub direction: Vec3,
-    /// Irradiance on a plane that faces the light, divided by the probability of the draw. The mean over the draws is the
-    /// environment's irradiance.
+    /// The irradiance on a plane that faces the light, divided by the probability of the draw. The mean over all draws is the
+    /// irradiance of the environment.
     pub irradiance: Vec3,
-    /// Density of the draw per solid angle.
+    /// The density of the draw per solid angle.
     pub density: f32,
 }
 
@@ -33,17 +34,18 @@ pub struct DrawnLight {
 pub struct EnvironmentLights {
     size: u32,
     texels: Vec<Vec3>,
-    /// Texel indices, sorted into [`BANDS`] bands by the height of their centres, and by azimuth within a band.
+    /// The indices of the texels, sorted into [`BANDS`] bands by the height of their centres, and within a band by azimuth.
     order: Vec<u32>,
-    /// Cumulative probability of the texels in this order.
+    /// The cumulative probability of the texels, in the order of `order`.
     cumulative: Vec<f64>,
-    /// The end index of each band in the order.
+    /// The end index of each band in `order`.
     ends: Vec<usize>,
 }
 
 impl EnvironmentLights {
-    /// Reads an environment back from the device, which must be idle. Returns `None` if the environment is black. `receiving` is
-    /// the weight of a world direction for lighting the visible surfaces, above 0, in any unit.
+    /// Reads an environment back from the device, which must be idle. Returns `None` if the environment is black. `receiving`
+    /// weights a world direction by how much light from this direction the visible surfaces receive. The weight is above 0, in any
+    /// unit.
     pub fn read(environment: &Environment, receiving: impl Fn(Vec3) -> f64) -> Result<Option<Self>> {
         let mip = (environment.face_size() / FACE_SIZE).max(1).ilog2().min(environment.levels() - 1);
         let mut texels = Vec::new();
@@ -55,8 +57,8 @@ impl EnvironmentLights {
         Ok(Self::new(size, texels, receiving))
     }
 
-    /// Takes the faces +x, −x, +y, −y, +z, −z of `size`² texels each, linear Rec. 709 radiance. `None` if all are black.
-    /// `receiving` has the meaning of [`read`](Self::read).
+    /// Takes the faces +x, −x, +y, −y, +z, −z of an environment, with `size`² texels of linear Rec. 709 radiance each. Returns
+    /// `None` if all texels are black. For `receiving`, see [`read`](Self::read).
     ///
     /// # Panics
     /// Panics if the number of texels is not `6 size²`.
@@ -68,7 +70,7 @@ impl EnvironmentLights {
             face_direction(face as usize, position * (2.0 / size as f32) - 1.0).normalize()
         };
         let luminance = |c: Vec3| luminance(c.max(Vec3::ZERO).as_dvec3());
-        // The solid angles are weighted by the effect of each texel on the receivers.
+        // The solid angle of each texel is weighted by how much of its light the visible surfaces receive.
         let angles: Vec<f64> =
             (0..texels.len()).map(|i| solid_angle(size, i) * receiving(centre(i as u32)).max(0.0)).collect();
         let total: f64 = texels.iter().zip(&angles).map(|(&c, a)| luminance(c) * a).sum();
@@ -94,8 +96,8 @@ impl EnvironmentLights {
         Some(Self { size, texels, order, cumulative, ends })
     }
 
-    /// Returns the light at a point of the unit square. The first coordinate selects the band, the second the texel, and the
-    /// remainders the position in the texel.
+    /// Returns the light for a point of the unit square. The first coordinate selects the band, and the second selects the texel.
+    /// The remainders of both are the position in the texel.
     pub fn draw(&self, u: [f64; 2]) -> DrawnLight {
         let before = |i: usize| if i == 0 { 0.0 } else { self.cumulative[i - 1] };
         let last = before(self.order.len());
@@ -112,7 +114,7 @@ impl EnvironmentLights {
         let (face, on_face) = (texel / (self.size * self.size), texel % (self.size * self.size));
         let corner = Vec2::new((on_face % self.size) as f32, (on_face / self.size) as f32);
         let point = face_direction(face as usize, (corner + within) * (2.0 / self.size as f32) - 1.0);
-        // The position is uniform on the face, so use the solid angle at the point instead of the texel's.
+        // The position is uniform on the face, so the solid angle is that of the point, not of the texel's centre.
         let area = 4.0 / f64::from(self.size * self.size);
         let angle = area / f64::from(point.length()).powi(3);
         DrawnLight {
@@ -122,8 +124,8 @@ impl EnvironmentLights {
         }
     }
 
-    /// Returns radiance and density at the texels of a cube of [`size`](Self::size). Densities are relative to the area of a face
-    /// of side 2. To get the density per solid angle, multiply by the cubed distance to the face along the direction.
+    /// Returns the radiance and the density at the texels of a cube of [`size`](Self::size). The density is per area on a face with
+    /// side length 2. Multiply it by the cubed distance to the face along the direction to get the density per solid angle.
     pub fn table(&self) -> Vec<[f32; 4]> {
         let area = 4.0 / f64::from(self.size * self.size);
         let last = self.cumulative.last().copied().unwrap_or(1.0);
@@ -150,7 +152,7 @@ fn solid_angle(size: u32, index: usize) -> f64 {
     4.0 / f64::from(size * size) / (1.0 + s * s + t * t).powf(1.5)
 }
 
-/// Returns the point on a cube's face that Vulkan's cube lookup maps to `st`, in [−1, 1]².
+/// Returns the point on a cube's face that Vulkan's cube lookup maps to `st`, where `st` is in [−1, 1]².
 fn face_direction(face: usize, st: Vec2) -> Vec3 {
     let Vec2 { x: s, y: t } = st;
     match face {
@@ -163,11 +165,12 @@ fn face_direction(face: usize, st: Vec2) -> Vec3 {
     }
 }
 
-/// Returns the point of the unit square for the light of sample `index`, from the first two dimensions of the Sobol sequence, with
-/// digits scrambled by the seed. Among the first `2ⁿ` points, each of `2ⁿ` equal boxes of any shape contains one point.
+/// Returns the point of the unit square that selects the light of sample `index`. The points are the first two dimensions of the
+/// Sobol sequence, and the seed scrambles their digits. If the unit square is divided into `2ⁿ` equal boxes of any shape, each box
+/// contains one of the first `2ⁿ` points.
 ///
-/// The point is independent of the pixel offset ([`jitter`](crate::sampling::jitter)), so a pixel's samples fill all four
-/// dimensions.
+/// The point is independent of the pixel offset ([`jitter`](crate::sampling::jitter)), so the samples of a pixel fill all four
+/// dimensions evenly.
 pub fn light_point(index: u32, seed: u64) -> [f64; 2] {
     let mut state = seed.wrapping_mul(0xd605_1ccb_05a6_2b0f) ^ 0x2545_f491_4f6c_dd1d;
     let mut scramble = || {
@@ -257,13 +260,13 @@ mod tests {
         for index in 0..500 {
             let light = lights.draw(light_point(index, 9));
             let d = light.direction;
-            // The direction is nearest to the axis of its face. Find its texel by exhaustive search.
+            // The direction is nearest to the axis of its face. An exhaustive search finds its texel.
             let at = |i: usize| (2 * i + 1) as f32 / 16.0 - 1.0;
             let nearest = (0..6 * n as usize).max_by(|&a, &b| {
                 let centre = |i: usize| {
                     let point = face_direction(i / n as usize, Vec2::new(at(i % 16), at(i % n as usize / 16)));
                     let scale = d.abs().max_element();
-                    // The distance on this face, and infinity on all other faces.
+                    // This is infinity for faces that do not contain the direction.
                     let on_face = (d / scale).dot(face_direction(i / n as usize, Vec2::ZERO)) > 0.9999;
                     if on_face { -(d / scale - point).abs().max_element() } else { f32::NEG_INFINITY }
                 };
@@ -278,14 +281,14 @@ mod tests {
 
     #[test]
     fn draws_fill_the_square_beside_the_offsets_in_the_pixel() {
-        // Halving all four axes gives 16 boxes, which must contain about equal numbers of points.
+        // Each axis is halved, which gives 16 boxes that must contain about equal numbers of points.
         let mut boxes = [0; 16];
         for i in 0..1024 {
             let (p, q) = (crate::sampling::jitter(i, 1024, 5), light_point(i, 5));
             let bits = [p.x > 0.0, p.y > 0.0, q[0] > 0.5, q[1] > 0.5];
             boxes[bits.iter().fold(0, |a, &b| 2 * a + usize::from(b))] += 1;
         }
-        // Each box expects 64 points. With random numbers, one box would deviate by about 16.
+        // Each box should contain about 64 points. With random numbers, one box would deviate by about 16.
         assert!(boxes.iter().all(|&n| (53..=76).contains(&n)), "{boxes:?}");
     }
 }

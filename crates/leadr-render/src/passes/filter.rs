@@ -1,5 +1,5 @@
-//! The filter pass, which fetches slope statistics and material under each pixel, and also shades the pixel if no other pass needs
-//! these inputs.
+//! The filter pass, which fetches the slope statistics and the material under each pixel. If no other pass needs these inputs, it
+//! also shades the pixel.
 
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
@@ -29,9 +29,9 @@ use leadr_gpu::{
 /// The output of a filter pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum FilterInto {
-    /// The G-buffer, where edge samples are joined before shading.
+    /// The pass writes the G-buffer, where edge samples are joined before shading.
     GBuffer,
-    /// Shaded radiance.
+    /// The pass writes shaded radiance.
     Radiance(ShadeKind),
 }
 
@@ -44,7 +44,8 @@ impl FilterInto {
         }
     }
 
-    /// Returns the depth test that selects the pixels of the surface. For the G-buffer, the fragment stage selects the pixels.
+    /// Returns the depth test that selects the pixels of the surface, or `None` for the G-buffer, where the fragment stage selects
+    /// the pixels.
     #[must_use]
     pub fn depth(self) -> Option<Depth> {
         match self {
@@ -53,7 +54,7 @@ impl FilterInto {
         }
     }
 
-    /// Returns the geometry of the pass: tiles that contain the surface, or a screen-covering triangle.
+    /// Returns the primitives of the pass: points for the tiles that contain the surface, or a triangle that covers the screen.
     #[must_use]
     pub fn topology(self) -> Topology {
         match self {
@@ -62,7 +63,7 @@ impl FilterInto {
         }
     }
 
-    /// Returns the structs of the fragment stage, except for the surface's structs.
+    /// Returns the structs of the fragment stage, without the structs that belong to the surface.
     pub fn structs(self) -> &'static [StructLayout] {
         match self {
             Self::GBuffer => &[],
@@ -70,8 +71,8 @@ impl FilterInto {
         }
     }
 
-    /// Returns the specialisation constants of the fragment stage, except for the surface's. `bases` are the base materials, and
-    /// `relief_color` is whether colours follow the relief.
+    /// Returns the specialisation constants of the fragment stage, without those that belong to the surface. `bases` are the base
+    /// materials, and `relief_color` is whether colours follow the relief.
     #[must_use]
     pub fn spec(self, needs: Needs, bases: Bases, relief_color: bool) -> Vec<(&'static str, SpecValue)> {
         match self {
@@ -86,7 +87,7 @@ impl FilterInto {
         }
     }
 
-    /// Returns the shader or pipeline name for this output.
+    /// Returns the name of a shader or pipeline for this output.
     pub fn choose(self, gbuffer: &'static str, radiance: &'static str) -> &'static str {
         match self {
             Self::GBuffer => gbuffer,
@@ -95,13 +96,13 @@ impl FilterInto {
     }
 }
 
-/// Returns the number of rows of taps across the footprint in the slope and material maps. A single row would blur a pixel with its
-/// neighbours, visibly at boundaries between two roughnesses.
+/// Returns the number of rows of taps across the footprint in the slope and material maps. With a single row, pixels would blur
+/// into their neighbours, which is visible where two roughnesses meet.
 fn tap_rows(kind: SurfaceKind) -> i32 {
     if kind.features.bases.mixed { 3 } else { 1 }
 }
 
-/// Pipelines of the filter pass.
+/// The pipelines of the filter pass.
 #[derive(Clone)]
 pub struct FilterPass {
     pipelines: HashMap<SurfaceKind, GraphicsPipeline>,
@@ -109,8 +110,8 @@ pub struct FilterPass {
 }
 
 impl FilterPass {
-    /// Creates the pass for a technique's inputs and these kinds of objects. `relief_drawn` is whether the full heights of the maps
-    /// displace the geometry.
+    /// Creates the pass for the inputs of a technique and for these kinds of objects. `relief_drawn` is whether the geometry is
+    /// displaced by the full heights of the maps.
     pub fn new(
         gpu: &Arc<Gpu>,
         needs: Needs,
@@ -175,7 +176,7 @@ impl FilterPass {
             RestVertexGpu::LAYOUT,
         ];
         if into == FilterInto::GBuffer {
-            // A pass that shades already sets this constant.
+            // For a pass that shades, the shading already sets this constant.
             has.extend(kind.features.bases.spec());
         }
         let desc = GraphicsDesc {
@@ -197,8 +198,8 @@ impl FilterPass {
         GraphicsPipeline::new(gpu, name, &desc)
     }
 
-    /// Filters the maps of `objects` into the active targets, at the pixels of a view that show them. `light` is the scene's
-    /// descriptor set, if the pass shades. The pass must have been made for the kinds of all objects.
+    /// Filters the maps of `objects` into the active targets, at the pixels that show the objects in a view. If the pass shades,
+    /// `light` is the descriptor set of the scene. The pass must have been made for the kinds of all objects.
     pub fn draw<'a>(
         &self,
         cmd: &mut Commands,
@@ -218,7 +219,7 @@ impl FilterPass {
                 views,
                 ("TileRecords", Descriptor::Storage(&visible.tiles.records)),
             ];
-            // A pass that shades covers the screen and needs no tiles.
+            // A pass that shades covers the screen, so it needs no tiles.
             cmd.bind(&self.pipelines[&posed.object.kind], if light.is_some() { &pixels[..6] } else { &pixels });
             cmd.bind_set(&posed.object.set);
             if let Some(scene) = light {

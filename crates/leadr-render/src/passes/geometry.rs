@@ -1,4 +1,4 @@
-//! The geometry pass, which tessellates, displaces and rasterises surfaces, and stores the visible surface of each pixel.
+//! The geometry pass, which tessellates, displaces and rasterises the surfaces, and stores the visible surface of each pixel.
 
 use std::sync::Arc;
 
@@ -12,21 +12,21 @@ use leadr_gpu::{
     Commands, Depth, Descriptor, Gpu, GraphicsDesc, GraphicsPipeline, Image, Result, SharedStruct, SpecValue, Topology,
 };
 
-/// The output of the geometry pass for the samples of an image.
+/// What the geometry pass stores for the samples of an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum GeometryKind {
-    /// The surface at each pixel's sample.
+    /// Stores the surface at each pixel's sample.
     Pixels,
-    /// The surface at each of this many samples per pixel.
+    /// Stores the surface at each of this many samples per pixel.
     Multisampled(u32),
-    /// The surface at each edge sample, with the data for joining.
+    /// Stores the surface at each edge sample, with the data for joining the samples.
     Edges,
-    /// Triangle edges only.
+    /// Stores only triangle edges.
     Wires,
 }
 
 impl GeometryKind {
-    /// Returns the kind for the samples of a view.
+    /// Returns the kind for the samples that a view has.
     pub fn of(samples: Samples) -> Self {
         match samples {
             Samples::Pixels => Self::Pixels,
@@ -54,26 +54,26 @@ impl GeometryKind {
     }
 }
 
-/// The geometry pass of one kind.
+/// The geometry pass for one kind of output.
 #[derive(Clone)]
 pub struct GeometryPass(PatchPipelines);
 
-/// The pipelines that draw patches into one kind of target. The shadow passes share these pipelines.
+/// The pipelines that draw patches into one kind of target. The shadow passes use this type too.
 #[derive(Clone)]
 pub(crate) struct PatchPipelines(Vec<(DrawnAs, PipelineSet)>);
 
-/// The depth-only fragment stage of cutout surfaces.
+/// The fragment stage that writes only the depth of cutout surfaces.
 pub(crate) const CUTOUT_DEPTH: &str = "passes/geometry/depth_cutout.frag";
 
 /// How the patches of a surface are tessellated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Shape {
-    /// Quads of any shape.
+    /// The patches are quads of any shape.
     #[default]
     Curved,
-    /// Quads of a plane.
+    /// The patches are quads of a plane.
     Flat,
-    /// Triangles.
+    /// The patches are triangles.
     Triangles,
 }
 
@@ -81,10 +81,10 @@ impl Shape {
     const ALL: [Self; 3] = [Self::Curved, Self::Flat, Self::Triangles];
 }
 
-/// The properties that select a surface's pipeline.
+/// The properties of a surface that select its pipeline.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct DrawnAs {
-    /// Whether only the front is drawn.
+    /// Whether only the front of the surface is drawn.
     pub front_only: bool,
     /// Whether the surface has an alpha mask or partial coverage.
     pub cutout: bool,
@@ -95,7 +95,7 @@ pub(crate) struct DrawnAs {
 }
 
 impl DrawnAs {
-    /// Returns the kind with both sides drawn.
+    /// Returns the properties of this kind, with both sides drawn.
     fn both_sides(kind: SurfaceKind) -> Self {
         let shape = match kind {
             SurfaceKind { flat: true, .. } => Shape::Flat,
@@ -107,10 +107,10 @@ impl DrawnAs {
     }
 }
 
-/// The kinds of shadow casters in a scene. Both sides cast shadows.
+/// The kinds of shadow casters in a scene. Both sides of a surface cast shadows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct CasterKinds {
-    /// One bit per item of [`all`](Self::all).
+    /// A bit mask with one bit for each kind in [`all`](Self::all).
     present: u16,
 }
 
@@ -122,7 +122,7 @@ impl CasterKinds {
         Shape::ALL.into_iter().flat_map(tiled).flat_map(move |tiled| [false, true].map(|cutout| drawn(tiled, cutout)))
     }
 
-    /// Returns the set with only this kind.
+    /// Returns the set that contains only this kind.
     pub fn of(kind: SurfaceKind) -> Self {
         let drawn = DrawnAs::both_sides(kind);
         Self { present: Self::all().position(|other| other == drawn).map_or(0, |bit| 1 << bit) }
@@ -144,10 +144,10 @@ impl CasterKinds {
     }
 }
 
-/// The purpose of drawing patches.
+/// Why patches are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum PatchMode {
-    /// Draws visible surfaces, with back faces optionally in a marker colour.
+    /// Draws visible surfaces. Back faces can be drawn in a marker colour.
     Seen { mark_inside: bool },
     /// Draws shadow casters.
     Caster,
@@ -157,13 +157,13 @@ pub(crate) enum PatchMode {
 struct PipelineSet {
     undivided: GraphicsPipeline,
     divided: GraphicsPipeline,
-    /// Pipeline with one vertex per height texel, for planes only.
+    /// The pipeline for planes with one vertex per height texel. Only quads have it.
     at_texels: Option<GraphicsPipeline>,
 }
 
 impl PatchPipelines {
-    /// Creates pipelines with the vertex and tessellation stages of patches, for surfaces of these kinds. `cutout` is the fragment
-    /// stage of cutout surfaces.
+    /// Creates pipelines with the stages that draw patches, for surfaces of these kinds. `cutout` is the fragment stage of cutout
+    /// surfaces.
     pub(crate) fn new(
         gpu: &Arc<Gpu>,
         name: &str,
@@ -211,7 +211,7 @@ impl PipelineSet {
                 vertex: "passes/geometry/geometry.vert",
                 tessellation: Some(["passes/geometry/geometry.tesc", "passes/geometry/geometry.tese"]),
                 topology: Topology::Patches(4),
-                // The tessellator counts v downwards.
+                // The tessellator runs along v in the opposite direction.
                 clockwise_front: true,
                 spec: &[desc.spec, &[("FLAT", SpecValue::Bool(flat)), ("AT_TEXELS", SpecValue::Bool(at_texels))]]
                     .concat(),
@@ -266,13 +266,13 @@ impl PipelineSet {
 }
 
 impl GeometryPass {
-    /// Creates the pass for objects of these kinds. It draws both sides of a surface, unless the object is front-only. A closed
+    /// Creates the pass for objects of these kinds. Both sides of a surface are drawn, unless the object is front-only. A closed
     /// surface hides its own back faces.
     pub fn new(gpu: &Arc<Gpu>, kind: GeometryKind, objects: &[SurfaceKind], numbering: Numbering) -> Result<Self> {
         let desc = GraphicsDesc {
             fragment: Some("passes/geometry/geometry.frag"),
             colors: &GeometryTargets::FORMATS,
-            // The geometry of single samples stores no footprint.
+            // Geometry with a single sample per pixel stores no footprint.
             kept_colors: usize::from(matches!(kind, GeometryKind::Pixels | GeometryKind::Wires)),
             depth: Some(Depth::default()),
             samples: kind.samples(),
@@ -286,7 +286,7 @@ impl GeometryPass {
             GeometryKind::Edges => "geometry of edges",
             GeometryKind::Wires => "wires",
         };
-        // Marking the inside needs the back faces.
+        // Back faces are drawn if they have to be marked.
         let sides = |kind: &SurfaceKind| {
             let both = DrawnAs::both_sides(*kind);
             [kind.front_only, false].map(|front_only| DrawnAs { front_only, ..both })
@@ -310,7 +310,7 @@ impl GeometryPass {
     }
 }
 
-/// Sets a viewport of [`GUARD_BAND`] times the target's size, and a scissor of the target's size.
+/// Sets a viewport that is [`GUARD_BAND`] times as large as the target, and a scissor of the target's size.
 pub(crate) fn guard_band(cmd: &mut Commands, target: &Image) {
     let [width, height] = target.mip_extent(0);
     let (w, h) = (width as f32, height as f32);

@@ -1,4 +1,4 @@
-//! The passes of a frame, one file each. `new` makes the pipelines of a pass, and `record` records its commands.
+//! The passes of a frame, with one file for each pass. `new` makes the pipelines of a pass, and `record` records its commands.
 
 use std::sync::Arc;
 
@@ -21,20 +21,20 @@ pub mod shadow;
 pub mod targets;
 pub mod tiles;
 
-/// The passes of every frame, independent of settings.
+/// The passes that run in every frame, whatever the settings are.
 pub struct CommonPasses {
-    /// The shadow maps.
+    /// The pass that draws the shadow maps.
     pub shadow: shadow::ShadowPass,
-    /// The content of each screen tile.
+    /// The pass that records the content of each screen tile.
     pub tiles: tiles::TilePass,
-    /// The object of each pixel, as a depth.
+    /// The pass that writes the object of each pixel as a depth.
     pub objects: object_depth::ObjectDepthPass,
-    /// Marks edge samples on their pixel's own surface.
+    /// The pass that marks edge samples that lie on their pixel's own surface.
     pub edges: edges::EdgePass,
 }
 
 impl CommonPasses {
-    /// Makes the passes of a scene with these casters.
+    /// Makes the passes for a scene with these shadow casters.
     pub fn new(gpu: &Arc<Gpu>, casters: geometry::CasterKinds, numbering: Numbering) -> Result<Self> {
         Ok(Self {
             shadow: shadow::ShadowPass::new(gpu, casters)?,

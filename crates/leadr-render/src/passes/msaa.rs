@@ -1,10 +1,10 @@
-//! Multisampling, which finds the surfaces at the samples of each pixel, so that each surface is shaded once.
+//! Multisampling, which finds the surfaces at the samples of each pixel, so that each surface is shaded once per pixel.
 //!
-//! The geometry is drawn with several samples per pixel. Most pixels show one surface. At an outline a pixel shows several
-//! surfaces, and each surface covers some of the samples. The surface with the most samples stays at the pixel's position. Further
-//! surfaces go into slots below the image, so the same draws filter and shade pixels and slots.
+//! The geometry is drawn with several samples per pixel. Most pixels show one surface. At an outline, a pixel shows several
+//! surfaces, and each of them covers some of the samples. The surface with the most samples stays at the position of the pixel.
+//! Further surfaces go into slots below the image, so the same draws filter and shade pixels and slots.
 //! [`AccumulatePass`](super::accumulate::AccumulatePass) then combines the surfaces of a pixel, weighted by their coverage. A
-//! surface is evaluated at the pixel's centre, as with a single sample.
+//! surface is evaluated at the centre of the pixel, as with a single sample.
 
 use std::sync::Arc;
 
@@ -17,16 +17,16 @@ use leadr_gpu::{
 };
 
 shared_struct! {
-    /// Rays through the pixels, as in [`Camera::rays`](crate::camera::Camera::rays).
+    /// The rays through the pixels, as in [`Camera::rays`](crate::camera::Camera::rays).
     struct MsaaRays for "MsaaRays" {
         x: [f32; 4],
         y: [f32; 4],
-        /// The z axis of the rays; w: near plane.
+        /// The z axis of the rays. The near distance is in w.
         middle: [f32; 4],
     }
 }
 
-/// The multisampling pass for one number of samples.
+/// The multisampling pass for one number of samples per pixel.
 #[derive(Clone)]
 pub struct MsaaPass {
     pipeline: ComputePipeline,

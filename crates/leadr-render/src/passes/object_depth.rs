@@ -12,13 +12,13 @@ use leadr_gpu::{
     Sampler, Use,
 };
 
-/// The depth test of passes over one object.
+/// The depth test for passes that draw one object.
 pub const OBJECT_TEST: Depth = Depth { format: OBJECT_FORMAT, compare: vk::CompareOp::EQUAL, write: false, bias: None };
 
-/// The depth test of passes over all objects, which skips the sky.
+/// The depth test for passes that draw all objects, which skips the sky.
 pub const ANY_OBJECT_TEST: Depth = Depth { compare: vk::CompareOp::NOT_EQUAL, ..OBJECT_TEST };
 
-/// The pass that writes the image of objects.
+/// The pass that writes the object depth.
 pub struct ObjectDepthPass {
     pixels: GraphicsPipeline,
     slots: GraphicsPipeline,
@@ -45,7 +45,7 @@ impl ObjectDepthPass {
         })
     }
 
-    /// Writes the image of objects after the geometry passes. `seen` are the multisampled targets, if any.
+    /// Writes the object depth. Record it after the geometry passes. `seen` are the multisampled targets, if any.
     pub fn record(&self, cmd: &mut Commands, visible: &VisibleSurface, seen: Option<&MultisampleTargets>) {
         cmd.image_barrier(&visible.objects, Use::Undefined, Use::DepthTarget);
         cmd.begin_rendering(&[], Some(DepthTarget { view: visible.objects.whole(), clear: Some(0.0) }));

@@ -1,5 +1,5 @@
-//! The present pass, which exposes and tonemaps the renderer's linear image into a window's image with the curves of
-//! [`leadr_maps::tonemap`]. The codes equal those in a PNG.
+//! The present pass, which exposes and tonemaps the renderer's linear image into the image of a window, with the curves of
+//! [`leadr_maps::tonemap`]. The resulting codes equal those in a PNG.
 
 use std::sync::Arc;
 
@@ -13,9 +13,9 @@ use leadr_maps::tonemap::Tonemap;
 
 shared_struct! {
     struct Constants for "Constants" {
-        /// Exposure factor on the radiance.
+        /// The exposure factor for the radiance.
         exposure: f32,
-        /// Fraction of the width that shows the first image.
+        /// The fraction of the width that shows the first image.
         split: f32,
         /// 1 to dither before rounding to codes, 0 to round to the nearest code.
         dithering: f32,
@@ -25,26 +25,26 @@ shared_struct! {
 /// The pipeline of the present pass.
 pub struct PresentPass {
     pipeline: GraphicsPipeline,
-    /// Samplers for images of the target's size and of other sizes.
+    /// The samplers for images of the target's size, and of other sizes.
     samplers: [Sampler; 2],
 }
 
 /// The input of the present pass.
 #[derive(Clone, Copy)]
 pub struct Presented<'a> {
-    /// Image of linear radiance.
+    /// The image of linear radiance.
     pub image: &'a Image,
     /// A second image on the right, and the fraction of the width for the first image.
     pub beside: Option<(&'a Image, f32)>,
-    /// Exposure factor on the radiance.
+    /// The exposure factor for the radiance.
     pub exposure: f32,
     /// Whether codes are dithered ([`leadr_maps::tonemap::dither`]).
     pub dithered: bool,
 }
 
 impl PresentPass {
-    /// Creates the pass for targets of one format. sRGB formats encode automatically. For linear formats the pass writes sRGB
-    /// codes.
+    /// Creates the pass for targets of one format. sRGB formats encode the colours themselves. For linear formats, the pass writes
+    /// sRGB codes.
     pub fn new(gpu: &Arc<Gpu>, format: vk::Format, tonemap: Tonemap) -> Result<Self> {
         let target_encodes = matches!(format, vk::Format::B8G8R8A8_SRGB | vk::Format::R8G8B8A8_SRGB);
         let pipeline = GraphicsPipeline::new(
@@ -91,7 +91,7 @@ mod tests {
     use leadr_gpu::{DriverCall, GpuError, GpuOptions, ImageDesc};
     use leadr_maps::tonemap::{display_srgb8, dithered_srgb8};
 
-    /// Returns a ramp over 18 stops with both signs and non-finite values.
+    /// Returns a ramp of radiance over 18 stops, with both signs and with non-finite values.
     fn ramp() -> Vec<[f32; 4]> {
         let mut texels: Vec<[f32; 4]> = (0..1020)
             .map(|i| {
@@ -163,7 +163,7 @@ mod tests {
         assert_eq!(gpu.validation_messages(), Vec::<String>::new());
     }
 
-    /// The test above calls this, because all pipelines of a process share their shaders.
+    /// The test above calls this function, because all pipelines of a process share their shaders.
     fn newer_shaders_are_drawn_with_once_they_fit(gpu: &Arc<Gpu>) {
         use leadr_gpu::shader_watch::CompiledShaders;
 
@@ -188,16 +188,16 @@ mod tests {
             target.read::<[u8; 4]>(0, 0).unwrap()[0]
         };
         assert_eq!(shown(), [188, 188, 188, 255]);
-        // Swapped colours compile into the existing pipeline.
+        // A shader that swaps two colours can be compiled into the existing pipeline.
         let red = changed("vec4(display, 1.0)", "vec4(display.r, 0.0, 0.0, 1.0)");
         assert_eq!(gpu.take_shaders(red).unwrap(), 1);
         assert_eq!(shown(), [188, 0, 0, 255]);
-        // A shader with another block layout does not fit, and nothing changes.
+        // A shader with a different block layout does not fit the pipeline, and nothing changes.
         let foreign = changed("float split;", "vec4 split4; float split;");
         let message = gpu.take_shaders(foreign).unwrap_err().to_string();
         assert!(message.contains("Constants"), "{message}");
         assert_eq!(shown(), [188, 0, 0, 255]);
-        // Nothing changes either when the driver refuses the pipeline.
+        // Nothing changes either if the driver refuses the pipeline.
         let back = || changed("vec4(display, 1.0)", "vec4(display, 1.0) ");
         gpu.fail_after(0, DriverCall::Pipeline);
         let message = gpu.take_shaders(back()).unwrap_err().to_string();

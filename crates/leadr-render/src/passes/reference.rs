@@ -1,18 +1,18 @@
-//! The reference with relief shadows, where supersampled displaced geometry casts shadows on itself.
+//! The reference with relief shadows, whose supersampled, displaced geometry casts shadows on itself.
 //!
-//! Every sample lights the visible facets by the sun, the point lights, the lights of the panorama, and a few directions of the
-//! remaining environment. Some of these directions are drawn for the whole image
-//! ([`environment_lights`](super::environment_lights)), and some for each pixel from its specular lobe and hemisphere. The mean
-//! over the samples is the environment with true visibility.
+//! In every sample, the visible facets are lit by the sun, the point lights, the lights of the panorama, and a few directions of
+//! the remaining environment. Some of these directions are drawn at random for the whole image
+//! ([`environment_lights`](super::environment_lights)). The others are drawn for each pixel, from its specular lobe and from its
+//! hemisphere. The mean over the samples is the environment with its true visibility.
 //!
-//! Visibility uses one of two methods. If all casters are displaced in one direction, they form a height field, and rays from each
-//! pixel are traced through its depth map. Otherwise the casters are drawn into one depth map per light of the sample
-//! ([`relief_shadow`](super::relief_shadow)). Then all draws estimate the unoccluded environment, and the draws with maps estimate
-//! the occluded part.
+//! Visibility is computed with one of two methods. If all casters are displaced in one direction, they form a height field, and
+//! rays from each pixel are traced through the depth map of this field. Otherwise, the casters are drawn into one depth map for
+//! each light of the sample ([`relief_shadow`](super::relief_shadow)). In this case, all draws together estimate the unoccluded
+//! environment, and the draws with maps estimate the occluded part.
 //!
-//! Blocked directions are black, since light is reflected only once. With per-light maps, base materials smoother than
-//! [`MIRROR_ALPHA`](crate::constants::MIRROR_ALPHA) reflect the environment as if the relief hid only the viewer's rays, because
-//! lights with maps would almost never fall into their narrow lobe.
+//! Blocked directions are black, because light is reflected only once. With one map per light, base materials smoother than
+//! [`MIRROR_ALPHA`](crate::constants::MIRROR_ALPHA) reflect the environment as if the relief hid only the rays of the viewer.
+//! Lights with maps would almost never fall into their narrow lobes.
 
 use std::sync::Arc;
 
@@ -45,68 +45,69 @@ shared_struct! {
     /// A light as the shader reads it (`Light` in `passes/shade/visibility.glsl`).
     #[derive(Default)]
     pub struct ReliefLightGpu for "Light" {
-        /// Matrix from world space to texture coordinates and depth in the map.
+        /// The matrix from world space to texture coordinates and depth in the map.
         pub texture_from_world: [[f32; 4]; 4],
         /// The inverse of `texture_from_world`.
         pub world_from_texture: [[f32; 4]; 4],
-        /// Direction towards the light, or position of a point light; w is 1 for a point light.
+        /// The direction towards the light or, if w is 1, the position of a point light.
         pub position: [f32; 4],
-        /// Irradiance or intensity; w is one of the `LIGHT_` constants.
+        /// The irradiance or intensity in rgb. One of the `LIGHT_` constants is in w.
         pub power: [f32; 4],
-        /// The spot cone, [`PointLight::falloff`](crate::scene::PointLight).
+        /// The spot cone, as [`PointLight::falloff`](crate::scene::PointLight).
         pub falloff: [f32; 4],
-        /// Reciprocal of the squared range, or 0.
+        /// The reciprocal of the squared range, or 0 without a range.
         pub range: [f32; 4],
-        /// Map layer, world size of a texel, density of the draw per solid angle, and 1 if the light has a map.
+        /// The layer of the map, the world size of a texel, the density of the draw per solid angle, and 1 if the light has a map.
         pub map: [f32; 4],
     }
 }
 
 shared_struct! {
-    /// The light block (`Lighting`).
+    /// The block with the lights of a sample (`Lighting`).
     #[derive(Default)]
     pub struct ReliefLightingGpu for "Lighting" {
-        /// Matrix from world space to the map of a height field.
+        /// The matrix from world space to the map of a height field.
         pub field_from_world: [[f32; 4]; 4],
-        /// Rays through the image, with the near plane in the last w.
+        /// The rays through the image. The near distance is in the last w.
         pub rays: [[f32; 4]; 3],
-        /// Position of the camera, and radiance of an emission value of 1.
+        /// The position of the camera, and the radiance of an emission value of 1.
         pub camera_position: [f32; 4],
-        /// Width and height of the image, and face size of the environment.
+        /// The width and height of the image, and the face size of the environment.
         pub viewport: [f32; 4],
         /// Extinction of the air per metre, or 0 without an analytic sky.
         pub air: [f32; 4],
         /// World size of a map texel, depth of the highest point, and map size in texels, for a height field.
         pub field: [f32; 4],
-        /// Number of lights, number of drawn lights, face size of the texels from which lights are drawn, and index of the sample.
+        /// The number of lights, the number of drawn lights, the face size of the texels from which lights are drawn, and the index
+        /// of the sample.
         pub counts: [i32; 4],
-        /// Random seed of the draws.
+        /// The random seed of the draws.
         pub seed: [u32; 4],
         /// The lights.
         pub lights: [ReliefLightGpu; MAX_LIGHTS],
     }
 }
 
-/// The pipeline key of the reference.
+/// The key that selects the pipelines of the reference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct ReferenceKind {
     /// The enabled light terms.
     pub terms: Terms,
-    /// Whether the base roughness applies in the frame of the facets instead of the macrosurface.
+    /// Whether the base roughness applies in the frame of the facets, instead of the frame of the macrosurface.
     pub facet_frame: bool,
-    /// Base materials of the surfaces.
+    /// The base materials of the surfaces.
     pub bases: Bases,
-    /// The kinds of casters.
+    /// The kinds of surfaces that cast shadows.
     pub casters: CasterKinds,
     /// Whether heights move the surface.
     pub displaced: bool,
     /// Whether the casters form a height field.
     pub height_field: bool,
-    /// Whether environment directions are drawn.
+    /// Whether lights are drawn from the environment.
     pub drawn: bool,
 }
 
-/// The pipelines of the reference: shading and shadow maps.
+/// The pipelines of the reference, for shading and for its shadow maps.
 #[derive(Clone)]
 pub struct ReferencePass {
     pipeline: GraphicsPipeline,
@@ -116,7 +117,7 @@ pub struct ReferencePass {
 }
 
 impl ReferencePass {
-    /// Creates the pass of one kind.
+    /// Creates the pass for one kind.
     pub fn new(gpu: &Arc<Gpu>, kind: ReferenceKind) -> Result<Self> {
         let desc = GraphicsDesc {
             vertex: "passes/fullscreen.vert",
@@ -144,13 +145,12 @@ impl ReferencePass {
         })
     }
 
-    /// Draws the shadow maps of the sample that `lights` last selected.
+    /// Draws the shadow maps for the sample that was last selected in `lights`.
     pub fn record_maps(&self, cmd: &mut Commands, lights: &ReliefLights, casters: &[&PosedObject]) {
         self.shadows.record(cmd, &lights.maps, casters);
     }
 
-    /// Shades every pixel of the sample's G-buffer into its active radiance target. `scene` is the scene's descriptor set, for
-    /// measured materials.
+    /// Shades every pixel of the sample's G-buffer into its active radiance target. `scene` contains the measured materials.
     pub fn draw(
         &self,
         cmd: &mut Commands,
@@ -181,24 +181,24 @@ impl ReferencePass {
     }
 }
 
-/// The lights of a frame, with maps of their occlusion by the relief.
+/// The lights of a frame, with the maps in which the relief occludes them.
 pub struct ReliefLights {
     block: Buffer,
-    /// Environment radiance and draw density per texel.
+    /// The environment radiance and the density of the draws, for each texel.
     texels: Buffer,
     maps: ReliefMaps,
     environment: Option<EnvironmentLights>,
     panorama: Vec<EnvironmentLight>,
     face_size: u32,
-    /// Bounding sphere of the casters, if there are any.
+    /// The bounding sphere of the casters, if any.
     bounds: Option<Sphere>,
     /// The casters as a height field, if they form one.
     field: Option<HeightFieldAxis>,
-    /// Texels along one side of a map.
+    /// The number of texels along one side of a map.
     size: u32,
 }
 
-/// The common displacement direction of all casters, and their extent along it.
+/// The displacement direction that all casters share, and their highest extent along it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct HeightFieldAxis {
     axis: Vec3,
@@ -206,7 +206,7 @@ struct HeightFieldAxis {
 }
 
 impl HeightFieldAxis {
-    /// Returns the axis, or `None` without casters or with several displacement directions.
+    /// Returns the axis, or `None` if there are no casters or several displacement directions.
     fn of(casters: &[&PosedObject]) -> Option<Self> {
         let axis = casters.first()?.vertices.displaced_along().first()?.normalize_or_zero();
         let mut top = f32::NEG_INFINITY;
@@ -223,7 +223,8 @@ impl HeightFieldAxis {
 }
 
 impl ReliefLights {
-    /// Creates the lights of a frame for its casters. The device must be idle, and the environment must contain the frame's sky.
+    /// Creates the lights of a frame for its casters. The device must be idle, and the environment must already contain the frame's
+    /// sky.
     pub fn new(
         gpu: &Arc<Gpu>,
         state: &FrameState,
@@ -272,7 +273,7 @@ impl ReliefLights {
         self.field.is_some()
     }
 
-    /// Whether environment directions are drawn.
+    /// Whether lights are drawn from the environment.
     pub const fn are_drawn(&self) -> bool {
         self.environment.is_some()
     }
@@ -305,7 +306,7 @@ impl ReliefLights {
             seed: [(settings.seed ^ settings.seed >> 32) as u32, 0, 0, 0],
             ..Default::default()
         };
-        // The map offset is independent of the sample's position in the pixel.
+        // The offset of the maps is independent of the sample's position in the pixel.
         let [u, v] = light_point(index, !settings.seed);
         let shift = Vec2::new(u as f32, v as f32) - 0.5;
         let mut views: Vec<ShadowView> = Vec::new();
@@ -355,7 +356,7 @@ impl ReliefLights {
             let direction = sun.direction.normalize_or(Vec3::Z);
             lights.push(light(Caster::Directional(direction), sun.irradiance, LIGHT_OF_SCENE));
         }
-        // Each sample draws a different direction from the disk of a panorama light.
+        // In each sample, a panorama light has a different direction from its disk.
         for (number, taken) in self.panorama.iter().enumerate() {
             let [u, v] = light_point(index, settings.seed ^ (number as u64 + 1) << 32);
             let direction = taken.direction_within([u as f32, v as f32]);
@@ -379,20 +380,21 @@ impl ReliefLights {
 struct SampleLight {
     caster: Caster,
     power: Vec3,
-    /// The type of the light, one of the `LIGHT_` constants.
+    /// The type of the light, as one of the `LIGHT_` constants.
     kind: i32,
-    /// Density of a drawn light per solid angle.
+    /// The density of a drawn light per solid angle.
     density: f32,
     falloff: [f32; 4],
     inverse_square_range: f32,
 }
 
-/// Smallest weight of a direction for drawing lights. Bumps may face a direction that lights no visible smooth surface.
+/// The smallest weight of a direction from which lights are drawn. Bumps may face a direction that lights no visible smooth
+/// surface.
 const LEAST_RECEIVED: f64 = 0.15;
-/// Maximum number of normals returned by [`seen_normals`].
+/// The maximum number of normals that [`seen_normals`] returns.
 const SEEN_NORMALS: usize = 64;
 
-/// Returns a subset of the vertex normals that face the viewer.
+/// Returns some of the vertex normals that face the viewer.
 fn seen_normals(eye: Vec3, casters: &[&PosedObject]) -> Vec<Vec3> {
     let vertices = casters.iter().flat_map(|posed| posed.vertices.positions.iter().zip(&posed.vertices.normals));
     let seen: Vec<Vec3> = vertices.filter(|&(&p, n)| n.dot(eye - p) > 0.0).map(|(_, &n)| n).collect();
@@ -421,7 +423,7 @@ mod tests {
             square += f64::from(d.reject_from(light.direction).length_squared()) / f64::from(n);
         }
         assert!(sum.normalize().angle_between(light.direction) < 2e-4, "{sum}");
-        // The mean squared distance is the sum of the variances of two axes.
+        // The mean squared distance is the sum of the variances along two axes.
         assert!((square / 8e-4 - 1.0).abs() < 0.01, "{square}");
     }
 }

@@ -1,5 +1,6 @@
 //! Shadows at the resolution of the relief, for the reference. Each light has a depth map of geometry with one vertex per
-//! displacement texel. The map shifts by part of a texel from sample to sample, so its resolution errors average out.
+//! displacement texel. The map shifts by part of a texel from sample to sample, so the errors of its limited resolution average
+//! out.
 
 use std::sync::Arc;
 
@@ -16,12 +17,12 @@ use crate::surfaces::sphere::Sphere;
 use crate::surfaces::tessellation::{Lens, TessellationSettings};
 use leadr_gpu::{Commands, Depth, DepthTarget, Gpu, GraphicsDesc, Image, ImageDesc, ImageView, Result, Use};
 
-/// Map texels per relief texel, along one side.
+/// The number of map texels per relief texel, along one side.
 const TEXELS_PER_RELIEF_TEXEL: f32 = 3.0;
-/// Smallest and largest size of a map.
+/// The smallest and the largest size of a map, in texels.
 const MAP_SIZES: [u32; 2] = [256, 4096];
 
-/// The light of a relief map.
+/// The light for which a relief map is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Caster {
     /// A light at infinity, in this unit direction.
@@ -30,8 +31,9 @@ pub enum Caster {
     Point(Vec3),
 }
 
-/// Returns the view for a map of `size` texels over a sphere, shifted by `offset` texels. For a point light, [`ShadowView::texel`]
-/// is the size of a texel at distance 1. A point light inside the sphere covers a wide cone towards the sphere's centre.
+/// Returns the view for a map of `size` texels that covers a sphere. The view is shifted by `offset` texels. For a point light,
+/// [`ShadowView::texel`] is the size of a texel at distance 1. The map of a point light inside the sphere covers a wide cone
+/// towards the centre of the sphere.
 pub fn relief_view(caster: Caster, sphere: Sphere, size: u32, offset: Vec2) -> ShadowView {
     match caster {
         Caster::Directional(toward) => {
@@ -47,16 +49,16 @@ pub fn relief_view(caster: Caster, sphere: Sphere, size: u32, offset: Vec2) -> S
     }
 }
 
-/// Returns the texels along one side of a map that resolves relief texels of `texel` metres on casters within `radius`. An infinite
-/// `texel` means smooth casters.
+/// Returns the number of texels along one side of a map. The map resolves relief texels of `texel` metres on casters within
+/// `radius`. An infinite `texel` means that the casters are smooth.
 pub fn map_size(radius: f32, texel: f32) -> u32 {
-    // Smooth casters need only resolved silhouettes.
+    // For smooth casters, it is enough to resolve the silhouettes.
     let texel = if texel.is_finite() { texel } else { radius / 512.0 };
     let wanted = (TEXELS_PER_RELIEF_TEXEL * 2.0 * radius / texel.max(1e-9)).min(1e6) as u32;
     wanted.clamp(MAP_SIZES[0], MAP_SIZES[1]).next_multiple_of(64)
 }
 
-/// The pipeline that draws the maps.
+/// The pipelines that draw the maps.
 #[derive(Clone)]
 pub struct ReliefShadowPass {
     pipelines: PatchPipelines,
@@ -69,7 +71,8 @@ impl ReliefShadowPass {
         Ok(Self { pipelines: PatchPipelines::new(gpu, "relief shadow", &desc, CUTOUT_DEPTH, kinds.iter())? })
     }
 
-    /// Draws the maps with their last views, and leaves them readable. `casters` must be the casters passed to [`ReliefMaps::new`].
+    /// Draws the maps with the current views, and leaves them readable. `casters` must be the casters passed to
+    /// [`ReliefMaps::new`].
     pub fn record(&self, cmd: &mut Commands, maps: &ReliefMaps, casters: &[&PosedObject]) {
         cmd.image_barrier(&maps.image, Use::Undefined, Use::DepthTarget);
         for ((layer, views), light) in maps.layers.iter().zip(&maps.views).zip(0..) {
@@ -85,12 +88,12 @@ impl ReliefShadowPass {
     }
 }
 
-/// The maps of a frame's lights.
+/// The maps for the lights of a frame.
 pub struct ReliefMaps {
     image: Image,
     array: ImageView,
     layers: Vec<ImageView>,
-    /// The objects, tessellated as for the camera.
+    /// The objects, which are tessellated as for the camera.
     divided: Vec<DividedObject>,
     /// The views of all objects, for each light.
     views: Vec<Vec<ObjectView>>,
@@ -99,7 +102,7 @@ pub struct ReliefMaps {
 }
 
 impl ReliefMaps {
-    /// Creates maps of `size`² texels for this number of lights and these casters.
+    /// Creates maps of `size`² texels for these casters, with one map for each of the lights.
     pub fn new(gpu: &Arc<Gpu>, casters: &[&PosedObject], size: u32, lights: usize) -> Result<Self> {
         let layers = lights.max(1) as u32;
         let desc = ImageDesc::new(vk::Format::D32_SFLOAT, size, size).depth_target().layers(layers);
@@ -121,7 +124,7 @@ impl ReliefMaps {
         })
     }
 
-    /// Sets the view of each light, for the casters passed to `new`. The device must be idle.
+    /// Sets the view of each light. `casters` must be the casters passed to `new`. The device must be idle.
     pub fn point(
         &mut self,
         casters: &[&PosedObject],
@@ -176,7 +179,7 @@ mod tests {
             let at = |offset| view(offset).texture_from_world.project_point3(centre).truncate() * size as f32;
             let moved = at(Vec2::new(0.5, 0.25)) - at(Vec2::ZERO);
             assert!((moved.abs() - Vec2::new(0.5, 0.25)).abs().max_element() < 0.01, "{caster:?}: {moved}");
-            // Measures the size of a texel.
+            // A step of one texel must move the projected point by one texel.
             let distance = if let Caster::Point(p) = caster { p.distance(centre) } else { 1.0 };
             let side = toward.any_orthonormal_vector() * still.texel * distance;
             let step = still.texture_from_world.project_point3(centre + side)

@@ -1,4 +1,4 @@
-//! The inputs of shading fragment stages, the pass that shades the G-buffer, and the pass that draws the sky behind surfaces.
+//! The inputs of fragment stages that shade. Also the passes that shade the G-buffer and draw the sky behind surfaces.
 
 use std::sync::Arc;
 
@@ -23,34 +23,35 @@ use leadr_gpu::{
 const SUNS: usize = MAX_SUNS as usize;
 const SHADOW_MAPS: usize = MAX_SHADOW_MAPS as usize;
 
-/// Angular radius of the frame's own sun in radians, 0.2665° at the mean distance of the Earth.
+/// The angular radius of the frame's own sun in radians: 0.2665°, the value at the mean distance of the Earth.
 pub const SUN_RADIUS: f32 = 4.651e-3;
 
 shared_struct! {
-    /// The light block (`Lighting` in `passes/shade/shade.frag`).
+    /// The block with the lights of a frame (`Lighting` in `passes/shade/shade.frag`).
     pub struct LightingGpu for "Lighting" {
-        /// Rays through the image, as in [`Camera::rays`](crate::camera::Camera::rays), with the near plane in the last w.
+        /// The rays through the image, as in [`Camera::rays`](crate::camera::Camera::rays). The near distance is in the last w.
         pub rays: [[f32; 4]; 3],
-        /// Matrices from world space to shadow texture space for the frame's own sun, the panorama's suns, and the point lights.
+        /// The matrices from world space to shadow texture space, for the frame's own sun, the suns of the panorama, and the point
+        /// lights.
         pub shadow_from_world: [[[f32; 4]; 4]; SHADOW_MAPS],
-        /// Position of the camera, and radiance of an emission value of 1.
+        /// The position of the camera, and the radiance of an emission value of 1.
         pub camera_position: [f32; 4],
-        /// Directions toward the suns, and the angular variance of their light.
+        /// The directions toward the suns, and the angular variance of their light.
         pub sun_direction: [[f32; 4]; SUNS],
-        /// Irradiance of each sun on a plane that faces it, and the tangents of the suns' angular radii.
+        /// The irradiance of each sun on a plane that faces it, and the tangent of the sun's angular radius.
         pub sun_irradiance: [[f32; 4]; SUNS],
-        /// Positions of the point lights, and the reciprocals of their squared ranges.
+        /// The positions of the point lights, and the reciprocals of their squared ranges.
         pub point_position: [[f32; 4]; MAX_POINT_LIGHTS],
-        /// Intensities of the point lights.
+        /// The intensities of the point lights.
         pub point_intensity: [[f32; 4]; MAX_POINT_LIGHTS],
-        /// The spot cones, [`PointLight::falloff`](crate::scene::PointLight).
+        /// The spot cones, as [`PointLight::falloff`](crate::scene::PointLight).
         pub point_falloff: [[f32; 4]; MAX_POINT_LIGHTS],
-        /// Width of the penumbra in map texels per unit of depth, and texels at distance 1.
+        /// The width of the penumbra in map texels per unit of depth, and the size of a texel at distance 1.
         pub point_shadow: [[f32; 4]; MAX_POINT_LIGHTS],
-        /// Width and height of the image, and samples along one side of a pixel.
+        /// The width and height of the image, and the number of samples along one side of a pixel.
         pub viewport: [f32; 4],
-        /// Face size of the cube, 0, world size of a shadow texel, and tangent of the lowest elevation for background lookups in
-        /// the cube.
+        /// The face size of the cube, 0, the world size of a shadow texel, and the tangent of the lowest elevation at which the
+        /// background is looked up in the cube.
         pub environment: [f32; 4],
         /// Extinction of the air per metre, or 0 without an analytic sky.
         pub air: [f32; 4],
@@ -65,7 +66,7 @@ pub(super) fn air_of(state: &FrameState) -> Vec3 {
 }
 
 impl LightingGpu {
-    /// Returns the block for an image of the scene under an environment. `shadows` are the views of the shadow-casting lights, in
+    /// Returns the block for an image of the scene under an environment. `shadows` are the views of the lights with shadow maps, in
     /// order.
     pub fn new(state: &FrameState, view: &View, environment: &Environment, shadows: &[ShadowView]) -> Self {
         let four = |v: Vec3, w: f32| v.extend(w).to_array();
@@ -111,14 +112,14 @@ impl LightingGpu {
         block
     }
 
-    /// Sets new random draws for each sample of the reference.
+    /// Sets the index and the seed for the random draws of the reference.
     #[must_use]
     pub fn with_draws(mut self, sample: u32, seed: u64) -> Self {
         self.draws = [sample, (seed ^ seed >> 32) as u32, 0, 0];
         self
     }
 
-    /// Extends the lowest sky texels down to the horizon of a sea, which sinks below eye level as the viewer rises.
+    /// Extends the lowest texels of the sky down to the horizon of a sea, which sinks below eye level as the viewer rises.
     #[must_use]
     pub fn with_sea_horizon(mut self) -> Self {
         // This is the elevation of the lowest texel centres above eye level.
@@ -127,21 +128,21 @@ impl LightingGpu {
     }
 }
 
-/// The numbers of lights in a frame. Each set has separate pipelines, so absent lights cost nothing.
+/// The numbers of lights in a frame. Each combination has its own pipelines, so absent lights cost nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct LightSet {
     /// Whether the frame has its own sun.
     pub sun: bool,
-    /// Number of lights extracted from the panorama.
+    /// The number of lights extracted from the panorama.
     pub panorama: u32,
-    /// Number of point lights.
+    /// The number of point lights.
     pub points: u32,
     /// Whether the lights have shadow maps.
     pub shadows: bool,
 }
 
 impl LightSet {
-    /// Counts the lights of a frame under an environment, with or without shadow maps.
+    /// Counts the lights of a frame under an environment. `shadows` is whether they have shadow maps.
     pub fn new(state: &FrameState, environment: &Environment, shadows: bool) -> Self {
         let points = state.point_lights.len().min(MAX_POINT_LIGHTS) as u32;
         let panorama = (environment.lights().len() as u32).min(MAX_ENVIRONMENT_LIGHTS);
@@ -159,7 +160,8 @@ impl LightSet {
     }
 }
 
-/// Returns the directional lights of a frame in shader order: its own sun with zero size, then the panorama's lights.
+/// Returns the directional lights of a frame in the order of the shaders. The frame's own sun comes first, with zero size, then the
+/// panorama's lights.
 pub fn suns_of<'a>(
     state: &FrameState,
     environment: &'a Environment,
@@ -175,26 +177,26 @@ pub fn suns_of<'a>(
 /// How the shading pass treats edge samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Edges {
-    /// No edge samples.
+    /// There are no edge samples.
     None = EDGES_ARE_ABSENT as isize,
-    /// Shades edge samples, except those marked by [`EdgePass`](super::edges::EdgePass).
+    /// The pass shades edge samples, except those that [`EdgePass`](super::edges::EdgePass) has marked.
     Shaded = EDGES_ARE_SHADED as isize,
-    /// Shades pixels after their edge samples were joined.
+    /// The pass shades pixels whose edge samples were joined before.
     Joined = EDGES_ARE_JOINED as isize,
 }
 
-/// The pipeline key of the shading pass.
+/// The key that selects the pipeline of the shading pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct ShadeKind {
-    /// How surfaces are shaded. The value is [plain](Shading::plain), since no other setting affects the pipelines.
+    /// How surfaces are shaded. The value is [plain](Shading::plain), because other settings do not affect the pipelines.
     pub shading: Shading,
     /// The lights of the frame.
     pub lights: LightSet,
-    /// The use of edge samples.
+    /// How the pass treats edge samples.
     pub edges: Edges,
-    /// Base materials of the surfaces.
+    /// The base materials of the surfaces.
     pub bases: Bases,
-    /// Whether the pass outputs the fractions of light that arrive, instead of radiance.
+    /// Whether the pass outputs the fractions of light that arrive at a pixel, instead of its radiance.
     pub light_visibility: bool,
 }
 
@@ -229,7 +231,7 @@ pub struct ShadePass {
 }
 
 impl ShadePass {
-    /// Creates the pass of one kind.
+    /// Creates the pass for one kind.
     pub fn new(gpu: &Arc<Gpu>, kind: ShadeKind) -> Result<Self> {
         let desc = GraphicsDesc {
             vertex: "passes/shade/shade.vert",
@@ -244,12 +246,12 @@ impl ShadePass {
         Ok(Self { pipeline: GraphicsPipeline::new(gpu, "shade", &desc)?, nearest: nearest(gpu)? })
     }
 
-    /// Shades the surface pixels of a filtered sample, or its unmarked edge samples, into the active radiance target. `joined` has
-    /// the sums of each pixel's edge samples, if any.
+    /// Shades the surface pixels of a filtered sample into its active radiance target. For edge samples, shades the unmarked ones.
+    /// `joined` has the sums of each pixel's edge samples, if any.
     pub fn draw(&self, cmd: &mut Commands, sample: &SampleTargets, scene: &ResourceSet, joined: Option<&JoinedEdges>) {
         let SampleTargets { visible, gbuffer, .. } = sample;
         let nearest = &self.nearest;
-        // Pipelines without joined edge samples still need a placeholder float image.
+        // A pipeline without joined edge samples still needs a float image as a placeholder.
         let shares = joined.map_or(&visible.depth, |joined| &joined.shares);
         let more_suns = joined.map_or(&visible.depth, |joined| &joined.more_suns);
         let filtered = [
@@ -272,7 +274,7 @@ impl ShadePass {
     }
 }
 
-/// The pipeline of the sky behind surfaces, which needs few of the shading inputs.
+/// The pipeline that draws the sky behind surfaces, which needs few of the inputs of shading.
 #[derive(Clone)]
 pub struct SkyBehindPass {
     pipeline: GraphicsPipeline,
@@ -280,7 +282,7 @@ pub struct SkyBehindPass {
 }
 
 impl SkyBehindPass {
-    /// Creates the pass, with or without the slots of multisampled pixels.
+    /// Creates the pass. `multisampled` is whether the image has slots for multisampled pixels.
     pub fn new(gpu: &Arc<Gpu>, multisampled: bool) -> Result<Self> {
         let desc = GraphicsDesc {
             vertex: "passes/shade/sky.vert",
@@ -294,7 +296,7 @@ impl SkyBehindPass {
         Ok(Self { pipeline: GraphicsPipeline::new(gpu, "shade sky", &desc)?, nearest: nearest(gpu)? })
     }
 
-    /// Draws the sky pixels into the active radiance target of a sample, after the object depth pass.
+    /// Draws the sky pixels into the active radiance target of a sample. Record it after the object depth pass.
     pub fn draw(&self, cmd: &mut Commands, visible: &VisibleSurface, scene: &ResourceSet) {
         cmd.bind(&self.pipeline, &[("visible_surface", Descriptor::Sampled(visible.surface.whole(), &self.nearest))]);
         cmd.bind_set(scene);

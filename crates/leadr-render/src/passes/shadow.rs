@@ -1,4 +1,4 @@
-//! The shadow pass, which draws the depth of the displaced scene from each light.
+//! The shadow pass, which draws the depth of the displaced scene seen from each light.
 
 use std::sync::Arc;
 
@@ -11,10 +11,9 @@ use crate::surfaces::sphere::Sphere;
 use crate::surfaces::tessellation::{Lens, Viewer};
 use leadr_gpu::{Commands, Depth, DepthTarget, Gpu, GraphicsDesc, Image, ImageDesc, ImageView, Result, Use};
 
-/// Widest half angle of a point light's view in radians, for a light among the casters. Directions outside it count as lit.
+/// The widest half angle, in radians, of the view of a point light among the casters. Directions outside the view count as lit.
 const WIDEST: f32 = 1.3;
 
-/// Matrix from clip space to texture coordinates.
 const TEXTURE_FROM_CLIP: Mat4 = Mat4::from_cols(
     Vec4::new(0.5, 0.0, 0.0, 0.0),
     Vec4::new(0.0, 0.5, 0.0, 0.0),
@@ -25,25 +24,26 @@ const TEXTURE_FROM_CLIP: Mat4 = Mat4::from_cols(
 /// The view of a shadow map.
 #[derive(Clone, Copy, Debug)]
 pub struct ShadowView {
-    /// Matrix from world to clip space, with depth 1 nearest the light, orthographic for suns and perspective for points.
+    /// The matrix from world to clip space, where depth is 1 nearest to the light. The projection is orthographic for suns, and
+    /// perspective for point lights.
     pub clip_from_world: Mat4,
-    /// Matrix from world space to texture coordinates (xy) and depth (z).
+    /// The matrix from world space to texture coordinates (xy) and depth (z).
     pub texture_from_world: Mat4,
-    /// Texels along one side of the map.
+    /// The number of texels along one side of the map.
     pub size: u32,
-    /// World size of a texel, at distance 1 for point lights.
+    /// The world size of a texel. For point lights, it is the size at distance 1.
     pub texel: f32,
-    /// World size of a texel at the centre of the map's bounding sphere.
+    /// The world size of a texel at the centre of the sphere that the map covers.
     pub texel_at_centre: f32,
-    /// Distance from a point light at which depth is 1, or 0 for orthographic views.
+    /// The distance from a point light at which depth is 1, or 0 for orthographic views.
     pub near: f32,
     /// The position or direction of the light.
     pub viewer: Viewer,
 }
 
 impl ShadowView {
-    /// Returns a view of a sphere from the sun with unit direction `sun`, in a map of `size` texels. The sphere's centre snaps to
-    /// the texel grid, so that the shadows of moving objects do not crawl.
+    /// Returns the view of a sphere from a sun in the unit direction `sun`, for a map of `size` texels. The centre of the sphere
+    /// snaps to the texel grid, so that the shadows of moving objects do not crawl.
     pub fn around(sun: Vec3, sphere: Sphere, size: u32) -> Self {
         let Sphere { centre, radius } = sphere;
         let (x, y) = sun.any_orthonormal_pair();
@@ -79,8 +79,8 @@ impl ShadowView {
         }
     }
 
-    /// Returns a view of a sphere from a point. From outside it contains the whole sphere, so nothing beyond its edges is in
-    /// shadow. From inside it covers a wide cone towards the centre, and all points outside the cone count as lit.
+    /// Returns the view of a sphere from a point. From outside, the view contains the whole sphere, so nothing beyond its edges is
+    /// in shadow. From inside, it covers a wide cone towards the centre, and all points outside the cone count as lit.
     pub fn from_point(eye: Vec3, sphere: Sphere, size: u32) -> Self {
         let Sphere { centre, radius } = sphere;
         let distance = eye.distance(centre);
@@ -110,7 +110,7 @@ impl ShadowView {
         Self { clip_from_world, texture_from_world: TEXTURE_FROM_CLIP * clip_from_world, ..self }
     }
 
-    /// Returns the viewpoint for casters that are tessellated for the camera's `lens`.
+    /// Returns the viewpoint that draws casters with the tessellation for the camera's `lens`.
     pub fn viewpoint(&self, lens: Lens) -> Viewpoint {
         Viewpoint {
             clip_from_world: self.clip_from_world,
@@ -123,19 +123,19 @@ impl ShadowView {
     }
 }
 
-/// Returns the number of texels along one side of the shadow maps: twice the longer side of the picture, from 1024 to 2048. Small
-/// pictures do not show finer shadows, and smaller maps are faster to draw and sample.
+/// Returns the number of texels along one side of the shadow maps, which is twice the longer side of the picture, from 1024 to
+/// 2048. Small pictures do not show finer shadows, and smaller maps are faster to draw and sample.
 pub fn map_size((width, height): (u32, u32)) -> u32 {
     width.max(height).saturating_mul(2).clamp(1024, 2048).next_power_of_two()
 }
 
-/// The shadow pass, with its pipelines and the maps made so far.
+/// The shadow pass, with its pipelines and the maps that were made so far.
 pub struct ShadowPass {
     pipelines: PatchPipelines,
     maps: Vec<ShadowMaps>,
 }
 
-/// Reversed depth from each light: larger is nearer. Clones share the images.
+/// The reversed depth from each light, where larger values are nearer. Clones share the images.
 #[derive(Clone)]
 pub struct ShadowMaps {
     image: Image,
@@ -151,7 +151,7 @@ impl ShadowMaps {
         Ok(Self { array: image.array()?, layers, image })
     }
 
-    /// An array with one layer per light.
+    /// Returns an array view with one layer per light.
     pub fn array(&self) -> &ImageView {
         &self.array
     }
@@ -166,7 +166,7 @@ impl ShadowPass {
         Ok(Self { pipelines, maps: Vec::new() })
     }
 
-    /// Returns maps of `size`² texels for this number of lights, which frames share. Without lights, the map is a single unused
+    /// Returns maps of `size`² texels for this number of lights. Frames share the maps. Without lights, the map is a single unused
     /// texel.
     pub fn maps(&mut self, gpu: &Arc<Gpu>, size: u32, lights: u32) -> Result<ShadowMaps> {
         let (size, layers) = if lights == 0 { (1, 1) } else { (size, lights) };
@@ -223,7 +223,7 @@ mod tests {
             assert!((s.truncate() - 0.5).length() < 1e-4);
             assert!((view.near / s.z - p.distance(eye)).abs() < 1e-3, "{s}");
         }
-        // A view from inside the sphere still covers points ahead.
+        // A view from inside the sphere still covers the points ahead.
         let inside = ShadowView::from_point(sphere.centre + Vec3::Z, sphere, 512);
         let s = inside.texture_from_world.project_point3(sphere.centre - Vec3::Z + Vec3::X);
         assert!(s.min_element() > 0.0 && s.max_element() < 1.0, "{s}");

@@ -21,7 +21,7 @@ impl TilePass {
         })
     }
 
-    /// Records the tile contents after the geometry passes.
+    /// Records which objects each tile contains. Call it after the geometry passes.
     pub fn record(&self, cmd: &mut Commands, visible: &VisibleSurface) {
         let tiles = &visible.tiles;
         cmd.memory_barrier(Use::GraphicsRead, Use::ComputeWrite);

@@ -19,17 +19,17 @@ use super::sampling::jitter;
 use super::surfaces::tessellation::TessellationSettings;
 use super::view::Samples;
 
-/// All settings of an image except the scene.
+/// All settings of an image, without the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RenderSettings {
-    /// Width and height in pixels.
+    /// The width and height in pixels.
     pub size: (u32, u32),
-    /// Samples per pixel, at least 1. Each sample is a full frame with its own offset in the pixel.
+    /// The number of samples per pixel, at least 1. Each sample is a full frame with its own offset in the pixel.
     pub samples: u32,
-    /// Geometry samples per pixel: 1, 2, 4 or 8. More than one smooths outlines, and each surface in a pixel is still shaded once.
-    /// With edge samples or the reference, which smooth outlines too, it stays at 1.
+    /// The number of geometry samples per pixel, which is 1, 2, 4 or 8. More than one sample smooths outlines, and each surface in
+    /// a pixel is still shaded once. Edge samples and the reference also smooth outlines, so the number is 1 with them.
     pub msaa: u32,
-    /// Seed of the sample offsets. A single sample always lies at the pixel centre.
+    /// The seed of the sample offsets. A single sample always lies at the centre of the pixel.
     pub seed: u64,
     /// The technique and its settings.
     pub shading: Shading,
@@ -37,10 +37,10 @@ pub struct RenderSettings {
     pub tessellation: TessellationSettings,
     /// Whether the sun casts shadows.
     pub shadows: bool,
-    /// Whether heights move the surface. Without displacement the slopes of the maps still shade the smooth geometry: with
-    /// [`Technique::Reference`] that is the ground truth of normal mapping (LEADR Figure 8).
+    /// Whether heights displace the surface. Without displacement, the slopes of the maps still shade the smooth geometry. With
+    /// [`Technique::Reference`], the result is the ground truth of normal mapping (LEADR Figure 8).
     pub displacement: bool,
-    /// Whether to paint the inside of surfaces in a marker colour. It is invisible on closed surfaces.
+    /// Whether to paint the inside of surfaces in a marker colour. Closed surfaces never show their inside.
     pub mark_inside: bool,
 }
 
@@ -58,8 +58,8 @@ impl RenderSettings {
         Ok(())
     }
 
-    /// Returns these settings with a different shading. The reference smooths outlines with its samples per pixel, and has geometry
-    /// at every texel.
+    /// Returns these settings with a different shading. For the reference, the samples per pixel smooth the outlines, and the
+    /// geometry has a vertex at every texel.
     pub fn shaded_by(&self, shading: Shading) -> Self {
         let reference = shading.technique().is_reference();
         Self {
@@ -75,7 +75,7 @@ impl RenderSettings {
         if self.msaa > 1 { Samples::Multisampled { count: self.msaa } } else { Samples::Pixels }
     }
 
-    /// Returns the edge samples per sample, or `None` without edge samples.
+    /// Returns the number of edge samples per sample, or `None` without edge samples.
     pub fn edges(&self) -> Option<u32> {
         Some(self.shading.options().edge_samples).filter(|samples| *samples > 1)
     }
@@ -90,7 +90,7 @@ impl RenderSettings {
         jitter(index, self.samples.max(1), self.seed)
     }
 
-    /// Returns the height factor of the geometry, from the height factor of the maps.
+    /// Returns the height scale of the geometry. `height_scale` is that of the maps.
     pub fn geometry_scale(&self, height_scale: f32) -> f32 {
         if self.displacement { height_scale } else { 0.0 }
     }

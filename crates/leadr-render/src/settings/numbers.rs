@@ -11,12 +11,12 @@ pub fn finite(text: &str) -> Result<f32, String> {
     }
 }
 
-/// Parses a finite number above zero.
+/// Parses a finite number that is above zero.
 pub fn positive(text: &str) -> Result<f32, String> {
     finite(text).and_then(|v| if v > 0.0 { Ok(v) } else { Err("must be above 0".to_owned()) })
 }
 
-/// Parses a finite number of at least zero.
+/// Parses a finite number that is at least zero.
 pub fn not_negative(text: &str) -> Result<f32, String> {
     finite(text).and_then(|v| if v >= 0.0 { Ok(v) } else { Err("must not be negative".to_owned()) })
 }
@@ -26,12 +26,12 @@ pub fn share(text: &str) -> Result<f32, String> {
     finite(text).and_then(|v| if (0.0..=1.0).contains(&v) { Ok(v) } else { Err("must be from 0 to 1".to_owned()) })
 }
 
-/// Parses a number from `low` to `high`.
+/// Parses a number in the range from `low` to `high`.
 pub fn within<T: FromStr + PartialOrd + fmt::Display>(text: &str, low: T, high: T) -> Result<T, String> {
     in_range(text, "number", low, high)
 }
 
-/// Parses a whole number from `low` to `high`.
+/// Parses a whole number in the range from `low` to `high`.
 pub fn whole<T: FromStr + PartialOrd + fmt::Display>(text: &str, low: T, high: T) -> Result<T, String> {
     in_range(text, "whole number", low, high)
 }
@@ -43,7 +43,7 @@ fn in_range<T: FromStr + PartialOrd + fmt::Display>(text: &str, kind: &str, low:
     }
 }
 
-/// Parses a power of two from `least` to `most`.
+/// Parses a power of two in the range from `least` to `most`.
 pub fn power_of_two(text: &str, least: u32, most: u32) -> Result<u32, String> {
     let known = || (0..32).map(|bit| 1_u32 << bit).filter(|power| (least..=most).contains(power));
     let sentence = || known().map(|power| power.to_string()).collect::<Vec<_>>().join(", ");

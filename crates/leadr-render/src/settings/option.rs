@@ -1,5 +1,5 @@
-//! Declarations of options: flag, help, values, JSON key and window control. The command line, error messages, window, `--json` and
-//! the guide's tables all read these declarations, so each option is declared once.
+//! Declarations of options. Each option has a flag, a help text, values, a JSON key and a window control. The command line, the
+//! error messages, the window, `--json` and the tables of the guide all read these declarations, so each option is declared once.
 
 use serde::Serialize;
 
@@ -18,37 +18,37 @@ pub mod headings {
     pub const QUALITY: &str = "Size and quality";
 }
 
-/// The window control of an option.
+/// How the window shows an option.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Panel {
-    /// The standard control for its value.
+    /// The option has the standard control for its value.
     Control,
-    /// A custom control, drawn by the panel.
+    /// The option has a custom control, which the panel draws.
     Own,
-    /// No control, with the reason.
+    /// The option has no control. The text is the reason.
     Without(&'static str),
 }
 
-/// The description of an option, for any kind of option.
+/// The description of an option, which does not depend on the type of its value.
 #[derive(Clone, Copy, Debug)]
 pub struct Spec {
-    /// The flag, without dashes.
+    /// The name of the flag, without dashes.
     pub name: &'static str,
-    /// Hidden alias of the flag.
+    /// A hidden alias of the flag.
     pub old_name: Option<&'static str>,
-    /// Placeholder of the value in the help, empty for a flag without a value.
+    /// The placeholder of the value in the help, empty for a flag without a value.
     pub value_name: &'static str,
-    /// Help text of what the option does. Default, scenes and techniques are added automatically.
+    /// The help text, which says what the option does. Default, scenes and techniques are added automatically.
     pub help: &'static str,
-    /// The default in words. `None` prints the default value.
+    /// The default in words. `None` prints the default value itself.
     pub default: Option<&'static str>,
-    /// The help section: one of the [`headings`].
+    /// The help section, which is one of the [`headings`].
     pub heading: &'static str,
-    /// Whether the short help includes it.
+    /// Whether the short help includes the option.
     pub is_common: bool,
-    /// The JSON path of the value, with a slash between nested keys. `None` uses the name with underscores.
+    /// The JSON path of the value, with a slash between nested keys. `None` uses the name of the flag with underscores.
     pub json: Option<&'static str>,
-    /// The window control.
+    /// How the window shows the option.
     pub panel: Panel,
     /// Label of the window control. `None` uses the name with spaces.
     pub called: Option<&'static str>,
@@ -76,7 +76,7 @@ impl Spec {
 }
 
 impl Spec {
-    /// Returns the flag, `--name`.
+    /// Returns the flag with its dashes, `--name`.
     pub fn flag(&self) -> String {
         format!("--{}", self.name)
     }
@@ -95,27 +95,28 @@ impl Spec {
 /// A slider for a number.
 #[derive(Clone, Copy, Debug)]
 pub struct Slider {
-    /// Lowest and highest slider positions, which a flag may exceed. If the lowest is above 0, the scale is logarithmic.
+    /// The lowest and the highest position of the slider. A flag may exceed them. If the lowest position is above 0, the scale is
+    /// logarithmic.
     pub ends: [f32; 2],
-    /// Decimals displayed.
+    /// The number of decimals that are displayed.
     pub decimals: usize,
-    /// Unit printed after the number.
+    /// The unit that is printed after the number.
     pub unit: &'static str,
 }
 
-/// Accessor and format of an option's value in `C`.
+/// How an option's value is read from a `C`, changed and formatted.
 pub enum Value<C: 'static> {
-    /// A switch, `on` or `off`.
+    /// A switch with the values `on` and `off`.
     Switch(fn(&mut C) -> &mut bool),
-    /// A flag without a value. It sets the field to this boolean.
+    /// A flag without a value, which sets the field to this boolean.
     Flag(fn(&mut C) -> &mut bool, bool),
-    /// A number, with its parser.
+    /// A number. The second function parses it.
     Number(fn(&mut C) -> &mut f32, fn(&str) -> Result<f32, String>, Slider),
-    /// A whole number in this range, inclusive.
+    /// A whole number in this range, which includes both ends.
     Count(fn(&mut C) -> &mut u32, [u32; 2], Slider),
-    /// One of a few named values.
+    /// A value out of a few named values.
     Name(fn(&mut C) -> &mut dyn Named),
-    /// Any other format.
+    /// A value in any other format.
     Text(Text<C>),
 }
 
@@ -123,9 +124,9 @@ pub enum Value<C: 'static> {
 pub struct Text<C: 'static> {
     /// Parses the text and sets the value.
     pub read: fn(&mut C, &str) -> Result<(), String>,
-    /// Formats the value. Returns `None` if a different option prints it.
+    /// Formats the value. Returns `None` if another option prints the value.
     pub write: fn(&C) -> Option<String>,
-    /// Returns the value in JSON, or `None` to leave it out.
+    /// Returns the value as JSON, or `None` to leave it out.
     pub json: fn(&C) -> Option<Json>,
 }
 
@@ -143,15 +144,15 @@ pub enum Json {
 
 /// A type with a few named values.
 pub trait Named {
-    /// Returns the name on the command line and in JSON.
+    /// Returns the name of the value on the command line and in JSON.
     fn name(&self) -> &'static str;
-    /// Returns all names, each with a one-line description.
+    /// Returns the names of all values, each with a description of one line.
     fn names(&self) -> Vec<(&'static str, &'static str)>;
-    /// Sets the value by name. Unknown names are errors.
+    /// Sets the value by its name. An unknown name is an error.
     fn choose(&mut self, name: &str) -> Result<(), String>;
 }
 
-/// Implements [`Named`] for types with `name` and `help`. The arguments are the type, its default and its values.
+/// Implements [`Named`] for a type that has the methods `name` and `help`. The arguments are the type, its default and its values.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! named {
@@ -175,7 +176,7 @@ macro_rules! named {
     };
 }
 
-/// Declares an enumeration that is [`Named`], where each value has a name and a description.
+/// Declares an enumeration that implements [`Named`]. Each value has a name and a description.
 #[macro_export]
 #[doc(hidden)]
 macro_rules! named_enum {
@@ -220,7 +221,8 @@ impl<C: Copy> Value<C> {
         Ok(())
     }
 
-    /// Returns the value as on the command line, or `None` for an absent flag, or if a different option prints it.
+    /// Returns the value as written on the command line. Returns `None` for a flag that is not set, or if another option prints the
+    /// value.
     pub fn write(&self, mut config: C) -> Option<String> {
         match self {
             Self::Switch(at) => Some(if *at(&mut config) { "on" } else { "off" }.to_owned()),
@@ -232,7 +234,7 @@ impl<C: Copy> Value<C> {
         }
     }
 
-    /// Returns the value in JSON, or `None` to leave it out.
+    /// Returns the value as JSON, or `None` to leave it out.
     pub fn json(&self, mut config: C) -> Option<Json> {
         Some(match self {
             Self::Switch(at) | Self::Flag(at, _) => Json::Bool(*at(&mut config)),
@@ -243,7 +245,7 @@ impl<C: Copy> Value<C> {
         })
     }
 
-    /// Returns the named values with descriptions, if any.
+    /// Returns the named values with their descriptions, if the type has any.
     pub fn names(&self, mut config: C) -> Vec<(&'static str, &'static str)> {
         if let Self::Name(at) = self { at(&mut config).names() } else { Vec::new() }
     }
@@ -263,7 +265,7 @@ pub fn on_off(text: &str) -> Result<bool, String> {
 pub struct Techniques {
     /// Whether the set contains a technique.
     pub has: fn(Technique) -> bool,
-    /// Description of the set, as it continues "techniques …".
+    /// A description of the set that continues "techniques …".
     pub which: &'static str,
 }
 

@@ -1,4 +1,4 @@
-//! The shading of surfaces, as a technique with exactly the settings that apply to it.
+//! The shading of surfaces: a technique with exactly the settings that apply to it.
 
 use std::fmt;
 
@@ -11,20 +11,20 @@ use super::terms::Terms;
 use crate::named_enum;
 use leadr_gpu::SpecValue;
 
-/// The sampling rule of the integrals over visible slopes.
+/// The rule that places the samples of the integrals over visible slopes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Quadrature {
-    /// The paper's `N × N` grid of slopes, `N` from 1 to [`MAX_GRID`](Self::MAX_GRID).
+    /// The paper's grid of `N × N` slopes. `N` is from 1 to [`MAX_GRID`](Self::MAX_GRID).
     Grid(u32),
-    /// The visible-slope rules, with this many environment probes.
+    /// The rules for visible slopes, with this many probes of the environment.
     VisibleSlopes(Probes),
 }
 
 impl Quadrature {
-    /// Maximum number of slopes along one side of the grid.
+    /// The maximum number of slopes along one side of the grid.
     pub const MAX_GRID: u32 = 128;
 
-    /// Returns the number of environment lookups per pixel, one per slope or probe.
+    /// Returns the number of environment lookups per pixel. There is one lookup for each slope or probe.
     pub const fn samples(self) -> u32 {
         match self {
             Self::Grid(n) => n * n,
@@ -32,13 +32,13 @@ impl Quadrature {
         }
     }
 
-    /// Returns the number of slopes along one side, for a grid.
+    /// Returns the number of slopes along one side of the grid, or `None` for other rules.
     #[must_use]
     pub const fn side(self) -> Option<u32> {
         if let Self::Grid(side) = self { Some(side) } else { None }
     }
 
-    /// Returns the number of probes, for visible-slope rules.
+    /// Returns the number of probes of a rule for visible slopes, or `None` for a grid.
     #[must_use]
     pub const fn probes(self) -> Option<Probes> {
         if let Self::VisibleSlopes(probes) = self { Some(probes) } else { None }
@@ -53,14 +53,14 @@ impl Quadrature {
     }
 }
 
-/// Number of environment probes. Rules exist for these numbers only.
+/// The number of environment probes. Rules exist for these numbers only.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Probes {
-    /// Five probes.
+    /// The rule has five probes.
     Five = 5,
-    /// Nine probes.
+    /// The rule has nine probes.
     Nine = 9,
-    /// Sixteen probes.
+    /// The rule has sixteen probes.
     Sixteen = 16,
 }
 
@@ -73,18 +73,18 @@ impl Probes {
         self as u32
     }
 
-    /// Returns the rule with `count` probes, if there is one.
+    /// Returns the rule with `count` probes, if there is such a rule.
     pub fn of(count: u32) -> Option<Self> {
         Self::ALL.into_iter().find(|probes| probes.count() == count)
     }
 }
 
 named_enum! {
-    /// Integration of sun and point lights on the diffuse base.
+    /// How the light of the sun and of point lights is integrated on the diffuse base.
     pub enum DiffuseLights {
-        /// The clamped cosine of each slope.
+        /// The integral uses the clamped cosine of each slope.
         Cosine = "cosine", "The clamped cosine of each slope";
-        /// Order-2 spherical harmonics (Algorithm 2 of the LEADR paper), with errors of up to 9 %.
+        /// The integral uses order-2 spherical harmonics (Algorithm 2 of the LEADR paper), with errors of up to 9 %.
         Sh = "sh", "Order-2 spherical harmonics, as in the LEADR paper; up to 9 % off";
     }
 }
@@ -92,19 +92,19 @@ named_enum! {
 named_enum! {
     /// The frame in which the base roughness applies.
     pub enum BaseFrame {
-        /// The frame of each facet, as on a real material (`reflectance::facets::base_roughness`).
+        /// The roughness applies in the frame of each facet, as on a real material (`reflectance::facets::base_roughness`).
         Facet = "facet", "The frame of each facet, as on a real material";
-        /// The frame of the macrosurface, as in the LEADR paper. Steep relief is up to 25 % too dark seen from above, and too
-        /// bright at grazing angles.
+        /// The roughness applies in the frame of the macrosurface, as in the LEADR paper. Steep relief is then up to 25 % too dark
+        /// seen from above, and too bright at grazing angles.
         Macro = "macro", "The frame of the smooth surface, as in the LEADR paper; darker on steep relief";
     }
 }
 
-/// A technique with its options, made by [`Technique::with`].
+/// A technique with its options. [`Technique::with`] makes it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Shading {
     technique: Technique,
-    /// Options that the technique does not have are at their defaults.
+    /// The options. Those that the technique does not have are at their defaults.
     options: ShadingOptions,
 }
 
@@ -139,7 +139,7 @@ impl Shading {
         self.options
     }
 
-    /// Returns the enabled light terms, none for unlit techniques.
+    /// Returns the light terms that are on. Unlit techniques have none.
     pub fn terms(&self) -> Terms {
         if self.technique.is_lit() { self.options.terms } else { Terms::NONE }
     }
@@ -181,14 +181,15 @@ impl Shading {
                 ("SHADOWING_MODEL", SpecValue::I32(shadowing.code())),
                 ("LIGHTS_BY_SH", SpecValue::Bool(diffuse_lights == DiffuseLights::Sh)),
                 ("FACET_FRAME", SpecValue::Bool(self.facet_frame())),
-                // Errors of a few fixed probes would stay visible even in the mean of many samples.
+                // The errors of a few fixed probes would stay visible, even in the mean of many samples.
                 ("DRAWN_SPECULAR", SpecValue::Bool(visible && self.technique.is_reference())),
             ]);
         }
         spec
     }
 
-    /// Returns the same shading with one edge sample and no relief shadows, the cache key of the pipelines that shade pixels.
+    /// Returns the same shading with one edge sample and without relief shadows, which is the cache key of the pipelines that shade
+    /// pixels.
     #[must_use]
     pub fn plain(self) -> Self {
         self.adjusted(|options| ShadingOptions { edge_samples: 1, relief_shadows: false, ..options })
@@ -221,7 +222,7 @@ impl Shading {
 }
 
 impl fmt::Display for Shading {
-    /// Formats the technique and, if it integrates, the quadrature.
+    /// Formats the technique and, if the technique integrates, the quadrature.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.technique.name())?;
         match self.quadrature() {
@@ -234,7 +235,7 @@ impl fmt::Display for Shading {
 }
 
 impl Serialize for Shading {
-    /// Serialises under the flag names. Every key exists for every technique.
+    /// Serialises the settings under the names of the flags. Every key exists for every technique.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let rows = ShadingOptions::ALL.iter();
         let values = rows.filter_map(|row| Some((row.spec.json_key(), row.json(self.technique, self.options)?)));
@@ -248,7 +249,7 @@ mod tests {
     use super::*;
     use leadr_reflectance::masking::shadowing::Shadowing;
 
-    /// Options that all differ from the defaults.
+    /// Returns options that all differ from their defaults.
     const OPTIONS: ShadingOptions = ShadingOptions {
         terms: Terms::DIFFUSE_LIGHTS,
         quadrature: Quadrature::Grid(7),

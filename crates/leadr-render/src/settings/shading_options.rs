@@ -17,32 +17,32 @@ named! {
     Shadowing: [Self::NormalMap, Self::None, Self::Smith, Self::Correlated];
 }
 
-/// Required scene content for an option to have an effect.
+/// What a scene must contain for an option to have an effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Subject {
-    /// No requirement.
+    /// The scene may contain anything.
     Anything,
-    /// Objects, not just a sea.
+    /// The scene must contain objects, not only a sea.
     Objects,
-    /// Relief that is displaced by heights.
+    /// The scene must contain relief that is displaced by heights.
     Relief,
 }
 
-/// A shading option: a row of [`ShadingOptions::ALL`].
+/// A shading option, which is a row of [`ShadingOptions::ALL`].
 pub struct ShadingOption {
     /// The description of the option.
     pub spec: Spec,
-    /// Accessor of the value.
+    /// The accessor of the value.
     pub value: Value<ShadingOptions>,
     /// The techniques that have the option.
     pub techniques: Techniques,
-    /// Required scene content for the option to have an effect.
+    /// What the scene must contain for the option to have an effect.
     pub subject: Subject,
-    /// The neutral value, which techniques without the option accept because it changes nothing.
+    /// The neutral value. Techniques without the option accept this value, because it changes nothing.
     pub neutral: Option<&'static str>,
-    /// The boolean specialisation constant of `passes/shade/settings.glsl` that enables it.
+    /// The boolean specialisation constant of `passes/shade/settings.glsl` that the option sets.
     pub(super) constant: Option<&'static str>,
-    /// The JSON value for techniques without the option, if it differs from the default.
+    /// The JSON value for techniques without the option, if it is not the default.
     json_without: Option<&'static str>,
 }
 
@@ -68,7 +68,7 @@ impl ShadingOption {
         (self.techniques.has)(technique)
     }
 
-    /// Returns the value in JSON. For techniques without the option, switches are off, and all other values are at their defaults.
+    /// Returns the value as JSON. For techniques without the option, switches are off, and other values are at their defaults.
     pub fn json(&self, technique: Technique, options: ShadingOptions) -> Option<Json> {
         match (&self.value, self.json_without) {
             _ if self.applies_to(technique) => self.value.json(options),
@@ -92,7 +92,7 @@ const ENERGY: Techniques = techniques(Technique::has_multiscattering, "with ener
 const FILTERING: Techniques = techniques(|technique| !technique.is_reference(), "that filter");
 const RAYS: Techniques = techniques(Technique::has_relief_shadows, "that sample every texel");
 
-/// Declares each field once: its type, its default, and its flags.
+/// Declares each field once, with its type, its default and its flags.
 macro_rules! shading_options {
     ($($(#[$doc:meta])* $field:ident: $type:ty = $default:expr => [$($row:expr),+ $(,)?];)*) => {
         /// The options of all techniques. Each technique uses the options that apply to it ([`Technique::with`]).
@@ -111,7 +111,7 @@ macro_rules! shading_options {
             /// All options, in the order of the help.
             pub const ALL: &[ShadingOption] = &[$($($row,)+)*];
 
-            /// Returns the options of `technique`, with all others at their defaults.
+            /// Returns the options that `technique` has. All other options are at their defaults.
             pub(super) fn of(self, technique: Technique) -> Self {
                 let default = Self::default();
                 $(let [row, ..] = const { &[$($row),+] };
@@ -123,7 +123,7 @@ macro_rules! shading_options {
 }
 
 shading_options! {
-    /// The sampling rule of the integrals.
+    /// The rule that places the samples of the integrals over visible slopes.
     quadrature: Quadrature = Quadrature::VisibleSlopes(Probes::Sixteen) => [
         row(shading("rule", "grid|visible", "Sample the integrals over slopes on the paper's grid, or where the viewer sees (--probes)")
                 .default("grid with --grid, else visible").panel(Panel::Own),
@@ -154,13 +154,13 @@ shading_options! {
                 json: |options| options.quadrature.probes().map(|probes| Json::Count(probes.count())),
             }), INTEGRALS),
     ];
-    /// The shadowing model of visible facets.
+    /// The model of the shadowing of visible facets.
     shadowing: Shadowing = Shadowing::Correlated => [
         row(shading("shadowing", "MODEL", "Choose how facets below a pixel shadow each other").called("facet shadows").common()
                 .default("correlated; normal-map for a material of normals without heights").formerly("masking").key("masking"),
             Value::Name(|options| &mut options.shadowing), INTEGRALS),
     ];
-    /// The enabled light terms.
+    /// The light terms that are on.
     terms: Terms = Terms::ALL => [
         row(shading("terms", "all|TERM,...",
                 "Include only some of the light: specular-lights, diffuse-lights, specular-environment, diffuse-environment")
@@ -171,7 +171,7 @@ shading_options! {
                 json: |options| Some(Json::Names(options.terms.names().collect())),
             }), LIT).neutral("all"),
     ];
-    /// How the diffuse term of sun and point lights is integrated.
+    /// How the diffuse term of the sun and of point lights is integrated.
     diffuse_lights: DiffuseLights = DiffuseLights::Cosine => [
         row(shading("diffuse-lights", "KIND", "Choose how diffuse facets reflect the sun and point lights").called("matte sunlight"),
             Value::Name(|options| &mut options.diffuse_lights), INTEGRALS),
@@ -182,49 +182,49 @@ shading_options! {
             shading("base-frame", "KIND", "Choose the frame in which the base material is rough").called("roughness follows"),
             Value::Name(|options| &mut options.base_frame), BECKMANN) },
     ];
-    /// Adds the variation of the macrosurface's normal across a pixel to the roughness (Tokuyoshi & Kaplanyan 2019; meshes only).
-    /// Also widens slopes that face away from the viewer towards the viewer (`tilt_to_edge`). The LEADR paper has neither. All
-    /// other integrating techniques always widen slopes.
+    /// Whether to add the variation of the macrosurface's normal across a pixel to the roughness (Tokuyoshi & Kaplanyan 2019, on
+    /// meshes only). The option also widens slopes that face away from the viewer, towards the viewer (`tilt_to_edge`). The LEADR
+    /// paper does neither. All other integrating techniques always widen slopes.
     pixel_kernel: bool = true => [
         row(shading("pixel-kernel", "on|off", "Add the curvature of the smooth surface under a pixel to the roughness").called("curvature adds roughness"),
             Value::Switch(|options| &mut options.pixel_kernel), KERNEL).about(Subject::Objects),
     ];
-    /// Occlusion of the environment and the lights by bumps larger than a pixel ([`leadr_reflectance::visible::horizon`]). Not in
-    /// the LEADR paper.
+    /// Whether bumps larger than a pixel occlude the environment and the lights ([`leadr_reflectance::visible::horizon`]). This
+    /// effect is not in the LEADR paper.
     relief_occlusion: bool = true => [
         row(shading("relief-occlusion", "on|off", "Let bumps larger than a pixel occlude the environment and the lights").called("bumps block light"),
             Value::Switch(|options| &mut options.relief_occlusion), INTEGRALS).about(Subject::Relief),
     ];
-    /// Filters colours that follow the heights or slopes of the relief by visibility and lighting
-    /// ([`leadr_reflectance::visible::relief_color`]), instead of taking the mean. Not in the LEADR paper. Needs
+    /// Whether colours that follow the heights or slopes of the relief are filtered by visibility and lighting
+    /// ([`leadr_reflectance::visible::relief_color`]), instead of averaged. This effect is not in the LEADR paper. The object needs
     /// [`Object::with_relief_color`](crate::scene::Object::with_relief_color).
     relief_color: bool = false => [
         row(shading("relief-color", "on|off", "Weight colours that follow heights or slopes by what is visible and lit").called("colours follow bumps"),
             Value::Switch(|options| &mut options.relief_color), COVARIANCE).about(Subject::Relief),
     ];
-    /// Multiple scattering between facets of the base ([`leadr_reflectance::materials::energy`],
-    /// [`leadr_reflectance::materials::multiscattering`]). Not in the LEADR paper.
+    /// Whether light scatters more than once between the facets of the base ([`leadr_reflectance::materials::energy`],
+    /// [`leadr_reflectance::materials::multiscattering`]). This effect is not in the LEADR paper.
     multiscattering: bool = false => [
         row(shading("multiscattering", "on|off", "Add multiple scattering between the microfacets of materials").called("light between facets").common(),
             Value::Switch(|options| &mut options.multiscattering), ENERGY).constant("MULTISCATTERING"),
     ];
-    /// Ambient occlusion of the environment by large shapes (`render::light::sky_visibility`), if shadows are drawn. Not in the
-    /// LEADR paper.
+    /// Whether large shapes occlude the environment (`render::light::sky_visibility`), if shadows are drawn. This effect is not in
+    /// the LEADR paper.
     sky_occlusion: bool = false => [
         row(shading("sky-occlusion", "on|off", "Let large shapes occlude the environment").called("large shapes block the sky").default("on; off with --relief-shadows"),
             Value::Switch(|options| &mut options.sky_occlusion), LIT)
             .about(Subject::Objects).neutral("off").constant("SKY_OCCLUSION"),
     ];
-    /// Relief shadows from every light and the environment (`render::passes::reference`), instead of the sun's coarse shadow map
-    /// alone. Slow.
+    /// Whether the relief casts shadows under every light and under the environment (`render::passes::reference`), instead of the
+    /// sun's coarse shadow map alone. Relief shadows are slow.
     relief_shadows: bool = false => [
         row(shading("relief-shadows", "", "Let bumps cast shadows on each other; slow, needs many samples").called("bumps cast shadows (slow)"),
             Value::Flag(|options| &mut options.relief_shadows, true), RAYS).about(Subject::Relief),
     ];
-    /// Edge samples per sample, 1 (none) to [`MAX_EDGE_SAMPLES`](Self::MAX_EDGE_SAMPLES). The geometry is sampled again at these
-    /// positions. Samples on a different surface from the pixel's own are shaded too, which smooths silhouettes like the same
-    /// number of samples per pixel. The inside of a surface does not change (`render::passes::edges`). Multiples of 16 are fastest.
-    /// The samples per pixel of the reference already smooth silhouettes.
+    /// The number of edge samples per sample, from 1 (none) to [`MAX_EDGE_SAMPLES`](Self::MAX_EDGE_SAMPLES). The geometry is
+    /// sampled again at these positions. Samples on a different surface from the pixel's own are shaded too, which smooths
+    /// silhouettes like the same number of samples per pixel. The inside of a surface does not change (`render::passes::edges`).
+    /// Multiples of 16 are fastest. The samples per pixel of the reference already smooth silhouettes.
     edge_samples: u32 = 1 => [
         row(Spec::new(headings::QUALITY, "edge-samples", "N",
                 "Sample the geometry N times per sample for smooth silhouettes; each surface in a pixel is shaded once. \
@@ -235,6 +235,6 @@ shading_options! {
 }
 
 impl ShadingOptions {
-    /// Maximum number of edge samples.
+    /// The maximum number of edge samples.
     pub const MAX_EDGE_SAMPLES: u32 = 256;
 }

@@ -2,7 +2,7 @@
 //!
 //! A new technique needs a row here and a line in `docs/guide/techniques.md`. If no [`Family`] shades it yet, it also needs a
 //! constant and a function in `shaders-glsl/passes/shade/families.glsl`. The command line, help, JSON, window keys, report and
-//! bench read the table. Shaders receive the inputs of a technique ([`Needs`]), never its name.
+//! bench all read the table. Shaders receive only the inputs of a technique ([`Needs`]), never its name.
 
 use super::shading_options::ShadingOptions;
 use leadr_gpu::SpecValue;
@@ -12,7 +12,7 @@ use leadr_shaders::families;
 struct Row {
     /// Returns the name on the command line and in JSON.
     name: &'static str,
-    /// The line in `--help`.
+    /// The line of the technique in `--help`.
     help: &'static str,
     /// Returns the technique's key in the window.
     key: char,
@@ -24,7 +24,7 @@ struct Row {
     pixel_kernel: bool,
 }
 
-/// Returns the row of a technique with a Beckmann base and no pixel kernel.
+/// Returns the row of a technique that has a Beckmann base and no pixel kernel.
 const fn row(name: &'static str, key: char, family: Family, slopes: Slopes, help: &'static str) -> Row {
     Row { name, help, key, family, slopes, ggx: false, pixel_kernel: false }
 }
@@ -35,41 +35,42 @@ impl Row {
     const fn pixel_kernel(self) -> Self { Self { pixel_kernel: true, ..self } }
 }
 
-/// The function that shades a technique's pixels: a `FAMILY_` constant of `passes/shade/families.glsl`.
+/// The function that shades the pixels of a technique, as a `FAMILY_` constant of `passes/shade/families.glsl`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Family {
-    /// The albedo, without light.
+    /// Returns the albedo, without light.
     Unlit = families::UNLIT,
-    /// A Blinn-Phong lobe about the mean normal.
+    /// Evaluates a Blinn-Phong lobe about the mean normal.
     BlinnPhong = families::BLINN_PHONG,
-    /// A Blinn-Phong lobe, rougher for shorter filtered normals.
+    /// Evaluates a Blinn-Phong lobe that is rougher for shorter filtered normals.
     Toksvig = families::TOKSVIG,
-    /// A Beckmann lobe over the slopes, without projected areas.
+    /// Evaluates a Beckmann lobe over the slopes, without projected areas.
     Lean = families::LEAN,
-    /// Integrals over the visible slopes.
+    /// Integrates over the visible slopes.
     Leadr = families::LEADR,
-    /// A GGX lobe about the mean normal, with roughness from the length of filtered normals, which the base roughness shortens.
+    /// Evaluates a GGX lobe about the mean normal, with roughness from the length of filtered normals, which the base roughness
+    /// shortens.
     Gloss = families::GLOSS,
 }
 
 /// The slope statistics that a technique receives per pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Slopes {
-    /// No statistics: surfaces are smooth.
+    /// Receives no statistics, so surfaces are smooth.
     None,
-    /// The mean slope.
+    /// Receives the mean slope.
     Mean,
-    /// The mean slope and the slope covariance.
+    /// Receives the mean slope and the slope covariance.
     Covariance,
-    /// The mean slope, and one variance for all directions.
+    /// Receives the mean slope, and one variance for all directions.
     Isotropic,
-    /// The finest level of the maps at every distance. Filtering is left to the samples per pixel.
+    /// Receives the finest level of the maps at every distance. The samples per pixel do the filtering.
     Finest,
 }
 
 macro_rules! techniques {
     ($($(#[$doc:meta])* $technique:ident = $row:expr;)*) => {
-        /// A technique of filtering and shading surfaces.
+        /// A technique that filters and shades surfaces.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         pub enum Technique {
             $($(#[$doc])* $technique,)*
@@ -90,34 +91,35 @@ macro_rules! techniques {
 }
 
 techniques! {
-    /// Albedo without light, which shows the cost of geometry and colour filtering.
+    /// The albedo without light, which shows the cost of the geometry and of filtering the colours.
     Constant = row("constant", '9', Family::Unlit, Slopes::None, "Albedo without light");
-    /// Mipmapped normals under a normalised Blinn-Phong lobe.
+    /// Mipmapped normals, shaded with a normalised Blinn-Phong lobe.
     BlinnPhong = row("blinn-phong", '7', Family::BlinnPhong, Slopes::Mean, "Mipmapped normals, Blinn-Phong");
-    /// Mipmapped normals with the LEADR BRDF, using only the mean slope.
+    /// Mipmapped normals, shaded with the LEADR BRDF from the mean slope alone.
     NormalMip = row("normal-mip", '2', Family::Leadr, Slopes::Mean,
         "Mipmapped normals, LEADR BRDF without slope statistics");
-    /// Mipmapped normals, with roughness from their length (Toksvig 2005).
+    /// Mipmapped normals, whose length gives the roughness (Toksvig 2005).
     Toksvig = row("toksvig", '6', Family::Toksvig, Slopes::Covariance,
         "Mipmapped normals, roughness from their length");
-    /// Mipmapped normals under a GGX lobe. Roughness shortens the normals, and is recovered from their mean length (Chan 2018).
+    /// Mipmapped normals, shaded with a GGX lobe. The roughness shortens the normals, and is recovered from their mean length (Chan
+    /// 2018).
     Gloss = row("gloss", 'y', Family::Gloss, Slopes::Covariance,
         "Normals shortened by roughness, GGX lobe from their length (Call of Duty: WWII)").ggx();
-    /// One slope variance for all directions (CLEAN mapping, Baker 2011).
+    /// A single slope variance for all directions (CLEAN mapping, Baker 2011).
     Clean = row("clean", '5', Family::Lean, Slopes::Isotropic, "One slope variance for all directions (CLEAN mapping)");
-    /// Slope covariance under a Beckmann lobe, without projected areas (LEAN mapping, Olano & Baker 2010).
+    /// A slope covariance, shaded with a Beckmann lobe without projected areas (LEAN mapping, Olano & Baker 2010).
     Lean = row("lean", '4', Family::Lean, Slopes::Covariance,
         "Slope covariance without projected areas (LEAN mapping)");
-    /// LEADR mapping, with the mean slope and slope covariance of each pixel.
+    /// LEADR mapping, with the mean slope and the slope covariance of each pixel.
     Leadr = row("leadr", '1', Family::Leadr, Slopes::Covariance,
         "Slope covariance and projected areas (LEADR mapping)").pixel_kernel();
-    /// LEADR mapping of a GGX base, with two lobes.
+    /// LEADR mapping of a GGX base, which is represented by two lobes.
     LeadrGgx = row("leadr-ggx", '8', Family::Leadr, Slopes::Covariance,
         "LEADR mapping of a GGX base").ggx().pixel_kernel();
-    /// The finest level of the maps without slope statistics. Correct with enough samples per pixel.
+    /// The finest level of the maps, without slope statistics. The result is correct with enough samples per pixel.
     Reference = row("reference", '3', Family::Leadr, Slopes::Finest,
         "The finest map level at every distance: correct with enough samples per pixel");
-    /// The reference of a GGX base, to compare with [`LeadrGgx`](Self::LeadrGgx).
+    /// The reference for a GGX base, with which [`LeadrGgx`](Self::LeadrGgx) can be compared.
     ReferenceGgx = row("reference-ggx", '0', Family::Leadr, Slopes::Finest,
         "The reference with a GGX base, for comparison with leadr-ggx").ggx();
 }
@@ -128,7 +130,7 @@ impl Technique {
         self.row().name
     }
 
-    /// Returns a one-line description.
+    /// Returns a description of one line.
     pub const fn help(self) -> &'static str {
         self.row().help
     }
@@ -155,8 +157,8 @@ impl Technique {
 
     /// Whether the setting [`multiscattering`](super::ShadingOptions::multiscattering) applies.
     pub fn has_multiscattering(self) -> bool {
-        // LEADR's GGX base is excluded, because its lobes reflect more of the environment at grazing angles than the GGX of the
-        // energy tables.
+        // LEADR's GGX base is excluded. At grazing angles, its lobes reflect more of the environment than the GGX of the energy
+        // tables.
         self.has_base_frame() || self.row().family == Family::Gloss
     }
 
@@ -165,7 +167,7 @@ impl Technique {
         self.row().pixel_kernel
     }
 
-    /// Whether the technique reads the finest level of the maps, and leaves filtering to the samples per pixel.
+    /// Whether the technique reads the finest level of the maps, and leaves the filtering to the samples per pixel.
     pub fn is_reference(self) -> bool {
         self.row().slopes == Slopes::Finest
     }
@@ -180,7 +182,7 @@ impl Technique {
         self.row().ggx
     }
 
-    /// Returns the reference technique with the same base material.
+    /// Returns the reference that has the same base material.
     #[must_use]
     pub fn reference(self) -> Self {
         if self.has_ggx_base() { Self::ReferenceGgx } else { Self::Reference }
@@ -206,8 +208,8 @@ impl Technique {
     }
 }
 
-/// The inputs of a technique from the passes between filtering and shading. They are the cache key of pipelines that depend on
-/// nothing else.
+/// The inputs that a technique needs from the passes between filtering and shading, which are the cache key of the pipelines that
+/// depend on nothing else.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Needs {
     family: Family,

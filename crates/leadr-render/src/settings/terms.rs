@@ -1,30 +1,30 @@
-//! The light terms of an image.
+//! The light terms that contribute to an image.
 
 use std::fmt;
 
 use crate::constants;
 
-/// A set of light terms, the components of light transport in an image.
+/// A set of light terms, which are the components of the light transport in an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Terms(i32);
 
 impl Terms {
-    /// Specular reflection of sun and point lights.
+    /// The specular reflection of the sun and of point lights.
     pub const SPECULAR_LIGHTS: Self = Self(constants::TERM_SPECULAR_LIGHTS);
-    /// Diffuse reflection of sun and point lights.
+    /// The diffuse reflection of the sun and of point lights.
     pub const DIFFUSE_LIGHTS: Self = Self(constants::TERM_DIFFUSE_LIGHTS);
-    /// Specular reflection of the environment.
+    /// The specular reflection of the environment.
     pub const SPECULAR_ENVIRONMENT: Self = Self(constants::TERM_SPECULAR_ENVIRONMENT);
-    /// Diffuse reflection of the environment.
+    /// The diffuse reflection of the environment.
     pub const DIFFUSE_ENVIRONMENT: Self = Self(constants::TERM_DIFFUSE_ENVIRONMENT);
     /// All light terms.
     pub const ALL: Self = Self(
         Self::SPECULAR_LIGHTS.0 | Self::DIFFUSE_LIGHTS.0 | Self::SPECULAR_ENVIRONMENT.0 | Self::DIFFUSE_ENVIRONMENT.0,
     );
-    /// No light terms, so that the image is black.
+    /// The set without any light terms, which gives a black image.
     pub const NONE: Self = Self(0);
 
-    /// Each term with its name on the command line.
+    /// The single terms, each with its name on the command line.
     pub const NAMES: [(Self, &str); 4] = [
         (Self::SPECULAR_LIGHTS, "specular-lights"),
         (Self::DIFFUSE_LIGHTS, "diffuse-lights"),
@@ -37,13 +37,13 @@ impl Terms {
         self.0 & other.0 == other.0
     }
 
-    /// Returns the set without `other`.
+    /// Returns the set without the terms of `other`.
     #[must_use]
     pub fn without(self, other: Self) -> Self {
         Self(self.0 & !other.0)
     }
 
-    /// Returns the `TERM_` bits of the shading pass.
+    /// Returns the `TERM_` bits of the set for the shading pass.
     pub fn bits(self) -> i32 {
         self.0
     }
@@ -51,7 +51,7 @@ impl Terms {
     /// Parses `all` or a comma-separated list of terms.
     ///
     /// # Errors
-    /// Fails for an unknown name.
+    /// Returns an error for an unknown name.
     pub fn named(text: &str) -> Result<Self, String> {
         if text == "all" {
             return Ok(Self::ALL);

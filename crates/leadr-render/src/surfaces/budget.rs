@@ -1,5 +1,5 @@
-//! The device memory needed by the maps of objects. It is checked before allocation, because drivers report insufficient memory
-//! late or not at all.
+//! The device memory that the maps of objects need. The need is checked before allocation, because drivers report a shortage of
+//! memory late or not at all.
 
 use super::atlas::levels::CoarseShape;
 use super::displacement::{Border, HeightField};
@@ -10,10 +10,10 @@ use super::relief_color::{ReliefColors, skipped_levels};
 use crate::scene::Object;
 use leadr_gpu::{Gpu, MemoryRoom, Result};
 
-/// Bytes reserved for the render targets of a frame, the environment and staging.
+/// The bytes reserved for the render targets of a frame, the environment and staging.
 const RESERVE: u64 = 192 << 20;
 
-/// Bytes per texel of the horizon maps.
+/// The number of bytes per texel of the horizon maps.
 const HORIZON: u64 = 10;
 
 /// Adds the bytes of all coarser mips to the bytes of the finest level.
@@ -21,7 +21,7 @@ fn with_mips(bytes: u64) -> u64 {
     bytes / 3 * 4
 }
 
-/// Returns the bytes that the maps of an object need on the device.
+/// Returns the number of bytes that the maps of an object need on the device.
 pub fn map_bytes(object: &Object, format: MomentFormat) -> u64 {
     let relief = object.heights.as_ref().map_or(0, |field| {
         let texels = u64::from(field.map.width) * u64::from(field.map.height);
@@ -32,7 +32,7 @@ pub fn map_bytes(object: &Object, format: MomentFormat) -> u64 {
         let coarse = match field.border {
             Border::Tiles(layout) => {
                 let texels: u64 = CoarseShape::new(layout).size().map(u64::from).iter().product();
-                // Coarse levels store 32-bit moments, and half floats for the material's images.
+                // Coarse levels store moments as 32-bit floats, and the images of the material as half floats.
                 let material = object.material.as_ref().map_or(0, |map| {
                     let light = map.emission.is_some() || map.occlusion.is_some();
                     8 * (1 + [map.f0.is_some(), map.two_lobes.is_some(), light].map(u64::from).iter().sum::<u64>())
@@ -55,7 +55,7 @@ pub fn map_bytes(object: &Object, format: MomentFormat) -> u64 {
     relief + material + weighted
 }
 
-/// Returns the bytes of the largest image of an object's maps, either its slope moments or its colours.
+/// Returns the size in bytes of the largest image among an object's maps, either the slope moments or the colours.
 fn largest_image(object: &Object, format: MomentFormat) -> u64 {
     let slopes = object.heights.as_ref().map_or(0, |field| {
         let texels = u64::from(field.map.width) * u64::from(field.map.height);
@@ -65,33 +65,32 @@ fn largest_image(object: &Object, format: MomentFormat) -> u64 {
     slopes.max(colors)
 }
 
-/// Returns the bytes needed by a scene of these objects; 0 without maps.
+/// Returns the number of bytes that a scene of these objects needs for maps, or 0 without maps.
 fn needed(objects: &[Object], format: MomentFormat) -> u64 {
     let own = objects.iter().zip(with_same_maps(objects)).filter(|(_, earlier)| earlier.is_none());
     let maps: u64 = own.map(|(object, _)| map_bytes(object, format)).sum();
     if maps == 0 { 0 } else { maps + RESERVE }
 }
 
-/// Device memory available for maps.
+/// The device memory that is available for maps.
 #[derive(Clone, Copy, Debug)]
 pub struct Room {
-    /// Storage format of the slopes.
     format: MomentFormat,
-    /// Free memory of the device.
+    /// The memory of the device that is free.
     device: MemoryRoom,
 }
 
 impl Room {
-    /// Returns the memory now available for maps in this format.
+    /// Returns the memory that is available now for maps in this format.
     pub fn on(gpu: &Gpu, format: MomentFormat) -> Self {
         Self { format, device: gpu.memory_room() }
     }
 
-    /// Checks that the maps of these objects fit. Only their sizes are used, so the texels may be missing.
+    /// Checks that the maps of these objects fit into memory. Only the sizes of the maps are used, so their texels may be missing.
     ///
     /// # Errors
-    /// Returns [`GpuError::TooLarge`](leadr_gpu::GpuError::TooLarge) or [`GpuError::InOnePiece`](leadr_gpu::GpuError::InOnePiece),
-    /// with the name of the object that has the largest maps.
+    /// Returns [`GpuError::TooLarge`](leadr_gpu::GpuError::TooLarge) or [`GpuError::InOnePiece`](leadr_gpu::GpuError::InOnePiece).
+    /// The error names the object with the largest maps.
     pub fn check(&self, objects: &[Object]) -> Result<()> {
         let Self { format, device } = *self;
         let piece = |format| objects.iter().map(|object| largest_image(object, format)).max().unwrap_or(0);
@@ -132,7 +131,7 @@ mod tests {
         let field = HeightField { map: HeightMap { width, height, texels: Vec::new() }, border: Border::Tiles(layout) };
         let bytes =
             map_bytes(&Object::new("animal", PatchMesh::default()).with_heights(field, 1.0), MomentFormat::Float16);
-        // Each tile of 128 x 128 texels of 14 bytes has mips, and a coarse block of 17 x 44 texels of 20 bytes.
+        // Each tile has 128 x 128 texels of 14 bytes with mips, and a coarse block of 17 x 44 texels of 20 bytes.
         let per_texel = bytes as f64 / (f64::from(width) * f64::from(height));
         assert!((14.0 * 4.0 / 3.0..14.0 * 4.0 / 3.0 + 2.0).contains(&per_texel), "{per_texel}");
     }
@@ -155,7 +154,7 @@ mod tests {
         assert!(refused.ends_with("use --map-precision f16 or smaller maps"), "{refused}");
         let refused = check(MomentFormat::Float16, 1 << 30).expect_err("what is in use counts").to_string();
         assert!(refused.ends_with("use smaller maps"), "{refused}");
-        // The memory is sufficient in total, but not in one allocation.
+        // The total memory is large enough, but one allocation is not.
         let device = MemoryRoom { size: 4 << 30, left: 4 << 30, piece: 1 << 30 };
         let refused = Room { format: MomentFormat::Float32, device }.check(&plane).unwrap_err().to_string();
         assert!(

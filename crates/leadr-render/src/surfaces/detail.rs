@@ -1,5 +1,5 @@
-//! A repeating detail relief on the device, with LEADR maps, colours, mask and mapping. `shaders-glsl/passes/filter/detail.glsl`
-//! filters it.
+//! A repeating detail relief on the device, with its LEADR maps, colours, mask and mapping.
+//! `shaders-glsl/passes/filter/detail.glsl` filters it.
 
 use std::sync::Arc;
 
@@ -16,32 +16,33 @@ use crate::scene::{Detail, DetailColors, DetailMapping, DetailMask, MaterialMap}
 use leadr_gpu::{AddressMode, Buffer, Filter, Gpu, GpuError, Image, ImageDesc, Result, Sampler, shared_struct};
 
 shared_struct! {
-    /// The mapping of a detail onto its surface. For triplanar mapping, one `RestVertexGpu` per vertex follows it in the buffer.
+    /// The mapping of a detail onto its surface. For triplanar mapping, it is followed in the buffer by one `RestVertexGpu` per
+    /// vertex.
     pub struct DetailHeadGpu for "Detail" {
-        /// Columns of the matrix from texture coordinates of the surface to those of the detail.
+        /// The columns of the matrix from the texture coordinates of the surface to those of the detail.
         detail_linear: [f32; 4],
-        /// Columns of the matrix from texture coordinates of the surface to those of the mask.
+        /// The columns of the matrix from the texture coordinates of the surface to those of the mask.
         mask_linear: [f32; 4],
         detail_offsets: [f32; 4],
-        /// Factor on the colours (rgb), and reflectance at normal incidence (a).
+        /// The factor for the colours in rgb, and the reflectance at normal incidence in alpha.
         detail_color: [f32; 4],
     }
 }
 
 shared_struct! {
-    /// A vertex at rest. Its position is in units of the detail's triplanar coordinates.
+    /// A vertex at rest, with its position in units of the detail's triplanar coordinates.
     pub struct RestVertexGpu for "RestVertex" {
         position: [f32; 4],
         normal: [f32; 4],
     }
 }
 
-/// The inputs that the filter pass takes from a detail.
+/// The inputs that the filter pass reads from a detail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct DetailKind {
-    /// The `DETAIL_` constant of the mapping, or of no detail.
+    /// The `DETAIL_` constant of the mapping, or the constant for no detail.
     pub mapping: u32,
-    /// The `DETAIL_` constant for the use of the detail's colours.
+    /// The `DETAIL_` constant that says how the colours of the detail are used.
     pub colors: u32,
     /// Whether the detail has a mask.
     pub masked: bool,
@@ -73,17 +74,17 @@ impl DetailKind {
     }
 }
 
-/// A detail on the device. Objects without a detail have placeholders that are never read.
+/// A detail on the device. Objects without a detail have placeholders, which shaders never read.
 pub struct DetailImages {
-    /// Buffer with a `DetailHeadGpu`, followed by a `RestVertexGpu` per vertex for triplanar mapping.
+    /// A buffer with a `DetailHeadGpu`, followed by one `RestVertexGpu` per vertex for triplanar mapping.
     pub layout: Buffer,
-    /// Slope moments of the detail.
+    /// The slope moments of the detail.
     pub maps: LeadrMapGpu,
-    /// Colours and roughness of the detail.
+    /// The colours and the roughness of the detail.
     pub material: MaterialImages,
     /// The mask `m` and its square `m²`, as half floats.
     pub mask: Image,
-    /// Sampler of all maps of the detail.
+    /// The sampler for all maps of the detail.
     pub sampler: Sampler,
 }
 
@@ -99,10 +100,11 @@ impl DetailImages {
         })
     }
 
-    /// Uploads the detail of a surface with this mesh and border rule. `none` holds placeholders for missing material images.
+    /// Uploads the detail of a surface with this mesh and border rule. `none` holds placeholders for images that the material
+    /// lacks.
     ///
     /// # Errors
-    /// Returns [`GpuError::Usage`] if the detail uses the texture coordinates of an atlas, or for maps with a wrong number of
+    /// Returns [`GpuError::Usage`] if the detail uses the texture coordinates of an atlas, or if a map has the wrong number of
     /// texels.
     pub fn new(
         gpu: &Arc<Gpu>,
@@ -157,7 +159,7 @@ fn rest_vertices(mesh: &PatchMesh, metres: f32) -> Vec<RestVertexGpu> {
     mesh.positions.iter().zip(&mesh.normals).map(vertex).collect()
 }
 
-/// Returns the colour factor, at most 100, that normalises the mean colour of a map to 1.
+/// Returns the factor that normalises the mean colour of a map to 1. The factor is at most 100.
 fn per_mean(map: &MaterialMap) -> [f32; 4] {
     let codes = Codes::new();
     let sum = map.colors.iter().fold([0.0f64; 3], |sum, &texel| {

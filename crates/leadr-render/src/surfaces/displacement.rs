@@ -1,9 +1,9 @@
-//! Heights at the edges and vertices shared by patches.
+//! Heights at the edges and vertices that patches share.
 //!
-//! Inside a patch the tessellation stage reads heights from the LEADR map. Two patches must agree to the last bit along a shared
-//! edge, even if their texture coordinates differ (a UV seam, two atlas tiles). The heights along every edge and at every vertex
-//! are therefore baked once, as the mean over the adjacent patches. They are stored at [`EDGE_LEVELS`] resolutions, each filtered
-//! to its sample spacing. Heights are 0 on rims, where another object continues the surface.
+//! Inside a patch, the tessellation stage reads heights from the LEADR map. Two patches must agree to the last bit along a shared
+//! edge, even if their texture coordinates differ (at a UV seam, or in two atlas tiles). The heights along every edge and at every
+//! vertex are therefore baked once, as the mean over the adjacent patches. The baked heights are stored at [`EDGE_LEVELS`]
+//! resolutions, each filtered to the spacing of its samples. Heights are 0 on rims, where another object continues the surface.
 
 use std::borrow::Cow;
 use std::collections::HashSet;
@@ -16,15 +16,15 @@ use glam::Vec2;
 use leadr_maps::HeightMap;
 use rayon::prelude::*;
 
-/// Number of resolutions of the heights along an edge: 64, 32, … 1 segments.
+/// The number of resolutions of the heights along an edge, which are 64, 32, … 1 segments.
 pub const EDGE_LEVELS: usize = constants::EDGE_LEVELS as usize;
-/// Number of height samples of one edge, over all levels.
+/// The number of height samples of one edge, over all levels.
 pub const EDGE_STRIDE: usize = constants::EDGE_STRIDE as usize;
 
-/// A height map and its border rule.
+/// A height map, and how it continues beyond its borders.
 #[derive(Clone, Debug)]
 pub struct HeightField {
-    /// Heights, in the mesh's unit of length.
+    /// The heights, in the mesh's unit of length.
     pub map: HeightMap,
     /// How the map continues beyond its borders.
     pub border: Border,
@@ -42,12 +42,12 @@ pub enum Border {
 }
 
 impl HeightField {
-    /// Creates a height field that repeats the map.
+    /// Creates a height field from a map that repeats.
     pub fn repeating(map: HeightMap) -> Self {
         Self { map, border: Border::Wrap }
     }
 
-    /// Returns a placeholder with a single height of 0; it is never sampled.
+    /// Returns a placeholder with a single height of 0, which shaders never sample.
     pub(super) fn flat() -> Self {
         Self { map: HeightMap { width: 1, height: 1, texels: vec![0.0] }, border: Border::Clamp }
     }
@@ -66,7 +66,7 @@ impl HeightField {
 
     /// Returns the two texels around a position along an axis of `n` texels, and the interpolation weight of the second texel.
     fn beside(&self, position: f32, n: u32) -> ([usize; 2], f32) {
-        // This function runs many millions of times, and `floor` is a function call on targets limited to SSE2.
+        // This code runs many millions of times. On targets limited to SSE2, `floor` would be a function call.
         let toward_zero = position as i32;
         let cell = i64::from(toward_zero) - i64::from(position < toward_zero as f32);
         let inside = cell >= 0 && cell + 1 < i64::from(n);
@@ -85,8 +85,7 @@ impl HeightField {
         along(rows[0]) * (1.0 - fy) + along(rows[1]) * fy
     }
 
-    /// Samples the map with Catmull-Rom interpolation, which has continuous slopes. It is used to resample a map at a finer
-    /// resolution.
+    /// Samples the map with Catmull-Rom interpolation, which has continuous slopes, to resample a map at a finer resolution.
     pub fn bicubic(&self, texcoord: Vec2) -> f32 {
         let (x, y) = (texcoord.x * self.map.width as f32 - 0.5, texcoord.y * self.map.height as f32 - 0.5);
         let (x0, y0) = (x.floor(), y.floor());
@@ -105,9 +104,9 @@ impl HeightField {
     }
 }
 
-/// Box-filtered mip chain of heights on the CPU, sampled like the LEADR map on the device.
+/// A chain of box-filtered mips of heights on the CPU, which is sampled like the LEADR map on the device.
 struct HeightPyramid<'a> {
-    /// Levels from fine to coarse; the first is the height field itself.
+    /// The levels from fine to coarse. The first level is the height field itself.
     levels: Vec<Cow<'a, HeightField>>,
 }
 
@@ -133,12 +132,12 @@ impl<'a> HeightPyramid<'a> {
         &self.levels[self.levels.len() - 1]
     }
 
-    /// Width and height of the finest level, in texels.
+    /// Returns the width and height of the finest level, in texels.
     fn size(&self) -> Vec2 {
         Vec2::new(self.levels[0].map.width as f32, self.levels[0].map.height as f32)
     }
 
-    /// Prepares trilinear sampling at a level of detail. With tiles, samples stay inside tile `patch`, as with the shader's
+    /// Prepares trilinear sampling at a level of detail. In an atlas, samples stay inside tile `patch`, as in the shader's
     /// `clamp_to_tile`.
     fn lookup(&self, lod: f32, patch: usize) -> Lookup<'_> {
         let mut lod = lod.clamp(0.0, (self.levels.len() - 1) as f32);
@@ -155,12 +154,12 @@ impl<'a> HeightPyramid<'a> {
     }
 }
 
-/// A sampler of a pyramid at one level of detail.
+/// Samples a pyramid at one level of detail.
 struct Lookup<'a> {
     pyramid: &'a HeightPyramid<'a>,
     level: usize,
     fraction: f32,
-    /// Size of the map, then the lowest and highest allowed sample positions, in texels.
+    /// The size of the map, and the lowest and highest allowed sample positions, in texels.
     inside: Option<[Vec2; 3]>,
 }
 
@@ -173,7 +172,7 @@ impl Lookup<'_> {
     }
 }
 
-/// Height lookups at the corners of a mesh and along its edges.
+/// Looks up heights at the corners of a mesh and along its edges.
 struct Mapped<'a> {
     mesh: &'a PatchMesh,
     pyramid: HeightPyramid<'a>,
@@ -184,8 +183,8 @@ impl Mapped<'_> {
         self.pyramid.coarsest().map.texels[0]
     }
 
-    /// Returns the vector between two corners of a patch, in texels. For triplanar maps, x is an upper bound on the length of the
-    /// vector and y is 0.
+    /// Returns the vector between two corners of a patch, in texels. For triplanar maps, x is an upper bound on the length of this
+    /// vector, and y is 0.
     fn extent(&self, patch: usize, from: usize, to: usize) -> Vec2 {
         let size = self.pyramid.size();
         if let Some(repeat) = self.mesh.triplanar {
@@ -196,7 +195,8 @@ impl Mapped<'_> {
         (t[to] - t[from]) * size
     }
 
-    /// Returns the height at fraction `part` of the way between two corners of a patch, sampled in the patch's `lookup`.
+    /// Returns the height between two corners of a patch, at the fraction `part` of the way. The height is sampled with the patch's
+    /// `lookup`.
     fn height(&self, patch: usize, from: usize, to: usize, part: f32, lookup: &Lookup<'_>) -> f32 {
         if let Some(repeat) = self.mesh.triplanar {
             let [a, b] = [from, to].map(|corner| self.mesh.patches[patch][corner] as usize);
@@ -209,7 +209,7 @@ impl Mapped<'_> {
     }
 }
 
-/// Returns the area-weighted mean of the source texels under texel `(x, y)` of a `w × h` level. It is exact for odd sizes.
+/// Returns the area-weighted mean of the source texels under texel `(x, y)` of a `w × h` level, exactly for odd sizes too.
 fn box_filter(source: &HeightField, w: u32, h: u32, x: u32, y: u32) -> f32 {
     if (source.map.width, source.map.height) == (2 * w, 2 * h) {
         let rows = [2 * y, 2 * y + 1].map(|y| &source.map.texels[(y * source.map.width + 2 * x) as usize..][..2]);
@@ -232,23 +232,23 @@ fn box_filter(source: &HeightField, w: u32, h: u32, x: u32, y: u32) -> f32 {
     (sum / total) as f32
 }
 
-/// Baked heights of edges and vertices, and the height range of each patch, before multiplication by the height scale.
+/// Baked heights of edges and vertices, and the height range of each patch. The height scale is not yet applied.
 #[derive(Clone, Debug)]
 pub struct BoundaryHeights {
-    /// Heights along the edges, with [`EDGE_STRIDE`] samples for each edge of the topology.
+    /// The heights along the edges, with [`EDGE_STRIDE`] samples for each edge of the topology.
     pub edges: Vec<f32>,
-    /// Heights at the vertices, with [`EDGE_LEVELS`] samples for each vertex.
+    /// The heights at the vertices, with [`EDGE_LEVELS`] samples for each vertex.
     pub vertices: Vec<f32>,
-    /// Lowest and highest height of each patch, taken over its tile, or over the whole map if the map has no tiles.
+    /// The lowest and the highest height of each patch, over its tile or over the whole map if there are no tiles.
     pub patch_range: Vec<[f32; 2]>,
-    /// Number of map texels along each edge, the maximum over the adjacent patches.
+    /// The number of map texels along each edge, which is the maximum over the adjacent patches.
     pub edge_texels: Vec<f32>,
-    /// Largest height range of the patches at each edge; 0 on a rim.
+    /// The largest height range of the patches at each edge, or 0 on a rim.
     pub edge_relief: Vec<f32>,
 }
 
 impl BoundaryHeights {
-    /// Returns placeholders for a mesh without relief; they are never read.
+    /// Returns placeholders for a mesh without relief. Shaders never read them.
     pub fn none() -> Self {
         Self {
             edges: vec![0.0],
@@ -259,8 +259,8 @@ impl BoundaryHeights {
         }
     }
 
-    /// Returns the data for a map tiled by example. The device samples heights directly, because adjacent patches have equal
-    /// texture coordinates at shared edges. `vertices` holds the levels of detail for this.
+    /// Returns the data for a map that is tiled by example. The device samples the heights at shared edges directly, because
+    /// adjacent patches have equal texture coordinates there. `vertices` holds the levels of detail for these samples.
     pub fn by_example(mesh: &PatchMesh, topology: &Topology, field: &HeightField) -> Self {
         let mapped = Mapped { mesh, pyramid: HeightPyramid { levels: vec![Cow::Borrowed(field)] } };
         let mut extents = vec![(0.0, 0); mesh.positions.len()];
@@ -284,7 +284,7 @@ impl BoundaryHeights {
         let ranges = patch_ranges(mesh, field);
         let relief = ranges.first().map_or(0.0, |range| range[1] - range[0]);
         let wider = |range: [f32; 2]| {
-            // Blended heights deviate from the map's mean, which lies between `low` and `high`.
+            // Blended heights can deviate further from the map's mean than any texel. The mean lies between `low` and `high`.
             let [low, high] = range;
             [high - MOST_BLENDED * (high - low), low + MOST_BLENDED * (high - low)]
         };
@@ -300,7 +300,7 @@ impl BoundaryHeights {
     /// Bakes the heights of all edges and vertices of `mesh`.
     pub fn bake(mesh: &PatchMesh, topology: &Topology, field: &HeightField) -> Self {
         let mapped = Mapped { mesh, pyramid: HeightPyramid::new(field) };
-        // `sides` holds the patch sides at each edge, and `corners` the patch corners at each position.
+        // Here, `sides` holds the patch sides at each edge, and `corners` holds the patch corners at each position.
         let mut sides = vec![Vec::with_capacity(2); topology.edges.len()];
         let mut corners = vec![Vec::with_capacity(4); mesh.positions.len()];
         for (patch, edges) in topology.patch_edges.iter().enumerate() {
@@ -377,7 +377,7 @@ impl BoundaryHeights {
     }
 }
 
-/// Returns the LOD at which map texels are as long as the segments of an edge of `extent` texels at `level`.
+/// Returns the LOD at which map texels are as long as the segments of an edge. The edge has `64 >> level` segments.
 fn level_lod(extent: Vec2, level: usize) -> f32 {
     (extent.length() / (64 >> level) as f32).max(1.0).log2()
 }
@@ -439,7 +439,7 @@ mod tests {
         let baked = BoundaryHeights::bake(&mesh, &topology, &field);
         let shared = topology.edges.iter().position(|&e| e == [1, 2]).unwrap();
         let middle = baked.edges[shared * EDGE_STRIDE + 32];
-        // At the midpoint, the first patch reads column 15.5 and the second patch reads column 0.25 · 32 − 0.5.
+        // At the midpoint of the edge, the first patch reads column 15.5, and the second patch reads column 0.25 · 32 − 0.5.
         assert!((middle - (15.5 + 7.5) / 2.0).abs() < 1e-4, "{middle}");
         assert_eq!(baked.edges[shared * EDGE_STRIDE], baked.vertices[EDGE_LEVELS]);
         assert_eq!(baked.patch_range[0], [0.0, 31.0]);

@@ -1,5 +1,5 @@
 //! A posed object, tessellated for a lens. Suns draw shadow casters with the camera's tessellation, or with a coarser tessellation
-//! if their shadow maps cannot resolve it. A finer tessellation would protrude from the visible surface and shadow it.
+//! if their shadow maps cannot resolve it. A finer tessellation would protrude from the visible surface and cast shadows on it.
 
 use std::sync::Arc;
 
@@ -13,24 +13,24 @@ use super::tessellation::{Division, Lens, TessellationSettings};
 use leadr_gpu::{Buffer, Gpu, Result, shared_struct};
 
 shared_struct! {
-    /// A vertex in shader layout (`Vertex` in `passes/geometry/interface.glsl`).
+    /// A vertex in the layout of the shaders (`Vertex` in `passes/geometry/interface.glsl`).
     pub struct VertexGpu for "Vertex" {
-        /// World position (xyz) and ambient accessibility (w).
+        /// The position in world space (xyz), and the ambient accessibility (w).
         pub position: [f32; 4],
-        /// World displacement direction (xyz) and LOD of the boundary heights (w).
+        /// The displacement direction in world space (xyz), and the LOD of the boundary heights (w).
         pub normal: [f32; 4],
-        /// Linear albedo (rgb) and Beckmann roughness (a).
+        /// The linear albedo (rgb), and the Beckmann roughness (a).
         pub color: [f32; 4],
-        /// Shading normal of a triangle.
+        /// The shading normal, for a vertex of a triangle.
         pub facing: [f32; 4],
     }
 }
 
-/// The buffers of a tessellation, large enough for every vertex and edge of an object.
+/// The buffers of a tessellation, which are large enough for every vertex and edge of an object.
 pub struct DivisionBuffers {
-    /// Buffer with one `Vertex` struct per vertex.
+    /// A buffer with one `Vertex` struct per vertex.
     pub vertices: Buffer,
-    /// Tessellation factor of each edge.
+    /// The tessellation factor of each edge.
     pub edge_factors: Buffer,
 }
 
@@ -55,7 +55,7 @@ pub struct DividedObject {
     pub buffers: Arc<DivisionBuffers>,
     /// The tessellation factors.
     pub division: Division,
-    /// Whether each height texel has a vertex at its centre.
+    /// Whether each texel of the heights has a vertex at its centre.
     pub at_texels: bool,
     /// The lens and settings for which the tessellation was computed.
     of: Option<(Lens, TessellationSettings)>,
@@ -77,8 +77,8 @@ impl DividedObject {
         self.write(posed, Division::new(posed.mesh(), lens, settings))
     }
 
-    /// Writes to other buffers the same tessellation with vertices at least `spacing` metres apart. Returns `None` if no vertices
-    /// are closer. The device must not be reading the buffers.
+    /// Writes a coarser tessellation, with vertices at least `spacing` metres apart, to other buffers. Returns `None` if the
+    /// vertices are nowhere closer than `spacing`. The device must not be reading the buffers.
     pub fn with_min_spacing(
         &self,
         spacing: f32,

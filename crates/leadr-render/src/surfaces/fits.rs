@@ -1,4 +1,4 @@
-//! The measured materials of a scene's objects, without duplicates.
+//! The measured materials of a scene's objects. Each material occurs once.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use crate::scene::Object;
 use leadr_gpu::{GpuError, Result};
 use leadr_reflectance::materials::fitted_table::FittedTable;
 
-/// Maximum total count of numbers in the tables. Start offsets are stored as floats, which are exact up to this count.
+/// The largest number of values in all tables together. Start offsets are stored as floats, which are exact up to this number.
 const MOST_WORDS: usize = (1 << 24) - MAX_FITS as usize;
 
 /// The measured materials of a scene.
@@ -18,7 +18,7 @@ impl Fits {
     /// Collects the materials of these objects.
     ///
     /// # Errors
-    /// Returns [`GpuError::Usage`] for more than `MAX_FITS` materials, or for tables too large for float offsets.
+    /// Returns [`GpuError::Usage`] for more than `MAX_FITS` materials, or if the tables are too large for offsets in floats.
     pub fn of(objects: &[Object]) -> Result<Self> {
         let mut all: Vec<Arc<FittedTable>> = Vec::new();
         for fit in objects.iter().filter_map(fit_of) {
@@ -44,7 +44,7 @@ impl Fits {
         index.map_or(0, |index| index as u32 + 1)
     }
 
-    /// Returns the start offsets of the materials, followed by their tables (`passes/shade/fits.glsl`).
+    /// Returns the start offsets of the materials, followed by the tables of the materials (`passes/shade/fits.glsl`).
     pub fn words(&self) -> Vec<f32> {
         let mut at = self.0.len();
         let mut words = Vec::new();

@@ -1,25 +1,25 @@
-//! Planes and surfaces of uniform colour, which shaders need not evaluate per patch.
+//! Planes and surfaces of uniform colour. Shaders need not evaluate such surfaces for each patch.
 
 use glam::{Mat2, Vec2, Vec3};
 
 use super::patch_mesh::{PatchMesh, PosedVertices};
 
-/// Largest relative difference between the tangents of a flat mesh.
+/// The largest relative difference between the tangents of a flat mesh.
 const SAME: f32 = 1e-4;
 
-/// Tangents with respect to texture coordinates, in metres per unit, and their orientation. They are taken from the first patch.
+/// The tangents with respect to texture coordinates in metres per unit, and their orientation, both from the first patch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chart {
-    /// Tangent along the texture coordinate s.
+    /// The tangent along the texture coordinate s.
     pub tangent_s: Vec3,
-    /// Tangent along the texture coordinate t.
+    /// The tangent along the texture coordinate t.
     pub tangent_t: Vec3,
     /// Whether `tangent_s × tangent_t` points outwards.
     pub outward: bool,
 }
 
 impl Chart {
-    /// Returns the chart of a mesh in a pose, or `None` for a mesh without patches or with degenerate texture coordinates.
+    /// Returns the chart of a mesh in a pose. Returns `None` if the mesh has no patches or has degenerate texture coordinates.
     pub fn of(mesh: &PatchMesh, posed: &PosedVertices) -> Option<Self> {
         let (patch, texcoords) = (mesh.patches.first()?, mesh.texcoords.first()?);
         let [s, t] = tangents(patch.map(|v| posed.positions[v as usize]), texcoords)?;
@@ -28,7 +28,7 @@ impl Chart {
     }
 }
 
-/// Returns the tangents with respect to texture coordinates at corner 0 of a flat patch.
+/// Returns the tangents of a flat patch with respect to texture coordinates, at corner 0.
 fn tangents(corners: [Vec3; 4], texcoords: &[Vec2; 4]) -> Option<[Vec3; 2]> {
     let texcoord_by_uv = Mat2::from_cols(texcoords[1] - texcoords[0], texcoords[3] - texcoords[0]);
     if texcoord_by_uv.determinant().abs() < 1e-20 {
@@ -38,7 +38,7 @@ fn tangents(corners: [Vec3; 4], texcoords: &[Vec2; 4]) -> Option<[Vec3; 2]> {
     Some([by_texcoord.x_axis, by_texcoord.y_axis].map(|column| du * column.x + dv * column.y))
 }
 
-/// Whether a mesh is a plane with affine texture coordinates at rest, and therefore in every rigid pose.
+/// Whether a mesh is a plane with affine texture coordinates at rest, and therefore also in every rigid pose.
 pub fn is_flat(mesh: &PatchMesh) -> bool {
     let rest = PosedVertices::new(mesh.positions.clone(), mesh.normals.clone());
     let Some(Chart { tangent_s, tangent_t, .. }) = Chart::of(mesh, &rest) else { return false };
@@ -111,7 +111,7 @@ mod tests {
         assert!(!is_flat(&bent(|mesh| mesh.texcoords[1][2].y += 0.01)));
         assert!(!is_flat(&bent(|mesh| mesh.texcoords.truncate(1))));
         assert!(!is_flat(&PatchMesh::default()));
-        // Bending adds no seam. A different texture coordinate on one side of an edge adds a seam.
+        // Bending adds no seam, but a different texture coordinate on one side of an edge does.
         assert!(bent(|mesh| mesh.positions[5].z += 0.01).is_seamless());
         assert!(!bent(|mesh| mesh.texcoords[1][0].y += 0.01).is_seamless());
         assert!(!bent(|mesh| mesh.texcoords.truncate(1)).is_seamless());

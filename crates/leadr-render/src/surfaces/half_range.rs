@@ -1,4 +1,4 @@
-//! Rescales the slopes of an object to the range of 16-bit floats. The scale is a power of two, so scaling is exact and only the
+//! Rescales the slopes of an object to the range of 16-bit floats. The scale is a power of two, so scaling is exact, and only the
 //! conversion to 16 bits rounds.
 
 use rayon::prelude::*;
@@ -7,7 +7,7 @@ use super::displacement::{Border, HeightField};
 use crate::scene::Object;
 use leadr_maps::halves::factor;
 
-/// Rescales heights, slopes and moments for the best 16-bit precision, and compensates in the height scale.
+/// Rescales heights, slopes and moments for the best precision in 16 bits. The object's height scale compensates for it.
 pub fn fill_half_range(object: &mut Object) {
     let Some(field) = &mut object.heights else { return };
     let steepest = match (&object.moments, &object.slopes) {
@@ -31,7 +31,7 @@ pub fn fill_half_range(object: &mut Object) {
     object.height_scale /= factor;
 }
 
-/// Returns the steepest slope between adjacent texels, per unit of texture coordinate. Height differences between tiles are
+/// Returns the steepest slope between adjacent texels, per unit of texture coordinate. Height differences between two tiles are
 /// ignored.
 fn steepest_slope(field: &HeightField) -> f32 {
     let (width, height) = (field.map.width as usize, field.map.height as usize);
@@ -70,7 +70,7 @@ mod tests {
         let mut texels = vec![0.0; 32];
         texels[8 + 4..8 + 8].fill(1.0);
         assert_eq!(steepest_slope(&field(Border::Wrap, texels.clone())), 8.0);
-        // The step between the tiles of 4 texels does not count, but within a tile heights fall by 1 per row.
+        // The step between tiles, which are 4 texels wide, does not count. Within a tile, heights fall by 1 per row.
         let layout = TileLayout { tile: 4, gutter: 1, columns: 2, rows: 1 };
         assert_eq!(steepest_slope(&field(Border::Tiles(layout), texels.clone())), 4.0);
         texels[4..8].fill(1.0);

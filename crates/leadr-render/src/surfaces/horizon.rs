@@ -1,11 +1,11 @@
-//! The horizon maps of an object, which describe the self-occlusion of its relief at every texel of every height level
+//! The horizon maps of an object, which describe how the relief occludes itself, at every texel of every height level
 //! ([`leadr_reflectance::visible::horizon`]). There are two images:
 //!
 //! * leans, RGBA: `lean` (xy) and the standard deviations of `spread` (zw), in height units per unit of texture coordinate
 //! * correlations, R: the correlation of `spread`
 //!
-//! Each level is computed from *its own* filtered heights, because detail smaller than a texel of the level belongs to the slope
-//! moments. The coarsest level has no occluders. For large maps, the images begin at a coarser level than the heights.
+//! Each level is computed from *its own* filtered heights, because the slope moments represent detail that is smaller than a texel
+//! of the level. The coarsest level has no occluders. For large maps, the images begin at a coarser level than the heights.
 
 use std::cmp::Ordering;
 use std::sync::Arc;
@@ -26,21 +26,21 @@ use leadr_maps::cache::{MapCache, expect_all, put};
 use leadr_maps::checksum::checksum;
 use leadr_maps::horizon::{Heights, HorizonTexel, Rays, Window, horizons};
 
-/// Maximum number of texels of a horizon map. The horizons of larger maps start at a coarser level, which also serves all finer
-/// levels.
+/// The maximum number of texels of a horizon map. The horizons of larger maps start at a coarser level, which then serves all finer
+/// levels too.
 pub const MOST_TEXELS: u32 = 8 << 20;
 
-/// Number of pairs of opposite rays per texel. An atlas has many more texels, so its tiles use fewer rays.
+/// The number of pairs of opposite rays per texel. An atlas has many more texels, so its tiles use fewer rays.
 const AXES: usize = 8;
 const TILE_AXES: usize = 4;
 
-/// Maximum length of rays on an atlas, in texels of the level and in texels of level 0.
+/// The maximum length of rays on an atlas, in texels of the level and in texels of level 0.
 const TILE_REACH: [u32; 2] = [12, 24];
 
-/// Minimum number of texels worth caching. Fewer texels are computed as fast as a file is read.
+/// The smallest number of texels that is worth caching. Computing fewer texels is as fast as reading a file.
 const LEAST_CACHED: usize = 1 << 18;
 
-/// Source code that determines the horizons. It is part of the cache key.
+/// The source code that determines the horizons, as part of the cache key.
 const SOURCES: [&str; 4] = [
     include_str!("horizon.rs"),
     include_str!("atlas/tiles.rs"),
@@ -48,15 +48,15 @@ const SOURCES: [&str; 4] = [
     leadr_maps::horizon::SOURCE,
 ];
 
-/// The inputs of a map's horizons apart from the heights.
+/// What the horizons of a map depend on, apart from the heights.
 pub struct HorizonInput<'a> {
-    /// The surface with the relief.
+    /// The mesh of the surface with the relief.
     pub mesh: &'a PatchMesh,
-    /// Edges of the mesh.
+    /// The edges of the mesh.
     pub topology: &'a Topology,
     /// The border rule of the map.
     pub border: Border,
-    /// The height scale; only its sign matters.
+    /// The height scale, of which only the sign matters.
     pub height_scale: f32,
 }
 
@@ -65,7 +65,7 @@ impl HorizonInput<'_> {
         if self.height_scale < 0.0 { -1.0 } else { 1.0 }
     }
 
-    /// Returns the cache key for this relief and the checksum of its heights.
+    /// Returns the cache key for this relief. `heights` is the checksum of its heights.
     fn key(&self, size: [u32; 2], heights: u64) -> u64 {
         let mut words = vec![u64::from(size[0]) << 32 | u64::from(size[1]), heights, u64::from(self.sign() > 0.0)];
         match self.border {
@@ -83,13 +83,13 @@ impl HorizonInput<'_> {
     }
 }
 
-/// Bytes per texel of the two images, for half floats.
+/// The number of bytes per texel in each of the two images.
 const TEXEL_BYTES: [usize; 2] = [8, 2];
 
-/// The horizon maps of an object. Clones share them.
+/// The horizon maps of an object. Clones share the images.
 #[derive(Clone)]
 pub struct HorizonMaps {
-    /// `lean` and the standard deviations of `spread`, with mips.
+    /// The values `lean` and the standard deviations of `spread`, with mips.
     pub leans: Image,
     /// The correlations of `spread`, with mips.
     pub correlations: Image,
@@ -99,12 +99,12 @@ pub struct HorizonMaps {
 struct HeightLevel {
     size: [u32; 2],
     heights: Vec<f32>,
-    /// Mean slopes, in height units per texel.
+    /// The mean slopes, in height units per texel.
     slopes: Vec<[f32; 2]>,
 }
 
 impl HeightLevel {
-    /// Reads back a level. `sign` is -1 for heights that point inwards, otherwise 1.
+    /// Reads back a level. `sign` is -1 for heights that point inwards, and 1 otherwise.
     fn read(maps: &LeadrMapGpu, level: u32, sign: f32) -> Result<Self> {
         let size = maps.heights.mip_extent(level);
         let [w, h] = size.map(|n| sign / n as f32);
@@ -153,8 +153,7 @@ impl HeightLevel {
             for y in 0..side {
                 let row = &mut texels[start + y * width..][..side];
                 row.copy_from_slice(&tile[y * side..][..side]);
-                // A corner of the gutter repeats the nearest texel of the patch, because any number of patches can meet at a
-                // corner.
+                // A corner of the gutter repeats the nearest texel of the patch. Any number of patches can meet there.
                 for x in (0..gutter).chain(side - gutter..side).filter(|_| inside(y) != y) {
                     row[x] = tile[inside(y) * side + inside(x)];
                 }
@@ -184,7 +183,7 @@ fn check_texels(mut bytes: &[u8], sizes: &[usize]) -> std::result::Result<(), &'
 }
 
 impl HorizonMaps {
-    /// Creates placeholders for an object without relief; they are never read.
+    /// Creates placeholders for an object without relief. Shaders never read them.
     pub fn none(gpu: &Arc<Gpu>) -> Result<Self> {
         Ok(Self {
             leans: placeholder(gpu, "no horizon", Format::R16G16B16A16_SFLOAT)?,
@@ -192,8 +191,8 @@ impl HorizonMaps {
         })
     }
 
-    /// Computes the horizons of the heights in `maps`. Large results are loaded from the cache if it contains them. `cache` holds
-    /// the cache and the checksum of the heights.
+    /// Computes the horizons of the heights in `maps`. Large results come from the cache if it contains them. `cache` is the cache,
+    /// together with the checksum of the heights.
     pub fn new(
         gpu: &Arc<Gpu>,
         name: &str,
@@ -203,7 +202,7 @@ impl HorizonMaps {
     ) -> Result<Self> {
         let levels = match relief.border {
             Border::Wrap | Border::Clamp => maps.levels(),
-            // The filter pass does not use coarser levels of tiles.
+            // The filter pass does not use coarser levels of the tiles than this.
             Border::Tiles(_) => maps.levels().min(SOURCE_LEVEL + 1),
         };
         let small = |&level: &u32| maps.heights.mip_extent(level).iter().product::<u32>() <= MOST_TEXELS;
@@ -215,7 +214,7 @@ impl HorizonMaps {
         let correlations = Image::new(gpu, &format!("{name} horizon correlation"), single)?;
         let sizes: Vec<usize> =
             (first..levels).map(|level| maps.heights.mip_extent(level).iter().product::<u32>() as usize).collect();
-        // The bytes hold all levels in order, with both images of each level.
+        // The bytes hold all levels in order, with both images for each level.
         let find = || {
             let mut bytes = Vec::new();
             (first..levels).try_for_each(|level| Self::level(maps, level, relief, &mut bytes))?;
@@ -236,7 +235,7 @@ impl HorizonMaps {
         match cache {
             Some((cache, heights)) if texels >= LEAST_CACHED => {
                 let key = relief.key(maps.heights.mip_extent(0), heights);
-                // Cached data is uploaded without a copy.
+                // Cached data are uploaded without a copy.
                 let read = |bytes: &[u8]| match bytes.len().cmp(&length) {
                     Ordering::Less => Err("it is too short"),
                     Ordering::Greater => Err("it is too long"),

@@ -1,14 +1,14 @@
-//! The material of a surface on the device. It holds the inputs that are filtered in addition to slopes, each with area-weighted
-//! mips:
+//! The material of a surface on the device, with the inputs that are filtered in addition to the slopes. Each input has
+//! area-weighted mips:
 //!
-//! * colour, sRGB: the albedo, averaged in linear light, and the square root of the roughness `α`, averaged as the variance `α²`
-//!   (LEADR section 4.1)
+//! * colour, sRGB: the albedo, which is averaged in linear light, and the square root of the roughness `α`, which is averaged as
+//!   the variance `α²` (LEADR section 4.1)
 //! * reflectance at normal incidence, sRGB
 //! * two roughnesses, half floats: [`mixed_roughness`](leadr_reflectance::facets::mixed_roughness)
 //! * emission, linear, half floats
 //! * accessibility, 8 bits, or cones of ambient visibility, four components of 8 bits
-//! * coverage, 8 bits: a mask and the covered fraction of each texel. Mips average the fraction, because averaged mask values would
-//!   lose or thicken details thinner than a texel
+//! * coverage, 8 bits: a mask, and the covered fraction of each texel. Mips average the fraction, because averages of the mask
+//!   would lose or thicken details that are thinner than a texel
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -25,59 +25,59 @@ use leadr_maps::material::{TextureWrap, alpha_of};
 use leadr_maps::moments::coverage;
 use leadr_maps::srgb::{linear_of_srgb8, srgb8_from_linear};
 
-/// Format of the two roughnesses and of emission.
+/// The format of the two roughnesses and of the emission.
 pub const MIXED_FORMAT: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
-/// Format of albedo and reflectance.
+/// The format of the albedo and of the reflectance.
 const COLOR_FORMAT: vk::Format = vk::Format::R8G8B8A8_SRGB;
-/// Format of accessibility.
+/// The format of accessibility.
 const SHARE_FORMAT: vk::Format = vk::Format::R8_UNORM;
-/// Format of the cones of ambient visibility.
 const CONE_FORMAT: vk::Format = vk::Format::R8G8B8A8_SNORM;
-/// Format of coverage.
 const COVERAGE_FORMAT: vk::Format = vk::Format::R8G8_UNORM;
 
 /// The images of a material, with placeholders for missing images. Clones share the images.
 #[derive(Clone)]
 pub struct MaterialImages {
-    /// Albedo, with the square root of `α` in alpha.
+    /// The albedo, with the square root of `α` in alpha.
     pub color: Image,
-    /// Reflectance at normal incidence.
+    /// The reflectance at normal incidence.
     pub f0: Image,
-    /// Fraction of the texels in the rougher class, and the contributions of the rougher and the smoother class to the mean `α²`.
+    /// The fraction of texels in the rougher class, followed by the contributions of the rougher and of the smoother class to the
+    /// mean `α²`.
     pub mixed: Image,
-    /// Emitted radiance, linear.
+    /// The emitted radiance, in linear light.
     pub emission: Image,
-    /// Accessibility, or cones of ambient visibility.
+    /// The accessibility, or cones of ambient visibility.
     pub occlusion: Image,
-    /// Mask and coverage.
+    /// The mask and the coverage.
     pub opacity: Image,
-    /// Four samplers, for colour-like images (colours, reflectance and roughnesses), emission, accessibility, and coverage.
+    /// Four samplers: for images like colours (with reflectance and roughnesses), emission, accessibility, and coverage.
     pub samplers: [Sampler; 4],
-    /// The inputs that exist.
+    /// The inputs that the material has.
     pub features: MaterialFeatures,
 }
 
-/// The inputs of a material besides its colours.
+/// The inputs of a material, without its colours.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct MaterialFeatures {
     /// Whether the material has reflectance at normal incidence.
     pub f0: bool,
-    /// Features of the base beyond a single lobe.
+    /// The features that the base has beyond a single lobe.
     pub bases: Bases,
     /// Whether the material has emission.
     pub emission: bool,
     /// Whether the material has accessibility or cones.
     pub occlusion: bool,
-    /// Alpha mask or partial coverage; `None` for an opaque surface.
+    /// The alpha mask or the partial coverage, or `None` for an opaque surface.
     pub cutout: Option<CutoutKind>,
 }
 
-/// Features of surfaces beyond a single-lobe base. Each combination has its own pipelines, so absent features cost nothing.
+/// The features of surfaces beyond a base with a single lobe. Each combination has its own pipelines, so absent features cost
+/// nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Bases {
-    /// Whether a surface has two roughnesses.
+    /// Whether any surface has two roughnesses.
     pub mixed: bool,
-    /// Maximum number of lobes of a measured material; 0 without one.
+    /// The maximum number of lobes of a measured material, or 0 without measured materials.
     pub fit_lobes: u32,
     /// Whether all surfaces use measured materials.
     pub all_fitted: bool,
@@ -86,7 +86,7 @@ pub struct Bases {
 }
 
 impl Bases {
-    /// Returns the features of both sets of surfaces together.
+    /// Returns the features that two sets of surfaces have together.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
         Self {
@@ -97,7 +97,7 @@ impl Bases {
         }
     }
 
-    /// Returns the features restricted to those of `other`.
+    /// Returns these features, reduced to the features that `other` also has.
     #[must_use]
     pub fn within(self, other: Self) -> Self {
         Self {
@@ -119,17 +119,17 @@ impl Bases {
     }
 }
 
-/// The kind of alpha of a cutout surface.
+/// The kind of transparency that a cutout surface has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum CutoutKind {
-    /// An alpha mask, [`Cutout::Mask`].
+    /// The surface has an alpha mask, [`Cutout::Mask`].
     Mask,
-    /// Partial coverage, [`Cutout::Share`].
+    /// The surface has partial coverage, [`Cutout::Share`].
     Share,
 }
 
 impl MaterialFeatures {
-    /// Returns the inputs present in `map`.
+    /// Returns the inputs that `map` has.
     pub fn of(map: &MaterialMap) -> Self {
         Self {
             f0: map.f0.is_some(),
@@ -150,7 +150,7 @@ impl MaterialFeatures {
 }
 
 impl MaterialImages {
-    /// Creates white placeholder images of one texel, for objects without a material.
+    /// Creates white placeholder images with one texel, for objects without a material.
     pub fn none(gpu: &Arc<Gpu>) -> Result<Self> {
         let none = |what: &str, format| {
             let image = Image::new(gpu, &format!("no {what}"), ImageDesc::new(format, 1, 1))?;
@@ -174,11 +174,11 @@ impl MaterialImages {
     /// missing images.
     ///
     /// # Errors
-    /// Returns [`GpuError::Usage`] if reflectance and colours differ in size.
+    /// Returns [`GpuError::Usage`] if the reflectance and the colours differ in size.
     pub fn new(gpu: &Arc<Gpu>, name: &str, map: MaterialMap, border: Border, none: &Self) -> Result<Self> {
         let sampler = |wrap: [TextureWrap; 2]| {
             let modes = match border {
-                // Colours of surfaces without relief use their own wrap modes, by default repeat.
+                // The colours of surfaces without relief use their own wrap modes, which repeat by default.
                 Border::Wrap | Border::Clamp => wrap.map(address_mode),
                 Border::Tiles(_) => [AddressMode::ClampToEdge; 2],
             };
@@ -270,19 +270,19 @@ impl MaterialImages {
     }
 }
 
-/// The correlation of an object's colours with its relief ([`relief_color`](super::relief_color)), with mips.
+/// The images for colours that are correlated with the relief ([`relief_color`](super::relief_color)), with mips.
 pub struct ReliefColorImages {
-    /// Weighted colours, with the weights in alpha, as [`Follows::layers`] layers of half floats. The placeholder if colours do not
-    /// follow the relief.
+    /// The weighted colours, with the weights in alpha, as [`Follows::layers`] layers of half floats, or a placeholder if the
+    /// colours do not follow the relief.
     pub weighted: Image,
     /// The relief properties that the colours follow.
     pub follows: Follows,
-    /// Number of finest colour levels that `weighted` omits.
+    /// How many of the finest colour levels `weighted` leaves out.
     pub skipped: u32,
 }
 
 impl ReliefColorImages {
-    /// Creates the images of an object that still has its heights and its material. `none` is the placeholder image.
+    /// Creates the images. The object must still hold its heights and its material. `none` is the placeholder image.
     pub fn new(gpu: &Arc<Gpu>, object: &Object, border: Border, none: &Image) -> Result<Self> {
         let name = format!("{} weighted colour", object.name);
         let colors = ReliefColors::of(object).filter(|colors| colors.follows.any());
@@ -301,7 +301,7 @@ impl ReliefColorImages {
     }
 }
 
-/// Creates a placeholder for weighted colours; it is never read.
+/// Creates a placeholder for weighted colours. Shaders never read it.
 pub(super) fn none_weighted(gpu: &Arc<Gpu>) -> Result<Image> {
     let image = Image::new(gpu, "no weighted colours", ImageDesc::new(MIXED_FORMAT, 1, 1).layers(2))?;
     for layer in 0..2 {
@@ -318,8 +318,8 @@ fn mips_of(desc: ImageDesc, border: Border) -> u32 {
     }
 }
 
-/// Returns for every roughness code whether its `α` is at least `threshold` (1 or 0), and its `α²` in the slot of the rougher or
-/// the smoother class.
+/// Returns four numbers for every roughness code: whether its `α` is at least `threshold` (1 or 0), its `α²` if it is in the
+/// rougher class, its `α²` if it is in the smoother class, and 0.
 fn classes_of_codes(threshold: f32) -> [[f32; 4]; 256] {
     std::array::from_fn(|code| {
         let alpha = alpha_of(code as u8);
@@ -328,8 +328,8 @@ fn classes_of_codes(threshold: f32) -> [[f32; 4]; 256] {
     })
 }
 
-/// Returns the coverage of each texel for averaging. For a mask, it is the covered fraction of the texel, sampled at many positions
-/// with bilinear interpolation of the finest level.
+/// Returns the coverage of each texel in a form that can be averaged. For a mask, it is the covered fraction of the texel. The
+/// finest level is interpolated bilinearly at many positions of the texel.
 fn covered(cutout: &Cutout) -> Vec<f32> {
     let PropertyMap { width, height, texels, wrap } = match cutout {
         Cutout::Share(plate) => return plate.texels.clone(),
@@ -357,7 +357,6 @@ fn covered(cutout: &Cutout) -> Vec<f32> {
     (0..texels.len()).into_par_iter().map(texel).collect()
 }
 
-/// Returns the sampler address mode for a wrap mode.
 pub(super) fn address_mode(wrap: TextureWrap) -> AddressMode {
     match wrap {
         TextureWrap::Repeat => AddressMode::Repeat,
@@ -388,8 +387,8 @@ pub(super) fn halves(texels: &[[f32; 4]]) -> Cow<'_, [[f16; 4]]> {
     texels.iter().map(|texel| texel.map(|v| f16::from_f32(v.min(65504.0)))).collect()
 }
 
-/// Writes `texels` and all coarser levels. `stored` converts texels to the image's format. `halve` computes the next level, from
-/// its texels and both sizes.
+/// Writes `texels` and all coarser levels. `stored` converts texels to the format of the image. `halve` computes the next level
+/// from the texels of a level and the sizes of both levels.
 pub(super) fn write_mips<T, S: bytemuck::Pod>(
     image: &Image,
     size: [u32; 2],
@@ -420,7 +419,8 @@ fn write_layer<T, S: bytemuck::Pod>(
     Ok(())
 }
 
-/// Computes each texel of the next level as the mean of the texels under it. `mean` takes texels with weights that sum to 1.
+/// Computes each texel of the next level as the mean of the texels that it covers. `mean` takes these texels with weights that sum
+/// to 1.
 fn reduce<T: Copy + Sync, U: Send>(
     texels: &[T],
     from: [u32; 2],
@@ -447,7 +447,7 @@ pub(super) fn halve(texels: &[[f32; 4]], from: [u32; 2], to: [u32; 2]) -> Vec<[f
     })
 }
 
-/// Decoding tables of colours and roughnesses.
+/// Tables that decode colours and roughnesses.
 pub(super) struct Codes {
     linear: [f32; 256],
     /// The variance `α²` of each roughness code.
@@ -460,7 +460,7 @@ impl Codes {
         Self { linear: linear_of_srgb8(), variance }
     }
 
-    /// Returns the linear colour and `α²` of a texel.
+    /// Returns the linear colour and the `α²` of a texel.
     pub(super) fn linear(&self, [r, g, b, a]: [u8; 4]) -> [f32; 4] {
         let [r, g, b] = [r, g, b].map(|code| self.linear[usize::from(code)]);
         [r, g, b, self.variance[usize::from(a)]]
@@ -473,7 +473,7 @@ impl Codes {
         };
         let width = from[0] as usize;
         if from == to.map(|side| 2 * side) {
-            // Each texel has four source texels, so weight tables are unnecessary.
+            // Each texel has exactly four source texels, so no weight tables are needed.
             let mut halved = vec![[0; 4]; to[0] as usize * to[1] as usize];
             let rows = halved.par_chunks_mut(to[0] as usize).zip(texels.par_chunks(2 * width));
             rows.for_each(|(row, two)| {
@@ -506,7 +506,7 @@ mod tests {
         let half = Codes::new().halve(&[dark, rough, dark, rough], [2, 2], [1, 1]);
         let rough = alpha_of(alpha_code(0.5));
         assert_eq!(half, [[188, 255, 10, alpha_code(rough * 0.5f32.sqrt())]]);
-        // Averaging the codes would give a much lower roughness.
+        // An average of the codes would give a much lower roughness.
         assert!(alpha_of(half[0][3]) > 1.3 * alpha_of(alpha_code(0.5) / 2));
     }
 
@@ -515,7 +515,7 @@ mod tests {
         let (black, white) = ([0, 0, 0, 255], [255, 255, 255, 255]);
         let half = Codes::new().halve(&[black, black, white, black, black, white, black, black, white], [3, 3], [1, 1]);
         assert_eq!(half, [[156, 156, 156, 255]]);
-        // The code 156 is one third in linear light.
+        // The code 156 is one third of full brightness in linear light.
         assert!((linear_of_srgb8()[156] - 1.0 / 3.0).abs() < 2e-3);
         let even = halve(&[[1.0; 4], [0.0; 4], [0.0; 4]], [3, 1], [1, 1]);
         assert!((even[0][0] - 1.0 / 3.0).abs() < 1e-6);

@@ -1,4 +1,4 @@
-//! The drawn surfaces, with their patches and maps on the device and their tessellation.
+//! The drawn surfaces, with their patches and maps on the device and with their tessellation.
 
 pub mod atlas;
 pub mod budget;
@@ -32,7 +32,7 @@ use std::sync::Arc;
 use half::f16;
 use leadr_gpu::{Gpu, Image, ImageDesc, Result, vk};
 
-/// Creates an image of one texel for a missing map; it is bound but never read.
+/// Creates an image of one texel in place of a missing map. The image is bound, but never read.
 fn placeholder(gpu: &Arc<Gpu>, name: &str, format: vk::Format) -> Result<Image> {
     let image = Image::new(gpu, name, ImageDesc::new(format, 1, 1))?;
     image.write(0, 0, &vec![0u8; image.texel_bytes()? as usize])?;

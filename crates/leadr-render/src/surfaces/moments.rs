@@ -6,11 +6,11 @@
 //!
 //! The moments pass computes the images from heights, or they come from a file.
 //!
-//! Heights are stored apart from the moments because no pass needs both. The filter pass reads the moments and the geometry pass
+//! Heights are stored apart from the moments because no pass needs both. The filter pass reads the moments, and the geometry pass
 //! reads the heights.
 //!
-//! Slopes are heights per unit of texture coordinate, where the whole image spans `[0, 1]²`. [`leadr_maps::moments`] computes
-//! identical values on the CPU, to the last bit.
+//! Slopes are heights per unit of texture coordinate, where the whole image spans `[0, 1]²`. On the CPU, [`leadr_maps::moments`]
+//! computes values that are identical to the last bit.
 
 use std::sync::Arc;
 
@@ -26,20 +26,20 @@ use leadr_gpu::{
 };
 use leadr_maps::{HeightMap, LeadrMap, halves};
 
-/// Storage format of the moments. Heights always have 32 bits, because the geometry uses them.
+/// The format in which the moments are stored. Heights always have 32 bits, because the geometry uses them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MomentFormat {
-    /// 32-bit floats, in RGBA32F and R32F images.
+    /// The moments are 32-bit floats, in RGBA32F and R32F images.
     #[default]
     Float32,
-    /// 16-bit floats, in RGBA16F and R16F images, which need half the memory. Moments beyond ±65504 are clamped. Variances below
-    /// about 2⁻¹² of the squared mean slope are lost, because `E[x²] − E[x]²` cancels; `tests/render/moments.rs` measures the
-    /// error. Heights are rescaled so that slopes fill the range.
+    /// The moments are 16-bit floats, in RGBA16F and R16F images, which need half the memory. Moments beyond ±65504 are clamped.
+    /// Variances below about 2⁻¹² of the squared mean slope are lost, because `E[x²] − E[x]²` cancels. `tests/render/moments.rs`
+    /// measures the error. Heights are rescaled so that slopes fill the range.
     Float16,
 }
 
 impl MomentFormat {
-    /// Returns the image formats of the slopes and of their mixed moment.
+    /// Returns the image formats for the slope moments and for the mixed moment.
     fn formats(self) -> [Format; 2] {
         match self {
             Self::Float32 => [Format::R32G32B32A32_SFLOAT, Format::R32_SFLOAT],
@@ -47,7 +47,7 @@ impl MomentFormat {
         }
     }
 
-    /// Returns the bytes per texel, including the height.
+    /// Returns the number of bytes per texel, including the height.
     pub const fn texel_bytes(self) -> u64 {
         match self {
             Self::Float32 => 24,
@@ -55,7 +55,7 @@ impl MomentFormat {
         }
     }
 
-    /// Returns the name used on the command line.
+    /// Returns the name of the format on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Float32 => "f32",
@@ -80,38 +80,38 @@ impl MomentFormat {
 
 shared_struct! {
     struct Push for "Push" {
-        /// Number of texels along one side of an atlas tile.
+        /// The number of texels along one side of an atlas tile.
         tile: u32,
-        /// Largest magnitude that the format can store.
+        /// The largest magnitude that the format can store.
         limit: f32,
     }
 }
 
 shared_struct! {
     struct MipPush for "Push" {
-        /// Reciprocal width and height of the finer level.
+        /// The reciprocals of the width and the height of the finer level.
         share: [f32; 2],
     }
 }
 
-/// LEADR maps on the GPU. Clones share them.
+/// LEADR maps on the device. Clones share the images.
 #[derive(Clone)]
 pub struct LeadrMapGpu {
-    /// Moments `E[hs], E[ht], E[hs²], E[ht²]` with mips, ready to be sampled.
+    /// The moments `E[hs], E[ht], E[hs²], E[ht²]` with mips, ready to be sampled.
     pub slopes: Image,
-    /// Mixed moment `E[hs·ht]` with mips, ready to be sampled.
+    /// The mixed moment `E[hs·ht]` with mips, ready to be sampled.
     pub joint: Image,
-    /// Mean heights with mips, ready to be sampled.
+    /// The mean heights with mips, ready to be sampled.
     pub heights: Image,
     format: MomentFormat,
 }
 
 impl LeadrMapGpu {
-    /// Uploads heights and computes their maps with all mips. Waits for completion.
+    /// Uploads heights, computes their maps with all mips, and waits until the maps are complete.
     ///
     /// # Errors
-    /// Returns [`GpuError::Usage`] if the number of texels does not match the size, or the size does not match the atlas. Returns
-    /// [`GpuError::Allocation`] for insufficient memory.
+    /// Returns [`GpuError::Usage`] if the number of texels does not match the size, or if the size does not match the atlas.
+    /// Returns [`GpuError::Allocation`] if memory is short.
     pub fn new(gpu: &Arc<Gpu>, heights: &HeightMap, border: Border, format: MomentFormat) -> Result<Self> {
         let &HeightMap { width, height, ref texels } = heights;
         if u64::from(width) * u64::from(height) != texels.len() as u64 {
@@ -135,12 +135,13 @@ impl LeadrMapGpu {
         Ok(map)
     }
 
-    /// Uploads heights and `slopes`, one slope per height, in height units per unit of texture coordinate. Each texel has a single
-    /// slope, as in a normal map; mips and interpolation use its moments. `spread` is an additional variance `(ss, tt, st)` per
-    /// texel.
+    /// Uploads heights and `slopes`. There is one slope for each height, in height units per unit of texture coordinate. Each texel
+    /// has a single slope, as in a normal map, and mips and interpolation use the moments of the slopes. `spread` is an additional
+    /// variance `(ss, tt, st)` for each texel.
     ///
     /// # Errors
-    /// Returns the errors of [`new`](Self::new), and [`GpuError::Usage`] if the numbers of slopes, spreads and heights differ.
+    /// Returns the errors of [`new`](Self::new). Returns [`GpuError::Usage`] if there are different numbers of slopes, spreads and
+    /// heights.
     pub fn with_slopes(
         gpu: &Arc<Gpu>,
         heights: &HeightMap,
@@ -169,10 +170,10 @@ impl LeadrMapGpu {
         Ok(map)
     }
 
-    /// Uploads precomputed moments of all levels.
+    /// Uploads moments of all levels that were computed before.
     ///
     /// # Errors
-    /// Returns the errors of [`new`](Self::new), and [`GpuError::Usage`] if levels are missing or have wrong sizes.
+    /// Returns the errors of [`new`](Self::new). Returns [`GpuError::Usage`] if levels are missing or have the wrong size.
     pub fn with_moments(gpu: &Arc<Gpu>, moments: &LeadrMap, border: Border, format: MomentFormat) -> Result<Self> {
         let wrong = |fault: String| GpuError::usage("LEADR map", fault);
         let Some(first) = moments.levels.first() else { return Err(wrong("it has no levels".to_owned())) };
@@ -218,7 +219,7 @@ impl LeadrMapGpu {
         }
     }
 
-    /// Reads back the mixed moments of a level.
+    /// Reads back the mixed moment of a level.
     pub fn read_joint(&self, mip: u32) -> Result<Vec<f32>> {
         Ok(match self.format {
             MomentFormat::Float32 => self.joint.read(mip, 0)?,
@@ -226,7 +227,7 @@ impl LeadrMapGpu {
         })
     }
 
-    /// Creates maps of this size with undefined content.
+    /// Creates maps of this size, whose content is undefined.
     fn empty(gpu: &Arc<Gpu>, [width, height]: [u32; 2], border: Border, format: MomentFormat) -> Result<Self> {
         let [slopes, joint] = format.formats();
         let mut desc = ImageDesc::new(slopes, width, height).storage().full_mips();
@@ -247,8 +248,8 @@ impl LeadrMapGpu {
         })
     }
 
-    /// Calls `finest` to record the commands that complete the finest level, then computes the other levels. Leaves the images in
-    /// [`Use::Sampled`].
+    /// Calls `finest` to record the commands that complete the finest level. Then computes the other levels, and leaves the images
+    /// in [`Use::Sampled`].
     fn compute(&self, gpu: &Arc<Gpu>, finest: impl FnOnce(&mut Commands, &[ImageView; 3])) -> Result<()> {
         let images = [&self.slopes, &self.joint, &self.heights];
         let level =
@@ -256,7 +257,7 @@ impl LeadrMapGpu {
         let levels = (0..self.levels()).map(level).collect::<Result<Vec<_>>>()?;
         let [_, shader] = self.format.shaders();
         let pipeline = |even| ComputePipeline::new(gpu, shader, &[("EVEN", SpecValue::Bool(even))], &[MipPush::LAYOUT]);
-        // The first pipeline is for source levels with an odd side, the second for levels of even size.
+        // The first pipeline is for source levels with an odd width or height, and the second is for all others.
         let pipelines = [pipeline(false)?, pipeline(true)?];
         gpu.submit("moments", |cmd| {
             images.into_iter().for_each(|image| cmd.transition(image, Use::ComputeReadWrite));
@@ -282,7 +283,7 @@ impl LeadrMapGpu {
     }
 }
 
-/// Returns the three images of a level with their names in the shaders.
+/// Returns the three images of a level, each with its name in the shaders.
 fn bindings<'a>(names: [&'static str; 3], level: &'a [ImageView; 3]) -> [(&'static str, Descriptor<'a>); 3] {
     std::array::from_fn(|i| (names[i], Descriptor::StorageImage(&level[i])))
 }

@@ -1,15 +1,15 @@
-//! The split of a pixel's visible-surface word into object and patch numbers (`passes/visible.glsl`).
+//! How the word for the visible surface of a pixel is split into an object number and a patch number (`passes/visible.glsl`).
 
 use crate::scene::Object;
 use leadr_gpu::{GpuError, Result, SpecValue};
 
-/// Number of bits of the word for object and patch together.
+/// The number of bits of the word that object and patch use together.
 const BITS: u32 = 30;
-/// Allowed range of the number of object bits. The object depth has 16 bits, and its largest value means no object
+/// The allowed numbers of bits for the object. The object depth has 16 bits, and its largest value means that there is no object
 /// (`passes/object_depth.glsl`).
 const OBJECT_BITS: std::ops::RangeInclusive<u32> = 6..=14;
 
-/// Maximum number of objects in a scene. Two more numbers are reserved for the background and the sea.
+/// The maximum number of objects in a scene. Two more numbers are reserved, for the background and for the sea.
 pub const MAX_OBJECTS: usize = (1 << *OBJECT_BITS.end()) - 2;
 
 /// The number of bits for the object. Scenes with fewer objects allow more patches per object.
@@ -19,10 +19,10 @@ pub struct Numbering {
 }
 
 impl Numbering {
-    /// Returns the numbering of a scene. Each instance of an object counts.
+    /// Returns the numbering for a scene. Each instance counts as an object.
     ///
     /// # Errors
-    /// Returns [`GpuError::Usage`] for more than [`MAX_OBJECTS`] objects, or for an object with too many patches.
+    /// Returns [`GpuError::Usage`] for more than [`MAX_OBJECTS`] objects, or if an object has too many patches.
     pub fn of(objects: &[Object]) -> Result<Self> {
         let count: usize = objects.iter().map(|object| object.instances as usize).sum();
         if count > MAX_OBJECTS {
@@ -56,13 +56,13 @@ impl Numbering {
         (1 << self.object_bits) - 1
     }
 
-    /// Returns the object number (counted from 1, or 0 in empty pixels) and the patch number in a word.
+    /// Returns the object number in a word (counted from 1, or 0 in empty pixels), and the patch number.
     pub fn parts(self, word: u32) -> [u32; 2] {
         let shift = BITS - self.object_bits;
         [word >> shift & self.sea(), word & ((1 << shift) - 1)]
     }
 
-    /// Returns the specialisation constant of the shaders.
+    /// Returns the specialisation constant for the shaders.
     pub fn spec(self) -> (&'static str, SpecValue) {
         ("OBJECT_BIT_COUNT", SpecValue::U32(self.object_bits))
     }

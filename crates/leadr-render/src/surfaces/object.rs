@@ -34,20 +34,20 @@ use leadr_maps::checksum::checksum;
 use leadr_maps::material::TextureWrap;
 
 shared_struct! {
-    /// A patch in shader layout (`PatchData`).
+    /// A patch in the layout of the shaders (`PatchData`).
     pub struct PatchGpu for "PatchData" {
-        /// Corner vertices.
+        /// The vertices at the corners.
         pub vertices: [u32; 4],
-        /// `edge << 1 | backwards` for each side, in the order v=0, u=1, v=1, u=0.
+        /// The number `edge << 1 | backwards` for each side, in the order v=0, u=1, v=1, u=0.
         pub edges: [u32; 4],
-        /// Texture coordinates of corners 0 and 1, then of corners 3 and 2, then the bounds of texture samples. For a triangle with
-        /// triplanar relief, the rest corners and their normals (`RestTriangle`).
+        /// The texture coordinates of corners 0 and 1, then of corners 3 and 2, and the bounds of texture samples. For a triangle
+        /// with triplanar relief, the corners at rest with their normals (`RestTriangle`).
         pub mapping: [[f32; 4]; 3],
     }
 }
 
-/// Packs a rest corner: its position in repeats, and its octahedral normal with twelve bits per coordinate, in a float that
-/// represents 24 bits exactly.
+/// Packs the position and the normal of a corner at rest. The position is in repeats. The octahedral normal has twelve bits per
+/// coordinate, in a float that represents 24 bits exactly.
 fn rest_corner(position: Vec3, normal: Vec3, repeat: f32) -> [f32; 4] {
     let n = normal / normal.abs().element_sum().max(1e-12);
     let folded = (1.0 - Vec2::new(n.y, n.x).abs()) * Vec2::new(1f32.copysign(n.x), 1f32.copysign(n.y));
@@ -56,13 +56,13 @@ fn rest_corner(position: Vec3, normal: Vec3, repeat: f32) -> [f32; 4] {
     (position / repeat).extend(code.x * 4096.0 + code.y).to_array()
 }
 
-/// Number of corners of a triangle over all charts.
+/// The number of corners of a triangle in all charts together.
 const CHART_CORNERS: usize = 3 * CHARTS as usize;
 
 shared_struct! {
-    /// Texture coordinates of a triangle in the images of its material (`TriangleCharts`).
+    /// The texture coordinates of a triangle in the images of its material (`TriangleCharts`).
     pub struct ChartsGpu for "TriangleCharts" {
-        /// Texture coordinates of the three corners in each chart, in the order of the `CHART_` constants.
+        /// The texture coordinates of the three corners in each chart, in the order of the `CHART_` constants.
         pub corners: [[f32; 2]; CHART_CORNERS],
     }
 }
@@ -75,62 +75,60 @@ impl ChartsGpu {
     }
 }
 
-/// The data of an object that is constant across frames.
+/// The data of an object that stay the same in all frames.
 pub struct GpuObject {
-    /// The scene object. Its height texels are dropped after the upload.
+    /// The object of the scene, whose height texels are dropped after the upload.
     pub object: Object,
-    /// Edges of the mesh.
+    /// The edges of the mesh.
     pub topology: Topology,
     pub(super) height_range: Vec<[f32; 2]>,
-    /// Height range of the object, before scaling.
+    /// The height range of the object, before scaling.
     relief: f32,
     pub(super) edge_texels: Vec<f32>,
     pub(super) edge_relief: Vec<f32>,
-    /// The maps, shared with the coarser mesh and with objects that have [the same maps](with_same_maps).
+    /// The maps, which are shared with the coarser mesh, and with objects that have [the same maps](with_same_maps).
     pub maps: Arc<ObjectMaps>,
-    /// Descriptor set of the mesh and the maps.
+    /// The descriptor set of the mesh and the maps.
     pub set: ResourceSet,
     /// The inputs that the filter pass fetches for this object.
     pub kind: SurfaceKind,
-    /// Number of the object's measured material, counted from 1; 0 for other materials.
+    /// The number of the measured material, counted from 1, or 0 without one.
     fit: u32,
 }
 
 /// The maps of an object.
 pub struct ObjectMaps {
-    /// The LEADR maps; a placeholder of 1×1 texels for smooth objects.
+    /// The LEADR maps. Smooth objects have a placeholder with one texel.
     pub leadr: LeadrMapGpu,
-    /// Horizon maps for self-occlusion of the relief; placeholders for smooth objects.
+    /// The horizon maps, which describe how the relief occludes itself. Smooth objects have placeholders.
     horizons: HorizonMaps,
-    /// Links and coarse levels for filtering across the borders of tiles.
+    /// The links and the coarse levels, for filtering across the borders of tiles.
     atlas: AtlasGpu,
-    /// The material.
     material: MaterialImages,
-    /// Texture coordinates of the triangles in the material; a placeholder if they equal those of the mesh.
+    /// The texture coordinates of the triangles in the material, or a placeholder if they equal those of the mesh.
     charts: Buffer,
-    /// The repeating detail relief; placeholders for objects without a detail.
+    /// The repeating detail relief. Objects without a detail have placeholders.
     detail: Arc<DetailImages>,
-    /// The correlation between colours and relief.
+    /// The images for colours that follow the relief.
     relief_color: ReliefColorImages,
-    /// Sampler of the relief maps.
     sampler: Sampler,
     of_coarse_levels: Sampler,
 }
 
-/// Parameters for making the maps of objects.
+/// What is needed to make the maps of objects.
 #[derive(Clone, Copy)]
 pub struct Upload<'a> {
-    /// Cache for map data that is slow to compute.
+    /// A cache for map data that is slow to compute.
     pub cache: Option<&'a MapCache>,
-    /// Storage format of the slopes.
+    /// The format in which the slopes are stored.
     pub format: MomentFormat,
     /// The measured materials of the scene.
     pub fits: &'a Fits,
-    /// Placeholders for missing maps.
+    /// The placeholders for missing maps.
     pub none: &'a Placeholders,
 }
 
-/// The inputs that the filter pass fetches for an object. Each kind has its own pipeline.
+/// The properties of an object that determine the inputs of its filter pass. Each kind has its own pipeline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct SurfaceKind {
     /// Whether the maps are an atlas with one tile per patch.
@@ -139,7 +137,7 @@ pub struct SurfaceKind {
     pub displaced: bool,
     /// Whether the object has a material map.
     pub colored: bool,
-    /// The material's inputs besides colours.
+    /// The inputs that the material has besides its colours.
     pub features: MaterialFeatures,
     /// Whether the material has its own texture coordinates.
     pub charted: bool,
@@ -168,7 +166,7 @@ pub struct SurfaceKind {
 }
 
 impl SurfaceKind {
-    /// Returns the kind of an object drawn with `mesh`, either its own mesh or its coarse mesh.
+    /// Returns the kind of an object that is drawn with `mesh`, which is its own mesh or its coarse mesh.
     pub fn of(object: &Object, mesh: &PatchMesh) -> Self {
         let detail = DetailKind::of(object.detail.as_ref());
         let tiles = object.heights.as_ref().is_some_and(|heights| matches!(heights.border, Border::Tiles(_)));
@@ -205,13 +203,13 @@ impl SurfaceKind {
 }
 
 impl SurfaceKind {
-    /// Whether the device samples heights by example, including at edges.
+    /// Whether the device samples the heights by example, which includes the heights at edges.
     pub fn displaced_by_example(self) -> bool {
         self.displaced && self.by_example
     }
 }
 
-/// The displacement data of an object for one of its meshes.
+/// The data for displacing one of the meshes of an object.
 struct Carrier {
     topology: Topology,
     boundary: BoundaryHeights,
@@ -228,7 +226,7 @@ impl Carrier {
     }
 }
 
-/// Source data of an object's maps, dropped after the upload.
+/// The source data of an object's maps, which are dropped after the upload.
 struct MapSources {
     slopes: Option<Vec<[f32; 2]>>,
     slope_spread: Option<Vec<[f32; 3]>>,
@@ -239,7 +237,7 @@ struct MapSources {
 }
 
 impl MapSources {
-    /// Moves the sources out of an object.
+    /// Moves the source data out of an object.
     fn take(object: &mut Object) -> Self {
         Self {
             slopes: object.slopes.take(),
@@ -253,7 +251,7 @@ impl MapSources {
 }
 
 impl ObjectMaps {
-    /// Uploads the maps of an object for its finer mesh.
+    /// Uploads the maps of an object, for its finer mesh.
     fn upload(
         gpu: &Arc<Gpu>,
         object: &Object,
@@ -313,7 +311,7 @@ impl ObjectMaps {
         })
     }
 
-    /// Returns the images and layout buffers with their names in the shaders.
+    /// Returns the images and the layout buffers, with their names in the shaders.
     fn bindings(&self) -> Vec<(&'static str, Descriptor<'_>)> {
         let Self { leadr, horizons, atlas, material, detail, relief_color, sampler, of_coarse_levels, .. } = self;
         let [colors, emission, occlusion, opacity] = &material.samplers;
@@ -350,10 +348,10 @@ impl ObjectMaps {
 }
 
 impl GpuObject {
-    /// Uploads an object and builds its LEADR maps, unless `maps` holds them already. A coarser mesh shares the maps.
+    /// Uploads an object. Builds its LEADR maps, unless `maps` already contains them. A coarser mesh shares the maps.
     ///
     /// # Errors
-    /// Returns [`GpuError::Usage`] for a coarser mesh if the maps depend on the finer mesh.
+    /// Returns [`GpuError::Usage`] if there is a coarser mesh, but the maps depend on the finer mesh.
     pub fn upload(
         gpu: &Arc<Gpu>,
         mut object: Object,
@@ -396,7 +394,7 @@ impl GpuObject {
             },
         );
         let maps = maps?;
-        // The height texels are on the device, so the CPU's copy is freed.
+        // The device now has the height texels, so the CPU's copy is freed.
         object.heights.iter_mut().for_each(|field| field.map.texels = Vec::new());
         let coarse = coarse.map(|(kind, carrier, mesh)| {
             let object = Object { mesh, ..object.clone() };
@@ -443,7 +441,7 @@ impl GpuObject {
         Buffer::new(gpu, &name, (count.max(1) * bytes) as u64, Memory::Upload)
     }
 
-    /// Returns the object record with only the fields that do not depend on the pose.
+    /// Returns the record of the object. Only the fields that do not depend on the pose are set.
     pub(super) fn record(&self, shown: &Shown) -> ObjectRecordGpu {
         let flags = [
             (FLAG_DISPLACED, self.kind.displaced),
@@ -469,7 +467,7 @@ impl GpuObject {
     }
 }
 
-/// Returns for each object the index of the first earlier object with the same maps.
+/// Returns, for each object, the index of the first earlier object that has the same maps.
 pub fn with_same_maps(objects: &[Object]) -> Vec<Option<usize>> {
     // Comparing each object with all earlier ones would take quadratic time.
     let mut known: HashMap<_, Vec<usize>> = HashMap::new();
@@ -496,7 +494,7 @@ fn is_relief_alone(object: &Object) -> bool {
     !others.into_iter().chain(materials).any(|there| there) && !object.follows_relief
 }
 
-/// Whether two objects have the same maps. They must have reliefs without materials that differ at most in height scale.
+/// Whether two objects have the same maps. The objects must have a relief and no material, and may differ only in the height scale.
 fn have_same_maps(a: &Object, b: &Object) -> bool {
     let (Some(of_a), Some(of_b)) = (&a.heights, &b.heights) else { return false };
     // Filtering crosses tiles, so the maps of an atlas depend on the mesh.
@@ -520,7 +518,7 @@ fn follows_its_mesh(object: &Object) -> bool {
     tiled || at_rest || object.charts.is_some()
 }
 
-/// Returns the patches of an object in shader layout.
+/// Returns the patches of an object in the layout of the shaders.
 fn patches(object: &Object, topology: &Topology) -> Vec<PatchGpu> {
     let mesh = &object.mesh;
     let patch = |(i, (&vertices, &edges)): (usize, (&[u32; 4], &[u32; 4]))| {
@@ -547,19 +545,19 @@ fn patches(object: &Object, topology: &Topology) -> Vec<PatchGpu> {
     mesh.patches.iter().zip(&topology.patch_edges).enumerate().map(patch).collect()
 }
 
-/// Packs an edge tint into five bits per channel, for values from 0 to 4.
+/// Packs an edge tint, whose values are from 0 to 4, into five bits per channel.
 fn edge_tint_bits(edge_tint: [f32; 3]) -> u32 {
     let code = |edge_tint: f32| (edge_tint * (31.0 / 4.0)).round().clamp(0.0, 31.0) as u32;
     code(edge_tint[0]) | code(edge_tint[1]) << 5 | code(edge_tint[2]) << 10
 }
 
-/// Computes a checksum of the inputs of a relief's horizons: the heights, and the slopes or moments if present.
+/// Returns a checksum of what the horizons of a relief depend on: the heights, and the slopes or moments if any.
 fn relief_checksum(field: Option<&HeightField>, slopes: Option<&Vec<[f32; 2]>>, moments: Option<&LeadrMap>) -> u64 {
     let of_levels =
         moments.iter().flat_map(|map| &map.levels).map(|level| checksum(bytemuck::cast_slice(&level.texels)));
     let mut sums: Vec<u64> = of_levels.collect();
     sums.extend(field.map(|field| checksum(bytemuck::cast_slice(&field.map.texels))));
     sums.extend(slopes.map(|slopes| checksum(bytemuck::cast_slice(slopes))));
-    // For heights alone, the result is the checksum of the heights.
+    // If there are only heights, the result is the checksum of the heights.
     if sums.len() == 1 { sums[0] } else { checksum(bytemuck::cast_slice(&sums)) }
 }

@@ -12,25 +12,25 @@ use super::tessellation::{DrawList, Draws, Lens, TessellationSettings, Viewer};
 use crate::view::View;
 use leadr_gpu::{Buffer, Gpu, Result, SharedStruct, StructLayout};
 
-/// The structs shared by the stages of the geometry pass.
+/// The structs that the stages of the geometry pass share.
 pub const GEOMETRY_STRUCTS: [StructLayout; 5] =
     [ViewRecordGpu::LAYOUT, VertexGpu::LAYOUT, PatchGpu::LAYOUT, ObjectRecordGpu::LAYOUT, DrawGpu::LAYOUT];
 
-/// The viewpoint for drawing a surface.
+/// The viewpoint from which a surface is drawn.
 #[derive(Clone, Copy, Debug)]
 pub struct Viewpoint {
-    /// Transform from world to clip space.
+    /// The transform from world to clip space.
     pub clip_from_world: Mat4,
-    /// Position of the viewer. Patches that face away from it are culled.
+    /// The position of the viewer. Patches that face away from the viewer are culled.
     pub viewer: Viewer,
     /// The camera's lens, even if the viewpoint is a light.
     pub lens: Lens,
-    /// Number of samples along one side of a pixel of the lens.
+    /// The number of samples along one side of a pixel of the lens.
     pub grid: u32,
-    /// Width and height of the image in samples.
+    /// The width and height of the image, in samples.
     pub size: (u32, u32),
-    /// A number from 0 to 1 that differs between the samples of a pixel. It selects the samples that hit surfaces with partial
-    /// coverage.
+    /// A number from 0 to 1 that differs between the samples of a pixel. The number selects the samples that hit surfaces with
+    /// partial coverage.
     pub draw: f32,
 }
 
@@ -43,17 +43,17 @@ impl From<&View> for Viewpoint {
             lens: view.lens(),
             grid: view.grid(),
             size: view.size(),
-            // Sample offsets are uniform in the pixel. This combination of x and y is also uniform, and nearly independent of
-            // either.
+            // Sample offsets are uniform in the pixel. This combination of x and y is also uniform, and nearly independent of x and
+            // of y.
             draw: (3.0 * view.offset.x + 5.0 * view.offset.y).rem_euclid(1.0),
         }
     }
 }
 
-/// The inputs for drawing an object in a geometry pipeline.
+/// What a geometry pipeline needs to draw an object.
 #[derive(Clone, Copy)]
 pub struct DrawnObject<'a> {
-    /// The object.
+    /// The posed object.
     pub posed: &'a PosedObject,
     /// The tessellation of the object.
     pub divided: &'a DividedObject,
@@ -63,20 +63,20 @@ pub struct DrawnObject<'a> {
     pub records: Records<'a>,
 }
 
-/// One object in the view of the camera or of a shadow map.
+/// The patches of one object that are visible to the camera or in a shadow map.
 pub struct ObjectView {
-    /// Indices of the visible patches, in a buffer with room for every patch of the object.
+    /// The indices of the visible patches. The buffer has room for every patch of the object.
     pub visible: Arc<Buffer>,
-    /// Draws, as ranges of the visible patches.
+    /// The draws, which are ranges of the visible patches.
     pub draws: Draws,
-    /// Upper bound on the number of triangles drawn.
+    /// The upper bound on the number of triangles drawn.
     pub triangles: u64,
-    /// Number of visible patches.
+    /// The number of visible patches.
     pub patches: u32,
 }
 
 impl ObjectView {
-    /// Creates a view without patches. `visible` is the buffer for them.
+    /// Creates a view without patches. `visible` is the buffer for the visible patches.
     pub fn new(visible: Arc<Buffer>) -> Self {
         Self { visible, draws: Draws::default(), triangles: 0, patches: 0 }
     }
@@ -86,7 +86,8 @@ impl ObjectView {
         object.frame_buffer(gpu, "visible patches", object.object.mesh.patches.len(), 4)
     }
 
-    /// Selects the visible patches of a tessellated object and writes the buffer. The device must not be reading it.
+    /// Selects the visible patches of a tessellated object, and writes them to the buffer. The device must not be reading the
+    /// buffer.
     pub fn select(
         &mut self,
         posed: &PosedObject,

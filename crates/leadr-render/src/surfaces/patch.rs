@@ -1,48 +1,48 @@
 //! The smooth limit surface of one quad, a bicubic point-normal patch.
 //!
-//! Each boundary curve depends only on the positions and normals of its two end points, so adjacent patches meet without cracks.
-//! `shaders-glsl/passes/geometry` evaluates the same formulas on the device. Displacement is baked with this implementation.
-//! Corners run counter-clockwise seen from outside, in the order `(u, v)` = (0,0), (1,0), (1,1), (0,1), so `∂X/∂u × ∂X/∂v` points
-//! outwards.
+//! Each boundary curve depends only on the positions and the normals of its two end points, so adjacent patches meet without
+//! cracks. `shaders-glsl/passes/geometry` evaluates the same formulas on the device, and displacement is baked with the code of
+//! this module. Corners run counter-clockwise seen from outside, in the order `(u, v)` = (0,0), (1,0), (1,1), (0,1), so `∂X/∂u ×
+//! ∂X/∂v` points outwards.
 
 use glam::{Vec2, Vec3};
 
-/// The source code of this module. It is part of cache keys, so that a change invalidates cached results.
+/// The source code of this module, as part of cache keys. A change to the code invalidates cached results.
 pub const SOURCE: &str = include_str!("patch.rs");
 
-/// Position, first derivatives and displacement direction of a patch at one parameter.
+/// The position, the first derivatives and the displacement direction of a patch at one parameter.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PatchPoint {
-    /// Position on the limit surface.
+    /// The position on the limit surface.
     pub position: Vec3,
-    /// `∂X/∂u`, per unit of the patch parameter.
+    /// The derivative `∂X/∂u`, per unit of the patch parameter.
     pub du: Vec3,
-    /// `∂X/∂v`, per unit of the patch parameter.
+    /// The derivative `∂X/∂v`, per unit of the patch parameter.
     pub dv: Vec3,
-    /// Unit displacement direction: the normalised bilinear blend of the corner normals.
+    /// The displacement direction as a unit vector, the normalised bilinear blend of the normals at the corners.
     pub normal: Vec3,
-    /// `∂N/∂u`, per unit of the patch parameter.
+    /// The derivative `∂N/∂u`, per unit of the patch parameter.
     pub normal_du: Vec3,
-    /// `∂N/∂v`, per unit of the patch parameter.
+    /// The derivative `∂N/∂v`, per unit of the patch parameter.
     pub normal_dv: Vec3,
 }
 
-/// The sixteen Bézier control points (`control[j][i]`, `i` along u) and four corner normals.
+/// The sixteen Bézier control points (`control[j][i]` with `i` along u), and the normals at the four corners.
 #[derive(Clone, Copy, Debug)]
 pub struct Patch {
     control: [[Vec3; 4]; 4],
     normals: [Vec3; 4],
 }
 
-/// Returns the inner Bézier point next to `a` on the boundary from `a` to `b`. It lies a third of the way to `b`, projected onto
-/// the tangent plane of `a`.
+/// Returns the inner Bézier point next to `a`, on the boundary from `a` to `b`. The point lies a third of the way to `b`, projected
+/// onto the tangent plane of `a`.
 fn edge_point(a: Vec3, normal_a: Vec3, b: Vec3) -> Vec3 {
     let chord = (b - a) / 3.0;
     a + chord - normal_a * chord.dot(normal_a)
 }
 
 impl Patch {
-    /// Builds the patch from corner positions and unit normals, in the corner order of this module.
+    /// Builds the patch from the positions and the unit normals of its corners, in the corner order of this module.
     pub fn new(p: [Vec3; 4], n: [Vec3; 4]) -> Self {
         let mut c = [[Vec3::ZERO; 4]; 4];
         (c[0][0], c[0][3], c[3][3], c[3][0]) = (p[0], p[1], p[2], p[3]);
@@ -54,7 +54,7 @@ impl Patch {
         c[3][1] = edge_point(p[3], n[3], p[2]);
         c[2][0] = edge_point(p[3], n[3], p[0]);
         c[1][0] = edge_point(p[0], n[0], p[3]);
-        // The inner points are the discrete Coons patch of the boundary, which avoids flat spots at the corners.
+        // The inner points are those of the discrete Coons patch of the boundary, which avoids flat spots at the corners.
         for j in 1..3 {
             for i in 1..3 {
                 let (s, t) = (i as f32 / 3.0, j as f32 / 3.0);
@@ -67,7 +67,8 @@ impl Patch {
         Self { control: c, normals: n }
     }
 
-    /// Evaluates the patch at `(u, v)`. Parameters slightly outside `[0, 1]` extrapolate smoothly, which atlas gutters require.
+    /// Evaluates the patch at `(u, v)`. Parameters slightly outside `[0, 1]` extrapolate smoothly, which the gutters of an atlas
+    /// require.
     pub fn at(&self, uv: Vec2) -> PatchPoint {
         let (bu, du) = cubic_bernstein(uv.x);
         let (bv, dv) = cubic_bernstein(uv.y);

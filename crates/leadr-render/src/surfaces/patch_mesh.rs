@@ -1,54 +1,54 @@
-//! A quad mesh for tessellation and displacement. Scenes create it, and the geometry pass draws it.
+//! A mesh of quads that is tessellated and displaced. Scenes create it, and the geometry pass draws it.
 
 use glam::{Vec2, Vec3};
 
 /// Up to four joints for linear blend skinning, with weights that sum to one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SkinWeights {
-    /// Joint indices; unused slots have weight zero.
+    /// The indices of the joints. Unused slots have the weight zero.
     pub joints: [u16; 4],
-    /// Weights in descending order, summing to one.
+    /// The weights in descending order, which sum to one.
     pub weights: [f32; 4],
 }
 
-/// A mesh of quad patches (see `render::surfaces::patch` for the corner order and the limit surface).
+/// A mesh of quad patches. The corner order and the limit surface are described in `render::surfaces::patch`.
 #[derive(Clone, Debug, Default)]
 pub struct PatchMesh {
-    /// Rest positions of the vertices, in metres.
+    /// The positions of the vertices at rest, in metres.
     pub positions: Vec<Vec3>,
-    /// Unit normals at rest, shared by all patches around a vertex.
+    /// The unit normals at rest. All patches around a vertex share its normal.
     pub normals: Vec<Vec3>,
-    /// Linear albedo (rgb) and Beckmann roughness `α` (a) of each vertex. They are multiplied by the colour map, if there is one.
+    /// The linear albedo (rgb) and the Beckmann roughness `α` (a) of each vertex. The colour map, if there is one, multiplies them.
     pub colors: Vec<[f32; 4]>,
-    /// Ambient accessibility of each vertex, from 0 to 1 (unoccluded).
+    /// The ambient accessibility of each vertex, from 0 to 1 (unoccluded).
     pub accessibility: Vec<f32>,
-    /// Skinning weights of each vertex; empty for a rigid mesh.
+    /// The skinning weights of each vertex. The list is empty for a rigid mesh.
     pub skin: Vec<SkinWeights>,
-    /// Vertex indices of each patch.
+    /// The vertex indices of each patch.
     pub patches: Vec<[u32; 4]>,
-    /// Whether each patch is a flat triangle. A triangle uses the first two corners and the last; the third corner repeats the
-    /// last. Triangles are two-sided and shaded with their vertex normals. Relief displaces all vertices at a position along the
-    /// same direction.
+    /// Whether each patch is a flat triangle. A triangle uses the first two corners and the last, and the third repeats the last.
+    /// Triangles are two-sided, and are shaded with the normals of their vertices. Relief displaces all vertices at a position in
+    /// the same direction.
     pub triangles: bool,
-    /// For each vertex of a triangle mesh, the first vertex at the same position; empty if all positions are distinct. Vertices at
-    /// the same position differ in normals or texture coordinates, and move together in every pose.
+    /// For each vertex of a triangle mesh, the first vertex at the same position. The list is empty if all positions are distinct.
+    /// Vertices at the same position differ in normals or texture coordinates, and move together in every pose.
     pub welds: Vec<u32>,
-    /// Edges, as pairs of position indices, at which another object continues the surface. Relief fades to 0 there, so that no gap
-    /// opens between the two objects.
+    /// The edges at which another object continues the surface, as pairs of position indices. Relief fades to 0 at these edges, so
+    /// that no gap opens between the two objects.
     pub rims: Vec<[u32; 2]>,
-    /// Texture coordinates of each patch's corners. Patches do not share them, so every edge may be a seam.
+    /// The texture coordinates of each patch's corners. Patches do not share them, so every edge may be a seam.
     pub texcoords: Vec<[Vec2; 4]>,
-    /// Length of one repeat of a triplanar relief at rest, in metres (`render::surfaces::triplanar`). It replaces texture
-    /// coordinates, for triangles with repeating maps.
+    /// The length of one repeat of a triplanar relief at rest, in metres (`render::surfaces::triplanar`). Triangles with repeating
+    /// maps use it instead of texture coordinates.
     pub triplanar: Option<f32>,
-    /// Length of one repeat of the map in metres, for a mesh in the plane `z = 0` with texture coordinates `xy / flat_repeat` that
-    /// no pose moves. Vertices of such a mesh can lie on texel centres.
+    /// The length of one repeat of the map in metres, for a mesh in the plane `z = 0` with texture coordinates `xy / flat_repeat`
+    /// that no pose moves. The vertices of such a mesh can lie on texel centres.
     pub flat_repeat: Option<f32>,
 }
 
 impl PatchMesh {
-    /// Returns the linear albedo and Beckmann roughness of a vertex. The default is grey with roughness ½, if the mesh has no
-    /// colours.
+    /// Returns the linear albedo and the Beckmann roughness of a vertex. If the mesh has no colours, it is grey and has a roughness
+    /// of ½.
     pub fn color_of(&self, vertex: usize) -> [f32; 4] {
         self.colors.get(vertex).copied().unwrap_or([0.5; 4])
     }
@@ -58,7 +58,7 @@ impl PatchMesh {
         self.welds.get(vertex as usize).copied().unwrap_or(vertex)
     }
 
-    /// Whether the mesh consists of quads without rims and every vertex has the same texture coordinate in all its quads.
+    /// Whether the mesh consists of quads without rims, and every vertex has the same texture coordinate in all its quads.
     pub fn is_seamless(&self) -> bool {
         let mut seen = vec![None; self.positions.len()];
         let mut agree = |vertex: u32, at: Vec2| *seen[vertex as usize].get_or_insert(at) == at;
@@ -68,12 +68,12 @@ impl PatchMesh {
             && self.patches.iter().zip(&self.texcoords).all(|(patch, at)| (0..4).all(|i| agree(patch[i], at[i])))
     }
 
-    /// Returns the patches with each corner replaced by the first vertex at its position.
+    /// Returns the patches, where each corner is replaced by the first vertex at its position.
     pub fn welded_patches(&self) -> Vec<[u32; 4]> {
         self.patches.iter().map(|patch| patch.map(|vertex| self.weld_of(vertex))).collect()
     }
 
-    /// Returns the mean length of the patches' edges at rest, in metres; 0 without patches.
+    /// Returns the mean length of the edges of the patches at rest, in metres, or 0 without patches.
     pub fn mean_edge(&self) -> f32 {
         let side = |patch: &[u32; 4], i: usize| {
             self.positions[patch[i] as usize].distance(self.positions[patch[(i + 1) & 3] as usize])
@@ -82,21 +82,21 @@ impl PatchMesh {
         sum / (4 * self.patches.len()).max(1) as f32
     }
 
-    /// Returns the ambient accessibility of a vertex; 1 if the mesh has none.
+    /// Returns the ambient accessibility of a vertex, or 1 if the mesh has none.
     pub fn accessibility_of(&self, vertex: usize) -> f32 {
         self.accessibility.get(vertex).copied().unwrap_or(1.0)
     }
 }
 
-/// World-space positions and normals of a posed mesh.
+/// The positions and normals of a posed mesh in world space.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PosedVertices {
-    /// World positions.
+    /// The world positions.
     pub positions: Vec<Vec3>,
-    /// Unit normals.
+    /// The unit normals.
     pub normals: Vec<Vec3>,
-    /// Displacement directions of unit length; zero for vertices that are not displaced. They are equal for all vertices at a
-    /// position. Empty if displacement follows the normals.
+    /// The displacement directions as unit vectors, or zero for vertices that are not displaced. All vertices at a position have
+    /// the same direction. The list is empty if the vertices are displaced along their normals.
     pub directions: Vec<Vec3>,
 }
 
@@ -112,23 +112,23 @@ impl PosedVertices {
     }
 }
 
-/// Arrangement of per-patch tiles in an atlas, with square tiles of `tile` texels per side and `columns` tiles per row. The patch
-/// domain `[0,1]²` fills the inner `tile − 2·gutter` texels, with texel centres at `(i + ½) / (tile − 2·gutter)`. The gutter
-/// continues the surface beyond the patch.
+/// The arrangement of tiles in an atlas with one tile per patch. Tiles are squares of `tile` texels per side, and a row has
+/// `columns` tiles. The patch domain `[0,1]²` fills the inner `tile − 2·gutter` texels, with texel centres at `(i + ½) / (tile −
+/// 2·gutter)`. The gutter continues the surface beyond the patch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TileLayout {
-    /// Side of a tile in texels, a power of two.
+    /// The side of a tile in texels, which is a power of two.
     pub tile: u32,
-    /// Width of the gutter on each side of a tile, in texels.
+    /// The width of the gutter on each side of a tile, in texels.
     pub gutter: u32,
-    /// Number of tiles per row.
+    /// The number of tiles per row.
     pub columns: u32,
-    /// Number of rows of tiles.
+    /// The number of rows of tiles.
     pub rows: u32,
 }
 
 impl TileLayout {
-    /// Returns a roughly square layout for `count` tiles, with a gutter of two texels.
+    /// Returns a roughly square layout for `count` tiles. The gutter is two texels wide.
     pub fn new(count: u32, tile: u32) -> Self {
         assert!(tile.is_power_of_two() && tile >= 8);
         let columns = (f64::from(count.max(1)).sqrt().ceil() as u32).next_multiple_of(4);
@@ -140,17 +140,17 @@ impl TileLayout {
         (self.columns * self.tile, self.rows * self.tile)
     }
 
-    /// Returns the number of texels of the patch domain inside a tile, per axis.
+    /// Returns the number of texels of the patch domain along one axis of a tile.
     pub fn inner(&self) -> u32 {
         self.tile - 2 * self.gutter
     }
 
-    /// Returns the position of the first texel of tile `index`, including the gutter.
+    /// Returns the position of the first texel of tile `index`. The gutter is part of the tile.
     pub fn origin(&self, index: u32) -> (u32, u32) {
         (index % self.columns * self.tile, index / self.columns * self.tile)
     }
 
-    /// Returns the linear index in the atlas of the first texel of tile `index` at a mip level, including the gutter.
+    /// Returns the linear index of the first texel of tile `index` in the atlas, at a mip level. The gutter is part of the tile.
     pub fn first_texel(&self, index: usize, level: u32) -> usize {
         let ((x, y), (width, _)) = (self.origin(index as u32), self.size());
         (y >> level) as usize * (width >> level) as usize + (x >> level) as usize

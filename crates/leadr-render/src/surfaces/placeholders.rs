@@ -1,4 +1,4 @@
-//! Placeholders for missing maps. Shaders never read them, so all objects share one set.
+//! The placeholders for missing maps. Shaders never read them, so all objects share one set.
 
 use std::sync::Arc;
 
@@ -12,17 +12,17 @@ use leadr_gpu::{Gpu, Image, Result};
 
 /// The placeholders on a device.
 pub struct Placeholders {
-    /// LEADR maps for surfaces without relief.
+    /// The LEADR maps for surfaces without relief.
     pub leadr: LeadrMapGpu,
-    /// Horizon maps for surfaces without horizons.
+    /// The horizon maps for surfaces without horizons.
     pub horizons: HorizonMaps,
-    /// Links and coarse levels for maps that are not an atlas.
+    /// The links and the coarse levels for maps that are not an atlas.
     pub atlas: AtlasGpu,
-    /// Images for missing materials or material images.
+    /// The images for objects or materials that lack them.
     pub material: MaterialImages,
-    /// Detail images for surfaces without a detail.
+    /// The detail images for surfaces without a detail.
     pub detail: Arc<DetailImages>,
-    /// Weighted colours for colours that do not follow the relief.
+    /// The weighted colours for surfaces whose colours do not follow the relief.
     pub weighted: Image,
 }
 

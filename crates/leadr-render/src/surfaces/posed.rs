@@ -16,18 +16,18 @@ use crate::scene::Tiling;
 pub struct PosedObject {
     /// The object on the device.
     pub object: Arc<GpuObject>,
-    /// Number of the object in the scene, counted from 1. Each instance has its own number.
+    /// The number of the object in the scene, counted from 1. Each instance has its own number.
     pub number: u32,
-    /// Vertices in world space.
+    /// The vertices in world space.
     pub vertices: PosedVertices,
-    /// Factor applied to the object's height scale for displacement; 0 keeps the geometry smooth.
+    /// The factor for the object's height scale when the geometry is displaced. The value 0 keeps the geometry smooth.
     pub height_scale: f32,
     /// The records of all objects of the frame.
     pub records: Arc<ObjectRecords>,
 }
 
 impl PosedObject {
-    /// Returns the mean length of a height texel in the world, in metres; infinite without heights.
+    /// Returns the mean length of a height texel in the world, in metres, which is infinite without heights.
     pub fn texel_length(&self) -> f32 {
         let positions = &self.vertices.positions;
         let lengths =
@@ -36,8 +36,8 @@ impl PosedObject {
         if texels > 0.0 { lengths.sum::<f32>() / texels } else { f32::INFINITY }
     }
 
-    /// Returns the offset of the object in the lattice of by-example tiling, in map repeats. It keeps the tiling fixed in the
-    /// world. Meshes other than planes move by whole repeats.
+    /// Returns the offset of the object in the lattice of by-example tiling, in map repeats. The offset keeps the tiling fixed in
+    /// the world. Meshes other than planes move by whole repeats.
     pub fn tiling_shift(&self) -> [f32; 2] {
         let mesh = &self.object.object.mesh;
         let kind = self.object.kind;
@@ -51,11 +51,12 @@ impl PosedObject {
         (if kind.flat { shift } else { shift.round() }).to_array()
     }
 
-    /// Iterates over the triangles of the patches without relief, in world space. They are counter-clockwise seen from outside.
+    /// Iterates over the triangles of the patches in world space, ignoring the relief. The triangles run counter-clockwise seen
+    /// from outside.
     pub fn triangles(&self) -> impl Iterator<Item = [Vec3; 3]> + Clone + '_ {
         let positions = &self.vertices.positions;
         let mesh = &self.object.object.mesh;
-        // A triangle's third corner repeats the last, so it has no second half.
+        // The third corner of a triangle repeats the last, so there is no second half.
         let halves = if mesh.triangles { 1 } else { 2 };
         mesh.patches.iter().flat_map(move |patch| {
             let [a, b, c, d] = patch.map(|vertex| positions[vertex as usize]);
@@ -63,7 +64,7 @@ impl PosedObject {
         })
     }
 
-    /// Returns a bounding sphere, including the bumps.
+    /// Returns a sphere that encloses the object, including its bumps.
     pub fn bounds(&self) -> Sphere {
         let (low, high) = self
             .vertices
@@ -73,13 +74,13 @@ impl PosedObject {
         Sphere { centre: (low + high) * 0.5, radius: low.distance(high) * 0.5 + self.highest_bump() }
     }
 
-    /// Returns the largest distance between the displaced and the smooth surface, in metres.
+    /// Returns the largest distance between the displaced surface and the smooth surface, in metres.
     pub fn highest_bump(&self) -> f32 {
         let bump = self.object.height_range.iter().flatten().fold(0.0f32, |a, h| a.max(h.abs()));
         bump * (self.height_scale * self.object.object.height_scale).abs()
     }
 
-    /// Returns the mesh as input of tessellation and culling.
+    /// Returns the mesh in the form that tessellation and culling take.
     pub(super) fn mesh(&self) -> PosedMesh<'_> {
         let Self { object, vertices, height_scale, .. } = self;
         PosedMesh {

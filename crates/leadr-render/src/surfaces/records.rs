@@ -1,4 +1,4 @@
-//! Records of the objects and views of a frame. Draws refer to records by index.
+//! The records of the objects and of the views of a frame. Draws refer to a record by its index.
 
 use std::sync::Arc;
 
@@ -14,33 +14,34 @@ use leadr_gpu::{Buffer, Descriptor, Gpu, Memory, Result, shared_struct};
 shared_struct! {
     /// The record of an object in a frame (`ObjectRecord` in `passes/geometry/object.glsl`).
     pub struct ObjectRecordGpu for "ObjectRecord" {
-        /// Linear albedo (rgb) and Beckmann roughness (a) of plain objects.
+        /// The linear albedo (rgb) and the Beckmann roughness (a) of plain objects.
         pub color: [f32; 4],
-        /// Tangent of flat objects along the texture coordinate s; w: 1, or -1 if the tangents run clockwise seen from outside.
+        /// The tangent of flat objects along the texture coordinate s. The component w is 1, or -1 if the tangents run clockwise
+        /// seen from outside.
         pub tangent_s: [f32; 4],
-        /// Tangent of flat objects along the texture coordinate t; w: accessibility of plain objects.
+        /// The tangent of flat objects along the texture coordinate t. The accessibility of plain objects is in w.
         pub tangent_t: [f32; 4],
-        /// [`PosedObject::tiling_shift`], in map repeats.
+        /// The shift [`PosedObject::tiling_shift`], in map repeats.
         pub shift: [f32; 2],
-        /// Height scale `η`.
+        /// The height scale `η`.
         pub height_scale: f32,
-        /// Height scale of the geometry; 0 if it is drawn smooth.
+        /// The height scale of the geometry, or 0 to draw it smooth.
         pub displacement: f32,
-        /// Height range from the deepest pit to the highest bump, in metres.
+        /// The height range from the deepest pit to the highest bump, in metres.
         pub relief: f32,
-        /// Height of the viewer above the plane of a flat object, in metres.
+        /// The height of the viewer above the plane of a flat object, in metres.
         pub viewer_above: f32,
-        /// Metres per map repeat, for a plane that can have vertices on texel centres; otherwise 0.
+        /// The number of metres per map repeat, for a plane that can have vertices on texel centres, and 0 for other objects.
         pub texel_repeat: f32,
-        /// Reflectance at normal incidence.
+        /// The reflectance at normal incidence.
         pub specular_f0: f32,
-        /// Bits of the `FLAG_` constants.
+        /// The `FLAG_` constants that apply, as bits.
         pub flags: u32,
-        /// Object number in the scene, from 1.
+        /// The number of the object in the scene, counted from 1.
         pub number: u32,
-        /// Number of the measured material, counted from 1; 0 without one.
+        /// The number of the measured material, counted from 1, or 0 without one.
         pub fit: u32,
-        /// Edge tint of a conductor, with five bits per channel.
+        /// The edge tint of a conductor, with five bits per channel.
         pub edge_tint: u32,
     }
 }
@@ -48,43 +49,43 @@ shared_struct! {
 shared_struct! {
     /// The record of a view (`ViewRecord`).
     pub struct ViewRecordGpu for "ViewRecord" {
-        /// Transform from world space to the clip space of a viewport [`GUARD_BAND`] times as large as the image.
+        /// The transform from world space to the clip space of a viewport that is [`GUARD_BAND`] times as large as the image.
         clip_from_world: [[f32; 4]; 4],
-        /// First vector of [`Camera::rays`](crate::camera::Camera::rays); w: horizontal step between pixels in ndc.
+        /// The first vector of [`Camera::rays`](crate::camera::Camera::rays). The horizontal step between pixels in ndc is in w.
         ray_x: [f32; 4],
-        /// Second vector of the rays; w: vertical step between pixels in ndc.
+        /// The second vector of the rays. The vertical step between pixels in ndc is in w.
         ray_y: [f32; 4],
-        /// Third vector of the rays; w: distance of the near plane.
+        /// The third vector of the rays. The near distance is in w.
         ray_middle: [f32; 4],
-        /// Position of the viewer in metres; w: [`Viewpoint::draw`].
+        /// The position of the viewer in metres. The value of [`Viewpoint::draw`] is in w.
         eye: [f32; 4],
-        /// Size of the image in pixels.
+        /// The size of the image in pixels.
         size: [f32; 2],
-        /// Number of samples of this image along one side of a pixel of the picture.
+        /// The number of samples of this image along one side of a pixel of the picture.
         grid: f32,
-        /// Equal to `grid` for images of edge samples, otherwise 0.
+        /// The value of `grid` for images of edge samples, otherwise 0.
         edge_grid: u32,
     }
 }
 
 shared_struct! {
-    /// Push constants of a draw (`Draw`).
+    /// The push constants of a draw (`Draw`).
     pub struct DrawGpu for "Draw" {
-        /// Index of the object's record.
+        /// The index of the object's record.
         object: u32,
-        /// Index of the view's record.
+        /// The index of the view's record.
         view: u32,
     }
 }
 
-/// Frame parameters common to all objects.
+/// The parameters of a frame that all objects share.
 #[derive(Clone, Copy, Debug)]
 pub struct Shown {
-    /// Factor applied to the height scale of every object.
+    /// The factor for the height scale of every object.
     pub height_scale: f32,
     /// Whether back faces use the marker colour.
     pub mark_inside: bool,
-    /// Position of the viewer in metres.
+    /// The position of the viewer in metres.
     pub eye: Vec3,
 }
 
@@ -112,7 +113,7 @@ impl ObjectRecordGpu {
 }
 
 impl ViewRecordGpu {
-    /// Creates the record of a light's view.
+    /// Creates the record for the view of a light.
     pub fn of_light(from: &Viewpoint) -> Self {
         let shrink = Mat4::from_scale(Vec3::new(1.0 / GUARD_BAND, 1.0 / GUARD_BAND, 1.0));
         Self {
@@ -127,7 +128,7 @@ impl ViewRecordGpu {
         }
     }
 
-    /// Creates the record of a camera's view.
+    /// Creates the record for the view of a camera.
     pub fn of_camera(view: &View) -> Self {
         let (from, [x, y, middle], (width, height)) = (Viewpoint::from(view), view.rays(), view.size());
         Self {
@@ -141,7 +142,7 @@ impl ViewRecordGpu {
     }
 }
 
-/// The records of a frame's objects.
+/// The records of the objects of a frame.
 pub struct ObjectRecords(Buffer);
 
 impl ObjectRecords {
@@ -157,7 +158,7 @@ impl ObjectRecords {
     }
 }
 
-/// The records of views.
+/// The records of the views of a frame.
 pub struct ViewRecords(Buffer);
 
 impl ViewRecords {
@@ -167,30 +168,30 @@ impl ViewRecords {
         Ok(Self(Buffer::new(gpu, "views", bytes, Memory::Upload)?))
     }
 
-    /// Writes view records from index `first` on. The device must not be reading the buffer.
+    /// Writes view records, starting at index `first`. The device must not be reading the buffer.
     pub fn write(&self, first: u32, records: &[ViewRecordGpu]) -> Result<()> {
         self.0.write(u64::from(first) * size_of::<ViewRecordGpu>() as u64, records)
     }
 }
 
-/// The records available to a draw, and the index of its view.
+/// The records that a draw can read, and the index of its view.
 #[derive(Clone, Copy)]
 pub struct Records<'a> {
-    /// Records of all objects.
+    /// The records of all objects.
     pub objects: &'a ObjectRecords,
-    /// Records of all views.
+    /// The records of all views.
     pub views: &'a ViewRecords,
-    /// Index of the view.
+    /// The index of the view.
     pub view: u32,
 }
 
 impl<'a> Records<'a> {
-    /// Returns both record buffers with their names in the shaders.
+    /// Returns both buffers of records, each with its name in the shaders.
     pub fn bindings(self) -> [(&'static str, Descriptor<'a>); 2] {
         [("Objects", Descriptor::Storage(&self.objects.0)), ("Views", Descriptor::Uniform(&self.views.0))]
     }
 
-    /// Returns the push constants for drawing this object.
+    /// Returns the push constants with which this object is drawn.
     pub fn draw(self, posed: &PosedObject) -> DrawGpu {
         DrawGpu { object: posed.number - 1, view: self.view }
     }

@@ -1,9 +1,10 @@
-//! Colours that follow the relief, such as paint on tops, dirt in cracks, or snow on slopes that face one way
+//! Colours that follow the relief, such as paint on the tops, dirt in the cracks, or snow on slopes that face one way
 //! ([`relief_color`](leadr_reflectance::visible::relief_color)).
 //!
-//! Two layers of an image hold mean colours weighted by height rank, with the weight in alpha. Two more layers hold colour times
-//! slope, with the slope in alpha. The slope layers need a single chart, since each tile of an atlas has its own axes. The layers
-//! matter only for pixels that cover several bumps, so for large maps the image begins at a coarser level than the colours.
+//! Two layers of an image hold mean colours that are weighted by height rank, with the weight in alpha. Two more layers hold colour
+//! times slope, with the slope in alpha. The layers for slopes need a single chart, because each tile of an atlas has its own axes.
+//! The layers only matter for pixels that cover several bumps, so for large maps the image begins at a coarser level than the
+//! colours.
 
 use glam::DVec3;
 use half::f16;
@@ -15,7 +16,7 @@ use crate::scene::{MaterialMap, Object};
 use leadr_maps::srgb::linear_of_srgb8;
 use leadr_reflectance::visible::relief_color::height_weights;
 
-/// The relief properties that an object's colours follow.
+/// Which properties of the relief an object's colours follow.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Follows {
     /// Whether the colours follow the heights.
@@ -30,25 +31,25 @@ impl Follows {
         2 * (self.heights as u32 + self.slopes as u32)
     }
 
-    /// Whether the colours follow any property.
+    /// Whether the colours follow any property of the relief.
     pub const fn any(self) -> bool {
         self.heights || self.slopes
     }
 }
 
-/// Maximum side of a weighted colour image in texels. For larger colour maps, the image starts at a coarser level.
+/// The maximum side of an image of weighted colours, in texels. For larger colour maps, the image starts at a coarser level.
 const MOST_TEXELS: u32 = 2048;
-/// Number of texels along one side that are sampled to detect the correlation.
+/// The number of texels along one side that are sampled to detect the correlation.
 const SAMPLED: u32 = 256;
-/// Smallest significant change of the mean colour, relative to the mean of the brightest channel. It is half the smallest
-/// difference visible side by side. For heights, the change is from no hidden facets to half of the facets hidden. For slopes, it
-/// is a shift by one standard deviation.
+/// The smallest significant change of the mean colour, relative to the mean of the brightest channel. The value is half the
+/// smallest difference that is visible side by side. For heights, the change is from no hidden facets to half of the facets hidden.
+/// For slopes, it is the change for a shift by one standard deviation.
 const LEAST_CHANGE: f64 = 0.01;
-/// Number of intervals of the height rank table.
+/// The number of intervals in the table of height ranks.
 const RANKS: usize = 2048;
 
-/// Returns the number of finest colour levels without weighted means. In an atlas, it is at most the source mip of the coarse
-/// levels.
+/// Returns how many of the finest colour levels have no weighted means. In an atlas, the number is at most the source mip of the
+/// coarse levels.
 pub(super) fn skipped_levels(map: &MaterialMap, border: Border) -> u32 {
     let most = if matches!(border, Border::Tiles(_)) { SOURCE_LEVEL } else { u32::MAX };
     let mut skipped = 0;
@@ -58,14 +59,14 @@ pub(super) fn skipped_levels(map: &MaterialMap, border: Border) -> u32 {
     skipped
 }
 
-/// Height ranks and slopes of an object at the texels of its colours.
+/// The height ranks and the slopes of an object, at the texels of its colours.
 pub(super) struct ReliefColors<'a> {
     field: &'a HeightField,
     map: &'a MaterialMap,
     slopes: Option<&'a [[f32; 2]]>,
-    /// Heights at uniform steps of the height rank.
+    /// The heights at uniform steps of the height rank.
     table: Vec<f32>,
-    /// Whether the height scale is negative, which puts the lowest heights on top.
+    /// Whether the height scale is negative. The lowest heights are then on top.
     upside_down: bool,
     linear: [f32; 256],
     /// The relief properties that the colours follow.
@@ -73,10 +74,10 @@ pub(super) struct ReliefColors<'a> {
 }
 
 impl<'a> ReliefColors<'a> {
-    /// Returns the relief colours of an object that has heights and colours and still holds their texels.
+    /// Returns the relief colours of an object. The object must have heights and colours, and must still hold their texels.
     pub fn of(object: &'a Object) -> Option<Self> {
         let (field, map) = (object.heights.as_ref()?, object.material.as_ref()?);
-        // With charts, colours have other texture coordinates than heights.
+        // With charts, the colours have different texture coordinates from the heights.
         if !object.follows_relief
             || object.charts.is_some()
             || field.map.texels.is_empty()
@@ -135,7 +136,7 @@ impl<'a> ReliefColors<'a> {
         Follows { heights, slopes: slopes && !tiled }
     }
 
-    /// Returns the height texel under a colour texel.
+    /// Returns the height texel that lies under a colour texel.
     fn texel(&self, [x, y]: [u32; 2]) -> [u32; 2] {
         let of = |i: u32, n: u32, to: u32| ((u64::from(2 * i + 1) * u64::from(to)) / u64::from(2 * n)) as u32;
         [of(x, self.map.width, self.field.map.width), of(y, self.map.height, self.field.map.height)]
@@ -151,13 +152,13 @@ impl<'a> ReliefColors<'a> {
         [r, g, b].map(|code| self.linear[usize::from(code)])
     }
 
-    /// Returns the rank of a height from 0 to 1, the fraction of heights below it.
+    /// Returns the rank of a height from 0 to 1, which is the fraction of heights that are lower.
     fn rank(&self, position: [u32; 2]) -> f64 {
         let height = self.height(position);
         let above = self.table.partition_point(|&h| h <= height);
         let below = self.table.partition_point(|&h| h < height);
         let rank = if above > below {
-            // For equal heights, the rank is the middle of their range.
+            // If several heights are equal, the rank is the middle of their ranks.
             0.5 * (above + below - 1) as f64
         } else {
             let (at, end) = (below.max(1), self.table.len() - 1);
@@ -184,8 +185,8 @@ impl<'a> ReliefColors<'a> {
         [(at(right, y) - at(left, y)) * 0.5 * width as f32, (at(x, below) - at(x, above)) * 0.5 * height as f32]
     }
 
-    /// Returns the texels of a layer, colours times weights, with the weights in alpha. Layers of heights, if any, precede layers
-    /// of slopes. `size` is at most the size of the colours.
+    /// Returns the texels of a layer. Each texel is a weighted colour, with the weight in alpha. Layers of heights, if any, precede
+    /// layers of slopes. `size` is at most the size of the colours.
     pub fn layer(&self, layer: u32, size: [u32; 2]) -> Vec<[f32; 4]> {
         let by_height = self.follows.heights && layer < 2;
         let which = (layer % 2) as usize;
@@ -226,7 +227,7 @@ mod tests {
     use leadr_maps::HeightMap;
 
     fn painted(paint: impl Fn(f32, f32) -> bool) -> Object {
-        // Heights rise and fall along x, and `paint` selects colours by height and rise.
+        // Heights rise and fall along x. `paint` selects colours by height and direction of slope.
         let heights: Vec<f32> = (0..64 * 64).map(|i| ((i % 64) as f32 * 0.2).sin() + (i / 64) as f32 * 0.01).collect();
         let colors = heights.iter().enumerate().map(|(i, &h)| {
             let rise = ((i % 64) as f32 * 0.2).cos();

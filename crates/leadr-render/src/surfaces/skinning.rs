@@ -1,7 +1,7 @@
-//! Skinning with normals that follow the deformed surface.
+//! Skins meshes, with normals that follow the deformed surface.
 //!
-//! Blending the joints' rotations transforms normals as if the skinning weights were constant. If weights change quickly over a
-//! strongly bent joint, the surface also shears. Point-normal patches with the blended normals then show ripples.
+//! If normals are only rotated by the blended joints, the skinning weights are treated as constant. But where weights change
+//! quickly over a strongly bent joint, the surface also shears. Point-normal patches with the blended normals then show ripples.
 
 use glam::{Mat4, Quat, Vec3};
 
@@ -24,7 +24,7 @@ pub fn skin(mesh: &PatchMesh, joints: &[Mat4]) -> PosedVertices {
         .map(|v| {
             let rotated = |n: Vec3| blends[v].transform_vector3(n).normalize_or(n);
             let (from, normal) = (rotated(rest[v]), rotated(mesh.normals[v]));
-            // A collapsed fold, or a vertex without faces, has no meaningful rotation.
+            // For a collapsed fold, or for a vertex without faces, the rotation would have no meaning.
             if rest[v] == Vec3::ZERO || from.dot(posed[v]) <= 0.0 {
                 normal
             } else {
@@ -51,7 +51,7 @@ mod tests {
     use super::*;
     use crate::surfaces::patch_mesh::SkinWeights;
 
-    /// Returns a strip of twenty by four quads. Weights change along x from joint 0 to joint 1.
+    /// Returns a strip of twenty by four quads, whose weights change along x from joint 0 to joint 1.
     fn strip() -> PatchMesh {
         let mut mesh = PatchMesh::default();
         for i in 0..=20_u32 {
@@ -71,7 +71,7 @@ mod tests {
 
     #[test]
     fn a_sheared_strip_gets_the_normals_of_its_surface() {
-        // Joint 1 only translates upwards, so the strip becomes a ramp although no joint rotates.
+        // Joint 1 is only moved upwards, so the strip becomes a ramp although no joint rotates.
         let ramp = [Mat4::IDENTITY, Mat4::from_translation(Vec3::Z)];
         let expected = Vec3::new(-1.0, 0.0, 1.0).normalize();
         for n in skin(&strip(), &ramp).normals {

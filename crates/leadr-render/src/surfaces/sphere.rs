@@ -5,14 +5,14 @@ use glam::Vec3;
 /// A sphere in world space, in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere {
-    /// Centre of the sphere.
+    /// The centre of the sphere.
     pub centre: Vec3,
-    /// Radius of the sphere.
+    /// The radius of the sphere.
     pub radius: f32,
 }
 
 impl Sphere {
-    /// Returns a sphere around other spheres, centred on the bounding box of the spheres; `None` for an empty slice.
+    /// Returns a sphere around other spheres, centred on their bounding box. Returns `None` for an empty slice.
     pub fn enclosing(spheres: &[Self]) -> Option<Self> {
         let (low, high) = spheres
             .iter()

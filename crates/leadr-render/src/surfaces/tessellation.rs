@@ -1,7 +1,7 @@
 //! Tessellates each patch for a frame, selects the visible patches, and splits them into draws.
 //!
-//! Each tessellation factor belongs to an edge and depends only on the edge's two ends, so adjacent patches always agree. Rotating
-//! the camera in place changes no factor.
+//! Each tessellation factor belongs to an edge, and depends only on the two ends of the edge, so adjacent patches always agree.
+//! Rotating the camera in place changes no factor.
 
 use super::patch_mesh::PatchMesh;
 use super::topology::Topology;
@@ -9,29 +9,29 @@ use crate::constants::GUARD_BAND;
 use glam::{Mat4, Vec3, Vec4};
 use rayon::prelude::*;
 
-/// Largest tessellation factor. Vulkan allows 64, but fractional odd spacing can use only 63.
+/// The largest tessellation factor. Vulkan allows 64, but fractional odd spacing can only use 63.
 pub const MAX_FACTOR: f32 = 63.0;
 
-/// The viewer's position and the scale from world lengths to pixels.
+/// The position of the viewer, and the scale from world lengths to pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lens {
-    /// Position of the viewer.
+    /// The position of the viewer.
     pub eye: Vec3,
-    /// Size in pixels of a unit length at unit distance: `height / (2 tan(fov_y / 2))`.
+    /// The size in pixels of a unit length at unit distance, which is `height / (2 tan(fov_y / 2))`.
     pub focal_pixels: f32,
-    /// Distance of the near plane.
+    /// The distance of the near plane.
     pub near: f32,
 }
 
 impl Lens {
-    /// Returns the number of pixels covered by `length` around `centre`, perpendicular to the line of sight.
+    /// Returns the number of pixels that `length` covers around `centre`, perpendicular to the line of sight.
     pub(crate) fn pixels(&self, centre: Vec3, length: f32) -> f32 {
         let distance = (centre.distance(self.eye) - 0.5 * length).max(self.near);
         length * self.focal_pixels / distance
     }
 }
 
-/// The position of a viewer.
+/// The position of a viewer, which may be at infinity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Viewer {
     /// The viewer is at this point.
@@ -50,22 +50,22 @@ impl Viewer {
     }
 }
 
-/// Tessellation settings.
+/// The tessellation settings.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TessellationSettings {
-    /// Area of a triangle in screen pixels. The default, 4, spaces vertices about 2.8 pixels apart.
+    /// The area of a triangle in pixels on the screen. The default of 4 spaces vertices about 2.8 pixels apart.
     pub pixels_per_triangle: f32,
-    /// Upper bound on the tessellation factors, from 1 to 63.
+    /// The upper bound on the tessellation factors, from 1 to 63.
     pub max_factor: f32,
-    /// Whether every height map texel gets a vertex (within `max_factor` and `vertices_per_pixel`), even if several texels share a
-    /// pixel. This is for reference images and edge samples. Patches without relief are tessellated as usual.
+    /// Whether every texel of the height map gets a vertex (within `max_factor` and `vertices_per_pixel`), even if several texels
+    /// share a pixel. Reference images and edge samples need it. Patches without relief are tessellated as usual.
     pub to_texels: bool,
-    /// Maximum number of vertices that `to_texels` places along one side of a pixel. The default, 16, exceeds the resolution of any
-    /// number of samples.
+    /// The maximum number of vertices along one side of a pixel that `to_texels` may use. The default of 16 exceeds the resolution
+    /// of any number of samples.
     pub vertices_per_pixel: f32,
     /// Whether invisible patches are culled.
     pub cull: bool,
-    /// Maximum number of tessellated vertices per draw. Some software drivers silently produce wrong results for more than 65,536.
+    /// The maximum number of tessellated vertices per draw. Some software drivers silently produce wrong results above 65,536.
     pub max_vertices_per_draw: u32,
 }
 
@@ -83,12 +83,12 @@ impl Default for TessellationSettings {
 }
 
 impl TessellationSettings {
-    /// Whether patches with edges of `pixels` pixels can reach the requested vertex spacing.
+    /// Whether patches whose edges are `pixels` pixels long can reach the requested vertex spacing.
     pub fn is_sufficient_for(&self, pixels: f32) -> bool {
         !self.to_texels && pixels <= self.spacing() * self.max_factor.clamp(1.0, MAX_FACTOR)
     }
 
-    /// Returns the distance between vertices in pixels. Two triangles of area `A` fill a square cell of side `√2A`.
+    /// Returns the distance between vertices in pixels. Two triangles of area `A` fill a square cell with the side `√2A`.
     fn spacing(&self) -> f32 {
         (2.0 * self.pixels_per_triangle).sqrt()
     }
@@ -107,51 +107,51 @@ pub struct PosedMesh<'a> {
     pub mesh: &'a PatchMesh,
     /// The edges of the mesh.
     pub topology: &'a Topology,
-    /// World positions of the vertices.
+    /// The positions of the vertices in world space.
     pub positions: &'a [Vec3],
-    /// Unit normals of the vertices, in world space.
+    /// The unit normals of the vertices, in world space.
     pub normals: &'a [Vec3],
-    /// Number of height map texels along each edge; empty without displacement.
+    /// The number of height map texels along each edge. The list is empty without displacement.
     pub edge_texels: &'a [f32],
-    /// Height range along each edge before scaling; empty without displacement.
+    /// The height range along each edge before scaling. The list is empty without displacement.
     pub edge_relief: &'a [f32],
-    /// Height range of each patch before scaling; empty without displacement.
+    /// The height range of each patch before scaling. The list is empty without displacement.
     pub height_range: &'a [[f32; 2]],
-    /// Factor from map heights to displacements.
+    /// The factor from heights of the map to displacements.
     pub height_scale: f32,
 }
 
-/// The tessellation of a mesh for a lens, independent of the camera's orientation. The camera shares it with the suns.
+/// The tessellation of a mesh for a lens, independent of the orientation of the camera. The camera shares it with the suns.
 #[derive(Clone, Debug, Default)]
 pub struct Division {
-    /// Tessellation factor of each edge.
+    /// The tessellation factor of each edge.
     pub edge_factors: Vec<f32>,
-    /// Level of the boundary heights at each vertex, where 0 is the finest.
+    /// The level of the boundary heights at each vertex, where 0 is the finest level.
     pub vertex_lods: Vec<f32>,
-    /// Offset of each vertex along its normal. It centres the flat triangles on the smooth surface, so that they do not lie inside
-    /// it.
+    /// The offset of each vertex along its normal. The offsets centre the flat triangles on the smooth surface, so that they do not
+    /// lie inside it.
     pub vertex_lifts: Vec<f32>,
-    /// Whether `to_texels` gave every edge at least as many segments as texels.
+    /// Whether every edge has at least as many segments as texels, because of `to_texels`.
     pub every_texel: bool,
 }
 
 /// The patches of a tessellated mesh that a view draws.
 #[derive(Clone, Debug, Default)]
 pub struct DrawList {
-    /// Indices of the patches to draw.
+    /// The indices of the patches to draw.
     pub visible: Vec<u32>,
     /// The draws, as ranges of `visible`.
     pub draws: Draws,
-    /// Upper bound on the number of triangles drawn.
+    /// An upper bound on the number of triangles that are drawn.
     pub triangles: u64,
 }
 
-/// Draws, as `(first, count)` ranges of the visible patches. Draws that need no clipping come first.
+/// Draw calls, each a `(first, count)` range of the visible patches. Draw calls that need no clipping come first.
 #[derive(Clone, Debug, Default)]
 pub struct Draws {
-    /// Draws of patches that have no vertices besides their corners.
+    /// The draws of patches that only have vertices at their corners.
     pub undivided: Vec<(u32, u32)>,
-    /// Draws of all other patches.
+    /// The draws of all other patches.
     pub divided: Vec<(u32, u32)>,
 }
 
@@ -163,7 +163,7 @@ impl Draws {
 }
 
 impl Division {
-    /// Computes the factors of all edges and the vertex data that depends on them.
+    /// Computes the factors of all edges, and the vertex data that depends on the factors.
     pub fn new(posed: PosedMesh<'_>, lens: Lens, settings: &TessellationSettings) -> Self {
         let PosedMesh { topology, positions, normals, .. } = posed;
         let spacing = settings.spacing();
@@ -179,7 +179,7 @@ impl Division {
                 if posed.mesh.triangles && relief == 0.0 {
                     return 1.0;
                 }
-                // The base surface of a triangle is flat, so vertex normals do not count as curvature.
+                // The base surface of a triangle is flat, so differences between its vertex normals do not count as curvature.
                 let normals = if posed.mesh.triangles { [Vec3::Z; 2] } else { [normals[a], normals[b]] };
                 let pixels = edge_pixels(&lens, [positions[a], positions[b]], normals, relief);
                 // An edge without displacement has no texels to resolve.
@@ -195,8 +195,8 @@ impl Division {
         Self { every_texel, ..Self::of_factors(posed, edge_factors) }
     }
 
-    /// Returns the same tessellation with vertices at least `spacing` metres apart along the smooth surface, or `None` if no
-    /// vertices are closer.
+    /// Returns a coarser tessellation, with vertices at least `spacing` metres apart along the smooth surface. Returns `None` if
+    /// the vertices are nowhere closer than `spacing`.
     pub fn with_min_spacing(&self, spacing: f32, posed: PosedMesh<'_>) -> Option<Self> {
         let PosedMesh { topology, positions, .. } = posed;
         let coarser = |(&[a, b], &factor): (&[u32; 2], &f32)| {
@@ -245,7 +245,7 @@ impl DrawList {
         let PosedMesh { mesh, topology, positions, normals, .. } = posed;
         let (view, band) = (frustum_planes(clip_from_world, 1.0), frustum_planes(clip_from_world, GUARD_BAND));
         // Patches that need clipping come last, in separate draws. If any triangle of a draw is clipped, software drivers process
-        // all its triangles about twenty times more slowly.
+        // all triangles of the draw about twenty times more slowly.
         let group_of = |(index, patch): (usize, &[u32; 4])| {
             let corners = patch.map(|v| (positions[v as usize], normals[v as usize]));
             let range = posed.height_range.get(index).map_or([0.0; 2], |r| r.map(|h| h * posed.height_scale));
@@ -277,7 +277,7 @@ impl DrawList {
         list
     }
 
-    /// Appends `patches` to the visible patches and returns draws of them, each within the vertex limit.
+    /// Appends `patches` to the visible patches, and returns draws for them. Each draw is within the vertex limit.
     fn draws_of(
         &mut self,
         patches: &[u32],
@@ -309,17 +309,17 @@ impl DrawList {
     }
 }
 
-/// Minimum number of edges or patches per parallel task.
+/// The minimum number of edges or patches for each parallel task.
 const LEAST_TASK: usize = 512;
-/// Bump slope assumed to remain visible when an edge is seen end-on.
+/// The slope of bumps that is assumed to stay visible when an edge is seen end-on.
 const BUMP_SLOPE: f32 = 0.3;
-/// Relief height in pixels from which the side view of bumps counts fully. Bumps lower than a pixel occlude nothing.
+/// The height of the relief in pixels from which the side view of bumps counts fully. Bumps lower than a pixel occlude nothing.
 const HIDING_RELIEF: f32 = 6.0;
-/// Relief height in pixels from which an edge gets the full tessellation for its screen length.
+/// The height of the relief in pixels from which an edge gets the full tessellation for its screen length.
 const FULL_RELIEF: f32 = 2.0;
 
-/// Returns the screen length that determines an edge's tessellation factor. The length is foreshortened, but never below the side
-/// view of the edge's bumps. It decreases if bumps and curvature are small in pixels.
+/// Returns the screen length that determines the tessellation factor of an edge. The length is foreshortened, but is never below
+/// the side view of the bumps on the edge. The length decreases if bumps and curvature are small in pixels.
 fn edge_pixels(lens: &Lens, positions: [Vec3; 2], normals: [Vec3; 2], relief: f32) -> f32 {
     let centre = (positions[0] + positions[1]) * 0.5;
     let along = positions[1] - positions[0];
@@ -331,26 +331,27 @@ fn edge_pixels(lens: &Lens, positions: [Vec3; 2], normals: [Vec3; 2], relief: f3
     length * scale * sine.hypot(BUMP_SLOPE * prominent(HIDING_RELIEF)) * prominent(FULL_RELIEF).sqrt()
 }
 
-/// Returns the mean distance from two flat triangles to the smooth surface above them, assuming the edge's curvature in both
-/// directions. The distance is negative for a concave surface. Dividing an edge into `n` segments scales it by `1 / n²`.
+/// Returns the mean distance from two flat triangles to the smooth surface above them. The curvature of the edge is assumed in both
+/// directions. The distance is negative for a concave surface. Dividing an edge into `n` segments scales the distance by `1 / n²`.
 ///
-/// Triangles between points of a convex surface lie inside the surface. It is then drawn too small, and specular highlights move
-/// toward its centre, by a twelfth of a pixel on a distant sphere of 384 patches. Moving vertices outwards by the mean gap costs
-/// nothing and removes the shift. A patch with sides `h` and curvatures `k` is on average `Σ k h² / 12` above its triangles. This
-/// is two thirds of the sum of the sagittas `k h² / 8` of its sides. The mean over a vertex's edges halves that sum.
+/// Triangles between points of a convex surface lie inside the surface. The surface is then drawn too small, and specular
+/// highlights move toward its centre, by a twelfth of a pixel on a distant sphere of 384 patches. Moving vertices outwards by the
+/// mean gap costs nothing and removes the shift. A patch with sides `h` and curvatures `k` is on average `Σ k h² / 12` above its
+/// triangles. The gap is two thirds of the sum of the sagittas `k h² / 8` of its sides. The mean over the edges of a vertex halves
+/// that sum.
 fn mean_gap(along: Vec3, normals: [Vec3; 2]) -> f32 {
     let sagitta = along.dot(normals[1] - normals[0]) / 8.0;
     4.0 / 3.0 * sagitta
 }
 
-/// Returns the number of segments for a factor with fractional odd spacing.
+/// Returns the number of segments that fractional odd spacing gives for a factor.
 fn odd_ceil(factor: f32) -> u32 {
     let n = factor.ceil() as u32;
     n | 1
 }
 
 /// Returns the side planes and the near plane of the frustum, with normals that point inwards. The side planes are `band` times as
-/// far out as the image border. Depth is reversed: the near plane is `z ≤ w`, and the far plane is at infinity.
+/// far out as the border of the image. Depth is reversed, so the near plane is `z ≤ w`, and the far plane is at infinity.
 fn frustum_planes(clip_from_world: Mat4, band: f32) -> [Vec4; 5] {
     let rows = clip_from_world.transpose();
     let (x, y, z, w) = (rows.x_axis, rows.y_axis, rows.z_axis, rows.w_axis);
@@ -368,8 +369,8 @@ enum Inside {
     Outside,
 }
 
-/// Returns an upper bound on a patch's distance from the chords between its corners. It adds the offset of the control points, once
-/// per parameter, and the height of bumps. For flat triangles the bound is loose.
+/// Returns an upper bound on the distance between a patch and the chords between its corners. The bound adds the offset of the
+/// control points, once for each parameter, and the height of the bumps. For flat triangles, the bound is loose.
 fn reach(corners: &Corners, range: [f32; 2]) -> f32 {
     let bulge = (0..4).map(|i| {
         let ((a, normal_a), (b, normal_b)) = (corners[i], corners[(i + 1) & 3]);
@@ -397,7 +398,7 @@ fn classify_in_view(planes: &[Vec4; 5], corners: &Corners, reach: f32) -> Inside
 fn faces_away(viewer: Viewer, corners: &Corners, range: [f32; 2]) -> bool {
     let edge = corners[0].0.distance(corners[2].0).max(corners[1].0.distance(corners[3].0)).max(1e-12);
     let spread = (0..4).map(|i| corners[i].1.distance(corners[(i + 1) & 3].1)).fold(0.25f32, f32::max);
-    // On a sphere of radius R, a bump of height h is visible up to acos(R / (R + h)) beyond the horizon.
+    // On a sphere of radius R, a bump of height h is visible up to the angle acos(R / (R + h)) beyond the horizon.
     let radius = edge / spread;
     let cosine = radius / (radius + (range[1] - range[0]).max(0.0));
     let margin = (1.0 - cosine * cosine).sqrt() + 0.1 + 0.5 * spread;
@@ -454,8 +455,8 @@ mod tests {
     fn spacing_follows_the_target() {
         let mesh = grid(1);
         let (list, _) = list(&mesh, Vec3::Z * 100.0, Vec3::ZERO, &TessellationSettings::default());
-        // One unit at distance 100 is 10 pixels, and 4 pixels per triangle space vertices sqrt(8) pixels apart. Bumps of 10 pixels
-        // increase the screen length in a view from above by sqrt(1 + 0.09).
+        // At distance 100, one unit is 10 pixels, and 4 pixels per triangle space vertices sqrt(8) pixels apart. In a view from
+        // above, bumps of 10 pixels increase the screen length by sqrt(1 + 0.09).
         for factor in &list.edge_factors {
             assert!((factor - 10.0 * 1.09f32.sqrt() / 8f32.sqrt()).abs() < 0.06, "{factor}");
         }
@@ -472,7 +473,7 @@ mod tests {
 
     #[test]
     fn triangles_of_a_lifted_sphere_lie_about_it() {
-        // The mesh is a section of a sphere, with patches of a tenth of a radian.
+        // The mesh is a section of a sphere. Each patch spans a tenth of a radian.
         let mut mesh = grid(16);
         mesh.normals = mesh.positions.iter().map(|p| (p.truncate() * 0.1).extend(1.0).normalize()).collect();
         let topology = Topology::new(&mesh.patches);
@@ -484,7 +485,7 @@ mod tests {
             assert_eq!(list.edge_factors.iter().all(|f| *f == 1.0), distance > 10.0);
             list.vertex_lifts
         };
-        // All distant edges have one segment. The mean radius is taken over the centres of small sub-triangles.
+        // All distant edges have a single segment. The mean radius is taken over the centres of small sub-triangles.
         let (far, near, hollow) = (lifts(1.0, 50.0), lifts(1.0, 2.0), lifts(-1.0, 50.0));
         let mean_radius = |lift: &dyn Fn(usize) -> f32| {
             let (mut sum, mut area) = (0.0, 0.0);
@@ -534,7 +535,7 @@ mod tests {
 
     #[test]
     fn pixels_bound_the_vertices_of_texels() {
-        // One unit at its nearest possible distance, 99.5, covers 10.05 pixels.
+        // At 99.5, its nearest possible distance, one unit covers 10.05 pixels.
         let few = |vertices_per_pixel| {
             let settings = TessellationSettings { to_texels: true, vertices_per_pixel, ..Default::default() };
             list(&grid(1), Vec3::Z * 100.0, Vec3::ZERO, &settings).0.edge_factors[0]

@@ -1,14 +1,15 @@
-//! Edges of a quad mesh, and the direction in which each patch traverses its edges.
+//! The edges of a quad mesh, and the direction in which each patch runs along its edges.
 
 use std::collections::HashMap;
 
 /// The edges of a quad mesh. Each edge runs from its lower to its higher vertex index.
 #[derive(Clone, Debug, Default)]
 pub struct Topology {
-    /// The two vertices of each edge, lower index first.
+    /// The two vertices of each edge, with the lower index first.
     pub edges: Vec<[u32; 2]>,
-    /// For each patch and side (v=0, u=1, v=1, u=0): `edge << 1`, with the lowest bit set if the patch runs from the higher vertex.
-    /// A side of zero length (in triangles) repeats the value of the previous side and is not an edge.
+    /// The value `edge << 1` for each side of each patch, in the order v=0, u=1, v=1, u=0. The lowest bit is set if the patch runs
+    /// from the higher vertex to the lower. A side of zero length (in triangles) repeats the value of the previous side, and is not
+    /// an edge.
     pub patch_edges: Vec<[u32; 4]>,
 }
 
@@ -41,8 +42,8 @@ impl Topology {
         (0..4).filter(move |&side| edges[side] != edges[(side + 3) & 3])
     }
 
-    /// Returns for each side of each patch the adjacent patch and its side. The entry is `None` if the edge does not join exactly
-    /// two patches with opposite directions.
+    /// Returns the adjacent patch across each side of each patch, with the side of that patch. The entry is `None` if the edge does
+    /// not join exactly two patches that run in opposite directions.
     pub fn neighbors(&self) -> Vec<[Option<(u32, u8)>; 4]> {
         let sides = self.sides_of_edges();
         let beyond = |edge: u32| {
@@ -52,13 +53,13 @@ impl Topology {
         self.patch_edges.iter().map(|edges| edges.map(beyond)).collect()
     }
 
-    /// Returns the number of edges that do not join exactly two patches with opposite directions. It is 0 on a closed, oriented
-    /// surface.
+    /// Returns the number of edges that do not join exactly two patches that run in opposite directions. The number is 0 on a
+    /// closed, oriented surface.
     pub fn irregular_edges(&self) -> usize {
         self.sides_of_edges().iter().filter(|both| both.map(|(count, _)| count) != [1, 1]).count()
     }
 
-    /// Returns for each edge and direction the number of patch sides and the last such side.
+    /// Returns, for each edge and direction, the number of patch sides that run along it, and the last of these sides.
     fn sides_of_edges(&self) -> Vec<[(u32, (u32, u8)); 2]> {
         let mut sides = vec![[(0, (0, 0)); 2]; self.edges.len()];
         for (patch, edges) in self.patch_edges.iter().enumerate() {
@@ -108,7 +109,7 @@ mod tests {
 
     #[test]
     fn triangles_have_three_sides() {
-        // A tetrahedron.
+        // These patches form a tetrahedron.
         let topology = Topology::new(&[[0, 2, 1, 1], [0, 1, 3, 3], [1, 2, 3, 3], [2, 0, 3, 3]]);
         assert_eq!((topology.edges.len(), topology.irregular_edges()), (6, 0));
         assert!((0..4).all(|patch| topology.sides(patch).eq([0, 1, 3])));

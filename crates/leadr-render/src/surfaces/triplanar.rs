@@ -1,26 +1,27 @@
-//! Triplanar mapping of a texture, without texture coordinates. The texture is projected at rest from outside along the three axes,
-//! upright (z up), and blended by the normal. `shaders-glsl/passes/triplanar.glsl` is the GLSL version.
+//! Maps a texture without texture coordinates, by triplanar mapping. The texture is projected onto the surface at rest, from
+//! outside along the three axes. The texture stays upright (z is up), and the projections are blended by the normal.
+//! `shaders-glsl/passes/triplanar.glsl` is the GLSL version.
 
 use glam::{Vec2, Vec3};
 
-/// Offsets of the three projections in repeats, so that adjacent projections differ. Courses of bricks still continue around a
-/// corner.
+/// The offsets of the three projections in repeats. With them, adjacent projections differ, but courses of bricks still continue
+/// around a corner.
 const SHIFTS: [Vec2; 3] = [Vec2::ZERO, Vec2::new(0.37, 0.0), Vec2::splat(0.71)];
 
 /// A projection of the texture along an axis.
 #[derive(Clone, Copy, Debug)]
 pub struct Projection {
-    /// Blend weight from the normal. The weights of the three projections are not normalised.
+    /// The blend weight, which depends on the normal. The weights of the three projections are not normalised.
     pub weight: f32,
-    /// Texture coordinate of the position, with `t` pointing down.
+    /// The texture coordinate of the position, where `t` points down.
     pub texcoord: Vec2,
-    /// Unit direction in which `s` increases.
+    /// The unit direction in which `s` increases.
     pub s: Vec3,
-    /// Unit direction in which `t` increases.
+    /// The unit direction in which `t` increases.
     pub t: Vec3,
 }
 
-/// Returns the three projections at a position with this normal. One repeat covers `repeat` metres.
+/// Returns the three projections for a position with this normal. One repeat covers `repeat` metres.
 pub fn projections(position: Vec3, normal: Vec3, repeat: f32) -> [Projection; 3] {
     let weights = (normal.abs() - 0.5).max(Vec3::ZERO);
     let weights = weights * weights;
@@ -38,13 +39,13 @@ pub fn projections(position: Vec3, normal: Vec3, repeat: f32) -> [Projection; 3]
     ]
 }
 
-/// Returns the sign of the axis direction that faces outwards, from the normal's component along the axis.
+/// Returns the sign of the axis direction that points outwards. `facing` is the component of the normal along the axis.
 fn side(facing: f32) -> f32 {
     if facing < 0.0 { -1.0 } else { 1.0 }
 }
 
-/// Samples a repeating map in all projections and blends the samples. The squares of the weights are normalised, so the blend keeps
-/// the variance of the map and blended regions look equally rough.
+/// Samples a repeating map in all projections, and blends the samples. The squares of the weights are normalised. The blend
+/// therefore keeps the variance of the map, and blended regions look equally rough.
 pub fn blend(position: Vec3, normal: Vec3, repeat: f32, mean: f32, sample: impl Fn(Vec2) -> f32) -> f32 {
     let (mut sum, mut squares) = (0.0, 0.0);
     for Projection { weight, texcoord, .. } in projections(position, normal, repeat) {
@@ -56,7 +57,7 @@ pub fn blend(position: Vec3, normal: Vec3, repeat: f32, mean: f32, sample: impl 
     mean + sum / squares.max(1e-20).sqrt()
 }
 
-/// Largest factor by which a blend amplifies deviations from the mean, for three equal weights (√3).
+/// The largest factor by which a blend amplifies deviations from the mean: √3, for three equal weights.
 pub const MOST_BLENDED: f32 = 1.732_050_8;
 
 #[cfg(test)]
@@ -65,7 +66,7 @@ mod tests {
 
     #[test]
     fn blending_keeps_the_variance() {
-        // With independent noise per texel, the blend has the variance of the map everywhere on the surface.
+        // If the noise is independent in each texel, the blend has the variance of the map everywhere on the surface.
         let noise = |t: Vec2| {
             let h = ((t.x * 64.0).floor() as i64 * 73_856_093) ^ ((t.y * 64.0).floor() as i64 * 19_349_663);
             ((h.wrapping_mul(2_654_435_761) >> 7) & 0xffff) as f32 / 65_535.0
@@ -92,7 +93,7 @@ mod tests {
         for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
             for outward in [axis, -axis] {
                 let seen = projections(Vec3::ZERO, outward, 1.0).into_iter().find(|seen| seen.weight > 0.0).unwrap();
-                // With `s` to the right and `t` down, the surface faces the viewer, so the texture is not mirrored.
+                // With `s` to the right and `t` down, the surface faces the viewer. The texture is then not mirrored.
                 assert!((seen.s.cross(seen.t).dot(outward) + 1.0).abs() < 1e-6, "{outward}");
                 assert!(outward.z != 0.0 || seen.t == Vec3::NEG_Z);
             }

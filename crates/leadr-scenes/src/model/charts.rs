@@ -1,7 +1,7 @@
-//! Maps a material's textures to a mesh. One type of image covers the unit square of its chart.
+//! Maps the textures of a material to a mesh. Each type of image has a chart, and covers the unit square of this chart.
 //!
-//! Textures that are filtered together (colours, metalness, roughness) share a chart. It is their own layout if all agree on coordinates,
-//! transform and wrap; otherwise they are resampled into a common chart.
+//! Textures that are filtered together (colours, metalness, roughness) share a chart. If all textures agree on coordinates, transform and
+//! wrap mode, the chart is their own layout. If not, the textures are resampled into a common chart.
 
 use glam::{Affine2, Mat2, Vec2};
 
@@ -11,25 +11,26 @@ use leadr_render::constants::{CHART_COLORS, CHART_EMISSION, CHART_OCCLUSION, CHA
 /// The texture coordinates of one type of image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chart {
-    /// Index of the mesh's texture coordinate set.
+    /// The index of the mesh's texture coordinate set.
     pub coordinates: usize,
-    /// Transform from the coordinate set to the chart.
+    /// The transform from the coordinate set to the chart.
     pub transform: Affine2,
-    /// Wrap modes beyond the unit square.
+    /// The wrap modes outside the unit square.
     pub wrap: [TextureWrap; 2],
     /// Whether all textures of the chart share its exact layout.
     exact: bool,
 }
 
-/// Returns the bounding corners of a texture coordinate set.
+/// Returns the lower and upper corner of a texture coordinate set's bounding box.
 pub type Bounds<'a> = &'a dyn Fn(usize) -> (Vec2, Vec2);
 
 impl Chart {
-    /// Chart of a material without textures.
+    /// The chart of a material without textures.
     const NONE: Self =
         Self { coordinates: 0, transform: Affine2::IDENTITY, wrap: [TextureWrap::Repeat; 2], exact: true };
 
-    /// Returns the chart of textures that are filtered together, and whether all use one coordinate set; `None` without textures.
+    /// Returns the chart of textures that are filtered together, and whether all of them use one coordinate set. Returns `None` without
+    /// textures.
     fn of(textures: &[&Texture], bounds: Bounds<'_>) -> Option<(Self, bool)> {
         let first = textures.first()?;
         let coordinates = first.coordinates as usize;
@@ -49,12 +50,12 @@ impl Chart {
         Some((Self { coordinates, transform, wrap: [TextureWrap::Clamp; 2], exact: false }, one_set))
     }
 
-    /// Makes a texture relative to this chart.
+    /// Makes the transform of a texture relative to this chart.
     fn seen(&self, texture: &mut Texture) {
         texture.transform = if self.exact { Affine2::IDENTITY } else { texture.transform * self.transform.inverse() };
     }
 
-    /// Returns the chart coordinates of a triangle corner.
+    /// Returns the coordinates of a triangle corner in the chart.
     pub fn texcoord(&self, sets: &dyn Fn(usize) -> Vec2) -> Vec2 {
         self.transform.transform_point2(sets(self.coordinates))
     }
@@ -63,16 +64,16 @@ impl Chart {
 /// The charts of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Charts {
-    /// Chart of the slopes and heights.
+    /// The chart of the slopes and heights.
     pub slopes: Chart,
-    /// Charts of the images, in the order of the `CHART_` constants.
+    /// The charts of the images, in the order of the `CHART_` constants.
     pub images: [Chart; CHARTS as usize],
-    /// Whether any texture uses another coordinate set than the file requests.
+    /// Whether any texture uses a different coordinate set than the file requests.
     pub compromise: bool,
 }
 
 impl Charts {
-    /// Returns the charts for a material on a mesh with these texture coordinate bounds, and the material rewritten for them.
+    /// Returns the charts for a material on a mesh with these bounds of texture coordinates, and the material rewritten for these charts.
     pub fn of(material: &Material, bounds: Bounds<'_>) -> (Self, Material) {
         let mut material = material.clone();
         let m = &material;
@@ -85,7 +86,7 @@ impl Charts {
         };
         let one = |texture: Option<&Texture>| Chart::of(texture.as_slice(), bounds);
         let normal = m.normal_map.as_ref().map(|map| &map.texture);
-        // Heights use the first coordinate set, and normal map slopes share their chart.
+        // Heights use the first coordinate set, and the slopes of a normal map share their chart.
         let relief = m.relief.as_ref().map(|_| (Chart { exact: normal.is_none(), ..Chart::NONE }, true));
         let slopes = relief.or_else(|| one(normal));
         let [color, emission, occlusion, opacity] = [
@@ -96,7 +97,7 @@ impl Charts {
             one(opacity),
         ];
         let compromise = [slopes, color].into_iter().flatten().any(|(_, just)| !just);
-        // A property without textures is constant, so any chart suits it.
+        // A property without textures is constant, so any chart can be used.
         let any = slopes.or(color).or(emission).or(occlusion).or(opacity).map_or(Chart::NONE, |(chart, _)| chart);
         let chart = |found: Option<(Chart, bool)>| found.map_or(any, |(chart, _)| chart);
         let mut images = [any; CHARTS as usize];
@@ -109,7 +110,7 @@ impl Charts {
         (charts, material)
     }
 
-    /// Makes the transforms of the textures relative to their charts.
+    /// Makes the transforms of the textures relative to the charts.
     fn lay_out(&self, material: &mut Material) {
         let [colors, emission, occlusion, opacity] =
             [CHART_COLORS, CHART_EMISSION, CHART_OCCLUSION, CHART_OPACITY].map(|chart| self.images[chart as usize]);
@@ -177,7 +178,7 @@ mod tests {
         let chart = charts.images[CHART_COLORS as usize];
         let at = |uv: f32| chart.texcoord(&|_| Vec2::splat(uv));
         assert_eq!((at(-1.0), at(1.0)), (Vec2::ZERO, Vec2::ONE));
-        // Each texture maps back to its original coordinates.
+        // The chart coordinates of each texture map back to its original coordinates.
         let back = |texture: &Texture| texture.transform.transform_point2(at(0.5)).x;
         assert_eq!(back(&laid.base_color.texture.unwrap()), 0.5);
         assert_eq!(back(&laid.roughness.texture.unwrap()), 1.5);

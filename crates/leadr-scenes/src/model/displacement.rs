@@ -1,6 +1,6 @@
-//! Height maps that displace a model's materials. The user gives them, or they are found beside the model by name.
+//! Height maps that displace the materials of a model. The user specifies them, or they are found by name in the folder of the model.
 //!
-//! Priority: the user's maps, then `extras.leadr_displacement` in the file (read with the model), then maps beside the file.
+//! Priority: the user's maps, then `extras.leadr_displacement` in the file (read with the model), then maps in the folder of the file.
 
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -21,13 +21,13 @@ use leadr_models::Model;
 pub struct Displacement {
     /// The material and its height map, a PNG or EXR file.
     pub named: NamedFile,
-    /// Height difference between map values 0 and 1, metres in the model's units; `None` fits the normals or uses the default.
+    /// The height difference between map values 0 and 1, in metres of the model's coordinates; `None` fits the normals or uses the default.
     pub scale: Option<f32>,
-    /// The map height that coincides with the mesh; `None` uses the mean of the map.
+    /// The map value at which the surface coincides with the mesh; `None` uses the mean of the map.
     pub middle: Option<f32>,
 }
 
-/// Splits a file name from up to two comma-separated numbers.
+/// Splits a file name from up to two numbers that follow it, separated by commas.
 fn file_and_numbers(text: &str) -> (&str, Vec<f32>) {
     let mut file = text;
     // File names may contain commas, so numbers are read from the end.
@@ -68,14 +68,14 @@ impl Serialize for Displacement {
     }
 }
 
-/// Reads heights relative to their mean, without a scale.
+/// Reads heights without a scale, relative to their mean.
 fn relief_of(file: &Path) -> Result<Relief, MapError> {
     let map = load_height_map(file)?;
     let middle = map.mean();
     Ok(Relief { map, scale: None, in_widths: false, middle })
 }
 
-/// Applies the user's height maps to the materials of the model in `file`, then the maps found beside it.
+/// Applies the user's height maps to the materials of the model in `file`, and then the maps found in the folder of the file.
 ///
 /// # Errors
 /// If no material has the name (the message lists all names), a map is damaged, or a map beside the model is behind a link out of its folder
@@ -150,7 +150,7 @@ fn beside(model: &Model, file: &Path, links: OutsideLinks) -> Result<Vec<(usize,
     Ok(found)
 }
 
-/// Returns a name in lower case without its last word.
+/// Returns a name in lower case, without its last word.
 fn without_role(stem: &str) -> Option<String> {
     let (name, _) = stem.rsplit_once(|c: char| !c.is_alphanumeric())?;
     (!name.is_empty()).then(|| name.to_lowercase())

@@ -11,7 +11,7 @@ use leadr_render::constants::{CHART_COLORS, CHART_EMISSION, CHART_OCCLUSION, CHA
 use leadr_render::scene::{MaterialMap, Object};
 use leadr_render::surfaces::patch_mesh::{PatchMesh, PosedVertices};
 
-/// Builds one object of the model, with its rest vertices in this pose.
+/// Builds one object of the model. The rest vertices of the object are those of this pose.
 pub fn object(
     model: &Model,
     parts: &Parts,
@@ -51,7 +51,7 @@ pub fn object(
         charts: at.images,
         tints_emission: material.unlit,
         slope_wrap: (charts.slopes.wrap != [TextureWrap::Repeat; 2]).then_some(charts.slopes.wrap),
-        // Steep relief can fold over itself, and culling the back faces of folds would leave gaps.
+        // Steep relief can fold over itself. If the back faces of folds were culled, there would be gaps.
         front_only: !material.double_sided && material.relief.is_none(),
         ..Object::new(format!("{} {}", model.name, material.name), mesh)
             .with_specular_f0(texels[0].diffuse_f0)
@@ -64,7 +64,7 @@ pub fn object(
     with_relief(object, material, &sampled, surface)
 }
 
-/// Removes the entries that `kept` does not mark.
+/// Removes the entries that are not marked in `kept`.
 fn keep<T>(list: &mut Vec<T>, kept: &[bool]) {
     let mut flags = kept.iter();
     list.retain(|_| flags.next().copied().unwrap_or(true));

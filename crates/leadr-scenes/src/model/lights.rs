@@ -1,4 +1,4 @@
-//! Lights and cameras of a model file, in world space.
+//! The lights and cameras of a model file, in world space.
 
 use std::f32::consts::PI;
 
@@ -9,26 +9,27 @@ use leadr_models::{LightKind, Model, Pose, Projection};
 use leadr_render::camera::Camera;
 use leadr_render::scene::{Cone, MAX_POINT_LIGHTS, PointLight};
 
-/// Distance of directional lights, in model sizes; rays differ by at most half a degree.
+/// The distance of directional lights, as a multiple of the model's size. The rays of such a light differ by at most half a degree.
 const FAR: f32 = 100.0;
-/// Maximum irradiance at the model, where a white surface is five times as bright as the picture's white. Stronger lights are dimmed.
+/// The largest irradiance at the model. This irradiance makes a white surface five times as bright as the picture's white. Stronger lights
+/// are dimmed.
 const BRIGHTEST: f32 = 5.0 * PI;
-/// Vertical field of view in radians that approximates an orthographic camera.
+/// The vertical field of view, in radians, that approximates an orthographic camera.
 const NEARLY_PARALLEL: f32 = 0.02;
 
-/// Lights of a model, dimmed to the range of the picture.
+/// The lights of a model, dimmed to the range of the picture.
 #[derive(Clone, Debug)]
 pub struct Lamps {
     nodes: Vec<usize>,
-    /// Dimming factor for all intensities.
+    /// The factor that dims all intensities.
     pub dimmed: f32,
-    /// Size and centre of the model in the world.
+    /// The size and the centre of the model in the world.
     size: f32,
     middle: Vec3,
 }
 
 impl Lamps {
-    /// Collects the lights of visible nodes, at most [`MAX_POINT_LIGHTS`]. `corners`: the model's bounds in the world.
+    /// Collects the lights of visible nodes, at most [`MAX_POINT_LIGHTS`]. `corners` has the bounds of the model in the world.
     pub fn of(model: &Model, pose: &Pose, placement: &Placement, corners: (Vec3, Vec3)) -> Self {
         let nodes: Vec<usize> = model
             .shown_nodes()
@@ -47,14 +48,14 @@ impl Lamps {
         lamps
     }
 
-    /// Returns the lights in a pose. At illuminance π, a white surface facing the light is as bright as an emission of 1.
+    /// Returns the lights in a pose. Under an illuminance of π, a white surface facing the light is as bright as an emission of 1.
     pub fn at(&self, model: &Model, pose: &Pose, placement: &Placement) -> Vec<PointLight> {
         let lamp = |&node: &usize| {
             let light = &model.lights[model.nodes[node].light?];
             let matrix = pose.world_from_node[node];
             let (position, forward) = (placement.to_world(matrix.w_axis.truncate()), along(&matrix, Vec3::NEG_Z));
             let power = Vec3::from(light.color) * (light.intensity * self.dimmed);
-            // Intensities scale with the model, so that its illuminance does not change.
+            // Intensities scale with the model, so that the illuminance on the model does not change.
             let square = placement.scale() * placement.scale();
             let lamp = PointLight {
                 range: light.range.map(|range| range * placement.scale()),
@@ -75,7 +76,8 @@ impl Lamps {
     }
 }
 
-/// Returns the view of a node's camera in a pose; orthographic cameras are moved far away. `corners`: the model's bounds in the world.
+/// Returns the view of a node's camera in a pose. Orthographic cameras are moved far away. `corners` has the bounds of the model in the
+/// world.
 pub fn camera(model: &Model, node: usize, pose: &Pose, placement: &Placement, corners: (Vec3, Vec3)) -> Camera {
     let matrix = pose.world_from_node[node];
     let (position, forward, up) =
@@ -105,7 +107,7 @@ pub fn camera(model: &Model, node: usize, pose: &Pose, placement: &Placement, co
     }
 }
 
-/// Transforms a node's direction to the world.
+/// Transforms the direction of a node to world space.
 fn along(matrix: &Mat4, direction: Vec3) -> Vec3 {
     to_z_up(matrix.transform_vector3(direction)).normalize_or(Vec3::NEG_Y)
 }

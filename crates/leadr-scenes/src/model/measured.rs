@@ -10,7 +10,7 @@ use crate::fitted::apply_fit;
 use leadr_measured::fit_file::FitFile;
 use leadr_models::Model;
 
-/// A material and its file from `leadr fit`, written as `MATERIAL=FIT.json`.
+/// A material, and its file from `leadr fit`, written as `MATERIAL=FIT.json`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeasuredMaterial(pub NamedFile);
 
@@ -29,10 +29,10 @@ impl Serialize for MeasuredMaterial {
     }
 }
 
-/// Replaces the facets and diffuse term of model materials by measured ones. Relief, occlusion, emission and cutouts are kept.
+/// Replaces the facets and the diffuse term of materials of the model by measured ones. Relief, occlusion, emission and cutouts are kept.
 ///
 /// # Errors
-/// If no material has the name (existing names are listed), or a file is not a fit.
+/// If no material has the name (the message lists the existing names), or a file is not a fit.
 pub fn measure(model: &mut Model, requested: &[MeasuredMaterial]) -> Result<(), SceneError> {
     for MeasuredMaterial(NamedFile { material, file }) in requested {
         let indices = materials_named(model, material.as_deref())?;

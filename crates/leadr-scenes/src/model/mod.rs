@@ -1,4 +1,4 @@
-//! A glTF model that stands on open ground, seen from slightly above, with a looping animation.
+//! A glTF model that stands on open ground and is seen from slightly above, with a looping animation.
 
 mod budget;
 mod charts;
@@ -31,14 +31,14 @@ use lights::Lamps;
 use parts::{Parts, Placement};
 use welds::{Surface, Welds};
 
-/// A model with the selected animation and camera.
+/// A model with a selected animation and camera.
 #[derive(Clone, Debug)]
 pub struct ModelChoice {
     /// The model.
     pub model: Model,
-    /// Index of the animation; `None` shows the rest pose.
+    /// The index of the animation; `None` shows the rest pose.
     pub animation: Option<usize>,
-    /// Node of the selected camera; `None` uses the standard views.
+    /// The node of the selected camera; `None` uses the standard views.
     pub camera: Option<usize>,
 }
 
@@ -46,7 +46,7 @@ impl ModelChoice {
     /// Selects the animation of this name or number (from 1), or the first for `None`.
     ///
     /// # Errors
-    /// If the model has no such animation; existing names are listed.
+    /// If the model has no such animation; the message lists the existing names.
     pub fn new(model: Model, animation: Option<&str>) -> Result<Self, SceneError> {
         let numbered =
             |wanted: &str| wanted.parse::<usize>().ok()?.checked_sub(1).filter(|&n| n < model.animations.len());
@@ -64,10 +64,10 @@ impl ModelChoice {
         Ok(Self { model, animation, camera: None })
     }
 
-    /// Selects a camera of the file by its name or its number (from 1), or the first for `None`.
+    /// Selects a camera of the file by its name or its number (from 1). `None` selects the first camera.
     ///
     /// # Errors
-    /// If there is no such camera; existing ones are listed.
+    /// If there is no such camera; the message lists the existing cameras.
     pub fn seen_by(self, camera: Option<&str>) -> Result<Self, SceneError> {
         let model = &self.model;
         let nodes: Vec<usize> = model.shown_nodes().into_iter().filter(|&n| model.nodes[n].camera.is_some()).collect();
@@ -94,7 +94,7 @@ impl ModelChoice {
     }
 }
 
-/// Number of animation times at which the bounds of a model are sampled.
+/// The number of animation times at which the bounds of a model are sampled.
 const MEASURED: u32 = 24;
 
 /// Builds a stage from the model, with z up and the front along -y. A model smaller than 0.3 m or larger than 30 m is scaled to three
@@ -131,7 +131,7 @@ pub fn stage(choice: ModelChoice) -> Result<Stage, SceneError> {
         return Err(SceneError::Model(fault.into()));
     }
     let placement = Placement::on_ground(low, high);
-    // Flat models lie on the soil's bumps; other models may sink slightly into the soil.
+    // Flat models lie on top of the soil's bumps. Other models may sink slightly into the soil.
     let lies = high.y - low.y < 0.1 * (high.x - low.x).max(high.z - low.z);
     let placement =
         if lies { placement.lifted(0.5 * RELIEF + 0.005 * low.distance(high) * placement.scale()) } else { placement };
@@ -190,10 +190,10 @@ pub fn stage(choice: ModelChoice) -> Result<Stage, SceneError> {
     })
 }
 
-/// Fraction of the middle view's height and width (at 4:3) that a model fills.
+/// The fraction of the middle view's height and width (at 4:3) that a model fills.
 const FILLED: f32 = 0.8;
 
-/// Returns views of a bounding box from the front, slightly from the side and from above. Flat boxes are seen more from above.
+/// Returns views of a bounding box from the front, slightly from the side and from above. Flat boxes are seen from a higher position.
 fn views(low: Vec3, high: Vec3) -> Views {
     let (centre, size) = (0.5 * (low + high), (high - low).max(Vec3::splat(1e-4)));
     let (wide, upright) = (size.x.max(size.y), size.z);

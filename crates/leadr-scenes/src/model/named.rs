@@ -9,14 +9,15 @@ use leadr_models::Model;
 /// A file for a material, written as `MATERIAL=FILE`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NamedFile {
-    /// Name of the material; `None`, written as `*`, selects all.
+    /// The name of the material; `None`, written as `*`, selects all materials.
     pub material: Option<String>,
     /// The file.
     pub file: PathBuf,
 }
 
 impl NamedFile {
-    /// Parses the argument. `split` separates the file from the text after it; `form` describes the syntax in errors.
+    /// Parses the argument. `split` separates the file from the text that follows. `form` is the description of the syntax for error
+    /// messages.
     ///
     /// # Errors
     /// If the material or the file is missing.

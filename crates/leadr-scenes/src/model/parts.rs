@@ -1,4 +1,4 @@
-//! Groups the triangles of a model by material, and poses their vertices.
+//! Groups the triangles of a model by material, and moves their vertices to a pose.
 
 use glam::{Vec2, Vec3};
 
@@ -7,7 +7,7 @@ use leadr_models::{Model, Pose, Primitive};
 use leadr_render::scene::TriangleCharts;
 use leadr_render::surfaces::patch_mesh::PosedVertices;
 
-/// The triangles of one primitive at one node.
+/// The triangles of one primitive, placed by one node.
 #[derive(Clone, Copy, Debug)]
 pub struct Part {
     pub node: usize,
@@ -23,21 +23,21 @@ impl Part {
     }
 }
 
-/// Triangle corners in the charts of a material.
+/// The corners of triangles in the charts of a material.
 #[derive(Debug)]
 pub struct ChartTexcoords {
-    /// Coordinates in the chart of slopes and heights.
+    /// The coordinates in the chart of slopes and heights.
     pub slopes: Vec<[Vec2; 3]>,
-    /// Coordinates in the image charts, if the charts differ.
+    /// The coordinates in the charts of the images, if the charts differ.
     pub images: Option<Vec<TriangleCharts>>,
 }
 
 /// Visible parts that use one material, drawn as one object.
 #[derive(Clone, Debug)]
 pub struct Parted {
-    /// Index of the material.
+    /// The index of the material.
     pub material: usize,
-    /// The visible parts with this material.
+    /// The visible parts that have this material.
     pub parts: Vec<Part>,
     /// Whether the parts are instances of one mesh. Otherwise the object has the triangles of all parts.
     pub instanced: bool,
@@ -55,7 +55,7 @@ impl Parted {
     }
 }
 
-/// The visible triangles of a model by material.
+/// The visible triangles of a model, grouped by material.
 #[derive(Clone, Debug)]
 pub struct Parts {
     pub objects: Vec<Parted>,
@@ -107,7 +107,8 @@ impl Parts {
         instances.map(|parts| posed(model, pose, parts, placement)).collect()
     }
 
-    /// Returns an object's triangles as vertex indices, counter-clockwise, and their corners in the charts of its material.
+    /// Returns an object's triangles as vertex indices, counter-clockwise, and the coordinates of the corners in the charts of the
+    /// material.
     pub fn triangles(&self, model: &Model, object: usize, charts: &Charts) -> (Vec<[u32; 3]>, ChartTexcoords) {
         let (mut corners, mut first) = (Vec::new(), 0);
         let mut texcoords = ChartTexcoords { slopes: Vec::new(), images: (!charts.are_one()).then(Vec::new) };
@@ -127,7 +128,7 @@ impl Parts {
         (corners, texcoords)
     }
 
-    /// Returns the bounding corners of a texture coordinate set on an object.
+    /// Returns the lower and upper corner of a texture coordinate set's bounding box on an object.
     pub fn reached(&self, model: &Model, object: usize, set: usize) -> (Vec2, Vec2) {
         let parts = self.objects[object].staged().iter().map(|part| part.shown_in(model));
         let used = parts.flat_map(|primitive| {
@@ -136,7 +137,7 @@ impl Parts {
         used.fold((Vec2::INFINITY, Vec2::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)))
     }
 
-    /// Returns the linear colours and opacity of an object's vertices; white and opaque by default.
+    /// Returns the linear colours and the opacity of an object's vertices. The default is white and opaque.
     pub fn colors(&self, model: &Model, object: usize) -> Vec<[f32; 4]> {
         let of_part = |part: &Part| {
             let primitive = part.shown_in(model);
@@ -162,12 +163,12 @@ fn coordinates(primitive: &Primitive, set: usize, vertex: u32) -> Vec2 {
     primitive.texcoords.get(set).map_or(Vec2::ZERO, |all| Vec2::from(all[vertex as usize]))
 }
 
-/// Converts glTF's coordinates (y up, front along z) to the renderer's (z up, front along -y).
+/// Converts the coordinates of glTF (y up, front along z) to those of the renderer (z up, front along -y).
 pub fn to_z_up(v: Vec3) -> Vec3 {
     Vec3::new(v.x, -v.z, v.y)
 }
 
-/// Transform of a model to the world.
+/// The transform from a model to the world.
 #[derive(Clone, Copy, Debug)]
 pub struct Placement {
     scale: f32,
@@ -175,7 +176,7 @@ pub struct Placement {
 }
 
 impl Placement {
-    /// Centres a model on the ground. `low`, `high`: bounds of the model in its coordinates.
+    /// Centres a model on the ground. `low` and `high` are the bounds of the model in its own coordinates.
     pub fn on_ground(low: Vec3, high: Vec3) -> Self {
         let size = low.distance(high);
         let scale = if (0.3..=30.0).contains(&size) { 1.0 } else { 3.0 / size.max(1e-20) };
@@ -184,12 +185,12 @@ impl Placement {
         Self { scale, offset: -scale * (0.5 * (low + high)).with_z(low.z) }
     }
 
-    /// Raises the placement by `metres`.
+    /// Raises the placement by this number of metres.
     pub fn lifted(self, metres: f32) -> Self {
         Self { offset: self.offset + metres * Vec3::Z, ..self }
     }
 
-    /// Returns the world metres per unit of the model.
+    /// Returns the number of world metres per unit of the model.
     pub fn scale(&self) -> f32 {
         self.scale
     }
@@ -226,7 +227,7 @@ pub mod tests {
     fn models_stand_in_the_middle_of_the_ground() {
         let placement = Placement::on_ground(Vec3::new(1.0, 2.0, 3.0), Vec3::new(3.0, 5.0, 4.0));
         assert_eq!(placement.to_world(Vec3::new(2.0, 2.0, 3.5)), Vec3::ZERO);
-        // The top faces up, and the front -y.
+        // The top of the model faces up, and its front faces -y.
         assert_eq!(placement.to_world(Vec3::new(2.0, 5.0, 3.5)), 3.0 * Vec3::Z);
         assert_eq!(placement.to_world(Vec3::new(2.0, 2.0, 4.0)), -0.5 * Vec3::Y);
         let huge = Placement::on_ground(Vec3::ZERO, Vec3::new(0.0, 300.0, 0.0));

@@ -1,4 +1,4 @@
-//! The relief of a model: heights in metres over its texture coordinates, or over generated ones.
+//! The relief of a model: heights in metres over its texture coordinates or, without these, over generated coordinates.
 
 use glam::{Vec2, Vec3};
 
@@ -11,11 +11,12 @@ use leadr_render::surfaces::displacement::HeightField;
 use leadr_render::surfaces::patch_mesh::PatchMesh;
 use leadr_render::surfaces::triplanar;
 
-/// Number of map repeats along the diagonal of a model without texture coordinates.
+/// The number of map repeats along the diagonal of a model without texture coordinates.
 const REPEATS: f32 = 8.0;
 
-/// Gives triangles without texture area a mapping along the axes, unless textures use their coordinates. The mapping is triplanar if the
-/// whole mesh lacks area; otherwise each triangle uses its dominant axis. `size`: the model's diagonal, metres.
+/// Gives triangles without area in texture coordinates a projection along the axes, unless textures use their coordinates. If no triangle
+/// of the mesh has area, the projection is triplanar. In other meshes, each triangle without area uses its dominant axis. `size` is the
+/// diagonal of the model in metres.
 pub fn project_bare_triangles(mesh: &mut PatchMesh, material: &Material, size: f32) {
     let textures = Material { relief: None, ..material.clone() };
     if material.relief.is_none() || textures.coordinate_sets() > 0 {
@@ -42,7 +43,7 @@ fn chart_area(t: &[Vec2; 4]) -> f32 {
     (t[1] - t[0]).perp_dot(t[3] - t[0]).abs()
 }
 
-/// Returns the metres per unit of texture coordinate, over all triangles; `None` if their coordinates have no area.
+/// Returns the metres per unit of texture coordinate over all triangles, or `None` if the coordinates have no area.
 pub fn metres_per_unit(mesh: &PatchMesh) -> Option<f32> {
     if mesh.triplanar.is_some() {
         return mesh.triplanar;
@@ -71,7 +72,7 @@ pub fn with_relief(object: Object, material: &Material, sampled: &SampledMateria
     };
     let texels = per_texel(size, |at| (sampled.height(at) - sampled.middle) * scale);
     let object = object.with_heights(HeightField::repeating(HeightMap { width: size.0, height: size.1, texels }), 1.0);
-    // Heights without normals use slopes per triangle, which have no additional variance.
+    // Without normals, the slopes of heights come from triangles, and have no additional variance.
     let anisotropic = sampled.is_anisotropic() && (sampled.has_slopes() || !sampled.has_heights());
     if !sampled.has_slopes() && !anisotropic {
         return object;
@@ -80,14 +81,14 @@ pub fn with_relief(object: Object, material: &Material, sampled: &SampledMateria
     if !anisotropic {
         return object;
     }
-    // The bitangent points opposite to t.
+    // The bitangent points in the direction opposite to t.
     object.with_slope_spread(per_texel(size, |at| {
         let AnisotropySample { along, variance } = sampled.anisotropy_at(at);
         [along.x * along.x, along.y * along.y, -along.x * along.y].map(|square| square * variance)
     }))
 }
 
-/// Returns the resolution of the finer of the height map and the normal map.
+/// Returns the finer of the resolutions of the height map and the normal map.
 fn relief_size(material: &Material, sampled: &SampledMaterial) -> (u32, u32) {
     if sampled.is_anisotropic() {
         return sampled.size;
@@ -133,8 +134,8 @@ mod tests {
         let mut whole = bare.clone();
         project_bare_triangles(&mut whole, &material, REPEATS);
         assert_eq!((whole.triplanar, metres_per_unit(&whole)), (Some(1.0), Some(1.0)));
-        // In a mesh that has coordinates, each triangle without them uses one axis. Charts are clockwise seen from outside, since t points
-        // down.
+        // In a mesh with texture coordinates, each triangle without coordinates uses one axis. Charts are clockwise when seen from outside,
+        // since t points down.
         for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
             for outward in [axis, -axis] {
                 let (a, b) = (outward.any_orthonormal_pair(), outward);

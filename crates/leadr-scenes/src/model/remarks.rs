@@ -8,7 +8,8 @@ use leadr_maps::material::{Material, Opacity};
 use leadr_models::{Model, Projection};
 use leadr_render::scene::MAX_POINT_LIGHTS;
 
-/// Returns one sentence for each omission or change in the picture. `camera`: the node of the file's camera, if it is used.
+/// Returns one sentence for each feature that is omitted or changed in the picture. `camera` is the node of the file's camera, if this
+/// camera is used.
 pub fn of(model: &Model, parts: &Parts, charts: &[(Charts, Material)], camera: Option<usize>) -> Vec<String> {
     let mut remarks = model.remarks.clone();
     let mut seen = HashSet::new();

@@ -1,8 +1,8 @@
-//! Finds model vertices that are at the same surface point.
+//! Finds vertices of a model that are at the same point of its surface.
 //!
-//! A file has one vertex per combination of normal, texture coordinates, joints and material. If each moved along its own normal, cracks
-//! would open at the seams. Vertices that coincide in every sampled pose therefore form one *weld*, with one position and one displacement
-//! direction. The renderer computes one height per weld and edge between welds.
+//! A file has one vertex per combination of normal, texture coordinates, joints and material. If each vertex moved along its own normal,
+//! cracks would open at the seams. Vertices that coincide in every sampled pose therefore form one *weld*, with one position and one
+//! displacement direction. The renderer computes one height per weld, and one row of heights per edge between welds.
 
 use std::collections::{HashMap, HashSet};
 
@@ -12,25 +12,27 @@ use super::parts::{Parts, Placement};
 use leadr_models::{Model, Pose};
 use leadr_render::surfaces::patch_mesh::PosedVertices;
 
-/// Maximum distance at rest between vertices of one weld, as a fraction of the model's diagonal.
+/// The largest distance at rest between vertices of one weld, as a fraction of the model's diagonal.
 const TOGETHER: f32 = 2e-6;
-/// Maximum distance in motion, which allows for rounding in skinning.
+/// The largest distance in motion between vertices of one weld. Skinning adds rounding errors, so this distance is larger than the distance
+/// at rest.
 const TOGETHER_IN_MOTION: f32 = 1e-3;
-/// Length of a weld's weighted mean normal below which opposing triangles cancel. Such a weld is not displaced, because it belongs to a
-/// two-sided surface or to the seam of a one-sided one.
+/// The length of a weld's weighted mean normal below which opposing triangles cancel. A weld with a shorter mean is not displaced, because
+/// it belongs to a two-sided surface, or to the seam of a one-sided surface.
 const CANCELLED: f32 = 0.1;
 
-/// The welds between the vertices of a model.
+/// The welds of a model's vertices.
 pub struct Welds {
-    /// Weld index for each vertex of each object.
+    /// The index of the weld for each vertex of each object.
     of: Vec<Vec<u32>>,
-    /// Sum of the triangle angles at each vertex, which weights its normal in the direction of the weld.
+    /// The sum of the triangle angles at each vertex. The vertex's normal has this weight in the direction of the weld.
     weights: Vec<Vec<f32>>,
     count: usize,
 }
 
 impl Welds {
-    /// Finds the welds of objects with these triangles. `poses`: vertices of the objects, first at rest, then at all other sampled times.
+    /// Finds the welds of objects with these triangles. `poses` has the vertices of the objects, first at rest, and then at all other
+    /// sampled times.
     pub fn of(poses: &[Vec<PosedVertices>], triangles: &[Vec<[u32; 3]>]) -> Self {
         let all: Vec<Vec<Vec3>> =
             poses.iter().map(|objects| objects.iter().flat_map(|o| o.positions.iter().copied()).collect()).collect();
@@ -42,7 +44,7 @@ impl Welds {
             distance(rest) <= TOGETHER * size && all[1..].iter().all(|p| distance(p) <= TOGETHER_IN_MOTION * size)
         };
         let cell = |p: Vec3| ((p - corners.0) / (4.0 * TOGETHER * size)).as_dvec3().floor().as_i64vec3();
-        // First vertex of each weld, by grid cell.
+        // The first vertex of each weld, by grid cell.
         let mut cells: HashMap<I64Vec3, Vec<(usize, u32)>> = HashMap::new();
         let (mut numbers, mut count) = (Vec::with_capacity(rest.len()), 0u32);
         for (vertex, &position) in rest.iter().enumerate() {
@@ -67,7 +69,7 @@ impl Welds {
         Self { of, weights, count: count as usize }
     }
 
-    /// Maps each vertex of an object to the object's first vertex in the same weld.
+    /// Maps each vertex of an object to the first vertex of the object in the same weld.
     pub fn firsts(&self, object: usize) -> Vec<u32> {
         let mut first = HashMap::new();
         (0..).zip(&self.of[object]).map(|(vertex, weld)| *first.entry(*weld).or_insert(vertex)).collect()
@@ -79,7 +81,7 @@ impl Welds {
         a != b && b != c && c != a
     }
 
-    /// Returns each object's edges shared with other objects, as pairs of the first vertices of their welds.
+    /// Returns the edges of each object that it shares with other objects. An edge is a pair of the first vertices of its welds.
     pub fn rims(&self, triangles: &[Vec<[u32; 3]>]) -> Vec<Vec<[u32; 2]>> {
         let edges = |object: usize| {
             let of = &self.of[object];
@@ -127,15 +129,15 @@ impl Welds {
     }
 }
 
-/// Surface data of all objects of a model.
+/// The surface data of all objects of a model.
 pub struct Surface {
-    /// Welds, if any material is displaced.
+    /// The welds, if any material is displaced.
     pub welds: Option<Welds>,
-    /// Edges of each object where another object continues the surface.
+    /// The edges of each object at which another object continues the surface.
     pub rims: Vec<Vec<[u32; 2]>>,
-    /// Transform from the model to the world.
+    /// The transform from the model to the world.
     pub placement: Placement,
-    /// Diagonal of the model, metres.
+    /// The diagonal of the model in metres.
     pub size: f32,
 }
 
@@ -167,7 +169,7 @@ fn angles(vertices: &PosedVertices, triangles: &[[u32; 3]]) -> Vec<f32> {
 mod tests {
     use super::*;
 
-    /// Two triangles of two objects that share an edge but have no common vertices.
+    /// Returns two triangles of two objects that share an edge, but no vertices.
     fn roof() -> (Vec<PosedVertices>, Vec<Vec<[u32; 3]>>) {
         let (left, right) = (Vec3::new(-1.0, 0.0, 1.0).normalize(), Vec3::new(1.0, 0.0, 1.0).normalize());
         let ridge = [Vec3::Z, Vec3::new(0.0, 1.0, 1.0)];

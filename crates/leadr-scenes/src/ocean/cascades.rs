@@ -7,24 +7,24 @@ use std::f64::consts::TAU;
 /// A sea that is divided into tiles.
 #[derive(Clone, Debug)]
 pub struct Cascades {
-    /// The tiles, by decreasing wavelength.
+    /// The tiles in the order of decreasing wavelength.
     pub cascades: Vec<Cascade>,
-    /// Smallest wave number above all cascades, rad/m; waves above it become roughness.
+    /// The wave number in rad/m at which the finest cascade ends. Shorter waves become roughness.
     pub cut: f64,
 }
 
-/// Size ratio of neighbouring tiles; it is irrational, so that no two tiles repeat together.
+/// The size ratio of neighbouring tiles. The ratio is irrational, so that no two tiles repeat together.
 const RATIO: f64 = 6.853;
-/// Minimum wavelengths across a tile at the long end of its band; with fewer, repetition would show.
+/// The smallest number of wavelengths across a tile at the long end of its band. With fewer, the repetition would be visible.
 const LEAST_WAVES: f64 = 7.0;
-/// Maximum number of tiles, and the minimum useful tile edge in metres.
+/// The largest number of tiles, and the smallest useful edge of a tile in metres.
 const MOST: usize = 6;
 const SHORTEST_TILE: f64 = 1.2;
-/// The golden angle gives every tile a different orientation.
+/// The step of the golden angle gives every tile a different orientation.
 const ROTATION_STEP: f64 = 2.399_963_229_728_653;
 
-/// Divides `sea` into tiles of `resolution²` samples. Two tiles of different size and angle share the energy of the longest band, which
-/// hides repetition at a distance.
+/// Divides `sea` into tiles of `resolution²` samples. The energy of the longest band is divided between two tiles of different size and
+/// angle, which hides the repetition at a distance.
 pub fn divide(sea: &Sea, resolution: u32, seed: u64) -> Cascades {
     let longest = (12.0 * TAU / sea.peak_wave_number()).max(60.0);
     let mut sizes = vec![longest];
@@ -33,7 +33,7 @@ pub fn divide(sea: &Sea, resolution: u32, seed: u64) -> Cascades {
     }
     let density = sea.density();
     let frequency = |k: f64| sea.angular_frequency(k);
-    // A wave needs at least three samples; shorter waves would be noise.
+    // A wave needs at least three samples. Shorter waves would be noise.
     let finest = |size: f64| TAU / size * f64::from(resolution) / 3.0;
     let mut cascades = Vec::new();
     let mut low = 0.0;

@@ -1,4 +1,4 @@
-//! The ocean: a wind sea made of wave cascades.
+//! The ocean: a wind sea that consists of wave cascades.
 
 pub mod cascades;
 pub mod sea;

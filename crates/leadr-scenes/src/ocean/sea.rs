@@ -1,4 +1,4 @@
-//! Converts a sea to the renderer's form.
+//! Converts a sea to the form that the renderer uses.
 
 use super::cascades::divide;
 use super::spectrum::Sea;
@@ -9,18 +9,18 @@ use leadr_render::camera::Camera;
 use leadr_render::surfaces::ocean::Ocean;
 use leadr_render::surfaces::ocean::waves::foam_weight;
 
-/// Default number of samples along the edge of a tile.
+/// The default number of samples along the edge of a tile.
 pub const RESOLUTION: u32 = 256;
 
-/// Linear albedo below the horizon of a [`Sky`](leadr_render::light::sky::Sky) over a sea, where reflected rays hit other waves. The value
-/// estimates the reflection of the low sky at a few degrees, plus light scattered in the water.
+/// The linear albedo below the horizon of a [`Sky`](leadr_render::light::sky::Sky) over a sea, where reflected rays would hit other waves.
+/// The value estimates the reflection of the low sky at a few degrees, plus light scattered in the water.
 pub const BELOW_THE_HORIZON: [f32; 3] = [0.07, 0.09, 0.11];
 
-/// Builds the waves of `sea` on tiles of `resolution²` samples; finer waves become roughness.
+/// Builds the waves of `sea` on tiles of `resolution²` samples. Finer waves become roughness.
 pub fn ocean(sea: &Sea, resolution: u32, seed: u64) -> Ocean {
     let divided = divide(sea, resolution, seed);
     let tail = sea.moments(divided.cut, f64::INFINITY);
-    // The horizontal stretch has a normal distribution with the variance of the slopes.
+    // The horizontal stretch has a normal distribution, whose variance is the variance of the slopes.
     let stretch: f64 =
         divided.cascades.iter().map(|c| (foam_weight(c.size) * c.deviations()[1]).powi(2)).sum::<f64>().sqrt();
     let foam_threshold = (1.0 + stretch * normal_quantile(whitecaps(sea.wind_speed))).max(0.05) as f32;
@@ -43,7 +43,7 @@ fn whitecaps(wind_speed: f64) -> f64 {
     (3.84e-6 * wind_speed.powf(3.41)).clamp(1e-9, 0.5)
 }
 
-/// Builds the open sea toward the default sun, with views from a boat, from 100 m and from 1 km.
+/// Builds the open sea. The views look toward the default sun from a boat, from 100 m, and from 1 km.
 pub fn stage(ocean: Ocean) -> Stage {
     let from = |height: f32, down: f32| {
         let eye = Vec3::Z * height;

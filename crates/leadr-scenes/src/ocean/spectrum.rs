@@ -1,10 +1,10 @@
-//! The spectrum of a wind sea: variance of height and slope by wave vector.
+//! The spectrum of a wind sea, which gives the variance of height and slope by wave vector.
 //!
 //! * Energy-carrying waves follow JONSWAP (Hasselmann et al. 1973) with the depth factor of TMA (Bouws et al. 1985, Kitaigorodskii et al.
 //!   1975).
-//! * Shorter waves, which carry the slopes, follow Elfouhaily et al. 1997. Their equilibrium range (`ω⁻⁴`, Toba 1973, Donelan et al. 1985)
-//!   starts where it exceeds JONSWAP's `ω⁻⁵`; Elfouhaily's roll-off and gravity–capillary spectrum are included. JONSWAP's tail, fitted
-//!   near the peak, misses a quarter of the slopes of Cox and Munk (1954) at 7 m/s.
+//! * Shorter waves, which carry the slopes, follow Elfouhaily et al. 1997. The equilibrium range of these waves (`ω⁻⁴`, Toba 1973, Donelan
+//!   et al. 1985) starts where it exceeds JONSWAP's `ω⁻⁵`. Elfouhaily's roll-off and gravity–capillary spectrum are included. JONSWAP's own
+//!   tail was fitted near the peak, and lacks a quarter of the slopes that Cox and Munk (1954) measured at 7 m/s.
 //! * Directions spread as `cos^2s(θ/2)` (Longuet-Higgins et al. 1963), with `s` chosen to match Elfouhaily's second harmonic. Unlike
 //!   Elfouhaily's `1 + Δ cos 2θ`, this spread has no symmetric waves against the wind.
 //!
@@ -12,27 +12,27 @@
 
 use std::f64::consts::{PI, TAU};
 
-/// Gravity, m/s².
+/// The gravity in m/s².
 pub const GRAVITY: f64 = 9.81;
-/// Surface tension of sea water divided by its density, m³/s².
+/// The surface tension of sea water divided by its density, in m³/s².
 const TENSION: f64 = 7.4e-5;
-/// Peak enhancement factor of JONSWAP.
+/// The peak enhancement factor of JONSWAP.
 const PEAK_ENHANCEMENT: f64 = 3.3;
-/// Minimum phase speed of a water wave, m/s, as rounded by Elfouhaily.
+/// The smallest phase speed of a water wave in m/s, as rounded by Elfouhaily.
 const SLOWEST: f64 = 0.23;
-/// Upper limit of the slope integrals, rad/m, for 2 mm long waves, far in the viscous range.
+/// The upper limit of the slope integrals in rad/m, for waves 2 mm long, far in the viscous range.
 const SHORTEST: f64 = 3000.0;
 
 /// A sea under a steady wind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sea {
-    /// Wind speed 10 m above the water, m/s; above 0.
+    /// The wind speed 10 m above the water in m/s; above 0.
     pub wind_speed: f64,
-    /// Direction in which the wind blows, radians counter-clockwise from +x.
+    /// The direction in which the wind blows, in radians counter-clockwise from +x.
     pub wind_direction: f64,
-    /// Fetch, the distance over which the wind has blown, metres; above 0.
+    /// The fetch, which is the distance over which the wind has blown, in metres; above 0.
     pub fetch: f64,
-    /// Depth of the water, metres; above 0.
+    /// The depth of the water in metres; above 0.
     pub depth: f64,
 }
 
@@ -42,17 +42,17 @@ impl Default for Sea {
     }
 }
 
-/// Height variance, slope variances and slope covariance of a wave band.
+/// The height variance, slope variances and slope covariance of a wave band.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct WaveMoments {
-    /// `E[h²]`, m².
+    /// `E[h²]` in m².
     pub height: f64,
-    /// `E[h_x²], E[h_y²], E[h_x h_y]` of the linear surface (not choppy).
+    /// The slope moments `E[h_x²], E[h_y²], E[h_x h_y]` of the linear surface, without choppiness.
     pub slopes: [f64; 3],
 }
 
 impl Sea {
-    /// Returns the angular frequency of wave number `k`, rad/s (gravity, capillarity, finite depth).
+    /// Returns the angular frequency of wave number `k` in rad/s, from gravity, capillarity and the finite depth.
     pub fn angular_frequency(&self, k: f64) -> f64 {
         (self.stiffness(k) * (k * self.depth).tanh()).sqrt()
     }
@@ -61,20 +61,21 @@ impl Sea {
         k * (GRAVITY + TENSION * k * k)
     }
 
-    /// Returns the group speed `dω/dk`, m/s.
+    /// Returns the group speed `dω/dk` in m/s.
     pub fn group_speed(&self, k: f64) -> f64 {
         let t = (k * self.depth).tanh();
         let slope = (GRAVITY + 3.0 * TENSION * k * k) * t + self.stiffness(k) * self.depth * (1.0 - t * t);
         slope / (2.0 * self.angular_frequency(k)).max(1e-12)
     }
 
-    /// Returns the angular frequency of the spectral peak, rad/s: JONSWAP's growth with fetch, at least that of a fully developed sea.
+    /// Returns the angular frequency of the spectral peak in rad/s. The frequency follows JONSWAP's growth with the fetch, and is at least
+    /// the frequency of a fully developed sea.
     pub fn peak_frequency(&self) -> f64 {
         let growing = 22.0 * (GRAVITY * GRAVITY / (self.wind_speed * self.fetch)).cbrt();
         growing.max(0.855 * GRAVITY / self.wind_speed)
     }
 
-    /// Returns the wave number of the peak, rad/m, by bisection of the dispersion relation.
+    /// Returns the wave number of the peak in rad/m, which solves the dispersion relation by bisection.
     pub fn peak_wave_number(&self) -> f64 {
         let target = self.peak_frequency();
         let (mut low, mut high) = (1e-6f64.ln(), 1e3f64.ln());
@@ -85,7 +86,7 @@ impl Sea {
         (0.5 * (low + high)).exp()
     }
 
-    /// Returns JONSWAP with TMA's depth factor by frequency, m² s; `∫ S dω` is the height variance.
+    /// Returns the JONSWAP spectrum with TMA's depth factor by frequency, in m² s. `∫ S dω` is the height variance.
     pub fn tma(&self, omega: f64) -> f64 {
         let peak = self.peak_frequency();
         let alpha = 0.076 * (self.wind_speed * self.wind_speed / (self.fetch * GRAVITY)).powf(0.22);
@@ -106,7 +107,7 @@ impl Sea {
         jonswap * factor
     }
 
-    /// Returns the omnidirectional spectrum, m³; `∫ S dk` is the height variance.
+    /// Returns the omnidirectional spectrum in m³. `∫ S dk` is the height variance.
     pub fn omnidirectional(&self, k: f64) -> f64 {
         Tail::new(self).omnidirectional(self, k)
     }
@@ -116,7 +117,7 @@ impl Sea {
         Tail::new(self).spreading(self, k)
     }
 
-    /// Returns the spectral density by wave vector, m⁴; `∫∫ Ψ dkx dky` is the height variance.
+    /// Returns the spectral density by wave vector, in m⁴. `∫∫ Ψ dkx dky` is the height variance.
     pub fn density(&self) -> impl Fn(f64, f64) -> f64 {
         let (sea, tail) = (*self, Tail::new(self));
         move |kx, ky| {
@@ -129,7 +130,7 @@ impl Sea {
         }
     }
 
-    /// Returns the moments of the waves with `low ≤ k < high`, by Gauss–Legendre panels in `ln k`; `high` may be infinite.
+    /// Returns the moments of the waves with `low ≤ k < high`, integrated by Gauss–Legendre panels in `ln k`. `high` may be infinite.
     pub fn moments(&self, low: f64, high: f64) -> WaveMoments {
         let (low, high) = (low.max(self.peak_wave_number() * 0.05), high.min(SHORTEST));
         let mut sum = WaveMoments::default();
@@ -141,7 +142,7 @@ impl Sea {
         for (x, weight) in leadr_reflectance::quadrature::composite_gauss(low.ln(), high.ln(), 40, 8) {
             let k = x.exp();
             let variance = tail.omnidirectional(self, k) * k * weight;
-            // This is E[cos 2θ] of cos^2s(θ/2); E[sin 2θ] is 0 relative to the wind.
+            // The value is E[cos 2θ] of cos^2s(θ/2). E[sin 2θ] relative to the wind is 0.
             let s = tail.spreading(self, k);
             let second = s * (s - 1.0) / ((s + 1.0) * (s + 2.0));
             let steep = 0.5 * variance * k * k;
@@ -153,7 +154,7 @@ impl Sea {
         sum
     }
 
-    /// Returns the significant wave height, four standard deviations of the height, metres.
+    /// Returns the significant wave height in metres, which is four standard deviations of the height.
     pub fn significant_height(&self) -> f64 {
         4.0 * self.moments(0.0, f64::INFINITY).height.sqrt()
     }
@@ -162,15 +163,15 @@ impl Sea {
 /// The terms of Elfouhaily's spectrum that depend on the wind.
 struct Tail {
     peak: f64,
-    /// Inverse wave age.
+    /// The inverse wave age.
     age: f64,
-    /// Phase speed of the peak, m/s.
+    /// The phase speed of the peak in m/s.
     peak_speed: f64,
-    /// Level of the equilibrium range, Elfouhaily's `α_p`.
+    /// The level of the equilibrium range, Elfouhaily's `α_p`.
     equilibrium: f64,
-    /// Level of the gravity–capillary range, Elfouhaily's `α_m`.
+    /// The level of the gravity–capillary range, Elfouhaily's `α_m`.
     level: f64,
-    /// Elfouhaily's `0.13 u* / c_m`.
+    /// The value of Elfouhaily's `0.13 u* / c_m`.
     crossing: f64,
 }
 
@@ -178,7 +179,7 @@ impl Tail {
     fn new(sea: &Sea) -> Self {
         let peak = sea.peak_wave_number();
         let peak_speed = sea.peak_frequency() / peak;
-        // The drag coefficient, which gives the friction velocity, grows with the wind.
+        // The drag coefficient, which determines the friction velocity, grows with the wind.
         let friction = sea.wind_speed * ((0.8 + 0.065 * sea.wind_speed) * 1e-3).sqrt();
         let ratio = (friction / SLOWEST).ln();
         let level = 0.01 * (1.0 + if ratio < 0.0 { ratio } else { 3.0 * ratio });
@@ -212,7 +213,7 @@ impl Tail {
             + 4.0 * (speed / self.peak_speed).powf(2.5)
             + self.crossing * (SLOWEST / speed).powf(2.5))
         .tanh();
-        // Inverts E[cos 2θ] = Δ/2 = s (s − 1) / ((s + 1)(s + 2)) for s.
+        // The equation E[cos 2θ] = Δ/2 = s (s − 1) / ((s + 1)(s + 2)) is solved for s.
         let x = 0.5 * delta;
         let b = 1.0 + 3.0 * x;
         (b + (b * b + 8.0 * x * (1.0 - x)).sqrt()) / (2.0 * (1.0 - x))
@@ -275,7 +276,7 @@ mod tests {
 
     #[test]
     fn the_frequency_spectrum_keeps_its_variance_in_wave_numbers() {
-        // The long waves alone satisfy S(k) dk = S(ω) dω. Their roll-off and the short waves hardly change the height.
+        // Only the long waves satisfy S(k) dk = S(ω) dω. The roll-off of the long waves and the short waves hardly change the height.
         let sea = Sea { wind_speed: 10.0, fetch: 100e3, depth: 1000.0, ..Sea::default() };
         let n = 20_000;
         let (low, high) = (0.3, 20.0f64);
@@ -289,8 +290,8 @@ mod tests {
 
     #[test]
     fn slopes_follow_the_wind_as_cox_and_munk_saw_them() {
-        // Clean-water regression of Cox and Munk on the wind at 12.5 m (2 % above the wind at 10 m by the logarithmic law), ± 0.004:
-        // cross-wind 0.003 + 0.00192 U, along-wind 0.00316 U.
+        // Cox and Munk fitted the slopes on clean water to the wind at 12.5 m: cross-wind 0.003 + 0.00192 U, along-wind 0.00316 U, each ±
+        // 0.004. By the logarithmic law, the wind at 12.5 m is 2 % above the wind at 10 m.
         for wind_speed in [5.0, 7.0, 8.0, 10.0, 12.0, 14.0] {
             let sea = Sea { wind_speed, wind_direction: 0.0, fetch: 100e3, depth: 1000.0 };
             let [up, cross, mixed] = sea.moments(0.0, f64::INFINITY).slopes;

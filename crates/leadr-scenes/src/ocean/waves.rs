@@ -1,4 +1,4 @@
-//! Sea parameters in the units of the command line.
+//! The parameters of a sea, in the units of the command line.
 
 use serde::Serialize;
 
@@ -6,20 +6,20 @@ use super::sea::{RESOLUTION, ocean};
 use super::spectrum::Sea;
 use leadr_render::surfaces::ocean::Ocean;
 
-/// Parameters of a sea.
+/// The parameters of a sea.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Waves {
-    /// Wind speed 10 m above the water, m/s.
+    /// The wind speed 10 m above the water in m/s.
     pub wind: f64,
-    /// Direction in which the wind blows, degrees counter-clockwise from +x.
+    /// The direction in which the wind blows, in degrees counter-clockwise from +x.
     pub wind_direction: f64,
-    /// Fetch, the distance over which the wind has blown, metres.
+    /// The fetch, which is the distance over which the wind has blown, in metres.
     pub fetch: f64,
-    /// Depth of the water, metres.
+    /// The depth of the water in metres.
     pub depth: f64,
-    /// Factor, 0 to 1, for the horizontal displacement that sharpens the crests.
+    /// The factor, from 0 to 1, on the horizontal displacement that sharpens the crests.
     pub choppiness: f64,
-    /// Number of samples along the edge of a wave tile: a power of two, 64 to 512.
+    /// The number of samples along the edge of a wave tile: a power of two, 64 to 512.
     pub fft: u32,
 }
 
@@ -38,7 +38,7 @@ impl Default for Waves {
 }
 
 impl Waves {
-    /// Builds the renderer's ocean.
+    /// Builds the ocean for the renderer.
     pub fn ocean(&self) -> Ocean {
         Ocean { choppiness: self.choppiness as f32, ..ocean(&self.sea(), self.fft, 1) }
     }

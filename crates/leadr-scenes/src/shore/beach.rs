@@ -1,4 +1,4 @@
-//! Meshes of the sand from land to water: dunes, the strip along the water, and wet sand.
+//! The meshes of the sand from land to water: the dunes, the strip along the water, and the wet sand.
 
 use glam::{DVec2, Vec2, Vec3};
 
@@ -10,17 +10,17 @@ use leadr_render::surfaces::displacement::HeightField;
 use leadr_render::surfaces::ocean::shore::Shore;
 use leadr_render::surfaces::patch_mesh::PatchMesh;
 
-/// Extent of the land, metres, beyond the horizon.
+/// The extent of the land in metres, which reaches beyond the horizon.
 const FAR: f64 = 20e3;
-/// Earth radius with standard atmospheric refraction, metres; the sea uses the same radius.
+/// The radius of the Earth with standard atmospheric refraction, in metres. The sea uses the same radius.
 const EARTH: f64 = 6.371e6 * 7.0 / 6.0;
 
-/// Depth in metres by which each piece of sand sinks below its neighbour past their join. It exceeds the bumps, and is 0 at the join to
-/// avoid a crease.
+/// The depth in metres by which a piece of sand sinks below its neighbour past the join between them. This depth is larger than the bumps.
+/// At the join, it is 0, which avoids a crease.
 const SINKS: [f64; 2] = [0.15, 0.04];
 
-/// Waves of the dunes, 29 to 59 m long in all directions, with no common multiple: height in metres, crests per period, phase per metre
-/// from the waterline, and phase.
+/// The waves of the dunes. The waves are 29 to 59 m long, run in all directions, and have no common multiple. Each has a height in metres,
+/// a number of crests per period, a phase per metre from the waterline, and a phase.
 const HILLS: [(f64, f64, f64, f64); 7] = [
     (0.30, 3.0, 0.05, 0.0),
     (0.24, 2.0, -0.11, 2.1),
@@ -37,12 +37,12 @@ pub fn sand(shore: &Shore) -> [Object; 3] {
     [dunes, beach, bed]
 }
 
-/// Returns the depth at `s` by which the land side (−1) or the sea side (1) of a join has sunk.
+/// Returns the depth at `s` by which one side of a join has sunk. The land side is −1, and the sea side is 1.
 fn sunk(join: usize, side: f64, s: f64) -> f64 {
     SINKS[join] * smooth(0.0, OVERLAPS[join], (JOINS[join] - s) * side)
 }
 
-/// Builds the strip along the water, with a dry and a wet side.
+/// Builds the strip along the water, which has a dry and a wet side.
 fn beach(shore: &Shore) -> Object {
     let [dry, wet] = JOINS;
     let columns = spaced(&[(STRIP[0], 2), (dry, 5), (wet, 2)], STRIP[1]);
@@ -52,7 +52,7 @@ fn beach(shore: &Shore) -> Object {
     object("beach", mesh, strip()).with_tiling(Tiling::OneVariant)
 }
 
-/// Builds the wet sand and the visible sea floor.
+/// Builds the wet sand and the part of the sea floor that is visible.
 fn bed(shore: &Shore) -> Object {
     let columns = spaced(&[(JOINS[1] - OVERLAPS[1], 2), (JOINS[1], 14)], 12.0);
     let height = |s: f64, _: f64| shore.ground(s) - sunk(1, 1.0, s);
@@ -67,7 +67,8 @@ fn dunes(shore: &Shore) -> Object {
     columns.extend(spaced(&[(JOINS[0], 2)], JOINS[0] + OVERLAPS[0]));
     let rows = mirrored(&[(240.0, 3.0), (560.0, 10.0)]);
     let height = |s: f64, y: f64| {
-        // Dunes fade out before columns and rows get too coarse for them. The gradual fade avoids jumps when the mesh follows the animal.
+        // The dunes fade out before columns and rows get too coarse for them. The fade is gradual, so that nothing jumps when the mesh
+        // follows the animal.
         let there = smooth(-32.0, -60.0, s) * smooth(-500.0, -250.0, s) * smooth(760.0, 360.0, y.abs());
         let hills = if there > 0.0 { there * (0.9 + hills(s, y)) } else { 0.0 };
         shore.ground(s) + hills + 1.2 * smooth(-40.0, -200.0, s) - sunk(0, -1.0, s)
@@ -80,12 +81,12 @@ fn hills(s: f64, y: f64) -> f64 {
     HILLS.iter().map(|&(height, crests, by_s, phase)| height * (crests * turn * y + by_s * s + phase).sin()).sum()
 }
 
-/// Returns the texture coordinates of the sand squares.
+/// Returns the texture coordinates of a point in the repeating squares of sand.
 fn square(s: f64, y: f64) -> Vec2 {
     Vec2::new(s as f32, y as f32) / SQUARE
 }
 
-/// Returns rows along the water, dense enough for its bends at any position of the animal.
+/// Returns rows along the water. The rows are dense enough for the bends of the waterline at any position of the animal.
 fn coast() -> Vec<f64> {
     mirrored(&[(130.0, 1.0), (250.0, 2.5), (500.0, 5.0)])
 }
@@ -95,7 +96,7 @@ fn smooth(low: f64, high: f64, x: f64) -> f64 {
     t * t * (3.0 - 2.0 * t)
 }
 
-/// Returns positions up to `end`. Each pair gives a start and a number of even steps.
+/// Returns positions up to `end`. Each pair of `parts` has a start, and a number of even steps.
 fn spaced(parts: &[(f64, u32)], end: f64) -> Vec<f64> {
     let ends = parts.iter().skip(1).map(|&(next, _)| next).chain([end]);
     let steps = parts
@@ -105,7 +106,8 @@ fn spaced(parts: &[(f64, u32)], end: f64) -> Vec<f64> {
     steps.chain([end]).collect()
 }
 
-/// Returns symmetric positions from −[`FAR`] to [`FAR`]: even steps for each `(reach, step)`, then growing steps.
+/// Returns positions from −[`FAR`] to [`FAR`], symmetric about 0. Each `(reach, step)` gives even steps up to `reach`, and then the steps
+/// grow.
 fn mirrored(even: &[(f64, f64)]) -> Vec<f64> {
     let (mut half, mut step) = (vec![0.0], 1.0);
     for &(reach, length) in even {
@@ -121,7 +123,7 @@ fn mirrored(even: &[(f64, f64)]) -> Vec<f64> {
     half.iter().skip(1).rev().map(|y| -y).chain(half.iter().copied()).collect()
 }
 
-/// Builds patches from `columns` (metres from the waterline) and `rows` (metres along it, toward −y).
+/// Builds patches from `columns` (metres from the waterline) and `rows` (metres along the waterline, toward −y).
 fn mesh(
     shore: &Shore,
     columns: &[f64],

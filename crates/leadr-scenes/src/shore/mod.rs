@@ -1,4 +1,4 @@
-//! The T-rex walking on a beach in front of the animated sea, both filtered and in the same light.
+//! The T-rex walks on a beach in front of the animated sea. Animal and sea are filtered, and lit by the same light.
 //!
 //! The coast runs along y and the sea lies toward −x (west, for the sunset). The animal walks toward +y.
 
@@ -23,7 +23,7 @@ use leadr_render::scene::Pose;
 use leadr_render::surfaces::ocean::Ocean;
 use leadr_render::surfaces::ocean::shore::{Bend, Shore};
 
-/// Coordinate x of the animal's path, on dry sand near the wet.
+/// The x coordinate of the animal's path, on dry sand close to the wet sand.
 const PATH: f64 = 6.2;
 
 /// Returns the beach of the scene.
@@ -41,7 +41,7 @@ pub fn shore() -> Shore {
     }
 }
 
-/// Returns the waves off the beach: a moderate breeze toward the land.
+/// Returns the waves off the beach in a moderate breeze toward the land.
 pub fn waves() -> Waves {
     Waves { wind: 6.0, wind_direction: -20.0, fetch: 40e3, ..Waves::default() }
 }
@@ -51,7 +51,7 @@ pub fn sea(waves: &Waves) -> Ocean {
     Ocean { shore: Some(shore()), foam: Vec3::splat(0.7), ..waves.ocean() }
 }
 
-/// Builds the stage with these waves, and atlas tiles of `tile` texels for the animal. See [`Trex::load`] for `progress`.
+/// Builds the stage with these waves. The animal has atlas tiles of `tile` texels. [`Trex::load`] describes `progress`.
 pub fn shore_stage(tile: u32, waves: &Waves, progress: Progress<'_>) -> Result<Stage, SceneError> {
     let shore = shore();
     let (trex, sand) = rayon::join(|| Trex::load(tile, progress), || beach::sand(&shore));
@@ -72,7 +72,7 @@ pub fn shore_stage(tile: u32, waves: &Waves, progress: Progress<'_>) -> Result<S
         let stand = Vec3::new(PATH as f32, 0.0, level(f64::from(gone)));
         let world = Mat4::from_translation(stand) * Mat4::from_rotation_z(FRAC_PI_2);
         let joints: Vec<Mat4> = walk::pose(time).into_iter().map(|joint| world * joint).collect();
-        // The sand follows the animal in invisible steps of one repeat.
+        // The sand follows the animal in steps of one repeat, which are invisible.
         let steps = (gone / PERIOD as f32).round();
         let sand = Pose::Rigid(Affine3A::from_translation(Vec3::Y * (steps * PERIOD as f32)));
         let mut poses = vec![Pose::Skinned(joints); 2];

@@ -1,6 +1,7 @@
-//! Height and colour maps of sand: a strip from dry to wet sand along the water, and repeating squares of dry sand and of wet sand.
+//! Height and colour maps of sand. One map is a strip along the water, from dry to wet sand. Two others are repeating squares of dry sand
+//! and of wet sand.
 //!
-//! Positions are in metres: `s` from the waterline toward the sea, `y` along the waterline.
+//! Positions are in metres. `s` is the distance from the waterline toward the sea, and `y` is the position along the waterline.
 
 use rayon::prelude::*;
 
@@ -8,45 +9,45 @@ use crate::sphere::color_code;
 use leadr_maps::cache::cached;
 use leadr_maps::noise::{features, fractal, gradient, smoothstep, unit};
 
-/// Linear albedo of wet sand and of the sea floor.
+/// The linear albedo of wet sand and of the sea floor.
 pub const WET: [f32; 3] = [0.185, 0.148, 0.104];
-/// Linear albedo of dry sand.
+/// The linear albedo of dry sand.
 const DRY: [f32; 3] = [0.47, 0.39, 0.28];
-/// Positions `s` of the joins: dry sand to strip, and strip to wet sand.
+/// The positions `s` of the two joins: from dry sand to the strip, and from the strip to wet sand.
 pub const JOINS: [f64; 2] = [-5.7, -1.9];
-/// Overlap of two pieces past each join, metres.
+/// The overlap of the two pieces past each join, in metres.
 pub const OVERLAPS: [f64; 2] = [0.9, 0.5];
-/// Start of the strip on dry sand and end on wet sand.
+/// The positions at which the strip starts on dry sand and ends on wet sand.
 pub const STRIP: [f64; 2] = [JOINS[0] - OVERLAPS[0], JOINS[1] + OVERLAPS[1]];
-/// Repeat of the whole shore (waterline bends, strip, dunes) along the coast, metres.
+/// The repeat of the whole shore (waterline bends, strip, dunes) along the coast, in metres.
 pub const PERIOD: f64 = 200.0;
-/// Edge of a sand square, metres. It is a whole number of ripples, and long enough against the slow waves for tiling by example
-/// (`render::scene::Tiling`).
+/// The edge of a sand square in metres. The edge is a whole number of ripples. Compared with the slow waves, the square is also large
+/// enough for tiling by example (`render::scene::Tiling`).
 pub const SQUARE: f32 = 20.0;
-/// Texels across and along the strip, 2.5 cm apart, and along an edge of the squares, 2 and 4 cm apart.
+/// The numbers of texels across and along the strip, 2.5 cm apart, and along an edge of the squares, 2 and 4 cm apart.
 const STRIP_TEXELS: [u32; 2] = [208, 8192];
 const DRY_TEXELS: u32 = 1024;
 const WET_TEXELS: u32 = 512;
 
-/// Heights in metres and sRGB-encoded colours (a: linear Beckmann roughness) in rows that run toward the sea.
+/// Heights in metres and sRGB-encoded colours, in rows that run toward the sea. The alpha channel is the linear Beckmann roughness.
 pub struct Sand {
-    /// Number of texels per row.
+    /// The number of texels per row.
     pub width: u32,
-    /// Number of rows.
+    /// The number of rows.
     pub height: u32,
     /// Heights in metres.
     pub heights: Vec<f32>,
-    /// Colours of the texels.
+    /// The colours of the texels.
     pub colors: Vec<[u8; 4]>,
 }
 
-/// Returns the wetness of the sand: 0 dry, 1 swept by waves.
+/// Returns the wetness of the sand, from 0 (dry) to 1 (swept by waves).
 fn wetness(s: f32, y: f32, period: i32) -> f32 {
     let ragged = 0.45 * fractal(11, 50.0 + s * 0.2, y * 0.2, period / 5, 4, 0.55);
     smoothstep(-3.9, -2.9, s + ragged)
 }
 
-/// Returns the relief of dry sand: patches of wind ripples, old tracks, slow waves. `period`: repeat along y, metres.
+/// Returns the relief of dry sand: patches of wind ripples, old tracks and slow waves. `period` is the repeat along y in metres.
 fn dry_relief(s: f32, y: f32, period: i32) -> f32 {
     let slow = 0.035 * fractal(3, s * 0.4 + 40.0, y * 0.4, period * 2 / 5, 3, 0.5);
     // Ripples run along the coast and fork where their phase changes steeply.
@@ -65,7 +66,7 @@ fn dry_relief(s: f32, y: f32, period: i32) -> f32 {
     slow + ripples + tracks + 0.0022 * fractal(9, s * 12.0, y * 12.0, period * 12, 2, 0.6)
 }
 
-/// Returns the relief of sand smoothed by water: rills and a few shells.
+/// Returns the relief of sand that water has smoothed, with rills and a few shells.
 fn wet_relief(s: f32, y: f32, period: i32) -> f32 {
     let rills = 0.0035
         * gradient(21, s * 0.8 + 30.0, y * 5.0, period * 5)
@@ -75,7 +76,7 @@ fn wet_relief(s: f32, y: f32, period: i32) -> f32 {
         + 0.0005 * gradient(24, s * 20.0, y * 20.0, period * 20)
 }
 
-/// Returns the weed on the wrack line of the highest waves, 0 to 1.
+/// Returns the amount of weed on the wrack line, which the highest waves leave, from 0 to 1.
 fn wrack(s: f32, y: f32, period: i32) -> f32 {
     let line = -4.1 + 0.5 * fractal(31, 5.0, y * 0.2, period / 5, 3, 0.5);
     let near = (-((s - line) / 0.22).powi(2)).exp();
@@ -89,7 +90,7 @@ fn color(s: f32, y: f32, relief: f32, wet: f32, period: i32) -> [u8; 4] {
     let grain = 1.0
         + 0.05 * gradient(41, s * 23.0, y * 23.0, period * 23)
         + 0.06 * fractal(42, s * 0.9 + 30.0, y * 0.9, period * 9 / 10, 3, 0.5);
-    // Hollows are darker and stay wet longer.
+    // Hollows are darker, and stay wet for longer.
     let dry = grain * (1.0 + 4.0 * relief.clamp(-0.03, 0.03)) * (1.0 - 0.25 * damp);
     let weed = wrack(s, y, period);
     let channel = |i: usize| {
@@ -137,7 +138,7 @@ pub fn wet() -> Sand {
     square("wet-sand", WET_TEXELS, wet_relief, 1.0, 100.0)
 }
 
-/// Builds a square of dry or wet sand, evaluated at `away`, far enough from the waterline to be independent of it.
+/// Builds a square of dry or wet sand. The sand is evaluated at the distance `away`, where the waterline has no influence.
 fn square(kind: &str, texels: u32, relief: fn(f32, f32, i32) -> f32, wet: f32, away: f32) -> Sand {
     let period = SQUARE as i32;
     map(kind, [texels; 2], |u, v| {
@@ -172,7 +173,7 @@ mod tests {
         }
     }
 
-    /// Returns the autocorrelation of the strip at `lag` rows along the coast, without the component constant along it.
+    /// Returns the autocorrelation of the strip at `lag` rows along the coast, without the component that is constant along the coast.
     fn repetition(strip: &Sand, lag: usize, of: &dyn Fn(usize) -> f32) -> f32 {
         let (width, height) = (strip.width as usize, strip.height as usize);
         let (mut product, mut square) = (0.0, 0.0);
@@ -195,7 +196,7 @@ mod tests {
         let [heights, colors] = [most(&|i| strip.heights[i]), most(&|i| f32::from(strip.colors[i][1]))];
         println!("highest correlation from 25 to 100 m further: heights {heights:.2}, colours {colors:.2}");
         assert!(heights < 0.3 && colors < 0.3, "{heights} {colors}");
-        // A strip with two repeats fails this check.
+        // A strip that repeats twice fails this check.
         let twice = |i: usize| strip.heights[i % (strip.heights.len() / 2)];
         assert!(repetition(&strip, strip.height as usize / 2, &twice) > 0.99);
     }

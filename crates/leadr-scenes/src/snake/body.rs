@@ -1,4 +1,4 @@
-//! The smooth body of the snake: a tube along a coiled curve, flattened on the ground, with a head at its end.
+//! The smooth body of the snake: a tube along a coiled curve, which is flattened on the ground and has a head at its end.
 
 use std::f32::consts::TAU;
 
@@ -7,44 +7,44 @@ use glam::{Vec2, Vec3};
 use leadr_maps::noise::smoothstep;
 use leadr_render::surfaces::patch_mesh::PatchMesh;
 
-/// Patches around the body.
+/// The number of patches around the body.
 pub const AROUND: u32 = 12;
-/// Patches along the body.
+/// The number of patches along the body.
 pub const ALONG: u32 = 108;
 
-/// Radius of the body at its thickest, metres.
+/// The largest radius of the body, in metres.
 pub const THICK: f32 = 0.115;
 
 /// A cross-section of the body.
 #[derive(Clone, Copy, Debug)]
 pub struct Ring {
-    /// Centre of the cross-section.
+    /// The centre of the cross-section.
     pub centre: Vec3,
-    /// Direction toward the head.
+    /// The direction toward the head.
     pub forward: Vec3,
-    /// Direction to the left of the snake.
+    /// The direction to the left of the snake.
     pub left: Vec3,
-    /// Direction away from the belly.
+    /// The direction away from the belly.
     pub up: Vec3,
-    /// Half the width and half the height.
+    /// Half the width and half the height of the cross-section.
     pub half: Vec2,
 }
 
-/// Cross-sections from the tail tip to the snout.
+/// The cross-sections from the tip of the tail to the snout.
 #[derive(Clone, Debug)]
 pub struct Body {
-    /// `ALONG + 1` cross-sections.
+    /// The cross-sections, of which there are `ALONG + 1`.
     pub rings: Vec<Ring>,
-    /// Distance along the body to each ring, metres.
+    /// The distance along the body to each ring, in metres.
     pub distance: Vec<f32>,
-    /// Ratio of length to girth from the tail to each ring: `∫ ds / (2π r)`.
+    /// The ratio of length to girth from the tail to each ring: `∫ ds / (2π r)`.
     pub girths: Vec<f32>,
 }
 
-/// Length from tail to snout along the curve of `control_points`, metres.
+/// The length of the curve of `control_points` from tail to snout, in metres.
 const LENGTH: f32 = 8.47;
 
-/// Returns the metres to the snout at `x`, from the tail (0) to the snout (1).
+/// Returns the distance in metres to the snout from `x`, which runs from the tail (0) to the snout (1).
 pub fn to_snout(x: f32) -> f32 {
     (1.0 - x) * LENGTH
 }
@@ -54,7 +54,7 @@ fn section(x: f32) -> Vec2 {
     let d = to_snout(x);
     let trunk = 0.009 + (THICK - 0.009) * smoothstep(-0.06, 0.52, x).powf(1.1);
     let neck = 1.0 - 0.52 * smoothstep(3.0, 0.42, d);
-    // The jaws are at the back, with a blunt snout in front.
+    // The jaws are wide at the back, and a blunt snout is in front of them.
     let jaw = smoothstep(0.4, 0.22, d) * smoothstep(-0.05, 0.2, d);
     let front = smoothstep(0.26, -0.02, d);
     let width = trunk * neck * (1.0 - 0.42 * front) + 0.034 * jaw;
@@ -64,7 +64,7 @@ fn section(x: f32) -> Vec2 {
     Vec2::new(width, height) * round
 }
 
-/// Returns the control points of the curve: tail outside, two turns inwards, then up and over the coil.
+/// Returns the control points of the curve. The tail is outside, then come two turns inwards, and then the curve rises over the coil.
 fn control_points() -> Vec<Vec3> {
     let turns = 2.05;
     let steps = 26;
@@ -77,7 +77,7 @@ fn control_points() -> Vec<Vec3> {
             Vec3::new(radius * angle.cos(), radius * angle.sin(), section(x).y * 0.96)
         })
         .collect();
-    // The inner turn rises from the centre, and the neck is drawn back before the head.
+    // The inner turn rises from the centre. The neck is drawn back behind the head.
     points.extend([
         Vec3::new(-0.19, -0.13, 0.17),
         Vec3::new(0.02, -0.22, 0.26),
@@ -92,12 +92,12 @@ fn control_points() -> Vec<Vec3> {
     points
 }
 
-/// Returns a point of the uniform cubic B-spline, which smooths its control points.
+/// Returns a point of the uniform cubic B-spline, which smooths the polygon of its control points.
 fn spline(points: &[Vec3], t: f32) -> Vec3 {
     let last = points.len() as i64 - 1;
     let i = (t.floor() as i64).clamp(0, last - 1);
     let f = t - i as f32;
-    // Mirrored ends make the curve start and end at the first and last control point.
+    // The mirrored ends make the curve start at the first control point and end at the last.
     let at = |k: i64| match k {
         k if k < 0 => 2.0 * points[0] - points[1],
         k if k > last => 2.0 * points[last as usize] - points[last as usize - 1],
@@ -138,7 +138,7 @@ impl Body {
         for k in 0..=ALONG {
             let x = fraction(k).clamp(0.0, 1.0);
             let forward = (at((x + 0.003).min(1.0)) - at((x - 0.003).max(0.0))).normalize();
-            // The up vector is transported along the curve without twist, and pulled toward the vertical to keep the belly down.
+            // The up vector is transported along the curve without twist. It is also pulled toward the vertical, to keep the belly down.
             up = (up + Vec3::Z * 0.35).reject_from(forward).normalize();
             let half = section(x);
             if let Some(last) = rings.last() {
@@ -157,16 +157,17 @@ impl Body {
         self.distance[ALONG as usize]
     }
 
-    /// Returns a point at `angle` around ring `k`: 0 is left, a quarter turn is up.
+    /// Returns a point at `angle` around ring `k`. An angle of 0 is left, and a quarter turn is up.
     pub fn point(&self, k: usize, angle: f32) -> Vec3 {
         let ring = self.rings[k];
         let (sin, cos) = angle.sin_cos();
-        // The body is flatter below than above.
+        // The lower side of the body is flatter than the upper side.
         let height = if sin < 0.0 { 0.82 } else { 1.0 };
         ring.centre + ring.left * (cos * ring.half.x) + ring.up * (sin * ring.half.y * height)
     }
 
-    /// Builds the tube, closed at both ends. Patches run along the body, `AROUND` per ring, and the ends come last.
+    /// Builds the tube, which is closed at both ends. There are `AROUND` patches per ring. The list of patches runs along the body, and the
+    /// patches of the ends come last.
     pub fn mesh(&self) -> PatchMesh {
         let mut mesh = PatchMesh::default();
         for k in 0..=ALONG as usize {
@@ -195,7 +196,7 @@ impl Body {
             let p = patch.map(|v| mesh.positions[v as usize]);
             for i in 0..4 {
                 let (next, previous) = (p[(i + 1) & 3] - p[i], p[(i + 3) & 3] - p[i]);
-                // Angle weights limit the influence of slivers at the tip.
+                // Weighting by angles limits the influence of slivers at the tip.
                 let normal = next.cross(previous).normalize_or_zero();
                 let angle = next.angle_between(previous);
                 mesh.normals[patch[i] as usize] += normal * if angle.is_finite() { angle } else { 0.0 };

@@ -15,7 +15,7 @@ use leadr_render::camera::Camera;
 use leadr_render::scene::{Object, PointLight};
 use leadr_render::surfaces::patch_mesh::PatchMesh;
 
-/// Returns the continuous body angle and ring index of a point on a patch.
+/// Returns the body angle and the ring index of a point on a patch, as continuous values.
 fn parameters(patch: usize, uv: Vec2) -> Vec2 {
     let (along, around) = (patch / AROUND as usize, patch % AROUND as usize);
     Vec2::new((around as f32 + uv.x) / AROUND as f32 * TAU, along as f32 + uv.y)
@@ -52,7 +52,7 @@ fn body_object(body: &Body, tile: u32) -> Object {
     tiled_object("snake", mesh, layout, heights, colors).with_specular_f0(0.045)
 }
 
-/// Computes the ambient accessibility, the visible fraction above the ground and between the body's turns.
+/// Computes the ambient accessibility: the fraction of the surroundings that is visible above the ground and between the turns of the body.
 fn shade_contacts(body: &Body, mesh: &mut PatchMesh) {
     mesh.accessibility = mesh
         .positions
@@ -62,7 +62,7 @@ fn shade_contacts(body: &Body, mesh: &mut PatchMesh) {
             let ground = 0.5 + 0.5 * n.z;
             let near_ground = (-p.z.max(0.0) / 0.12).exp();
             let mut open = 1.0 - near_ground * (1.0 - ground);
-            // The other turns are approximated by rows of spheres, each weighted by its solid angle times the cosine.
+            // Rows of spheres approximate the other turns of the body. Each sphere is weighted by its solid angle times the cosine.
             for ring in body.rings.iter().step_by(2) {
                 let d = ring.centre - p;
                 let (r, square) = (ring.half.y, d.length_squared());
@@ -97,10 +97,10 @@ fn eyes(body: &Body) -> Object {
     Object::new("eyes", mesh).with_specular_f0(0.05).without_shadow()
 }
 
-/// Radius of the lamp globes, metres.
+/// The radius of the lamp globes in metres.
 const LAMP_RADIUS: f32 = 0.06;
 
-/// Returns four lamps around the coil: warm ones in front, cool ones behind.
+/// Returns four lamps around the coil. The lamps in front are warm, and the lamps behind are cool.
 pub fn lamps() -> Vec<PointLight> {
     let lamp = |x: f32, y: f32, z: f32, color: [f32; 3], power: f32| {
         PointLight::new(Vec3::new(x, y, z), Vec3::from_array(color) * power).with_radius(LAMP_RADIUS)

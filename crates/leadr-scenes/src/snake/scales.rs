@@ -1,4 +1,4 @@
-//! The snake's skin: overlapping keeled scales on back and sides, wide belly plates, and their colours.
+//! The snake's skin: overlapping keeled scales on the back and the sides, wide belly plates, and the colours of both.
 
 use std::f32::consts::TAU;
 
@@ -7,17 +7,17 @@ use glam::{Vec2, Vec3};
 use super::body::to_snout;
 use leadr_maps::noise::{fractal, hash, smoothstep, unit};
 
-/// Number of scales around the body.
+/// The number of scales around the body.
 pub const AROUND: f32 = 30.0;
-/// Ratio of length to width of a scale.
+/// The ratio of the length of a scale to its width.
 const LENGTH: f32 = 1.25;
 
 /// The skin at a point of the body.
 #[derive(Clone, Copy, Debug)]
 pub struct Skin {
-    /// Height above the smooth body, in local scale widths.
+    /// The height above the smooth body, in units of the local width of a scale.
     pub height: f32,
-    /// Linear albedo.
+    /// The linear albedo.
     pub color: Vec3,
     /// Beckmann roughness.
     pub roughness: f32,
@@ -27,30 +27,30 @@ pub struct Skin {
 #[derive(Clone, Copy)]
 struct Scale {
     height: f32,
-    /// Interpolant from 0 at the edge to 1 inside.
+    /// A value from 0 at the edge of the scale to 1 inside.
     inside: f32,
-    /// Centre of the scale in lattice coordinates.
+    /// The centre of the scale in lattice coordinates.
     centre: Vec2,
     id: u32,
 }
 
-/// Returns the highest scale over `p`, in units of scale widths around the body and lengths along it (toward the head).
+/// Returns the highest scale over `p`. `p` counts scale widths around the body, and scale lengths along the body toward the head.
 fn scale_at(p: Vec2) -> Scale {
     let mut best = Scale { height: 0.0, inside: 0.0, centre: p, id: 0 };
-    // Rows are half a length apart, and alternate rows are shifted by half a width.
+    // Rows are half a length apart. Every second row is shifted by half a width.
     let row = (p.y * 2.0).round() as i32;
     for k in row - 2..=row + 2 {
         let shift = 0.5 * (k & 1) as f32;
         let column = (p.x - shift).round();
         for c in [column - 1.0, column, column + 1.0] {
             let centre = Vec2::new(c + shift, 0.5 * k as f32);
-            // Scales run from the root, under the scale in front, to the free tip.
+            // A scale extends from its root, under the scale in front, to its free tip.
             let t = (centre.y - p.y) / 1.3 + 0.5;
             let q = (p.x - centre.x) / 0.56;
             if !(0.0..=1.0).contains(&t) {
                 continue;
             }
-            // Scales are leaf-shaped: widest before the middle, with a rounded tip.
+            // Scales have the shape of leaves, which are widest before the middle and have a rounded tip.
             let half = if t < 0.42 { 1.0 } else { (1.0 - ((t - 0.42) / 0.58).powi(2)).max(0.0).sqrt() };
             let edge = half - q.abs();
             if edge <= 0.0 {
@@ -69,17 +69,17 @@ fn scale_at(p: Vec2) -> Scale {
     best
 }
 
-/// Returns the height and id of the wide belly plates.
+/// Returns the height and the id of the wide belly plate at `y`.
 fn belly_at(y: f32) -> (f32, u32) {
     let t = 1.0 - (y - y.floor());
     (0.17 * t * smoothstep(0.0, 0.12, 1.0 - t), hash(23, y.floor() as i32, 0))
 }
 
-/// Evaluates the skin at `angle` around the body (0 left, a quarter turn on top), `girths` of length along it, and `x` from the tail (0) to
-/// the snout (1).
+/// Evaluates the skin. `angle` is the angle around the body (0 is left, a quarter turn is on top), `girths` is the length along the body in
+/// girths, and `x` runs from the tail (0) to the snout (1).
 pub fn skin(angle: f32, girths: f32, x: f32) -> Skin {
     let p = Vec2::new(angle / TAU * AROUND, girths * AROUND / LENGTH);
-    // Half turns from the middle of the back, from 0 on top to 1 below.
+    // The number of half turns from the middle of the back: 0 is on top, and 1 is below.
     let down = ((angle / TAU - 0.25 + 0.5).rem_euclid(1.0) - 0.5).abs() * 2.0;
     let belly = smoothstep(0.71, 0.77, down);
     let scale = scale_at(p);
@@ -92,7 +92,7 @@ pub fn skin(angle: f32, girths: f32, x: f32) -> Skin {
     // Scales on the head are flat.
     height *= (1.0 - 0.55 * head) * (1.0 - end);
 
-    // The back has dark saddles with a black rim and a lighter centre, and the sides have spots between them.
+    // The back has dark saddles with a black rim and a lighter centre. Between the saddles, the sides have spots.
     let at = Vec2::new(down, scale.centre.y / 15.0);
     let wobble = 0.22 * fractal(5, p.x * 0.2 + 40.0, p.y * 0.2, 1 << 20, 3, 0.5);
     let saddle = {
@@ -115,7 +115,7 @@ pub fn skin(angle: f32, girths: f32, x: f32) -> Skin {
     let band = (1.0 - ((down - 0.5 - 0.25 * (0.12 - d)) / 0.06).powi(2)).max(0.0);
     let band = band * smoothstep(0.38, 0.3, d) * smoothstep(0.04, 0.08, d);
     color = color.lerp(Vec3::new(0.02, 0.015, 0.012), smoothstep(0.1, 0.5, band));
-    // The mouth is a groove around the snout that continues below the eyes, with two nostrils.
+    // The mouth is a groove around the snout that continues below the eyes. There are two nostrils.
     let lip =
         (1.0 - ((down - 0.60 - 0.12 * smoothstep(0.1, 0.0, d)) / 0.014).powi(2)).max(0.0) * smoothstep(0.27, 0.2, d);
     let nostril = (1.0 - ((down - 0.33) / 0.05).powi(2) - ((d - 0.034) / 0.007).powi(2)).max(0.0);
@@ -123,7 +123,7 @@ pub fn skin(angle: f32, girths: f32, x: f32) -> Skin {
     height -= 0.25 * cut;
     let cream = Vec3::new(0.66, 0.58, 0.42) * (0.85 + 0.25 * unit(plate_id));
     color = color.lerp(cream, belly);
-    // Scale colours vary; the skin between scales is dark.
+    // The colours of scales vary. The skin between the scales is dark.
     color *= 1.0 + (0.44 * unit(scale.id) - 0.22) * (1.0 - belly) * (1.0 - end);
     color = color.lerp(color * 0.32, (1.0 - scale.inside) * (1.0 - belly) * (1.0 - end));
     color = color.lerp(Vec3::new(0.03, 0.018, 0.012), smoothstep(0.0, 0.6, cut));
@@ -146,7 +146,7 @@ mod tests {
 
     #[test]
     fn scales_overlap_toward_the_tail() {
-        // Along a keel row the height climbs from root to tip and then drops, so most steps go up.
+        // Along the keel of a row, the height climbs from root to tip and then drops, so most steps go up.
         let heights: Vec<f32> = (0..4000).map(|i| scale_at(Vec2::new(7.0, 40.0 - i as f32 * 0.002)).height).collect();
         let up = heights.windows(2).filter(|w| w[1] > w[0]).count();
         let down = heights.windows(2).filter(|w| w[1] < w[0]).count();

@@ -1,4 +1,4 @@
-//! A sphere as a cell of the supplement's tables, and the three lightings of the tables.
+//! A sphere as one cell of the supplement's tables, and the three kinds of lighting of these tables.
 
 use glam::{Affine3A, Vec3};
 
@@ -9,12 +9,12 @@ use leadr_maps::RgbImage;
 use leadr_render::camera::Camera;
 use leadr_render::scene::{Object, Pose, Sun};
 
-/// Facet material.
+/// The material of the facets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Facets {
     /// White facets without specular reflection.
     Diffuse,
-    /// Perfect mirrors with reflectance 1 at every angle.
+    /// Perfect mirrors whose reflectance is 1 at every angle.
     Mirror,
 }
 
@@ -28,29 +28,29 @@ impl Facets {
     }
 }
 
-/// Minimum roughness of an eight-bit vertex colour, nearly a mirror with a 0.2° wide lobe.
+/// The smallest roughness that an eight-bit vertex colour can store. The surface is nearly a mirror, with a lobe 0.2° wide.
 pub const MIRROR_ROUGHNESS: f32 = 1.0 / 255.0;
 
-/// Distance of a table's camera from the centre of the unit sphere, metres.
+/// The distance of a table's camera from the centre of the unit sphere, in metres.
 pub const DISTANCE: f32 = 12.0;
 
-/// Fraction of the picture height that the smooth sphere fills in a table.
+/// The fraction of the picture height that the smooth sphere fills in a table.
 pub const FILL: f32 = 0.8;
 
-/// Seconds per rotation of the sphere about its poles.
+/// The duration of one rotation of the sphere about its poles, in seconds.
 pub const ROTATION_PERIOD: f64 = 20.0;
 
 impl Surface {
-    /// Builds an object from the surface, with standard deviation `steep` of the steeper slope.
+    /// Builds an object from the surface. `steep` is the standard deviation of the steeper slope.
     pub fn object(&self, name: &str, steep: f32, facets: Facets) -> Object {
         let mut mesh = self.mesh.clone();
         mesh.colors = vec![[1.0, 1.0, 1.0, MIRROR_ROUGHNESS]; mesh.positions.len()];
         Object::new(name, mesh).with_heights(self.heights.clone(), steep).with_specular_f0(facets.specular_f0())
     }
 
-    /// Builds the stage of one cell. A frame's `height_scale` multiplies `steep`, so one upload serves all rows with the same slope ratio.
-    /// The sphere rotates about its poles in [`ROTATION_PERIOD`] seconds with constant statistics, so other times give independent
-    /// pictures.
+    /// Builds the stage of one cell. The `height_scale` of a frame multiplies `steep`, so one upload is enough for all rows with the same
+    /// slope ratio. The sphere rotates about its poles in [`ROTATION_PERIOD`] seconds. The statistics of the sphere are constant, so
+    /// pictures at other times are independent.
     pub fn stage(&self, steep: f32, facets: Facets) -> Stage {
         let object = self.object("sphere", steep, facets);
         let rotation = |time: f64| {
@@ -60,7 +60,7 @@ impl Surface {
     }
 }
 
-/// Returns the table's view (`mid`), single bumps (`near`), and a sphere of a few pixels (`far`).
+/// Returns three views: the view of the table (`mid`), a view of single bumps (`near`), and a view of a sphere of a few pixels (`far`).
 pub fn views() -> Views {
     // The outline of a unit sphere at distance d lies at the angle asin(1 / d).
     let tangent = 1.0 / (DISTANCE * DISTANCE - 1.0).sqrt();
@@ -69,26 +69,26 @@ pub fn views() -> Views {
     Views { near: mid.at_distance(2.0), mid, far: mid.at_distance(10.0 * DISTANCE) }
 }
 
-/// Lighting of a table.
+/// The lighting of a table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Lighting {
-    /// One directional light from the camera, without environment (tables 4 and 5). Its irradiance is π, so a white diffuse plane facing it
-    /// has radiance 1.
+    /// A single directional light from the camera, without an environment (tables 4 and 5). The irradiance of the light is π, so a white
+    /// diffuse plane facing it has radiance 1.
     Front,
-    /// The studio as irradiance on diffuse facets (tables 6 and 7).
+    /// The studio, as irradiance on diffuse facets (tables 6 and 7).
     Irradiance,
-    /// The studio reflected by mirror facets (tables 8 to 10).
+    /// The studio, reflected by mirror facets (tables 8 to 10).
     Environment,
 }
 
 impl Lighting {
-    /// Returns the facets of the tables with this lighting.
+    /// Returns the facets of the tables that use this lighting.
     #[must_use]
     pub fn facets(self) -> Facets {
         if self == Self::Environment { Facets::Mirror } else { Facets::Diffuse }
     }
 
-    /// Returns the lights besides the environment, for the cameras of [`views`].
+    /// Returns the lights in addition to the environment, for the cameras of [`views`].
     #[must_use]
     pub fn lights(self) -> Lights {
         let front = Sun { direction: -Vec3::Y, irradiance: Vec3::splat(std::f32::consts::PI) };

@@ -1,4 +1,4 @@
-//! The `spheres` scene: all sixteen spheres of the tables on a floor.
+//! The `spheres` scene, with all sixteen spheres of the tables on a floor.
 
 use std::collections::HashMap;
 
@@ -12,9 +12,9 @@ use crate::stage::{Stage, Views};
 use leadr_render::camera::Camera;
 use leadr_render::scene::{Object, Pose};
 
-/// Distance between neighbouring sphere centres, metres; the radius is 1.
+/// The distance between the centres of neighbouring spheres in metres. A sphere has a radius of 1 metre.
 const SPACING: f32 = 2.5;
-/// Distance between rows, metres.
+/// The distance between rows in metres.
 const DEPTH: f32 = 3.0;
 /// Albedo and roughness of the floor.
 const FLOOR: [f32; 4] = [0.13, 0.13, 0.14, 0.35];
@@ -22,7 +22,7 @@ const FLOOR: [f32; 4] = [0.13, 0.13, 0.14, 0.35];
 const DETAIL: Detail = Detail { patches: 6, tile: 64 };
 
 /// Returns the slopes and centre of each sphere. The back row is isotropic, with the smoothest sphere on the left. The rows in front are
-/// anisotropic, with the smallest `σ_θ` on the left, in groups of three with `σ_φ` increasing to the right.
+/// anisotropic. The smallest `σ_θ` is on the left. In groups of three, `σ_φ` increases to the right.
 pub fn slopes_and_centres() -> Vec<(Vec2, Vec3)> {
     let row = |count: usize, i: usize, y: f32| Vec3::new((i as f32 - 0.5 * (count - 1) as f32) * SPACING, y, 1.0);
     let isotropic = ISOTROPIC.iter().enumerate().map(|(i, &s)| (Vec2::splat(s), row(7, i, DEPTH)));
@@ -32,7 +32,7 @@ pub fn slopes_and_centres() -> Vec<(Vec2, Vec3)> {
     isotropic.chain(middle).chain(front).collect()
 }
 
-/// Builds the stage, where spheres rotate slowly about their poles.
+/// Builds the stage, in which spheres rotate slowly about their poles.
 pub fn stage() -> Stage {
     let mut surfaces: HashMap<u32, Surface> = HashMap::new();
     let slopes_and_centres = slopes_and_centres();
@@ -49,7 +49,7 @@ pub fn stage() -> Stage {
                 super::cell::Facets::Mirror,
             );
             object.specular_f0 = 0.75;
-            // The floor hides some of the lower sky.
+            // The floor hides a part of the lower sky.
             object.mesh.accessibility = object.mesh.normals.iter().map(|n| 0.7 + 0.3 * n.z).collect();
             object.mesh.colors.fill([0.62, 0.42, 0.22, MIRROR_ROUGHNESS]);
             object
@@ -70,14 +70,14 @@ pub fn stage() -> Stage {
     Stage::moving(objects, views, motion, |_| Vec3::ZERO).with_albedo_below([r, g, b])
 }
 
-/// Builds a smooth floor, darkened where the spheres hide the sky.
+/// Builds a smooth floor that is darker where the spheres hide the sky.
 fn floor(slopes_and_centres: &[(Vec2, Vec3)]) -> Object {
     let mut mesh = plane(400.0, 112, 1.0, FLOOR, |t| (5.5 * t).sinh() / 5.5f32.sinh());
     mesh.accessibility = mesh
         .positions
         .iter()
         .map(|p| {
-            // Fraction of the cosine-weighted hemisphere that a unit sphere covers, seen from its floor.
+            // The fraction of the cosine-weighted hemisphere that a unit sphere covers, as seen from the floor.
             let hidden = slopes_and_centres.iter().map(|(_, centre)| (centre - p).length_squared().powf(-1.5));
             hidden.map(|h| 1.0 - h.min(1.0)).product()
         })

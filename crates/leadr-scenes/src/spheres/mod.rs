@@ -1,7 +1,7 @@
 //! Spheres of specified roughness: the cells of the LEADR supplement's tables.
 //!
-//! [`noise`] is the height function, and [`surface`] bakes it for the renderer. [`cell`] is one sphere of a table with its three lightings,
-//! and [`grid`] shows all sixteen.
+//! [`noise`] is the height function, and [`surface`] bakes it for the renderer. [`cell`] is one sphere of a table, with the three kinds of
+//! lighting. [`grid`] shows all sixteen spheres.
 
 pub mod cell;
 pub mod grid;
@@ -10,10 +10,10 @@ pub mod surface;
 
 use glam::Vec2;
 
-/// Deviation `σ = σ_θ = σ_φ` of the isotropic rows (supplement, tables 4, 6, 8).
+/// The standard deviations `σ = σ_θ = σ_φ` of the isotropic rows (supplement, tables 4, 6, 8).
 pub const ISOTROPIC: [f32; 7] = [0.01, 0.05, 0.25, 0.5, 1.0, 1.5, 2.0];
 
-/// Deviations `(σ_θ, σ_φ)` of the anisotropic rows (supplement, tables 5, 7, 9): scratches from pole to pole.
+/// The standard deviations `(σ_θ, σ_φ)` of the anisotropic rows (supplement, tables 5, 7, 9), which are scratches from pole to pole.
 pub const ANISOTROPIC: [Vec2; 9] = [
     Vec2::new(0.01, 0.02),
     Vec2::new(0.01, 0.04),

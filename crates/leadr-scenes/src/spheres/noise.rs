@@ -1,26 +1,26 @@
-//! Gaussian noise on the unit sphere. Its slope statistics are the same everywhere in the local frame `(ω_θ, ω_φ)`: along the meridian from
-//! the pole z, and along the parallel (LEADR supplement 2.1, Figure 4).
+//! Gaussian noise on the unit sphere. The slope statistics of the noise are the same everywhere in the local frame `(ω_θ, ω_φ)`: along the
+//! meridian from the pole z, and along the parallel (LEADR supplement 2.1, Figure 4).
 //!
-//! White noise on evenly spaced points of rings of constant latitude is convolved with a kernel. Each point has an independent normal
-//! number multiplied by the root of its area. Heights are therefore *exactly* Gaussian, with a variance independent of the ring positions.
-//! No texture coordinates are used. There are two kernels:
+//! White noise on evenly spaced points of rings of constant latitude is convolved with a kernel. Each point has an independent, normally
+//! distributed number, multiplied by the square root of the point's area. Heights are therefore *exactly* Gaussian, and their variance does
+//! not depend on the positions of the rings. No texture coordinates are used. There are two kernels:
 //!
 //! * The round kernel depends on the chord between points, so it is the same everywhere, even at the poles.
-//! * The stretched kernel, `f(Δθ / R_θ) f(sin θ_i Δφ / R_φ)` about a point at `θ_i`, follows the parallels and rotates the frame. It fails
-//!   where parallels are as short as the kernel, since every frame field on a sphere has a pole. There it is blended into a round
-//!   kernel of the same mean square slope ([`SphereNoise::cap`]).
+//! * The stretched kernel, `f(Δθ / R_θ) f(sin θ_i Δφ / R_φ)` about a point at `θ_i`, follows the parallels and rotates with the frame. This
+//!   kernel fails near the poles, where parallels are as short as the kernel. There it is blended into a round kernel with the same mean
+//!   square slope ([`SphereNoise::cap`]).
 
 use glam::{DVec2, Vec3};
 use std::f64::consts::{PI, TAU};
 
 use leadr_maps::noise::{hash, unit};
 
-/// `∫ f²` and `∫ f′²` over `[-1, 1]` of the kernel `f(x) = (1 − x²)⁶`, nearly Gaussian with compact support.
+/// The integrals `∫ f²` and `∫ f′²` over `[-1, 1]`. The kernel `f(x) = (1 − x²)⁶` is nearly Gaussian and has compact support.
 const KERNEL_SQUARE: f64 = 0.496_338_702_353;
 const KERNEL_SLOPE_SQUARE: f64 = 3.384_127_516_043;
-/// Integral `∫ (∂f/∂x)²` over the disc of the round kernel `f(r)`: `6π / 11`.
+/// The integral `∫ (∂f/∂x)²` over the disc of the round kernel `f(r)`, which is `6π / 11`.
 const ROUND_SLOPE_SQUARE: f64 = 6.0 * PI / 11.0;
-/// Support of the kernel, `√12` standard deviations of the Gaussian `exp(-6x²)` that it approximates.
+/// The support of the kernel: `√12` standard deviations of the Gaussian `exp(-6x²)` that the kernel approximates.
 const REACH: f64 = 3.464_101_615;
 
 fn kernel(square: f32) -> f32 {
@@ -29,19 +29,19 @@ fn kernel(square: f32) -> f32 {
     cube * cube
 }
 
-/// A parallel with evenly spaced points.
+/// A circle of constant latitude with evenly spaced points.
 #[derive(Debug)]
 struct Ring {
     theta: f32,
     sin: f32,
     cos: f32,
-    /// Longitude of the first point.
+    /// The longitude of the first point.
     start: f32,
-    /// Normal numbers multiplied by the root of the area per point.
+    /// Normally distributed numbers, multiplied by the square root of the area per point.
     weights: Vec<f32>,
 }
 
-/// Returns white noise on rings `spacing.0` apart, with points `spacing.1` apart, for `θ` in `range`.
+/// Returns white noise on rings, for `θ` in `range`. The two components of `spacing` are the distances between rings and between points.
 fn white_noise(seed: u32, spacing: DVec2, range: impl Fn(f64) -> bool) -> Vec<Ring> {
     let count = (PI / spacing.x).ceil().max(4.0) as u32;
     let step = PI / f64::from(count);
@@ -49,7 +49,7 @@ fn white_noise(seed: u32, spacing: DVec2, range: impl Fn(f64) -> bool) -> Vec<Ri
         .map(|j| {
             let theta = (f64::from(j) + 0.5) * step;
             let points = if range(theta) { (TAU * theta.sin() / spacing.y).ceil().max(6.0) as u32 } else { 0 };
-            // The points share the exact area of the ring's zone.
+            // The points of a ring share the exact area of the ring's zone.
             let zone = TAU * ((theta - 0.5 * step).cos() - (theta + 0.5 * step).cos());
             let root = (zone / f64::from(points.max(1))).sqrt();
             let weights = (0..points).map(|i| (root * normal(seed, i as i32, j as i32)) as f32).collect();
@@ -59,18 +59,18 @@ fn white_noise(seed: u32, spacing: DVec2, range: impl Fn(f64) -> bool) -> Vec<Ri
         .collect()
 }
 
-/// Returns a standard normal number (Box and Muller).
+/// Returns a random number with a standard normal distribution (Box and Muller).
 fn normal(seed: u32, x: i32, y: i32) -> f64 {
     let word = hash(seed, x, y);
     let (u, v) = (f64::from(unit(word)), f64::from(unit(hash(word, y, x))));
     (-2.0 * (u + 0.5 / f64::from(1 << 24)).ln()).sqrt() * (TAU * v).cos()
 }
 
-/// A convolution with a kernel.
+/// White noise that is convolved with a kernel.
 #[derive(Debug)]
 struct Field {
     rings: Vec<Ring>,
-    /// Kernel radius along `ω_θ` and `ω_φ`, radians.
+    /// The radius of the kernel along `ω_θ` and `ω_φ`, in radians.
     reach: [f32; 2],
     round: bool,
     amplitude: f32,
@@ -90,9 +90,9 @@ impl Field {
                 continue;
             }
             let across = (theta - ring.theta) / self.reach[0];
-            // Angle that the kernel covers around the ring.
+            // The angle around the ring that the kernel covers.
             let around = if self.round {
-                // The support is chord ≤ R, with chord² = 2 − 2 (cos θ cos θ_i + sin θ sin θ_i cos Δφ).
+                // The kernel covers points whose chord is at most R, with chord² = 2 − 2 (cos θ cos θ_i + sin θ sin θ_i cos Δφ).
                 let rest = 1.0 - 0.5 * self.reach[0] * self.reach[0] - p.z * ring.cos;
                 let product = ring.sin * p.truncate().length().max(1e-7);
                 if rest > product {
@@ -111,7 +111,7 @@ impl Field {
                 let weight = ring.weights[i.rem_euclid(count as i64) as usize];
                 row += weight
                     * if self.round {
-                        // The form 2 sin²(half) of 1 − cos avoids cancellation.
+                        // 1 − cos is computed as 2 sin²(half), which avoids cancellation.
                         let (t, f) = ((0.5 * (theta - ring.theta)).sin(), (0.5 * delta).sin());
                         let chord = 4.0 * (t * t + ring.sin * p.truncate().length() * f * f);
                         kernel(chord / (self.reach[0] * self.reach[0]))
@@ -135,10 +135,10 @@ pub struct SphereNoise {
 }
 
 impl SphereNoise {
-    /// Creates heights with uncorrelated slopes of standard deviations `sigma = (σ_θ, σ_φ)`, both above 0. The Gaussian kernel has the
-    /// standard deviation `length` radians along the steeper direction, and `length` times the slope ratio across it. The product of slope
-    /// and length is equal in both; 1.33 times it is the standard deviation of the heights. Heights are correlated over `2 · length`. The
-    /// larger length must be well below the radius, 1.
+    /// Creates heights with uncorrelated slopes of standard deviations `sigma = (σ_θ, σ_φ)`, both above 0. The Gaussian kernel has a
+    /// standard deviation of `length` radians along the steeper direction, and of `length` times the slope ratio in the other direction.
+    /// The product of slope and length is equal in both directions, and the standard deviation of the heights is 1.33 times this product.
+    /// Heights are correlated over `2 · length`. The larger length must be much smaller than the radius of 1.
     pub fn new(seed: u32, sigma: DVec2, length: f64) -> Self {
         let steep = sigma.max_element();
         let lengths = DVec2::splat(length * steep) / sigma;
@@ -149,7 +149,7 @@ impl SphereNoise {
         }
         let cap = CAP_OUTER * longest;
         let reach = lengths * REACH;
-        // One lattice point per standard deviation leaves a ripple of 0.2 % in the slope variance.
+        // With one lattice point per standard deviation, the slope variance has a ripple of only 0.2 %.
         let amplitude = (sigma.x * sigma.y / (KERNEL_SQUARE * KERNEL_SLOPE_SQUARE)).sqrt();
         let main = Field {
             rings: white_noise(seed, lengths, |_| true),
@@ -174,9 +174,9 @@ impl SphereNoise {
         }
     }
 
-    /// Returns the angle from the poles, radians, within which the slopes are inexact; 0 for equal `sigma`. At this angle the variance in
-    /// the smoother direction is about 15 % too large; at twice the angle it is within 5 %. Meridians converge over the kernel length; the
-    /// excess falls with the square of the distance.
+    /// Returns the angle from the poles, in radians, within which the slopes are inexact. The angle is 0 if both components of `sigma` are
+    /// equal. At this angle, the variance in the smoother direction is about 15 % too large, and at twice the angle, the error is within 5
+    /// %. The cause is that meridians converge over the length of the kernel. The excess falls with the square of the distance.
     pub fn cap(&self) -> f32 {
         self.cap
     }
@@ -190,14 +190,14 @@ impl SphereNoise {
         if t >= 1.0 {
             return self.main.at(p);
         }
-        // Weights whose squares sum to one preserve the variance.
+        // The squares of the weights sum to one, which preserves the variance.
         let weight = t * t * (3.0 - 2.0 * t);
         let outside = if weight > 0.0 { weight.sqrt() * self.main.at(p) } else { 0.0 };
         outside + (1.0 - weight).sqrt() * polar.at(p)
     }
 }
 
-/// Start and end of the blend at the poles, in standard deviations of the longer kernel.
+/// The start and the end of the blend at the poles, in standard deviations of the longer kernel.
 const CAP_INNER: f64 = 2.0;
 const CAP_OUTER: f64 = 4.0;
 
@@ -216,7 +216,7 @@ mod tests {
         Vec2::new((at(theta + e, phi) - at(theta - e, phi)) / d, (at(theta, phi + f) - at(theta, phi - f)) / d)
     }
 
-    /// Means, variances, covariance and excess kurtoses of slopes.
+    /// The means, variances, covariance and excess kurtoses of slopes.
     #[derive(Debug)]
     struct Statistics {
         mean: DVec2,
@@ -247,12 +247,12 @@ mod tests {
             .collect()
     }
 
-    /// Returns the Kolmogorov–Smirnov distance of standardised values from the normal distribution.
+    /// Returns the Kolmogorov–Smirnov distance between standardised values and the normal distribution.
     fn distance_from_normal(mut x: Vec<f64>) -> f64 {
         x.sort_by(f64::total_cmp);
         let (n, mut cumulative, mut at, mut worst) = (x.len() as f64, 0.0, -8.0f64, 0.0f64);
         for (i, &x) in x.iter().enumerate() {
-            // Integrates the density from the previous value to this one by the midpoint rule, with steps of at most 0.01.
+            // The midpoint rule integrates the density from the previous value to this value, with steps of at most 0.01.
             let steps = ((x - at) / 0.01).ceil().max(1.0);
             let h = (x - at) / steps;
             let density = |x: f64| (-0.5 * x * x).exp() / TAU.sqrt();
@@ -264,9 +264,9 @@ mod tests {
     }
 
     const PAIRS: [[f64; 2]; 6] = [[1.0, 1.0], [0.5, 1.0], [1.0, 0.5], [0.25, 1.0], [0.125, 1.0], [1.0, 0.125]];
-    /// Standard deviation of the kernel along the steeper direction, radians.
+    /// The standard deviation of the kernel along the steeper direction in radians.
     const LENGTH: f64 = 0.005;
-    /// Fraction of the variance lost by central differences over 8e-4 radians along the steeper direction.
+    /// The fraction of the variance lost by central differences over 8e-4 radians along the steeper direction.
     const MISSED: f64 = 0.004;
 
     #[test]
@@ -310,7 +310,7 @@ mod tests {
         }
     }
 
-    /// The area near the poles is too small for statistics of one field, so the test averages many fields.
+    /// The area near the poles is too small for the statistics of one field, so the test averages over many fields.
     #[test]
     fn cap_is_where_the_poles_become_visible() {
         let seeds = 160;
@@ -328,8 +328,8 @@ mod tests {
                     *sum += slopes.map(|s| s * s).sum::<DVec2>() / (f64::from(count * seeds) * sigma * sigma);
                 }
             }
-            // The measured ratio is 1.19 in the worst direction at the rim, and within 0.05 of 1 at twice the angle. It is 9 inside, where
-            // the round kernel has the mean of both slopes.
+            // At the rim, the measured ratio is 1.19 in the worst direction. At twice the angle, it is within 0.05 of 1. Inside, it is 9,
+            // because the round kernel has the mean of both slopes.
             let off = sums.map(|s| (s - 1.0).abs().max_element());
             assert!(off[2] < 0.25 && off[3] < 0.08, "{pair:?}: {sums:?}");
             if sigma.x == sigma.y {

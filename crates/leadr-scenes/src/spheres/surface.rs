@@ -10,72 +10,74 @@ use leadr_maps::cache::cached;
 use leadr_render::surfaces::displacement::HeightField;
 use leadr_render::surfaces::patch_mesh::PatchMesh;
 
-/// Size of the bumps.
+/// The size of the bumps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Frequency {
-    /// Visible, countable bumps.
+    /// Bumps that are large enough to see and count.
     Low,
-    /// The smallest bumps that the tiles can hold, far smaller than a table's pixels.
+    /// The smallest bumps that the tiles can store. Such bumps are much smaller than the pixels of a table.
     High,
 }
 
-/// Size of the mesh and its tiles.
+/// The size of the mesh and its tiles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Detail {
-    /// Number of patches along the edge of a cube face; the sphere has `6 n²`.
+    /// The number of patches along the edge of a cube face. The sphere has `6 n²` patches.
     pub patches: u32,
-    /// Texels along a tile, including the gutter. Up to 64, each texel gets a vertex in a reference picture.
+    /// The number of texels along a tile, including the gutter. Up to 64 texels, each texel has a vertex in a reference picture.
     pub tile: u32,
 }
 
 impl Detail {
-    /// Detail for tables: 1536 patches, 3840 texels around the equator. A reference tessellated to texels draws about 6 million triangles;
-    /// the maps take 200 MB on the device.
+    /// The detail for tables, with 1536 patches and 3840 texels around the equator. A reference that is tessellated to texels draws about 6
+    /// million triangles. The maps take 200 MB on the device.
     pub const TABLE: Self = Self { patches: 16, tile: 64 };
-    /// Detail for pictures with many spheres: 1920 texels around the equator, 50 MB.
+    /// The detail for pictures with many spheres, with 1920 texels around the equator. The maps take 50 MB on the device.
     pub const PICTURE: Self = Self { patches: 8, tile: 64 };
 
-    /// Returns the angle of the longest texel, at the centre of a face, in radians.
+    /// Returns the angle in radians that the longest texel covers, which is at the centre of a face.
     pub fn texel(&self) -> f64 {
         FRAC_PI_2 / f64::from(self.patches * (self.tile - 4))
     }
 }
 
-/// Mean squared texel side over the sphere, in units of the squared [`Detail::texel`]. Texels shrink toward the face edges.
+/// The mean square of the texel side over the sphere, in units of the square of [`Detail::texel`]. Texels shrink toward the edges of a
+/// face.
 const MEAN_SQUARE_TEXEL: f64 = 0.876;
 
-/// A baked sphere whose steeper slope has standard deviation 1.
+/// A baked sphere. Its steeper slope has a standard deviation of 1.
 #[derive(Clone, Debug)]
 pub struct Surface {
     /// The unit sphere.
     pub mesh: PatchMesh,
-    /// Heights of unit slope deviation.
+    /// The heights, whose steeper slope has a standard deviation of 1.
     pub heights: HeightField,
-    /// Angle from the poles, radians, within which the slope ratio is inexact ([`SphereNoise::cap`]).
+    /// The angle from the poles, in radians, within which the slope ratio is inexact ([`SphereNoise::cap`]).
     pub cap: f32,
-    /// Standard deviation of the kernel along the steeper direction, radians; half the correlation length there.
+    /// The standard deviation of the kernel along the steeper direction, in radians. The standard deviation is half the correlation length
+    /// in this direction.
     pub length: f32,
 }
 
-/// Returns the kernel's standard deviation along the steeper direction, radians, for slopes in the ratio of `sigma`.
+/// Returns the standard deviation of the kernel along the steeper direction, in radians, for slopes in the ratio of `sigma`.
 fn length_of(sigma: Vec2, frequency: Frequency, detail: Detail) -> f64 {
     let aspect = f64::from(sigma.max_element()) / f64::from(sigma.min_element());
     match frequency {
-        // Stretched kernels are narrower, because pixels must still cover their length.
+        // Stretched kernels are narrower, because pixels must still be large enough to cover the length of the kernel.
         Frequency::High => detail.texel() * (4.0 - (aspect.log2() - 1.0).clamp(0.0, 2.0) * 0.5),
         Frequency::Low => 0.03 / aspect.cbrt(),
     }
 }
 
 impl Surface {
-    /// Bakes slopes in the ratio of `sigma = (σ_θ, σ_φ)`; surfaces of equal ratio differ only in scale. The slopes of the triangles between
-    /// texels, averaged over the sphere, have this ratio. Triangles lose 0.12 / w² of the variance for a kernel of `w` texels, which the
-    /// heights compensate for.
+    /// Bakes a surface whose slopes are in the ratio of `sigma = (σ_θ, σ_φ)`. Surfaces with equal ratios differ only in scale. The ratio
+    /// holds for the slopes of the triangles between texels, averaged over the sphere. For a kernel of `w` texels, triangles lose 0.12 / w²
+    /// of the variance, and the heights compensate for this loss.
     pub fn bake(sigma: Vec2, frequency: Frequency, detail: Detail) -> Self {
         Self::of_length(sigma, length_of(sigma, frequency, detail), detail)
     }
 
-    /// Like [`Self::bake`], but with the user's cache.
+    /// Like [`Self::bake`], but reads and writes the user's cache.
     pub fn kept(sigma: Vec2, frequency: Frequency, detail: Detail) -> Self {
         let programs = [
             include_str!("surface.rs"),
@@ -95,7 +97,7 @@ impl Surface {
         Self::with(sigma, length, detail, |_, make| make())
     }
 
-    /// Bakes; `known` returns this many cached texels, or computes them.
+    /// Bakes the surface. `known` returns this many texels from the cache, or computes them.
     fn with(
         sigma: Vec2,
         length: f64,
@@ -103,7 +105,8 @@ impl Surface {
         known: impl FnOnce(usize, &dyn Fn() -> Vec<f32>) -> Vec<f32>,
     ) -> Self {
         let unit = sigma.as_dvec2() / f64::from(sigma.max_element());
-        // C(0) − C(t) of the kernel's autocorrelation to fourth order: a twelfth of ∫f″² / ∫f′² per squared deviation.
+        // C is the kernel's autocorrelation. C(0) − C(t) is used to fourth order, where the second term is ∫f″² / ∫f′² / 12 per squared
+        // standard deviation.
         let texels = DVec2::splat(length) / unit / detail.texel();
         let seen = DVec2::ONE - 0.133 * MEAN_SQUARE_TEXEL / (texels * texels);
         let noise = SphereNoise::new(1, unit / DVec2::new(seen.x.sqrt(), seen.y.sqrt()), length);
@@ -123,8 +126,8 @@ mod tests {
     use leadr_render::surfaces::displacement::Border;
     use leadr_render::surfaces::patch::Patch;
 
-    /// Returns points where four texels of a tile meet, with slopes along `(ω_θ, ω_φ)`. They average the adjacent triangles, which loses
-    /// `0.3 / w²` of the variance.
+    /// Returns the points where four texels of a tile meet, and the slopes along `(ω_θ, ω_φ)`. Each slope is a mean of the adjacent
+    /// triangles, which loses `0.3 / w²` of the variance.
     fn slopes(surface: &Surface) -> Vec<(Vec3, DVec2)> {
         let Border::Tiles(layout) = surface.heights.border else { panic!("tiles") };
         let mut slopes = Vec::new();
@@ -174,7 +177,7 @@ mod tests {
                 let fourth = inside.iter().map(|s| *s * *s * *s * *s).sum::<DVec2>() / n;
                 let kurtosis = fourth / (square * square);
                 println!("{sigma} {frequency:?}: mean {mean} square {square} cross {cross:.4} kurtosis {kurtosis}");
-                // A single field deviates from its expectation, more so with fewer bumps.
+                // A single field deviates from its expectation. The deviation is larger if there are fewer bumps.
                 let (variance, fourth) = if frequency == Frequency::High { (0.06, 0.15) } else { (0.08, 0.2) };
                 assert!(mean.abs().max_element() < 0.02, "{sigma} {frequency:?}: {mean}");
                 assert!((square - 1.0).abs().max_element() < variance, "{sigma} {frequency:?}: {square}");

@@ -1,10 +1,11 @@
-//! The displacement and colour atlas: one tile per cage quad.
+//! The atlas of displacements and colours, which has one tile per quad of the cage.
 //!
-//! A texel holds the distance along the patch normal `N(u, v)` from the limit surface `X(u, v)` to the animal, including skin relief. A
-//! displaced surface folds over where `1 + hκ` is negative, so the curvature of adjacent patches bounds the displacement per vertex.
+//! A texel holds the distance along the patch normal `N(u, v)` from the limit surface `X(u, v)` to the animal's surface, including the
+//! relief of the skin. A displaced surface folds over where `1 + hκ` is negative, so the curvature of adjacent patches bounds the
+//! displacement per vertex.
 //!
-//! Edges are evaluated once for both tiles. A gutter is the point reflection of its tile through the edge values. Bilinear filtering on an
-//! edge therefore returns its value exactly, at every mip level that keeps the gutter.
+//! Edges are evaluated once for both tiles. The gutter of a tile is the point reflection of the tile's texels through the values on the
+//! edge. Bilinear filtering on an edge therefore returns the exact value, at every mip level that keeps the gutter.
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -20,21 +21,21 @@ use leadr_maps::noise::smoothstep as ss;
 use leadr_render::surfaces::patch::{Patch, PatchPoint};
 use leadr_render::surfaces::patch_mesh::{PatchMesh, TileLayout};
 
-/// Maximum displacement inwards and outwards, metres.
+/// The largest displacements inwards and outwards, in metres.
 const REACH: [f32; 2] = [0.16, 0.10];
-/// Minimum ratio of displaced to undisplaced area, in projection along the normal.
+/// The smallest ratio of displaced to undisplaced area, projected along the normal.
 const LEAST_AREA: f32 = 0.3;
-/// Coordinate x behind which the full model differs from the cage only in fingers and dew claws, which are props.
+/// The x coordinate behind which the full model differs from the cage only in fingers and dew claws, which are props.
 const HEAD_X: f32 = 3.0;
 
-/// Properties of one point: height, linear albedo, `α`.
+/// The properties of one point: height, linear albedo and `α`.
 type Sample = [f32; 5];
 
-/// Distance of the animal along the normal, and quantities that vary smoothly with position.
+/// The distance to the animal's surface along the normal, and quantities that vary smoothly with the position.
 #[derive(Clone, Copy, Default)]
 struct Node {
     distance: f32,
-    /// Fraction of the skin relief to apply, small on walls nearly parallel to the normal.
+    /// The fraction of the skin relief that is applied. The fraction is small on walls that are nearly parallel to the normal.
     relief: f32,
     mouth: f32,
 }
@@ -44,18 +45,18 @@ struct Baker<'a> {
     skin: &'a Skin,
     mesh: &'a PatchMesh,
     patches: Vec<Patch>,
-    /// Displacement bounds of each vertex inwards and outwards (positive), metres.
+    /// The limits of each vertex's displacement inwards and outwards, as positive metres.
     bounds: Vec<[f32; 2]>,
 }
 
-/// Limits `x` to `±bound` without a kink. Values up to 60 % of the bound do not change.
+/// Limits `x` to the bounds without a kink. Values up to 60 % of a bound do not change.
 fn soft_limit(x: f32, [inward, outward]: [f32; 2]) -> f32 {
     let bound = if x < 0.0 { inward } else { outward };
     let r = x.abs() / bound;
     if r <= 0.6 { x } else { (bound * (0.6 + 0.4 * ((r - 0.6) / 0.4).tanh())).copysign(x) }
 }
 
-/// Returns the largest inward and outward displacements that keep the projected area at every sample of the patch.
+/// Returns the largest displacements inwards and outwards that preserve the projected area at every sample of the patch.
 fn patch_bounds(patch: &Patch) -> [f32; 2] {
     let mut bounds = REACH;
     let center = patch.at(Vec2::splat(0.5));
@@ -64,7 +65,7 @@ fn patch_bounds(patch: &Patch) -> [f32; 2] {
         let uv = Vec2::new((i % 6) as f32, (i / 6) as f32) / 5.0;
         let p = patch.at(uv);
         let area = |h: f32| (p.du + p.normal_du * h).cross(p.dv + p.normal_dv * h).dot(p.normal);
-        // Displacement cannot improve points where the limit surface is degenerate.
+        // Where the limit surface is degenerate, displacement cannot improve it.
         let least = LEAST_AREA * area(0.0).max(0.05 * usual);
         for (bound, sign) in bounds.iter_mut().zip([-1.0, 1.0]) {
             let mut h = 0.002;
@@ -99,13 +100,13 @@ impl<'a> Baker<'a> {
         if p.x < HEAD_X { self.sdf.coarse.distance(p) } else { self.sdf.full.distance(p) }
     }
 
-    /// Returns the distance along `n` to the surface, inwards from outside and outwards from inside, or the reach if there is none. It
-    /// depends only on the arguments, so neighbours agree.
+    /// Returns the distance along `n` to the surface, or the reach if there is no surface. The search goes inwards from outside points, and
+    /// outwards from inside points. The result depends only on the arguments, so neighbours agree.
     fn cross(&self, x: Vec3, n: Vec3) -> f32 {
         let start = self.field(x);
         let sign = if start > 0.0 { -1.0 } else { 1.0 };
         let reach = if sign < 0.0 { 1.5 * REACH[0] } else { 1.5 * REACH[1] };
-        // Distance along the march; `value` is positive until the surface is crossed.
+        // `near` is the distance along the march. `value` is positive until the surface is crossed.
         let (mut near, mut value) = (0.0_f32, start.abs());
         if value < 1e-6 {
             return 0.0;
@@ -124,7 +125,7 @@ impl<'a> Baker<'a> {
         sign * near.min(reach)
     }
 
-    /// Finds the root in a bracket by the Illinois method.
+    /// Finds the root within a bracket by the Illinois method.
     fn refine(&self, x: Vec3, n: Vec3, sign: f32, [mut a, mut b]: [f32; 2], [mut fa, mut fb]: [f32; 2]) -> f32 {
         for _ in 0..12 {
             if (b - a).abs() < 2e-6 || fa - fb < 1e-9 {
@@ -178,16 +179,16 @@ impl<'a> Baker<'a> {
     }
 }
 
-/// Exact samples on vertices and edges, each evaluated once.
+/// Exact samples on vertices and edges. Each is evaluated once.
 struct Borders {
     corners: Vec<Sample>,
-    /// Samples of each edge, from its lower to its higher vertex.
+    /// The samples of each edge, from the lower to the higher vertex.
     edges: Vec<Sample>,
     index: HashMap<[u32; 2], usize>,
     inner: usize,
 }
 
-/// Corner pairs of the edges v=0, u=1, v=1 and u=0, each along increasing u or v.
+/// The pairs of corners of the edges v=0, u=1, v=1 and u=0. Each pair is in the direction of increasing u or v.
 const SIDES: [[usize; 2]; 4] = [[0, 1], [1, 2], [3, 2], [0, 3]];
 
 fn side_uv(side: usize, s: f32) -> Vec2 {
@@ -238,7 +239,7 @@ impl Borders {
     }
 }
 
-/// Weights of lattice nodes for a texel: first node, cubic weights, and linear fraction.
+/// The weights of lattice nodes for a texel: the first node, the cubic weights, and the linear fraction.
 struct Tap {
     first: usize,
     cubic: [f32; 4],
@@ -258,7 +259,7 @@ fn taps(inner: usize, intervals: usize) -> Vec<Tap> {
     (0..inner).map(tap).collect()
 }
 
-/// Lattice nodes of one tile, inside a ring of linearly extrapolated distances.
+/// The lattice nodes of one tile, inside a ring of nodes whose distances are extrapolated linearly.
 struct Lattice {
     nodes: Vec<Node>,
     padded: Vec<f32>,
@@ -304,7 +305,7 @@ impl Lattice {
         let k = v.first * side + u.first;
         let n = [&self.nodes[k], &self.nodes[k + 1], &self.nodes[k + side], &self.nodes[k + side + 1]];
         let (low, high) = n.iter().fold((f32::MAX, f32::MIN), |(l, h), q| (l.min(q.distance), h.max(q.distance)));
-        // Cubic interpolation would ring where the root jumps (into the mouth, under a lid).
+        // Cubic interpolation would ring where the root jumps, for example into the mouth or under a lid.
         let slack = 0.25 * (high - low) + 1e-4;
         let blend = |f: fn(&Node) -> f32| {
             let bottom = f(n[0]) + (f(n[1]) - f(n[0])) * u.fraction;
@@ -335,7 +336,7 @@ fn bake_tile(baker: &Baker, borders: &Borders, layout: &TileLayout, taps: &[Tap]
     }
     let reflect = |about: &Sample, q: &Sample| std::array::from_fn(|k| 2.0 * about[k] - q[k]);
     let last = gutter + inner - 1;
-    // Gutters right and left of the inner rows come first, then whole rows below and above.
+    // The gutters to the right and left of the inner rows come first, and then the whole rows below and above.
     for j in 0..inner {
         let row = (j + gutter) * size;
         for k in 0..gutter {
@@ -365,15 +366,15 @@ fn bake_tile(baker: &Baker, borders: &Borders, layout: &TileLayout, taps: &[Tap]
     tile
 }
 
-/// Returns the lattice intervals per tile edge. Fine tiles interpolate between nodes.
+/// Returns the number of lattice intervals along the edge of a tile. Fine tiles are interpolated between nodes.
 fn intervals(inner: usize) -> usize {
     inner.min(20)
 }
 
-/// Bakes all tiles of `mesh` in `layout`, row by row: displacement along the patch normal in metres, and sRGB-encoded albedo with linear
-/// Beckmann `α`. `progress` receives the completed fraction, from any thread.
+/// Bakes all tiles of `mesh` in `layout`. Returns the rows of the displacement along the patch normal in metres, and of the sRGB-encoded
+/// albedo with linear Beckmann `α`. `progress` receives the completed fraction, from any thread.
 ///
-/// The mesh is in the bind pose, and each of its edges joins two patches; `layout` holds a tile per patch.
+/// The mesh must be in the bind pose, each of its edges must join two patches, and `layout` must have one tile per patch.
 pub fn bake(
     sdf: &TrexSdf,
     skin: &Skin,

@@ -1,15 +1,15 @@
-//! Attaches props to bending skin; they follow the skin around them instead of one joint.
+//! Attaches props to bending skin. The props follow the skin around them instead of a single joint.
 
 use glam::Vec3;
 
 use super::skeleton::joint_index;
 use leadr_render::surfaces::patch_mesh::PatchMesh;
 
-/// Joints whose props (dew claws with their horn) are on skin that several joints move.
+/// The joints whose props (dew claws with their horn) are on skin that is moved by several joints.
 const BENDING: [&str; 2] = ["ankle_L", "ankle_R"];
 
-/// Gives all vertices of a dew claw the weights of the body vertex nearest to its highest point, where it leaves the leg. The claw stays
-/// rigid and attached.
+/// Gives all vertices of a dew claw the weights of one body vertex. The chosen vertex is nearest to the highest point of the claw, where
+/// the claw leaves the leg. The claw stays rigid and attached.
 pub fn attach(props: &mut PatchMesh, body: &PatchMesh) {
     for joint in BENDING {
         let joint = joint_index(joint) as u16;

@@ -1,6 +1,6 @@
 //! The baked animal as a [cache](leadr_maps::cache) file, which is untrusted input.
 //!
-//! Layout (little endian): tile size, counts, and then the arrays back to back.
+//! The file (little endian) has the tile size, the counts, and then the arrays without gaps.
 
 use glam::Vec3;
 
@@ -8,7 +8,7 @@ use super::skeleton::JOINT_COUNT;
 use leadr_maps::cache::{expect_all, expect_end, put, take};
 use leadr_render::surfaces::patch_mesh::{PatchMesh, SkinWeights, TileLayout};
 
-/// Maximum accepted count.
+/// The largest count that is accepted.
 const MOST: u32 = 1 << 16;
 
 /// Maximum distance of a vertex from the origin along an axis, metres.
@@ -23,11 +23,11 @@ pub fn most_bytes(tile: u32) -> u64 {
 pub struct Baked {
     /// The control mesh with texture coordinates and skin weights.
     pub body: PatchMesh,
-    /// Layout of the atlas.
+    /// The layout of the atlas.
     pub layout: TileLayout,
-    /// Displacement along the patch normal, metres, row by row.
+    /// The displacement along the patch normal in metres, in rows.
     pub heights: Vec<f32>,
-    /// sRGB-encoded albedo (rgb) and linear Beckmann `α` (a), row by row.
+    /// The sRGB-encoded albedo (rgb) and the linear Beckmann `α` (a), in rows.
     pub colors: Vec<[u8; 4]>,
 }
 

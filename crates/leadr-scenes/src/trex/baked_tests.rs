@@ -21,7 +21,7 @@ fn bilinear(c: [f32; 4], uv: Vec2) -> f32 {
     a + (b - a) * uv.y
 }
 
-/// Returns the filtered height at a patch parameter, as the renderer samples it.
+/// Returns the filtered height at a parameter of a patch, sampled in the same way as in the renderer.
 fn height(trex: &Trex, patch: usize, uv: Vec2) -> f32 {
     let (x0, y0) = trex.layout.origin(patch as u32);
     let t = uv * trex.layout.inner() as f32 + trex.layout.gutter as f32 - 0.5;
@@ -32,7 +32,8 @@ fn height(trex: &Trex, patch: usize, uv: Vec2) -> f32 {
     bilinear([at(0, 0), at(1, 0), at(1, 1), at(0, 1)], t - Vec2::new(i, j))
 }
 
-/// Counts micro-faces at texel spacing: all, folded (against the patch normal), and steep (cosine to the normal below 0.5).
+/// Counts the micro-faces at texel spacing: all faces, folded faces (against the patch normal), and steep faces (cosine with the normal
+/// below 0.5).
 fn folds(trex: &Trex) -> (usize, usize, usize) {
     let n = trex.layout.inner() as usize;
     let per_patch: Vec<(usize, usize)> = (0..trex.body.patches.len())
@@ -60,7 +61,7 @@ fn folds(trex: &Trex) -> (usize, usize, usize) {
     (n * n * per_patch.len(), sum(|f| f.0), sum(|f| f.1))
 }
 
-/// Returns the maximum difference of filtered heights across edges, metres.
+/// Returns the largest difference of filtered heights across edges, in metres.
 fn worst_edge(trex: &Trex) -> f32 {
     let mut seen = std::collections::HashMap::new();
     let mut worst = 0.0_f32;
@@ -100,7 +101,7 @@ fn tiles_agree_on_their_edges_and_do_not_fold() {
     assert!(worst < 1e-5, "{worst}");
     assert!((folded as f32) < 2e-4 * all as f32, "{folded} of {all}");
     assert!(trex.heights.iter().all(|h| h.is_finite() && h.abs() < 0.4));
-    // Each measure detects a fault.
+    // Each measure detects a fault that is introduced here.
     let broken = trex.layout.origin(100);
     let width = trex.layout.size().0;
     for y in 0..16 {
@@ -128,7 +129,7 @@ fn baking_twice_gives_the_same_animal_and_the_cache_returns_it() {
         assert_eq!(first.body.patches, other.body.patches);
     }
     assert!(std::fs::metadata(file).unwrap().len() > 1000, "the damaged file was replaced");
-    // The folder cannot be created, because a file has its name.
+    // The folder cannot be created, because a file already has its name.
     assert!(Trex::load_from(Some(&MapCache::in_folder(file.join("below"))), 8, &|_| ()).is_ok());
 }
 

@@ -1,7 +1,7 @@
-//! The control mesh, one closed all-quad surface around the coarse distance field.
+//! The control mesh: one closed surface of quads around the coarse distance field.
 //!
-//! Dual marching cubes on a warped grid, with small cells for detail, and relaxation onto the field build the mesh. A test checks that it
-//! is a topological ball.
+//! The mesh is extracted by dual marching cubes on a warped grid, which has small cells for detail, and then relaxed onto the field. A test
+//! checks that it is a topological ball.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -12,14 +12,14 @@ use super::sdf::TrexSdf;
 use super::weights::skin_weights;
 use leadr_render::surfaces::patch_mesh::PatchMesh;
 
-/// Spacing of the grid, metres.
+/// The spacing of the grid in metres.
 const SPACING: f32 = 0.11;
 
-/// Low and high corner of the grid before it is warped, metres; `y` is symmetric about half a cell.
+/// The low and the high corner of the grid before it is warped, in metres. `y` is symmetric about half a cell.
 const GRID_LOW: Vec3 = Vec3::new(-8.4, -1.5, -1.1);
 const GRID_HIGH: Vec3 = Vec3::new(7.0, 1.5, 5.9);
 
-/// Warps that shrink cells: centre, radius, and reduction at the centre (0.6 leaves 0.4 of the spacing).
+/// The warps that shrink cells. Each has a centre, a radius, and the reduction at the centre (0.6 leaves 0.4 of the spacing).
 const WARPS: [([f32; 3], f32, f32); 9] = [
     ([4.15, 0.0, 3.80], 1.75, 0.56),
     ([0.0, 0.48, 0.75], 0.80, 0.30),
@@ -32,7 +32,7 @@ const WARPS: [([f32; 3], f32, f32); 9] = [
     ([-6.6, 0.0, 2.70], 1.7, 0.72),
 ];
 
-/// Builds the cage with positions, normals, accessibility, skin and patches. Colours and texture coordinates stay empty.
+/// Builds the cage with positions, normals, accessibility, skin weights and patches. Colours and texture coordinates remain empty.
 pub fn build(sdf: &TrexSdf) -> PatchMesh {
     let mut surface = extract(&sample(sdf));
     let ring = neighbors(&surface);
@@ -74,22 +74,22 @@ fn sample(sdf: &TrexSdf) -> SampledGrid {
             warp(low + node * SPACING)
         })
         .collect();
-    // The field is not evaluated far outside the animal.
+    // The field is not evaluated at points far outside the animal.
     let outside = |p: Vec3| p.x < -7.0 || p.x > 5.2 || p.y.abs() > 1.2 || p.z < -0.3 || p.z > 4.7;
     let values =
         points.par_iter().with_min_len(1024).map(|&p| if outside(p) { 1.0 } else { sdf.coarse.distance(p) }).collect();
     SampledGrid { size, points, values }
 }
 
-/// Number of cones over the hemisphere for the accessibility.
+/// The number of cones over the hemisphere that sample the accessibility.
 const CONES: usize = 36;
 
-/// Returns, for each point, the cosine-weighted fraction of the hemisphere that the animal leaves open, in `[0, 1]`. Cones are marched
-/// through the full field up to a metre, without the ground.
+/// Returns, for each point, the cosine-weighted fraction of the hemisphere that the animal does not occlude, in `[0, 1]`. Cones are marched
+/// through the full field for up to a metre. The ground does not occlude.
 fn accessibility(sdf: &TrexSdf, positions: &[Vec3], normals: &[Vec3]) -> Vec<f32> {
     let cosine_directions: Vec<Vec3> = (0..CONES)
         .map(|i| {
-            // A golden-angle spiral over the disk is lifted to the hemisphere (Malley).
+            // A golden-angle spiral over the disk is projected up onto the hemisphere (Malley's method).
             let r2 = (i as f32 + 0.5) / CONES as f32;
             let phi = i as f32 * 2.399_963;
             Vec3::new(r2.sqrt() * phi.cos(), r2.sqrt() * phi.sin(), (1.0 - r2).sqrt())
@@ -110,7 +110,7 @@ fn accessibility(sdf: &TrexSdf, positions: &[Vec3], normals: &[Vec3]) -> Vec<f32
                 let (mut distance, mut visible) = (0.025_f32, 1.0_f32);
                 while distance < 1.0 && visible > 0.0 {
                     let clearance = sdf.full.distance(start + direction * distance + n * 0.004);
-                    // A cone of half-angle 0.2 is half closed where the surface touches its axis.
+                    // If the surface touches the axis of a cone of half-angle 0.2, the cone is half closed.
                     visible = visible.min((0.5 + clearance / (0.4 * distance)).clamp(0.0, 1.0));
                     distance += (0.5 * distance).max(clearance * 0.7);
                 }
@@ -207,22 +207,22 @@ mod tests {
         assert!(a.skin == b.skin && a.accessibility == b.accessibility);
     }
 
-    /// Shape measures of a quad.
+    /// Measures of a quad's shape.
     #[derive(Clone, Copy, Debug)]
     struct QuadShape {
-        /// Ratio of the longer to the shorter midline.
+        /// The ratio of the longer midline to the shorter midline.
         aspect: f32,
-        /// Smallest inner angle, degrees.
+        /// The smallest inner angle in degrees.
         min_angle: f32,
-        /// Ratio of the corners' distance from the mean plane to the mean edge length.
+        /// The ratio of the corners' distance from the mean plane to the mean length of the edges.
         off_plane: f32,
-        /// Mean edge length, metres.
+        /// The mean length of the edges in metres.
         edge: f32,
-        /// Area, square metres.
+        /// The area in square metres.
         area: f32,
     }
 
-    /// Measures one quad.
+    /// Measures the shape of one quad.
     fn quad_shape(p: [Vec3; 4]) -> QuadShape {
         let midline = |a: usize, b: usize, c: usize, d: usize| ((p[a] + p[b] - p[c] - p[d]) * 0.5).length();
         let (m0, m1) = (midline(0, 1, 2, 3), midline(1, 2, 3, 0));

@@ -1,33 +1,33 @@
-//! Dual marching cubes on a structured grid. The all-quad surface has one vertex for each sheet of the surface in a cell.
+//! Dual marching cubes on a structured grid. The resulting surface consists of quads. Each sheet of the surface in a cell has one vertex.
 //!
-//! Plain surface nets have one vertex per cell, and become non-manifold where two sheets are close. One vertex per sheet (Nielson 2004)
-//! avoids that.
+//! Plain surface nets have one vertex per cell. Such a mesh becomes non-manifold where two sheets are close to each other. One vertex per
+//! sheet avoids this problem (Nielson 2004).
 
 use glam::Vec3;
 
-/// Vertices, and quads that are counter-clockwise seen from the positive side of the field.
+/// The vertices and quads of a surface. Quads are counter-clockwise when seen from the positive side of the field.
 #[derive(Clone, Debug, Default)]
 pub struct QuadSurface {
     /// Vertex positions.
     pub positions: Vec<Vec3>,
-    /// Vertex indices of the quads.
+    /// The vertex indices of the quads.
     pub quads: Vec<[u32; 4]>,
 }
 
-/// A grid of field samples: `values[i]` is at `points[i]`, with index `(x·ny + y)·nz + z`.
+/// A grid of field samples. The sample `values[i]` is at `points[i]`, and has the index `(x·ny + y)·nz + z`.
 #[derive(Clone, Debug)]
 pub struct SampledGrid {
-    /// Number of samples along each axis.
+    /// The number of samples along each axis.
     pub size: [usize; 3],
-    /// Positions of the samples; the grid may be warped.
+    /// The positions of the samples. The grid may be warped.
     pub points: Vec<Vec3>,
-    /// Field values, negative inside.
+    /// The values of the field, negative inside.
     pub values: Vec<f32>,
 }
 
 const NONE: u32 = u32::MAX;
 
-/// Returns the twelve edges of a cell as pairs of corners, whose bits are x, y, z.
+/// Returns the twelve edges of a cell as pairs of corners. The bits of a corner are x, y and z.
 fn cell_edges() -> Vec<[usize; 2]> {
     let mut edges = Vec::new();
     for a in 0..8_usize {
@@ -40,7 +40,7 @@ fn cell_edges() -> Vec<[usize; 2]> {
     edges
 }
 
-/// Returns the sheet of each edge for one sign pattern of the corners, or `None` if the edge is not crossed.
+/// Returns the sheet of each edge for one pattern of signs at the corners, or `None` if the surface does not cross the edge.
 fn sheets(inside: usize, edges: &[[usize; 2]]) -> [Option<u8>; 12] {
     let is_inside = |c: usize| inside >> c & 1 == 1;
     let crossed = |e: usize| is_inside(edges[e][0]) != is_inside(edges[e][1]);
@@ -60,7 +60,7 @@ fn sheets(inside: usize, edges: &[[usize; 2]]) -> [Option<u8>; 12] {
                 let (a, b) = (root(&parent, on[0]), root(&parent, on[1]));
                 parent[a] = b;
             } else if on.len() == 4 {
-                // On an ambiguous face the two inside corners stay separate, in each cell that shares the face.
+                // On an ambiguous face, the two inside corners remain separate in both cells that share the face.
                 for corner in (0..8).filter(|&c| on_face(c) && is_inside(c)) {
                     let pair: Vec<usize> = on.iter().copied().filter(|&e| edges[e].contains(&corner)).collect();
                     let (a, b) = (root(&parent, pair[0]), root(&parent, pair[1]));
@@ -82,7 +82,7 @@ fn sheets(inside: usize, edges: &[[usize; 2]]) -> [Option<u8>; 12] {
     out
 }
 
-/// Extracts the zero surface. Each vertex is the mean of the edge crossings of its sheet.
+/// Extracts the surface on which the field is zero. Each vertex is the mean of the edge crossings of its sheet.
 pub fn extract(grid: &SampledGrid) -> QuadSurface {
     let [nx, ny, nz] = grid.size;
     let edges = cell_edges();
@@ -90,7 +90,7 @@ pub fn extract(grid: &SampledGrid) -> QuadSurface {
     let index = |x: usize, y: usize, z: usize| (x * ny + y) * nz + z;
     let corner = |c: usize| [c & 1, c >> 1 & 1, c >> 2 & 1];
     let mut surface = QuadSurface::default();
-    // First vertex and sign pattern of each cell.
+    // The first vertex and the sign pattern of each cell.
     let mut first = vec![NONE; nx * ny * nz];
     let mut pattern = vec![0_u8; nx * ny * nz];
     for x in 0..nx - 1 {
@@ -119,7 +119,7 @@ pub fn extract(grid: &SampledGrid) -> QuadSurface {
             }
         }
     }
-    // Each crossed grid edge gives a quad from the four cells around it.
+    // Each grid edge that the surface crosses gives a quad of the four cells around the edge.
     for x in 1..nx - 1 {
         for y in 1..ny - 1 {
             for z in 1..nz - 1 {
@@ -156,7 +156,8 @@ pub mod tests {
     use crate::trex::relax::neighbors;
     use leadr_render::surfaces::topology::Topology;
 
-    /// Returns vertices − edges + faces, connected pieces, and edges not shared by two quads in opposite directions.
+    /// Returns three values: vertices − edges + faces, the number of connected pieces, and the number of edges that two quads do not share
+    /// in opposite directions.
     pub fn shape(surface: &QuadSurface) -> (i64, usize, usize) {
         let topology = Topology::new(&surface.quads);
         let euler = surface.positions.len() as i64 - topology.edges.len() as i64 + surface.quads.len() as i64;
@@ -174,7 +175,7 @@ pub mod tests {
         (euler, pieces, topology.irregular_edges())
     }
 
-    /// Value of [`shape`] for one closed surface of genus zero.
+    /// The value of [`shape`] for one closed surface of genus zero.
     pub const BALL: (i64, usize, usize) = (2, 1, 0);
 
     fn sampled(n: usize, field: impl Fn(Vec3) -> f32) -> SampledGrid {

@@ -1,7 +1,7 @@
-//! Target poses of the pelvis, feet and other joints during the walk, as functions of the phase.
+//! The target poses of the pelvis, the feet and the other joints during the walk, as functions of the phase.
 //!
-//! Phase `t` is in `[0, 1)`: 0 is the touchdown of the left foot, and the right leg is half a cycle later. Angles are in radians, lengths
-//! in metres. Positive pitch lowers the nose (and moves the far end of a leg backwards).
+//! Phase `t` is in `[0, 1)`: 0 is the touchdown of the left foot, and the right leg is half a cycle later. Angles are in radians, and
+//! lengths in metres. A positive pitch lowers the nose, and moves the far end of a leg backwards.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::LazyLock;
@@ -11,33 +11,33 @@ use glam::DVec3;
 use super::primitive;
 use super::skeleton::{JOINT_COUNT, joint_index};
 
-/// Distance walked in one cycle, metres.
+/// The distance walked in one cycle in metres.
 pub const STRIDE: f64 = 3.6;
-/// Duration of one walk cycle, seconds.
+/// The duration of one walk cycle in seconds.
 pub const PERIOD: f64 = 1.6;
-/// Fraction of the cycle in which a foot is on the ground.
+/// The fraction of the cycle during which a foot is on the ground.
 pub const DUTY: f64 = 0.62;
-/// Phase at which the heel starts to lift.
+/// The phase at which the heel starts to lift.
 pub const HEEL_OFF: f64 = 0.48;
-/// Half the distance between the feet's mid-lines, metres.
+/// Half the distance between the mid-lines of the feet, in metres.
 const TRACK: f64 = 0.35;
-/// Distance of the metatarsal joint ahead of the rest position of the hip at touchdown, metres.
+/// The distance in metres by which the metatarsal joint is ahead of the rest position of the hip at touchdown.
 const REACH: f64 = 1.17;
-/// Height of the metatarsal joint over flat ground, metres.
+/// The height of the metatarsal joint over flat ground in metres.
 const FOOT_HEIGHT: f64 = 0.15;
-/// Position of the middle toe's joint relative to the metatarsal joint; the foot rolls over it.
+/// The position of the middle toe's joint relative to the metatarsal joint. The foot rolls over the toe's joint.
 const PIVOT: [f64; 2] = [0.32, -0.05];
-/// Heel lift at the end of the stance, degrees.
+/// The lift of the heel at the end of the stance in degrees.
 const HEEL_LIFT: f64 = 42.0;
 
-/// Roll, pitch and yaw; the rotation is yaw · roll · pitch.
+/// Roll, pitch and yaw of a joint. The rotation is yaw · roll · pitch.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct JointAngles {
-    /// Rotation about x.
+    /// The rotation about x.
     pub roll: f64,
-    /// Rotation about y.
+    /// The rotation about y.
     pub pitch: f64,
-    /// Rotation about z.
+    /// The rotation about z.
     pub yaw: f64,
 }
 
@@ -55,29 +55,29 @@ pub fn pelvis(t: f64) -> (DVec3, JointAngles) {
     (offset, angles)
 }
 
-/// The pose of a foot: metatarsal joint in the travelling frame, tilt of the metatarsus, pitch of the foot and of its toes.
+/// The pose of a foot: the metatarsal joint in the travelling frame, the tilt of the metatarsus, and the pitch of the foot and of its toes.
 #[derive(Clone, Copy, Debug)]
 pub struct Foot {
-    /// Metatarsal joint: x relative to the rest position of the hip, distance from the mid-line, and height.
+    /// The position of the metatarsal joint: x relative to the rest position of the hip, the distance from the mid-line, and the height.
     pub joint: DVec3,
-    /// Angle by which the metatarsus leans backwards from the vertical.
+    /// The angle by which the metatarsus leans backwards from the vertical.
     pub metatarsus: f64,
-    /// Pitch of the foot; positive lifts the heel.
+    /// The pitch of the foot; positive lifts the heel.
     pub pitch: f64,
-    /// Pitch of toes II, III and IV against the ground.
+    /// The pitch of toes II, III and IV relative to the ground.
     pub toes: [f64; 3],
-    /// Closing angle of the outer toes toward the middle one, radians.
+    /// The angle by which the outer toes close toward the middle toe, in radians.
     pub closing: f64,
 }
 
-/// Returns the pose of the left foot at phase `t`; for the right foot pass `t + ½` and mirror `y`.
+/// Returns the pose of the left foot at phase `t`. For the right foot, pass `t + ½` and mirror `y`.
 pub fn foot(t: f64) -> Foot {
     let t = t.rem_euclid(1.0);
     let metatarsus = metatarsus(t).to_radians();
     if t < DUTY {
         let [x, z, pitch] = stance(t);
         let lift = pitch.sin();
-        // Joints II and IV are behind the pivot and rise with the heel; their tips stay near the ground.
+        // The joints of toes II and IV are behind the pivot and rise with the heel. The tips of these toes stay near the ground.
         let toes = [(0.09 * lift / 0.23).asin() * 0.9, 0.0, (0.15 * lift / 0.29).asin() * 0.9];
         return Foot { joint: DVec3::new(x, TRACK, z), metatarsus, pitch, toes, closing: 0.0 };
     }
@@ -95,7 +95,7 @@ pub fn foot(t: f64) -> Foot {
         }
     });
     let s = (t - DUTY) / (1.0 - DUTY);
-    // Toes trail after lift-off, and then rise before they land flat.
+    // Toes trail after lift-off, and rise before they land flat.
     let droop = 28_f64.to_radians() * bump(s / 0.55) - 10_f64.to_radians() * bump((s - 0.55) / 0.45);
     let fade = (1.0 - s / 0.3).clamp(0.0, 1.0).powi(2) * (1.0 + 2.0 * (s / 0.3).clamp(0.0, 1.0));
     let lift = end[2].sin();
@@ -105,7 +105,8 @@ pub fn foot(t: f64) -> Foot {
     Foot { joint: DVec3::new(x, y, z.max(FOOT_HEIGHT)), metatarsus, pitch, toes, closing: 0.14 * bump(s) }
 }
 
-/// Returns the metatarsal joint (x, z) and foot pitch on the ground: flat, then rolling over the fixed joint of the middle toe.
+/// Returns the metatarsal joint (x, z) and the pitch of a foot on the ground. The foot is flat at first, and then rolls over the fixed
+/// joint of the middle toe.
 fn stance(t: f64) -> [f64; 3] {
     let roll = ((t - HEEL_OFF) / (DUTY - HEEL_OFF)).max(0.0);
     let pitch = HEEL_LIFT.to_radians() * roll * roll;
@@ -115,26 +116,26 @@ fn stance(t: f64) -> [f64; 3] {
     [x, FOOT_HEIGHT + forward * s + down * (1.0 - c), pitch]
 }
 
-/// Returns a smooth hump: zero with zero slope outside `(0, 1)`, one at ½.
+/// Returns a smooth hump, which is one at ½. Outside `(0, 1)`, its value and slope are zero.
 fn bump(s: f64) -> f64 {
     (PI * s.clamp(0.0, 1.0)).sin().powi(2)
 }
 
-/// Evaluates a cubic Hermite over `[t0, t1]` with values `a`, `b` and slopes `da`, `db`.
+/// Evaluates a cubic Hermite polynomial over `[t0, t1]` with values `a`, `b` and slopes `da`, `db`.
 fn hermite(t: f64, t0: f64, t1: f64, a: f64, b: f64, da: f64, db: f64) -> f64 {
     primitive::hermite(a, b, da, db, t1 - t0, (t - t0) / (t1 - t0))
 }
 
-/// Tilt of the metatarsus (phase, degrees) at the knots of a periodic cubic spline with continuous second derivatives.
+/// The tilt of the metatarsus (phase, degrees) at the knots of a periodic cubic spline with continuous second derivatives.
 const METATARSUS: [(f64, f64); 8] =
     [(0.0, 22.0), (0.15, 34.0), (0.35, 32.0), (0.50, 14.0), (0.62, -22.0), (0.72, -52.0), (0.82, -40.0), (0.93, 8.0)];
 
-/// Slopes of the metatarsus spline at its knots.
+/// The slopes of the metatarsus spline at its knots.
 static SLOPES: LazyLock<[f64; 8]> = LazyLock::new(|| {
     let n = METATARSUS.len();
     let h = |i: usize| (METATARSUS[(i + 1) % n].0 - METATARSUS[i % n].0).rem_euclid(1.0);
     let secant = |i: usize| (METATARSUS[(i + 1) % n].1 - METATARSUS[i % n].1) / h(i);
-    // The system for the slopes is diagonally dominant, so Gauss–Seidel at least halves the error per sweep.
+    // The linear system for the slopes is diagonally dominant, so each Gauss–Seidel sweep at least halves the error.
     let mut slopes = [0.0; 8];
     for _ in 0..100 {
         for i in 0..n {
@@ -148,7 +149,7 @@ static SLOPES: LazyLock<[f64; 8]> = LazyLock::new(|| {
     slopes
 });
 
-/// Returns the tilt of the metatarsus at phase `t` in `[0, 1)`, degrees.
+/// Returns the tilt of the metatarsus in degrees at phase `t` in `[0, 1)`.
 fn metatarsus(t: f64) -> f64 {
     let i = METATARSUS.partition_point(|&(knot, _)| knot <= t) - 1;
     let j = (i + 1) % METATARSUS.len();
@@ -156,14 +157,14 @@ fn metatarsus(t: f64) -> f64 {
     hermite(t, begin, if j == 0 { end + 1.0 } else { end }, a, b, SLOPES[i], SLOPES[j])
 }
 
-/// A term of a joint angle, `amplitude · cos(2π · harmonic · (t − phase))` degrees; harmonic 0 is constant.
+/// A term of a joint angle: `amplitude · cos(2π · harmonic · (t − phase))` degrees. A term with harmonic 0 is constant.
 struct Swing(&'static str, fn(&mut JointAngles) -> &mut f64, f64, f64, f64);
 
 const ROLL: fn(&mut JointAngles) -> &mut f64 = |angles| &mut angles.roll;
 const PITCH: fn(&mut JointAngles) -> &mut f64 = |angles| &mut angles.pitch;
 const YAW: fn(&mut JointAngles) -> &mut f64 = |angles| &mut angles.yaw;
 
-/// Terms of all joints except legs. Arms are listed for the left side.
+/// The terms of all joints except those of the legs. The terms of arms are for the left side.
 #[rustfmt::skip]
 const SWINGS: [Swing; 48] = [
     Swing("spine1", YAW, 1.0, -1.5, 0.53), Swing("spine1", ROLL, 1.0, -0.8, 0.29),
@@ -184,7 +185,7 @@ const SWINGS: [Swing; 48] = [
     Swing("tail6", YAW, 1.0, 3.6, 0.830), Swing("tail6", PITCH, 2.0, 0.8, 0.370),
     Swing("tail7", YAW, 1.0, 3.8, 0.885), Swing("tail7", PITCH, 2.0, 0.9, 0.415),
     Swing("tail8", YAW, 1.0, 3.8, 0.940), Swing("tail8", PITCH, 2.0, 0.9, 0.460),
-    // The right arm is half a cycle later.
+    // The right arm lags by half a cycle.
     Swing("arm_R", PITCH, 1.0, 5.0, 0.05), Swing("arm_R", PITCH, 0.0, 4.0, 0.0),
     Swing("elbow_R", PITCH, 1.0, 4.0, 0.12), Swing("wrist_R", PITCH, 1.0, 5.0, 0.20),
     // The eyes cancel the rotation of the head to keep the gaze ahead.
@@ -192,7 +193,7 @@ const SWINGS: [Swing; 48] = [
     Swing("eye_L", PITCH, 2.0, -0.3, 0.17), Swing("eye_R", PITCH, 2.0, -0.3, 0.17),
 ];
 
-/// Returns the local rotations of all joints, at rest for the pelvis and the legs.
+/// Returns the local rotations of all joints. The pelvis and the legs are at rest.
 pub fn joint_angles(t: f64) -> [JointAngles; JOINT_COUNT] {
     let mut angles = [JointAngles::default(); JOINT_COUNT];
     for &Swing(joint, channel, harmonic, amplitude, phase) in &SWINGS {
@@ -212,7 +213,7 @@ mod tests {
             let t = DUTY * f64::from(k) / 100.0;
             let [x, z, pitch] = stance(t);
             let (s, c) = pitch.sin_cos();
-            // Positive pitch about y lowers the front.
+            // A positive pitch about y lowers the front.
             let px = x + c * PIVOT[0] + s * PIVOT[1] + STRIDE * t;
             let pz = z - s * PIVOT[0] + c * PIVOT[1];
             assert!((px - REACH - PIVOT[0]).abs() < 1e-12, "{t} {px}");

@@ -1,5 +1,5 @@
-//! The walking Tyrannosaurus. Its shape is a distance field, and its skin a function of the rest position. They are baked into a patch mesh
-//! with one displacement tile per patch.
+//! The walking Tyrannosaurus. The shape of the animal is a distance field, and the skin is a function of the rest position. Shape and skin
+//! are baked into a patch mesh with one displacement tile per patch.
 
 mod atlas;
 mod attach;
@@ -31,7 +31,7 @@ use leadr_render::surfaces::patch_mesh::{PatchMesh, TileLayout};
 use sdf::TrexSdf;
 use skin::Skin;
 
-/// The source text of the generator, any change of which changes the cache key.
+/// The source text of the generator. Any change of this text changes the cache key.
 const SOURCES: [&str; 15] = [
     include_str!("atlas.rs"),
     include_str!("baked.rs"),
@@ -54,13 +54,14 @@ const SOURCES: [&str; 15] = [
 pub struct Trex {
     /// The body mesh, displaced by the atlas, with texture coordinates and skin weights.
     pub body: PatchMesh,
-    /// Layout of the atlas, with one tile per patch of the body.
+    /// The layout of the atlas, with one tile per patch of the body.
     pub layout: TileLayout,
-    /// Displacement along the patch normal, metres, row by row.
+    /// The displacement along the patch normal in metres, in rows.
     pub heights: Vec<f32>,
-    /// sRGB-encoded albedo (rgb) and linear Beckmann `α` (a), row by row.
+    /// The sRGB-encoded albedo (rgb) and the linear Beckmann `α` (a), in rows.
     pub colors: Vec<[u8; 4]>,
-    /// Teeth, claws, eyes, tongue and fingers. They are undisplaced, coloured per vertex, and each rigid to one joint.
+    /// Teeth, claws, eyes, tongue and fingers. The props are not displaced, have a colour per vertex, and are each attached rigidly to one
+    /// joint.
     pub props: PatchMesh,
     /// The props with fewer patches, for distances at which the patches of `props` are smaller than pixels.
     pub coarse_props: PatchMesh,
@@ -72,7 +73,7 @@ fn key(tile: u32) -> u64 {
     checksum(bytemuck::cast_slice(&sums))
 }
 
-/// Returns the name in the cache.
+/// Returns the name of the entry in the cache.
 fn kind(tile: u32) -> String {
     format!("trex-{tile}")
 }
@@ -81,7 +82,7 @@ fn generate(tile: u32, progress: Progress<'_>) -> Baked {
     let (sdf, skin) = (TrexSdf::new(), Skin::new());
     let mut body = cage::build(&sdf);
     let layout = layout_tiles(&mut body, tile);
-    // Vertices get the mean skin colour, for drawing without the atlas.
+    // The vertices have the mean colour of the skin, for drawing without the atlas.
     body.colors = body
         .positions
         .iter()
@@ -92,8 +93,8 @@ fn generate(tile: u32, progress: Progress<'_>) -> Baked {
 }
 
 impl Trex {
-    /// Loads the animal with tiles of `tile` texels (64: full detail, 16: preview) from the cache, or bakes and caches it. `progress`
-    /// receives the completed fraction, in `[0, 1]`, from any thread.
+    /// Loads the animal with tiles of `tile` texels from the cache, or bakes and caches it. Tiles of 64 texels give full detail, and tiles
+    /// of 16 a preview. `progress` receives the completed fraction, in `[0, 1]`, from any thread.
     ///
     /// A damaged, unreadable or unwritable cache only causes a warning.
     ///
@@ -103,7 +104,7 @@ impl Trex {
         Self::load_from(MapCache::of_user().as_ref(), tile, progress)
     }
 
-    /// Whether the user's cache holds an animal with tiles of this size.
+    /// Whether the user's cache contains an animal with tiles of this size.
     pub fn is_kept(tile: u32) -> bool {
         MapCache::of_user().is_some_and(|cache| cache.holds(&kind(tile), key(tile)))
     }

@@ -1,4 +1,4 @@
-//! Deterministic noise over the rest position: value noise, and a nearly hexagonal Worley pattern.
+//! Deterministic noise as a function of the rest position: value noise, and a nearly hexagonal Worley pattern.
 //!
 //! The noise uses only integer hashing and plain arithmetic, so every machine bakes the same skin.
 
@@ -43,19 +43,19 @@ pub fn value(p: Vec3, seed: u32) -> f32 {
     low + (high - low) * f.z
 }
 
-/// The two feature points nearest to a position, in cell units.
+/// The two feature points that are nearest to a position, in units of cells.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Worley {
-    /// Distance to the nearest feature point.
+    /// The distance to the nearest feature point.
     pub f1: f32,
-    /// Distance to the second nearest feature point.
+    /// The distance to the second nearest feature point.
     pub f2: f32,
-    /// Identity of the nearest cell, uniform in `[0, 1)`.
+    /// The identity of the nearest cell, as a uniformly distributed number in `[0, 1)`.
     pub id: f32,
 }
 
-/// Evaluates Worley noise on the unit grid, with features jittered by ±0.275 about the cell centre. A quarter-cell shift of every second z
-/// layer makes slices of the cells more hexagonal.
+/// Evaluates Worley noise on the unit grid. Feature points are displaced at random by up to ±0.275 from the centres of the cells. Every
+/// second z layer is shifted by a quarter of a cell, which makes slices of the cells more hexagonal.
 pub fn worley(p: Vec3, seed: u32) -> Worley {
     let cell = p.floor();
     let f = p - cell;

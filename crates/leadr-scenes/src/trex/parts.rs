@@ -1,7 +1,7 @@
-//! The eighty primitives of the animal in seven groups, in the bind pose and metres.
+//! The eighty primitives of the animal in seven groups. All coordinates are in metres, in the bind pose.
 //!
 //! Only the left side is listed, because the evaluator folds `y` to `|y|`. A smooth union of radius [`Group::blend`] joins each group to
-//! the preceding ones; parts within a group have their own radius.
+//! the preceding groups. Within a group, each part has its own radius.
 
 use glam::{Mat3, Vec3};
 
@@ -10,32 +10,33 @@ use Op::{Add, Carve};
 use Shape::{Cone, Ellipsoid, Loft};
 use Space::{Head, Jaw, Model};
 
-/// Mouth opening in the bind pose, degrees. The wide opening keeps the coarse cells of the cage from bridging the lips.
+/// The opening of the mouth in the bind pose, in degrees. The mouth is opened so wide that the coarse cells of the cage do not bridge the
+/// lips.
 pub const BIND_GAPE_DEGREES: f32 = 28.0;
 
-/// Coordinate frame of a part.
+/// The coordinate frame of a part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Space {
     /// Model space.
     Model,
-    /// Skull space: origin at the occipital joint, x towards the snout, enlarged by 1.09.
+    /// Skull space, enlarged by 1.09. The origin is at the occipital joint, and x points towards the snout.
     Head,
-    /// Mandible space: origin at the hinge.
+    /// Mandible space, whose origin is at the hinge.
     Jaw,
 }
 
-/// Rotation, origin and uniform scale that map a [`Space`] to model space.
+/// The rotation, origin and uniform scale that map a [`Space`] to model space.
 #[derive(Clone, Copy, Debug)]
 pub struct Frame {
-    /// Rotation from local to model space.
+    /// The rotation from local to model space.
     pub rotation: Mat3,
-    /// Local origin in model space, metres.
+    /// The local origin in metres of model space.
     pub origin: Vec3,
-    /// Uniform scale of local lengths.
+    /// The uniform scale of local lengths.
     pub scale: f32,
 }
 
-/// Returns a rotation about the lateral axis; positive angles raise the local +x end.
+/// Returns a rotation about the lateral axis. Positive angles raise the end at local +x.
 fn pitch(degrees: f32) -> Mat3 {
     Mat3::from_rotation_y(-degrees.to_radians())
 }
@@ -70,7 +71,7 @@ impl Frame {
     }
 }
 
-/// Operation that joins a part to the preceding parts of its group.
+/// The operation that joins a part to the preceding parts of its group.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Op {
     /// Smooth union.
@@ -79,56 +80,58 @@ pub enum Op {
     Carve,
 }
 
-/// Joints that move the skin near a part. The names of limb joints omit the side.
+/// The joints that move the skin near a part. The names of limb joints do not include the side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Binding {
-    /// The chain coordinate indexes the axial chain from the tail tip (0) to the head (15).
+    /// The joints of the axial chain. The chain coordinate is the index in this chain, from the tail tip (0) to the head (15).
     Axis,
-    /// The chain coordinate blends from the first joint (0) to the second (1).
+    /// Two joints. The chain coordinate blends from the first joint (0) to the second joint (1).
     Blend(&'static str, &'static str),
     /// A single joint.
     Rigid(&'static str),
 }
 
-/// Geometry of a part in its space.
+/// The geometry of a part in its space.
 #[derive(Clone, Debug)]
 pub enum Shape {
-    /// Superelliptic sections along a curve: direction of the half width (z for curves that cross the midline), lengths of the rounded ends
-    /// in metres, and stations in order. A station is x, y, z, half width, half height up, half height down, exponent and chain coordinate.
+    /// A loft of superelliptic sections along a curve. The loft has the direction of the half width (z for curves that cross the midline),
+    /// the lengths of the rounded ends in metres, and stations in order. A station is x, y, z, half width, half height up, half height
+    /// down, exponent and chain coordinate.
     Loft(Vec3, [f32; 2], &'static [[f32; 8]]),
-    /// Centre, radii, and rotation about x, y, z in degrees (see `primitive::ellipsoid_rotation`) of an ellipsoid.
+    /// An ellipsoid with its centre, its radii, and its rotation about x, y, z in degrees (see `primitive::ellipsoid_rotation`).
     Ellipsoid([f32; 3], [f32; 3], [f32; 3]),
-    /// Ends and radii of a cone.
+    /// A cone with the ends of its axis and the radii at both ends.
     Cone([f32; 3], [f32; 3], f32, f32),
 }
 
 /// A primitive of the model.
 #[derive(Clone, Debug)]
 pub struct PartSpec {
-    /// Unique name of the part.
+    /// The unique name of the part.
     pub name: &'static str,
-    /// Union or subtraction of the part.
+    /// The operation that joins the part: union or subtraction.
     pub op: Op,
-    /// Space of all coordinates and lengths except `blend`.
+    /// The space of all coordinates and lengths except `blend`.
     pub space: Space,
-    /// Joints that the part follows.
+    /// The joints that the part follows.
     pub binding: Binding,
-    /// Radius of the smooth union or subtraction, metres in model space.
+    /// The radius of the smooth union or subtraction, in metres of model space.
     pub blend: f32,
-    /// Geometry of the part.
+    /// The geometry of the part.
     pub shape: Shape,
 }
 
 /// Parts that are combined before they join other groups.
 #[derive(Clone, Debug)]
 pub struct Group {
-    /// Radius of the smooth union with the preceding groups, metres.
+    /// The radius of the smooth union with the preceding groups in metres.
     pub blend: f32,
-    /// Parts in evaluation order.
+    /// The parts in the order of evaluation.
     pub parts: &'static [PartSpec],
 }
 
-/// Parts smaller than a cage cell, omitted from the coarse distance field (the lower lip would crumple the mandible's rim).
+/// Parts that are smaller than a cell of the cage. These parts are left out of the coarse distance field, because, for example, the lower
+/// lip would crumple the rim of the mandible.
 pub const TOO_FINE_FOR_CAGE: [&str; 10] =
     ["lower_lip", "palate", "mouth_floor", "tongue", "nostril", "lid", "lid_open", "finger1", "finger2", "hallux"];
 
@@ -136,7 +139,7 @@ const fn part(name: &'static str, op: Op, space: Space, binding: Binding, blend:
     PartSpec { name, op, space, binding, blend, shape }
 }
 
-/// All groups in evaluation order.
+/// All groups in the order of evaluation.
 #[rustfmt::skip]
 #[allow(clippy::approx_constant)] // 3.14 m is a position on the neck
 pub static GROUPS: [Group; 7] = [

@@ -1,31 +1,32 @@
-//! Signed distances to the primitives of the model: round cone, ellipsoid and loft.
+//! Signed distances to the primitives of the model, which are round cones, ellipsoids and lofts.
 //!
-//! All are first-order distances (value divided by gradient length), exact on the surface and accurate near it.
+//! All distances are of first order (the value divided by the length of the gradient). The distances are exact on the surface and accurate
+//! near it.
 
 use glam::{Mat3, Vec3};
 
 use super::parts::{Frame, PartSpec, Shape};
 
-/// Number of samples per span between two specified stations of a loft.
+/// The number of samples between two specified stations of a loft.
 const SUBDIVISIONS: usize = 6;
 
-/// Distance and chain coordinate at a point.
+/// The distance and the chain coordinate at a point.
 #[derive(Clone, Copy, Debug)]
 pub struct Hit {
-    /// Signed distance, metres; negative inside.
+    /// The signed distance in metres, negative inside.
     pub distance: f32,
-    /// Chain coordinate for a loft, position along the axis in `[0, 1]` for a cone, zero for an ellipsoid.
+    /// The chain coordinate of a loft, the position along the axis of a cone in `[0, 1]`, or zero for an ellipsoid.
     pub chain: f32,
 }
 
-/// Returns a polynomial smooth minimum of radius `k`, at most `a.min(b)`, and equal to it if `|a − b| ≥ k`.
+/// Returns a polynomial smooth minimum of radius `k`. The result is at most `a.min(b)`, and equals `a.min(b)` if `|a − b| ≥ k`.
 #[inline]
 pub fn smooth_min(a: f32, b: f32, k: f32) -> f32 {
     let h = (k - (a - b).abs()).max(0.0);
     a.min(b) - h * h / (4.0 * k)
 }
 
-/// One section of a densified loft, stored contiguously for scans over consecutive pairs.
+/// One section of a densified loft. Sections are contiguous in memory, for scans over consecutive pairs.
 #[derive(Clone, Copy, Debug)]
 struct Station {
     center: Vec3,
@@ -44,29 +45,29 @@ struct Station {
 pub enum Primitive {
     /// A loft of superelliptic sections along a curve.
     Loft(Loft),
-    /// An ellipsoid with its `local_from_model` rotation.
+    /// An ellipsoid, with a `local_from_model` rotation.
     Ellipsoid {
-        /// Rotation whose rows are the local axes.
+        /// A rotation whose rows are the local axes.
         rotation: Mat3,
-        /// Centre of the ellipsoid.
+        /// The centre of the ellipsoid.
         center: Vec3,
-        /// Semi-axes of the ellipsoid, metres.
+        /// The semi-axes of the ellipsoid in metres.
         radii: Vec3,
     },
-    /// A capsule with linearly varying radius.
+    /// A capsule whose radius varies linearly.
     Cone {
-        /// First end of the axis.
+        /// The first end of the axis.
         a: Vec3,
-        /// Second end minus the first.
+        /// The second end minus the first end.
         axis: Vec3,
-        /// Radius at the first end.
+        /// The radius at the first end.
         radius: f32,
-        /// Second radius minus the first.
+        /// The second radius minus the first radius.
         growth: f32,
     },
 }
 
-/// The densified sections of a loft and the lengths of its rounded ends.
+/// The densified sections of a loft, and the lengths of its rounded ends.
 #[derive(Clone, Debug)]
 pub struct Loft {
     stations: Vec<Station>,
@@ -76,20 +77,21 @@ pub struct Loft {
 /// An axis-aligned bounding box.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounds {
-    /// Low corner of the box.
+    /// The low corner of the box.
     pub low: Vec3,
-    /// High corner of the box.
+    /// The high corner of the box.
     pub high: Vec3,
 }
 
 impl Bounds {
-    /// Returns the distance from `p` to the box, zero inside.
+    /// Returns the distance from `p` to the box, or zero inside the box.
     pub fn distance(&self, p: Vec3) -> f32 {
         (self.low - p).max(p - self.high).max(Vec3::ZERO).length()
     }
 }
 
-/// Returns the model-from-local rotation of an ellipsoid: about x, then y (positive lifts the +x end), then z.
+/// Returns the model-from-local rotation of an ellipsoid. The rotation is first about x, then about y (a positive angle lifts the +x end),
+/// and then about z.
 pub fn ellipsoid_rotation(degrees: [f32; 3]) -> Mat3 {
     let [x, y, z] = degrees.map(f32::to_radians);
     Mat3::from_rotation_z(z) * Mat3::from_rotation_y(-y) * Mat3::from_rotation_x(x)
@@ -125,13 +127,13 @@ impl Primitive {
         }
     }
 
-    /// Returns the distance over all pairs of a loft (see [`Self::hit_in`]).
+    /// Returns the distance, over all pairs of stations of a loft (see [`Self::hit_in`]).
     pub fn hit(&self, p: Vec3) -> Hit {
         self.hit_in(p, 0, u16::MAX)
     }
 
-    /// Returns the distance, scanning only stations `first..=last` of a loft. A rounded end counts only if its station is in the range. If
-    /// no pair of the loft faces `p`, the distance is `f32::MAX`.
+    /// Returns the distance. Of a loft, only the stations `first..=last` are scanned. A rounded end counts only if its station is in the
+    /// range. If no pair of the loft faces `p`, the distance is `f32::MAX`.
     #[inline]
     pub fn hit_in(&self, p: Vec3, first: u16, last: u16) -> Hit {
         match self {
@@ -150,7 +152,7 @@ impl Primitive {
         }
     }
 
-    /// Returns the ranges of stations that can face a point of the box; `[0, 0]` for primitives without stations.
+    /// Returns the ranges of stations that can face a point of the box, or `[0, 0]` for primitives without stations.
     pub fn facing(&self, bounds: &Bounds) -> Vec<[u16; 2]> {
         match self {
             Self::Loft(loft) => loft.facing(bounds),
@@ -166,14 +168,14 @@ fn superellipse(u: f32, w: f32, a: f32, b: f32, n: f32) -> (f32, f32) {
         let f = (u * u + w * w).sqrt().max(1e-9);
         return (f, ((u / a).powi(2) + (w / b).powi(2)).sqrt() / f);
     }
-    // Each of |u|^(n−1) and |w|^(n−1) takes one power; the n-th powers then need one multiplication.
+    // |u|^(n−1) and |w|^(n−1) take one power each. The n-th powers then need one multiplication each.
     let (pu, pw) = (u.max(1e-9).powf(n - 1.0), w.max(1e-9).powf(n - 1.0));
     let sum = (pu * u + pw * w).max(1e-20);
     let f = sum.powf(1.0 / n);
     (f, f / sum * ((pu / a).powi(2) + (pw / b).powi(2)).sqrt())
 }
 
-/// Returns `(F − 1)/|∇F|` of one section, bounded at the centre, where the gradient vanishes.
+/// Returns `(F − 1)/|∇F|` of one section. The value is bounded at the centre, where the gradient vanishes.
 #[inline]
 fn section(s: f32, v: f32, a: f32, b: f32, n: f32) -> f32 {
     let (f, gradient) = superellipse(s.abs() / a, v.abs() / b, a, b, n);
@@ -262,7 +264,7 @@ impl Loft {
 
     fn facing(&self, bounds: &Bounds) -> Vec<[u16; 2]> {
         let (center, half) = ((bounds.low + bounds.high) * 0.5, (bounds.high - bounds.low) * 0.5);
-        // Minimum and maximum of the linear function g over the box.
+        // The minimum and the maximum of the linear function g over the box.
         let range = |s: &Station| {
             let (mid, reach) = ((center - s.center).dot(s.tangent), half.dot(s.tangent.abs()) + 1e-5);
             (mid - reach, mid + reach)
@@ -288,7 +290,8 @@ impl Loft {
     }
 }
 
-/// Densifies stations: Akima splines over chord length for the centres, PCHIP for all other values to avoid radius overshoot.
+/// Densifies stations. Centres are interpolated by Akima splines over chord length. All other values are interpolated by PCHIP, so that
+/// radii do not overshoot.
 fn densify(stations: &[[f32; 8]]) -> Vec<[f64; 8]> {
     let n = stations.len();
     let rows: Vec<[f64; 8]> = stations.iter().map(|r| r.map(f64::from)).collect();
@@ -310,7 +313,7 @@ fn densify(stations: &[[f32; 8]]) -> Vec<[f64; 8]> {
     out
 }
 
-/// Evaluates a cubic Hermite at `t` in `[0, 1]` between two values with slopes `da`, `db` over an interval of length `h`.
+/// Evaluates a cubic Hermite polynomial at `t` in `[0, 1]` between two values with slopes `da`, `db` over an interval of length `h`.
 pub fn hermite(a: f64, b: f64, da: f64, db: f64, h: f64, t: f64) -> f64 {
     let (t2, t3) = (t * t, t * t * t);
     a * (2.0 * t3 - 3.0 * t2 + 1.0) + b * (3.0 * t2 - 2.0 * t3) + h * (da * (t3 - 2.0 * t2 + t) + db * (t3 - t2))
@@ -320,7 +323,7 @@ fn secants(x: &[f64], y: &[f64]) -> Vec<f64> {
     (1..x.len()).map(|i| (y[i] - y[i - 1]) / (x[i] - x[i - 1])).collect()
 }
 
-/// Returns the slopes of Akima's spline (J. ACM 17, 1970), with its linear continuation of the secants at the ends.
+/// Returns the slopes of Akima's spline (J. ACM 17, 1970). At the ends, the secants are continued linearly, as in the paper.
 fn akima_slopes(x: &[f64], y: &[f64]) -> Vec<f64> {
     let inner = secants(x, y);
     let k = inner.len();
@@ -351,7 +354,7 @@ fn pchip_slopes(x: &[f64], y: &[f64]) -> Vec<f64> {
         return vec![m[0]; 2];
     }
     let h: Vec<f64> = (1..n).map(|i| x[i] - x[i - 1]).collect();
-    // One-sided three-point estimate, limited to keep the end monotone.
+    // The estimate is one-sided, from three points, and limited so that the end remains monotone.
     let end = |h0: f64, h1: f64, m0: f64, m1: f64| {
         let d = ((2.0 * h0 + h1) * m0 - h0 * m1) / (h0 + h1);
         if d * m0 <= 0.0 {
@@ -397,7 +400,7 @@ mod tests {
     fn distances_have_unit_slope_at_the_surface() {
         for part in GROUPS.iter().flat_map(|g| g.parts) {
             let (primitive, bounds) = Primitive::new(part);
-            // Marches from an inside point to an outside point, and checks the slope at the sign change.
+            // The march goes from an inside point to an outside point, and the slope is checked where the sign changes.
             let center = (bounds.low + bounds.high) * 0.5;
             let f = |p: Vec3| primitive.hit(p).distance;
             let (mut inside, mut outside) = (center, bounds.high + 0.5);

@@ -1,4 +1,4 @@
-//! Teeth, claws, eyes, tongue, fingers and dew claws as closed, smooth, rigid quad meshes with vertex colours.
+//! Teeth, claws, eyes, tongue, fingers and dew claws. All of these props are closed, smooth, rigid meshes of quads with vertex colours.
 
 use std::f32::consts::TAU;
 
@@ -11,32 +11,32 @@ use super::skin::Skin;
 use leadr_maps::noise::smoothstep as ss;
 use leadr_render::surfaces::patch_mesh::{PatchMesh, SkinWeights};
 
-/// Left joints in the skeleton table; the index of the right joint is [`RIGHT`] higher.
+/// The left joints in the skeleton table. The index of the right joint is higher by [`RIGHT`].
 const HEAD: u16 = 8;
 const JAW: u16 = 9;
 const EYE: u16 = 10;
 const ANKLE: u16 = 22;
 const TOES: [u16; 3] = [24, 25, 26];
 const WRIST: u16 = 29;
-/// Index offset from a left limb joint to its right counterpart.
+/// The offset from the index of a left limb joint to the index of the right joint.
 const RIGHT: u16 = 10;
 
-/// Radius of the eyeball, metres.
+/// The radius of the eyeball in metres.
 const EYE_RADIUS: f32 = 0.047 * 1.09;
-/// Number of sides of horns and fingers.
+/// The number of sides of horns and fingers.
 const SIDES: usize = 8;
 
-/// Number of patches of the props. Few curved patches are as smooth as many.
+/// The number of patches of the props. A few curved patches are as smooth as many patches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Detail {
-    /// Mesh for views where a patch covers pixels.
+    /// The mesh for views in which a patch covers pixels.
     Fine,
-    /// Mesh for views where patches of the fine mesh are smaller than pixels.
+    /// The mesh for views in which the patches of the fine mesh are smaller than pixels.
     Coarse,
 }
 
 impl Detail {
-    /// Returns the step between the kept sides of a tube; the coarse mesh uses `step`.
+    /// Returns the step between the sides of a tube that are kept. In the coarse mesh, it is `step`.
     fn step(self, step: usize) -> usize {
         match self {
             Self::Fine => 1,
@@ -44,7 +44,7 @@ impl Detail {
         }
     }
 
-    /// Whether a tube's ring is kept; the coarse mesh keeps every third and the last.
+    /// Whether a ring of a tube is kept. The coarse mesh keeps every third ring and the last ring.
     fn keeps(self, ring: usize, rings: usize) -> bool {
         ring.is_multiple_of(self.step(3)) || ring + 1 == rings
     }
@@ -61,7 +61,7 @@ const ENAMEL: [f32; 4] = [0.74, 0.68, 0.52, 0.10];
 const KERATIN: [f32; 4] = [0.09, 0.08, 0.07, 0.13];
 const TONGUE: [f32; 4] = [0.40, 0.13, 0.12, 0.07];
 
-/// Joins rings of points into a tube whose ends are fans of quads. Each ring needs an even number of points.
+/// Joins rings of points into a tube whose ends are fans of quads. Each ring must have an even number of points.
 fn tube(rings: &[Vec<Vec3>], ends: [Vec3; 2]) -> QuadSurface {
     let n = rings[0].len();
     let mut positions = rings.concat();
@@ -86,7 +86,7 @@ fn tube(rings: &[Vec<Vec3>], ends: [Vec3; 2]) -> QuadSurface {
     QuadSurface { positions, quads }
 }
 
-/// Returns six times the signed volume between a quad (two triangles) and `o`.
+/// Returns six times the signed volume between a quad (as two triangles) and `o`.
 fn wedge(p: [Vec3; 4], o: Vec3) -> f32 {
     let [a, b, c, d] = p.map(|p| p - o);
     a.dot(b.cross(c)) + a.dot(c.cross(d))
@@ -103,7 +103,7 @@ fn append(
     let mut normals = vec![Vec3::ZERO; solid.positions.len()];
     for q in &solid.quads {
         let p = q.map(|v| solid.positions[v as usize]);
-        // The sum of unit corner normals is robust to collapsed tips.
+        // The sum of unit corner normals is robust at tips whose corners coincide.
         for k in 0..4 {
             let (next, before) = (p[(k + 1) % 4] - p[k], p[(k + 3) % 4] - p[k]);
             normals[q[k] as usize] += next.cross(before).normalize_or_zero();
@@ -119,7 +119,7 @@ fn append(
     mesh.skin.extend(std::iter::repeat_n(skin, solid.positions.len()));
 }
 
-/// Builds a tapered swept horn along a quadratic Bézier path.
+/// Builds a tapered horn that is swept along a quadratic Bézier path.
 fn horn(path: [Vec3; 3], radius: f32, taper: f32, detail: Detail) -> QuadSurface {
     let rings = [0.0, 0.18, 0.38, 0.58, 0.76, 0.89, 0.97];
     let at = |s: f32| path[0] * ((1.0 - s) * (1.0 - s)) + path[1] * (2.0 * s * (1.0 - s)) + path[2] * (s * s);
@@ -149,7 +149,7 @@ fn round_cone(a: Vec3, b: Vec3, radius_a: f32, radius_b: f32, detail: Detail) ->
         ring(end + outward * (radius * s), radius * c)
     };
     let mut rings: Vec<Vec<Vec3>> = [60.0, 30.0].map(|degrees| cap(a, -axis, radius_a, degrees)).into();
-    // Shallow transverse ripples imitate scutes.
+    // Shallow transverse ripples look like scutes.
     for i in 0..=12 {
         let t = i as f32 / 12.0;
         let ripple = if i % 2 == 1 { 1.05 } else { 0.99 };
@@ -164,7 +164,7 @@ fn mirror(p: Vec3, side: f32) -> Vec3 {
     Vec3::new(p.x, p.y * side, p.z)
 }
 
-/// Returns points equally spaced by arc length on a polyline, with their arc fraction.
+/// Returns points on a polyline at equal spacing along its length, with their fractions of this length.
 fn along(points: &[[f32; 3]], count: usize) -> Vec<(Vec3, f32)> {
     let points: Vec<Vec3> = points.iter().map(|p| Vec3::from_array(*p)).collect();
     let total: f32 = points.windows(2).map(|w| w[0].distance(w[1])).sum();
@@ -216,7 +216,7 @@ fn teeth(mesh: &mut PatchMesh, frame: &Frame, upper: bool, detail: Detail) {
             let path = [root, bend, tip].map(|p| frame.point(mirror(p, side)));
             let reach = path[0].distance(path[2]);
             let stained = |p: Vec3| {
-                // Teeth are browner towards the gum.
+                // Teeth are browner near the gum.
                 let s = ss(0.25, 0.7, path[0].distance(p) / reach);
                 let tint = [0.55 + 0.45 * s, 0.46 + 0.54 * s, 0.36 + 0.64 * s, 1.0];
                 std::array::from_fn(|k| ENAMEL[k] * tint[k])
@@ -228,7 +228,7 @@ fn teeth(mesh: &mut PatchMesh, frame: &Frame, upper: bool, detail: Detail) {
 }
 
 fn claws(mesh: &mut PatchMesh, detail: Detail) {
-    // End and direction of each toe's last cone, with the radius and length of its claw.
+    // The end and the direction of each toe's last cone, and the radius and the length of its claw.
     let toes = [
         (TOES[0], [0.4266, 0.2193, 0.100], [0.5988, 0.1390, 0.085], 0.058, 0.19),
         (TOES[1], [0.7297, 0.4368, 0.085], [0.8896, 0.4423, 0.075], 0.060, 0.20),
@@ -276,8 +276,8 @@ fn digits(mesh: &mut PatchMesh, skin: &Skin, detail: Detail) {
     }
 }
 
-/// Stations of the tongue in the jaw frame: x, z, half width, half height up and down. The mesh covers the tongue of the distance field,
-/// which the body's tiles can only approximate.
+/// The stations of the tongue in the jaw frame: x, z, half the width, and half the height up and down. The mesh covers the tongue of the
+/// distance field, because the body's tiles can only approximate the tongue.
 const TONGUE_STATIONS: [[f32; 5]; 9] = [
     [0.08, -0.112, 0.122, 0.030, 0.05],
     [0.14, -0.106, 0.160, 0.056, 0.07],
@@ -314,8 +314,8 @@ fn tongue(mesh: &mut PatchMesh, jaw: &Frame, detail: Detail) {
     append(mesh, &solid, JAW, &blotched, &|_| 0.55);
 }
 
-/// Rings of the eye about the line of sight: half angles across and along the slit (radians), and colour. Neighbouring rings bracket each
-/// boundary, so vertex colours give sharp edges.
+/// The rings of the eye about the line of sight. Each has the half angles across and along the slit (in radians), and a colour. Two rings
+/// lie close together on both sides of each boundary, so vertex colours give sharp edges.
 const EYE_RINGS: [(f32, f32, [f32; 3]); 16] = [
     (0.040, 0.200, PUPIL),
     (0.105, 0.420, PUPIL),
@@ -365,7 +365,7 @@ fn eyes(mesh: &mut PatchMesh, head: &Frame, detail: Detail) {
         let rings = EYE_RINGS.iter().enumerate().filter(|(ring, _)| detail.keeps(*ring, EYE_RINGS.len()));
         for (ring, &(.., color)) in rings {
             for k in (0..SECTORS).step_by(detail.step(EYE_STEP)) {
-                // The iris has radial streaks, constant along a sector.
+                // The iris has radial streaks, which are constant along a sector.
                 let streak = 0.7 + 0.5 * unit(hash(k as i32, 0, 0, 5)) + 0.2 * unit(hash(k as i32, ring as i32, 0, 6));
                 let is_iris = [INNER_IRIS, IRIS, OUTER_IRIS].contains(&color);
                 let [r, g, b] = color.map(|c| if is_iris { c * streak } else { c });
@@ -382,8 +382,8 @@ fn eyes(mesh: &mut PatchMesh, head: &Frame, detail: Detail) {
     }
 }
 
-/// Builds all props: teeth, claws, fingers, dew claws, tongue and eyes. They are in the bind pose in metres, each rigid to one skeleton
-/// joint.
+/// Builds all props: teeth, claws, fingers, dew claws, tongue and eyes. All coordinates are in metres, in the bind pose. Each prop is
+/// attached rigidly to one joint of the skeleton.
 pub fn build(skin: &Skin, detail: Detail) -> PatchMesh {
     let (head, jaw) = (Space::Head.frame(), Space::Jaw.frame());
     let mut mesh = PatchMesh::default();
@@ -402,7 +402,7 @@ mod tests {
     use leadr_render::surfaces::patch::Patch;
     use std::collections::HashMap;
 
-    /// Counts boundary and non-manifold edges, which are not used once in each direction.
+    /// Counts boundary edges and non-manifold edges. Such edges are not used exactly once in each direction.
     fn open_edges(mesh: &PatchMesh) -> usize {
         let mut uses: HashMap<[u32; 2], i32> = HashMap::new();
         for q in &mesh.patches {
@@ -485,7 +485,7 @@ mod tests {
         let mesh = build(&Skin::new(), Detail::Fine);
         for (p, skin) in mesh.positions.iter().zip(&mesh.skin) {
             let joint = &JOINTS[usize::from(skin.joints[0])];
-            // The snout is the point furthest from its joint, and the joint's side must match.
+            // The point of the snout is the furthest from its joint. The side of the joint must match.
             assert!(p.distance(joint.position) < 1.7, "{} at {p}", joint.name);
             assert!(joint.position.y * p.y >= 0.0, "{} at {p}", joint.name);
         }

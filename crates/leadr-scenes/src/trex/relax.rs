@@ -1,4 +1,4 @@
-//! Relaxes the extracted surface to uniform, square quads on the distance field.
+//! Relaxes the extracted surface, so that it consists of uniform, square quads on the distance field.
 
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
@@ -7,9 +7,9 @@ use super::dual::QuadSurface;
 use super::sdf::TrexSdf;
 use leadr_render::surfaces::patch::Patch;
 
-/// Maximum Newton step, metres.
+/// The maximum Newton step in metres.
 const STEP_LIMIT: f32 = 0.03;
-/// Number of rounds of tangential smoothing, and of square fitting afterwards.
+/// The number of rounds of tangential smoothing, and of fitting squares afterwards.
 const SMOOTHING_ROUNDS: usize = 24;
 const SQUARING_ROUNDS: usize = 30;
 
@@ -29,9 +29,9 @@ pub fn neighbors(surface: &QuadSurface) -> Vec<Vec<u32>> {
     out
 }
 
-/// Smooths, evens out and projects the vertices. `ring`: from [`neighbors`].
+/// Smooths the vertices, makes the quads uniform, and projects the vertices onto the field. `ring` is the result of [`neighbors`].
 pub fn relax(surface: &mut QuadSurface, ring: &[Vec<u32>], sdf: &TrexSdf) {
-    // Taubin's pair of steps removes the grid's staircase without shrinking.
+    // Taubin's pair of steps removes the staircase of the grid without shrinking the surface.
     for pass in 0..6 {
         let step = if pass % 2 == 0 { 0.55 } else { -0.25 };
         let pull = laplacian(&surface.positions, ring);
@@ -46,7 +46,7 @@ pub fn relax(surface: &mut QuadSurface, ring: &[Vec<u32>], sdf: &TrexSdf) {
         move_on_surface(surface, &pull, ring, sdf);
     }
     for _ in 0..SQUARING_ROUNDS {
-        // Sum and number of the target positions of each vertex, one per adjacent quad.
+        // The sum and the number of the target positions of each vertex. Each adjacent quad has one target.
         let mut sums = vec![(Vec3::ZERO, 0.0f32); surface.positions.len()];
         for q in &surface.quads {
             for (&v, corner) in q.iter().zip(nearest_square(surface, *q)) {
@@ -61,10 +61,10 @@ pub fn relax(surface: &mut QuadSurface, ring: &[Vec<u32>], sdf: &TrexSdf) {
     }
 }
 
-/// Maximum number of smoothing rounds for folded patches.
+/// The largest number of smoothing rounds for folded patches.
 const UNFOLD_ROUNDS: usize = 30;
 
-/// Smooths the corners of patches that fold or nearly fold. Tips and clefts narrower than a quad become rounder than the field.
+/// Smooths the corners of patches that fold or nearly fold. Tips and clefts narrower than a quad become rounder than in the field.
 pub fn unfold(surface: &mut QuadSurface, ring: &[Vec<u32>]) {
     for _ in 0..UNFOLD_ROUNDS {
         let normals = vertex_normals(surface, ring);
@@ -89,7 +89,8 @@ fn folds(surface: &QuadSurface, normals: &[Vec3], quad: [u32; 4]) -> bool {
     })
 }
 
-/// Returns the area-weighted mean of the face normals, smoothed once, so that patches bend evenly at creases finer than a quad.
+/// Returns the area-weighted mean of the face normals, smoothed once. The smoothing makes patches bend evenly at creases that are finer
+/// than a quad.
 pub fn vertex_normals(surface: &QuadSurface, ring: &[Vec<u32>]) -> Vec<Vec3> {
     let mut normals = vec![Vec3::ZERO; surface.positions.len()];
     for q in &surface.quads {
@@ -102,7 +103,7 @@ pub fn vertex_normals(surface: &QuadSurface, ring: &[Vec<u32>]) -> Vec<Vec3> {
     normals.iter().zip(&mean).map(|(n, m)| (*n + *m * 0.5).normalize_or(*n)).collect()
 }
 
-/// Moves vertices half a step along the tangential part of `pull`, then two Newton steps towards the field's zero.
+/// Moves vertices by half of the tangential part of `pull`, and then by two Newton steps towards the zero of the field.
 fn move_on_surface(surface: &mut QuadSurface, pull: &[Vec3], ring: &[Vec<u32>], sdf: &TrexSdf) {
     let steps = difference_steps(&surface.positions, ring);
     surface.positions.par_iter_mut().zip(pull).zip(&steps).with_min_len(64).for_each(|((p, d), &e)| {
@@ -114,7 +115,8 @@ fn move_on_surface(surface: &mut QuadSurface, pull: &[Vec3], ring: &[Vec<u32>], 
     });
 }
 
-/// Returns difference steps for gradients: a tenth of the local edge length, which averages creases finer than the quads.
+/// Returns the step of the differences for gradients. A step is a tenth of the local edge length, which averages over creases that are
+/// finer than the quads.
 fn difference_steps(positions: &[Vec3], ring: &[Vec<u32>]) -> Vec<f32> {
     let edge = |v: usize| {
         ring[v].iter().map(|&w| positions[w as usize].distance(positions[v])).sum::<f32>() / ring[v].len() as f32
@@ -133,12 +135,12 @@ fn laplacian(positions: &[Vec3], ring: &[Vec<u32>]) -> Vec<Vec3> {
     mean
 }
 
-/// Returns the least-squares square to a quad's corners, in their mean plane.
+/// Returns the square that fits the corners of a quad best in the least-squares sense, in their mean plane.
 fn nearest_square(surface: &QuadSurface, quad: [u32; 4]) -> [Vec3; 4] {
     let p = quad.map(|i| surface.positions[i as usize]);
     let center = (p[0] + p[1] + p[2] + p[3]) * 0.25;
     let normal = (p[2] - p[0]).cross(p[3] - p[1]).normalize_or_zero();
-    // A rotation of corner k by k right angles back maps all four corners of a square to one point.
+    // If corner k is rotated back by k right angles, all four corners of a square coincide.
     let turn = |v: Vec3, k: usize| match k {
         0 => v,
         1 => normal.cross(v),

@@ -1,7 +1,8 @@
 //! The signed distance field of the animal in its bind pose, with an acceleration grid.
 //!
-//! A part affects the combined value only near its surface. Each grid cell lists the parts (and stations of long lofts) that can affect it,
-//! so an evaluation needs a few primitives instead of eighty. The result must equal `Field::distance_unaccelerated`.
+//! A part affects the combined value only near its surface. Each grid cell lists the parts (and the stations of long lofts) that can affect
+//! points in the cell, so an evaluation needs a few primitives instead of eighty. The result must equal the result of
+//! `Field::distance_unaccelerated`.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -9,21 +10,21 @@ use rayon::prelude::*;
 use super::parts::{Binding, GROUPS, Op, PartSpec, TOO_FINE_FOR_CAGE};
 use super::primitive::{Bounds, Hit, Primitive, smooth_min};
 
-/// Distance when no part is near, metres.
+/// The distance that is returned if no part is near, in metres.
 const FAR: f32 = 1e3;
-/// Maximum returned value, metres; first-order distances are inaccurate further away.
+/// The largest distance that is returned, in metres. Further away, first-order distances are inaccurate.
 const LARGEST: f32 = 1.0;
-/// Edge of a grid cell, metres.
+/// The edge of a grid cell in metres.
 const CELL: f32 = 0.125;
-/// Low corner of the grid (`y` folded) and number of cells along each axis. Outside the grid every part is evaluated.
+/// The low corner of the grid (`y` is folded) and the number of cells along each axis. Outside the grid, every part is evaluated.
 const LOW: Vec3 = Vec3::new(-7.25, 0.0, -0.5);
 const SIZE: [usize; 3] = [102, 12, 43];
-/// Maximum change of the difference of two distances between samples half a cell apart, metres.
+/// The largest change, in metres, of the difference of two distances between samples half a cell apart.
 const MARGIN: f32 = 0.12;
-/// Distance in metres, in addition to the blend radius, beyond which the grid uses the distance to a part's box.
+/// The distance in metres beyond which the grid uses the distance to a part's box. The blend radius is added to it.
 const REACH: f32 = 0.5;
 
-/// A primitive with its position in the fold.
+/// A primitive with its position in the order of combination.
 #[derive(Clone, Debug)]
 struct Part {
     spec: PartSpec,
@@ -32,7 +33,7 @@ struct Part {
     group: usize,
 }
 
-/// Stations `first..=last` of a part. Consecutive entries of one part are combined by the minimum.
+/// The stations `first..=last` of a part. If consecutive entries belong to one part, their minimum is used.
 #[derive(Clone, Copy, Debug)]
 struct Entry {
     part: u8,
@@ -40,16 +41,16 @@ struct Entry {
     last: u16,
 }
 
-/// A folded model with its grid.
+/// A distance field that combines parts, with its grid.
 #[derive(Clone, Debug)]
 pub struct Field {
     parts: Vec<Part>,
-    /// Offsets of the cells; cell `i` has `entries[offsets[i]..offsets[i + 1]]`.
+    /// The offsets of the cells. Cell `i` has the entries `entries[offsets[i]..offsets[i + 1]]`.
     offsets: Vec<u32>,
     entries: Vec<Entry>,
 }
 
-/// Combines distances in order, of parts into their group, and of groups into the total.
+/// Combines distances in order: first the parts of a group, and then the groups.
 struct Fold {
     total: f32,
     inner: f32,
@@ -103,7 +104,7 @@ impl Field {
         Self { parts: kept.map(part).collect(), offsets: vec![0], entries: Vec::new() }
     }
 
-    /// Returns the distance from all parts.
+    /// Returns the distance by evaluating all parts.
     fn distance_unaccelerated(&self, p: Vec3) -> f32 {
         let p = fold_sides(p);
         let mut fold = Fold::new();
@@ -113,7 +114,7 @@ impl Field {
         fold.distance()
     }
 
-    /// Returns the signed distance, metres, first-order accurate near the surface, at most 1; negative inside.
+    /// Returns the signed distance in metres, at most 1 and negative inside. Near the surface, the distance is accurate to first order.
     pub fn distance(&self, p: Vec3) -> f32 {
         let p = fold_sides(p);
         let cell = (p - LOW) / CELL;
@@ -140,13 +141,14 @@ impl Field {
         fold.distance()
     }
 
-    /// Returns the gradient of [`Self::distance`] by central differences over `±step` metres, of length near one at the surface.
+    /// Returns the gradient of [`Self::distance`] by central differences over `±step` metres. At the surface, the length of the gradient is
+    /// close to one.
     pub fn gradient(&self, p: Vec3, step: f32) -> Vec3 {
         let d = |axis: Vec3| self.distance(p + axis * step) - self.distance(p - axis * step);
         Vec3::new(d(Vec3::X), d(Vec3::Y), d(Vec3::Z)) / (2.0 * step)
     }
 
-    /// Computes the distances to the parts at a folded point; for distant parts they are bounds.
+    /// Computes the distances to the parts at a folded point. For parts far away, the distances are bounds.
     fn near_distances(&self, p: Vec3, out: &mut Vec<f32>) {
         out.clear();
         out.extend(self.parts.iter().map(|part| {
@@ -155,10 +157,10 @@ impl Field {
         }));
     }
 
-    /// Returns a bit mask of the parts that matter where the part distances are within [`MARGIN`] of `distances`.
+    /// Returns a bit mask of the parts that affect the result if the distances to the parts are within [`MARGIN`] of `distances`.
     ///
-    /// A part has no effect if the fold before it is smaller by its blend radius, or if a later union overrides everything before that
-    /// union. The rule also applies to whole groups.
+    /// A part has no effect if the combined distance before it is smaller by its blend radius. A part has no effect either if a later union
+    /// overrides everything before this later union. The rule also applies to whole groups.
     fn relevant(&self, distances: &[f32]) -> u128 {
         let (mut mask, mut total) = (0_u128, FAR);
         for (group, g) in GROUPS.iter().enumerate() {
@@ -168,7 +170,7 @@ impl Field {
                 match part.spec.op {
                     Op::Add => {
                         if inner > d + k + MARGIN {
-                            // Carvings are kept, because without them the overridden value would be lower.
+                            // Carvings are kept, because without them the value that is overridden would be lower.
                             kept = carved;
                         }
                         if d <= inner + k + MARGIN {
@@ -197,7 +199,7 @@ impl Field {
         mask
     }
 
-    /// Fills the grid from masks at twice its resolution.
+    /// Fills the grid from part masks at twice the grid's resolution.
     fn build_grid(&mut self, masks: &[u128]) {
         let [nx, ny, nz] = SIZE;
         let (my, mz) = (2 * ny + 1, 2 * nz + 1);
@@ -227,14 +229,14 @@ impl Field {
     }
 }
 
-/// The whole animal as a signed distance field, symmetric in `y`, in model space, metres.
+/// The whole animal as a signed distance field in metres. The field is in model space, and symmetric in `y`.
 ///
 /// The field is immutable, so threads may share it.
 #[derive(Clone, Debug)]
 pub struct TrexSdf {
     /// The full model, including mouth cavity, tongue, lids and fingers.
     pub full: Field,
-    /// The model without the parts of [`TOO_FINE_FOR_CAGE`], for the cage.
+    /// The model for the cage, without the parts of [`TOO_FINE_FOR_CAGE`].
     pub coarse: Field,
 }
 
@@ -266,7 +268,8 @@ impl TrexSdf {
         Self { full, coarse }
     }
 
-    /// Returns the distance to the nearest of palate, mouth floor and tongue, metres; near zero or negative on the lining of the mouth.
+    /// Returns the distance in metres to the palate, the mouth floor or the tongue, whichever is nearest. The distance is close to zero or
+    /// negative on the lining of the mouth.
     pub fn mouth_distance(&self, p: Vec3) -> f32 {
         let p = fold_sides(p);
         let mouth = self.full.parts.iter().filter(|q| matches!(q.spec.name, "palate" | "mouth_floor" | "tongue"));
@@ -291,7 +294,7 @@ mod tests {
     use super::*;
     use std::time::Instant;
 
-    /// Returns points spread over the animal's box by a low-discrepancy sequence (R3).
+    /// Returns points that are spread over the animal's box by a low-discrepancy sequence (R3).
     fn spread(count: usize) -> impl Iterator<Item = Vec3> {
         (0..count).map(|i| {
             let t = |a: f64| ((i as f64 + 0.5) * a).fract() as f32;
@@ -326,7 +329,7 @@ mod tests {
     #[test]
     fn overall_measures_are_those_of_the_design() {
         let sdf = TrexSdf::new();
-        // Finds the surface along an axis: nose tip, tail tip, head top, back over the hips, half width.
+        // Finds the surface along an axis: at the nose tip, the tail tip, the top of the head, the back over the hips, or half the width.
         let along = |from: Vec3, to: Vec3| {
             let (mut inside, mut outside) = (from, to);
             for _ in 0..40 {

@@ -1,18 +1,18 @@
-//! The skeleton of forty joints, whose rest orientations are all the identity.
+//! The skeleton, which has forty joints. All rest orientations are the identity.
 
 use glam::Vec3;
 
-/// Number of joints.
+/// The number of joints.
 pub const JOINT_COUNT: usize = 40;
 
 /// A joint in the rest pose.
 #[derive(Clone, Copy, Debug)]
 pub struct Joint {
-    /// Name of the joint; limb joints end in `_L` or `_R`.
+    /// The name of the joint. The names of limb joints end in `_L` or `_R`.
     pub name: &'static str,
-    /// Index of the parent, which is smaller than the joint's.
+    /// The index of the parent, which is smaller than the index of the joint.
     pub parent: Option<usize>,
-    /// Rest position in model space, metres.
+    /// The rest position in metres of model space.
     pub position: Vec3,
 }
 
@@ -20,7 +20,7 @@ const fn joint(name: &'static str, parent: Option<usize>, position: [f32; 3]) ->
     Joint { name, parent, position: Vec3::from_array(position) }
 }
 
-/// All joints, with parents before children.
+/// All joints. Parents come before their children.
 #[rustfmt::skip]
 pub const JOINTS: [Joint; JOINT_COUNT] = [
     joint("root", None, [0.0, 0.0, 0.0]),
@@ -65,7 +65,7 @@ pub const JOINTS: [Joint; JOINT_COUNT] = [
     joint("wrist_R", Some(38), [2.13, -0.6, 1.9]),
 ];
 
-/// The axial chain from the tail tip to the head, in the order of the lofts' chain coordinates.
+/// The axial chain from the tip of the tail to the head, in the order of the chain coordinates of lofts.
 pub const AXIAL_CHAIN: [&str; 16] = [
     "tail8", "tail7", "tail6", "tail5", "tail4", "tail3", "tail2", "tail1", "pelvis", "spine1", "spine2", "chest",
     "neck1", "neck2", "neck3", "head",
@@ -74,7 +74,7 @@ pub const AXIAL_CHAIN: [&str; 16] = [
 /// Returns the index of the named joint.
 ///
 /// # Panics
-/// If there is no such joint; names are constants of this crate.
+/// If there is no such joint. All names are constants of this crate.
 pub fn joint_index(name: &str) -> usize {
     JOINTS.iter().position(|j| j.name == name).unwrap_or_else(|| panic!("there is no joint named {name}"))
 }

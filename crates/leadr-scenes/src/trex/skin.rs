@@ -1,7 +1,7 @@
-//! The skin as a function of the rest position: displacement, albedo and roughness.
+//! The displacement, albedo and roughness of the skin, as functions of the rest position.
 //!
-//! The skin is symmetric, because `y` is folded. Its layers are pebble scales of three sizes, scattered feature scales, folds by zone,
-//! slack skin, scutes on the feet, and labial scales along the lips.
+//! The skin is symmetric, because `y` is folded. The layers of the skin are pebble scales of three sizes, scattered feature scales, folds
+//! by zone, slack skin, scutes on the feet, and labial scales along the lips.
 
 use glam::Vec3;
 
@@ -9,7 +9,7 @@ use super::noise::{value, worley};
 use super::parts::{Frame, Space};
 use leadr_maps::noise::smoothstep as ss;
 
-/// A ball of skin with wrinkles: rounded ridges across `direction`.
+/// A ball of skin with wrinkles, which are rounded ridges across `direction`.
 #[derive(Clone, Copy, Debug)]
 struct Fold {
     centre: Vec3,
@@ -23,7 +23,7 @@ const fn fold(c: [f32; 3], radius: f32, d: [f32; 3], wavelength: f32, amplitude:
     Fold { centre: Vec3::from_array(c), radius, direction: Vec3::from_array(d), wavelength, amplitude }
 }
 
-/// Fold zones for `y ≥ 0`, metres.
+/// The zones of folds for `y ≥ 0`, in metres.
 const FOLDS: [Fold; 18] = [
     fold([2.55, 0.20, 2.90], 0.62, [0.75, 0.0, 0.66], 0.155, 0.014), // lower neck
     fold([3.00, 0.10, 3.35], 0.50, [0.45, 0.0, 0.89], 0.120, 0.011), // throat
@@ -44,13 +44,13 @@ const FOLDS: [Fold; 18] = [
     fold([2.25, 0.10, 2.20], 0.50, [0.55, 0.0, 0.83], 0.130, 0.012), // breast
     fold([-1.60, 0.25, 2.45], 0.60, [1.00, 0.0, 0.10], 0.140, 0.007), // underside of the tail
 ];
-/// Ridge of the shoulder blade under the skin, from top to bottom.
+/// The ridge of the shoulder blade under the skin, from top to bottom.
 const SCAPULA: [Vec3; 2] = [Vec3::new(1.42, 0.50, 3.06), Vec3::new(2.02, 0.56, 2.40)];
-/// Centre of the eyeball in the head frame.
+/// The centre of the eyeball in the head frame.
 const EYE: Vec3 = Vec3::new(0.418, 0.282, 0.150);
-/// Centre of the nostril in the head frame.
+/// The centre of the nostril in the head frame.
 const NOSTRIL: Vec3 = Vec3::new(1.20, 0.145, 0.030);
-/// Points `(x, z)` of the lip lines in the head and jaw frames.
+/// The points `(x, z)` of the lip lines in the frames of head and jaw.
 const UPPER_LIP: [[f32; 2]; 7] =
     [[0.16, -0.225], [0.36, -0.255], [0.56, -0.290], [0.80, -0.310], [1.02, -0.280], [1.18, -0.235], [1.31, -0.205]];
 const LOWER_LIP: [[f32; 2]; 5] = [[0.20, -0.040], [0.42, -0.035], [0.66, -0.030], [0.90, -0.028], [1.20, -0.030]];
@@ -65,29 +65,29 @@ fn mix(a: Vec3, b: Vec3, t: f32) -> Vec3 {
     a + (b - a) * t
 }
 
-/// Returns a ridge profile with sharp valleys, mean near zero and range about `[-0.65, 0.35]`.
+/// Returns the profile of a ridge with sharp valleys. The mean is close to zero, and the range is about `[-0.65, 0.35]`.
 fn ridge(phase: f32) -> f32 {
     (std::f32::consts::PI * phase).sin().abs().powf(0.7) - 0.65
 }
 
-/// Evaluates the skin, using the head and jaw frames.
+/// Evaluates the skin, using the frames of head and jaw.
 pub struct Skin {
     head: Frame,
     jaw: Frame,
 }
 
-/// Inputs for the shading of a point besides its position.
+/// The inputs for the shading of a point, in addition to its position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SkinPoint {
-    /// Displacement along the surface normal, metres (about -16 to 22 mm).
+    /// The displacement along the surface normal in metres (about -16 to 22 mm).
     pub height: f32,
-    /// Position on a scale, from 0 in the grooves to 1 on top.
+    /// The position on a scale, from 0 in the grooves to 1 on top.
     pub top: f32,
-    /// Depth of folds, from 0 (none) to 1 (bottom of a deep valley).
+    /// The depth of folds, from 0 (none) to 1 (bottom of a deep valley).
     pub fold: f32,
 }
 
-/// Weights of facial details around the eye, nostril and lips, from the head-frame position.
+/// The weights of facial details around the eye, the nostril and the lips, from the position in the head frame.
 struct Face {
     head: f32,
     eye: f32,
@@ -115,14 +115,14 @@ impl Skin {
         face.nostril = n.length();
         let band = |d: f32| (-(d / 0.030) * (d / 0.030)).exp();
         let (u, l) = (h.z - line(&UPPER_LIP, h.x), j.z - line(&LOWER_LIP, j.x));
-        // The lower jaw is in front of its hinge and well below the upper lip line.
+        // The lower jaw is in front of its hinge, and clearly below the line of the upper lip.
         face.upper = band(u - 0.012) * ss(0.15, 0.3, h.x) * ss(-0.06, -0.02, u);
         face.lower = band(l + 0.012) * ss(0.2, 0.35, j.x) * ss(-0.05, -0.10, u).max(1.0 - ss(-0.12, -0.06, u));
         face.lip_x = if face.upper > face.lower { h.x } else { j.x + 0.02 };
         face
     }
 
-    /// Returns the relief at rest position `p` on the surface; `mouth` in `[0, 1]` smooths the lining of the mouth.
+    /// Returns the relief at the rest position `p` on the surface. `mouth` in `[0, 1]` smooths the lining of the mouth.
     pub fn relief(&self, p: Vec3, mouth: f32) -> SkinPoint {
         let p = Vec3::new(p.x, p.y.abs(), p.z);
         let face = self.face(p);
@@ -130,7 +130,7 @@ impl Skin {
         let fine = head.max(0.8 * foot).max(0.7 * tail);
         let coarse = (1.0 - fine) * ss(2.3, 3.1, p.z);
         let sizes = [(0.021, fine), (0.034, (1.0 - fine - coarse).max(0.0)), (0.052, coarse)];
-        // Scales fade near the eye and the mouth, where shrunken scales would look knitted.
+        // Scales fade near the eye and the mouth, because shrunken scales would look like knitwear.
         let warp = Vec3::new(value(p * 9.0, 1), value(p * 9.0, 2), value(p * 9.0, 3)) - 0.5;
         let warped = p + 0.018 * warp;
         let lips = face.upper.max(face.lower);
@@ -140,7 +140,7 @@ impl Skin {
         for (i, (size, weight)) in sizes.into_iter().enumerate().filter(|(_, s)| s.1 >= 0.02) {
             let w = worley(warped / size, 3 * i as u32 + 1);
             let edge = ss(0.02, 0.38, w.f2 - w.f1);
-            // A slight crown keeps the tops of scales from looking like flat tiles.
+            // The tops of scales are slightly domed, so that they do not look like flat tiles.
             let crown = 0.82 + 0.18 * (1.0 - (w.f1 / 0.6).min(1.0));
             pebbles += weight * size * 0.095 * edge * crown * (0.75 + 0.5 * w.id);
             top += weight * edge;
@@ -172,7 +172,7 @@ impl Skin {
         }
         let slack = 0.012 * (value(p * 3.1, 91) - 0.5) * (1.0 - head) + 0.004 * (value(p * 11.0, 92) - 0.5);
         let mut height = pebbles * quiet + bosses + folds + slack + scute + scapula(p);
-        // Wrinkles ring the eye and the nostril, and a row of labial scales lines the lips.
+        // Wrinkles surround the eye and the nostril. A row of labial scales lines the lips.
         let rings = 0.0022 * (1.0 - ss(0.07, 0.15, face.eye)) * ss(0.045, 0.06, face.eye);
         height += rings * (value(p * 14.0, 93) * 2.0 + face.eye / 0.016 * std::f32::consts::TAU).sin();
         height += 0.005 * ((-((face.nostril - 0.058) / 0.016).powi(2)).exp());
@@ -184,10 +184,10 @@ impl Skin {
         SkinPoint { height, top, fold: valley.min(1.0) }
     }
 
-    /// Returns the linear albedo (rgb) and Beckmann roughness `α` at rest position `p` with this relief.
+    /// Returns the linear albedo (rgb) and the Beckmann roughness `α` at the rest position `p` with this relief.
     ///
-    /// The design roughness is perceptual, and `α` is its square. Cavities (grooves between scales, folds) darken the albedo instead of
-    /// inter-reflection.
+    /// The roughness values in the code are perceptual, and `α` is their square. There are no inter-reflections, so cavities (grooves
+    /// between scales, folds) have a darker albedo instead.
     pub fn shade(&self, p: Vec3, relief: &SkinPoint, mouth: f32) -> [f32; 4] {
         let p = Vec3::new(p.x, p.y.abs(), p.z);
         let (n1, n2, n3) = (value(p * 2.1, 61), value(p * 7.0, 62), value(p * 23.0, 63));
@@ -205,10 +205,10 @@ impl Skin {
         let crest = ss(3.5, 3.8, p.x) * ss(4.10, 4.30, p.z);
         c = mix(c, Vec3::new(0.20, 0.075, 0.045), 0.6 * crest);
         c *= 1.25 * (0.72 + 0.35 * n2 + 0.22 * n3) * (0.72 + 0.28 * ss(-0.006, 0.008, h));
-        // Height gives broad cavity occlusion, and grooves give sharp occlusion.
+        // The height gives the broad occlusion of cavities, and the grooves give the sharp occlusion.
         c *= (0.70 + 0.30 * ((h + 0.006) / 0.012).clamp(0.0, 1.0)) * (0.62 + 0.38 * relief.top.min(1.0));
         c *= 1.0 - 0.35 * relief.fold;
-        // Skin is dark around the eye and inside the nostril, and paler on the lips.
+        // The skin is dark around the eye and inside the nostril, and paler on the lips.
         c *= 1.0 - 0.6 * (1.0 - ss(0.055, 0.10, face.eye));
         let inside = 1.0 - ss(0.042, 0.062, face.nostril);
         c *= 1.0 - 0.92 * inside;
@@ -216,7 +216,7 @@ impl Skin {
         c = mix(c, c * Vec3::new(1.15, 1.0, 0.95), lips);
         let mud = (1.0 - ss(0.05, 0.30, p.z)) * ss(0.35, 0.6, n2 * 0.5 + n1 * 0.5);
         c = mix(c, Vec3::new(0.075, 0.058, 0.040), 0.5 * mud);
-        // The mouth lining is wet and slightly mottled, and fades into the lips at the gum line.
+        // The lining of the mouth is wet and slightly mottled. The lining fades into the lips at the gum line.
         let lining = Vec3::new(0.42, 0.13, 0.12) * (0.75 + 0.3 * n3 + 0.2 * n2);
         let gum = 4.0 * mouth * (1.0 - mouth);
         c = mix(mix(c, lining, mouth), Vec3::new(0.17, 0.055, 0.05), 0.7 * gum);
@@ -224,7 +224,7 @@ impl Skin {
         rough += 0.10 * relief.fold + 0.06 * (n3 - 0.5) + 0.10 * mud;
         let soft = lips.max(1.0 - ss(0.06, 0.10, face.eye)).max(1.0 - ss(0.05, 0.09, face.nostril));
         rough += (0.45 - rough) * soft;
-        // The nostril wall is too steep for displacement, so a high roughness suppresses glints.
+        // The wall of the nostril is too steep for displacement, so its roughness is high to suppress glints.
         rough += (0.85 - rough) * inside;
         rough += (0.27 - rough) * mouth;
         let rough = rough.clamp(0.2, 0.85);
@@ -232,7 +232,7 @@ impl Skin {
     }
 }
 
-/// Returns the weight and height (metres) of scutes over the toes and down the front of the metatarsus.
+/// Returns the weight and the height (in metres) of the scutes on the toes and down the front of the metatarsus.
 fn scutes(p: Vec3, foot: f32) -> (f32, f32) {
     if foot <= 0.0 || p.x < -0.1 {
         return (0.0, 0.0);
@@ -253,7 +253,7 @@ fn scutes(p: Vec3, foot: f32) -> (f32, f32) {
     (weight, height)
 }
 
-/// Returns the shoulder blade's relief, metres.
+/// Returns the relief of the shoulder blade in metres.
 fn scapula(p: Vec3) -> f32 {
     let [a, b] = SCAPULA;
     let t = ((p - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
@@ -287,7 +287,7 @@ mod tests {
     #[test]
     fn scales_are_finer_on_the_head_than_on_the_back() {
         let skin = Skin::new();
-        // The mean absolute second difference over 5 mm is high for fine patterns.
+        // For fine patterns, the mean absolute second difference over 5 mm is high.
         let busy = |from: Vec3| -> f32 {
             let h = |i: i32| skin.relief(from + Vec3::X * (i as f32 * 0.005), 0.0).top;
             (0..120).map(|i| (h(i) - 2.0 * h(i + 1) + h(i + 2)).abs()).sum()

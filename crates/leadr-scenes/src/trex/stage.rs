@@ -1,4 +1,4 @@
-//! The T-rex walking over dry ground.
+//! The T-rex, which walks over dry ground.
 
 use glam::{Affine3A, Vec3};
 
@@ -13,10 +13,10 @@ use leadr_render::scene::{Object, Pose};
 use leadr_render::surfaces::patch_mesh::{PatchMesh, TileLayout};
 
 const BODY: &str = "trex body";
-/// Number of patches of the body.
+/// The number of patches of the body.
 const BODY_PATCHES: u32 = 5920;
 
-/// Builds the body and the props of the animal; [`walk::pose`] skins each.
+/// Builds the body and the props of the animal. [`walk::pose`] skins both.
 pub fn animal(trex: Trex) -> [Object; 2] {
     let mut body = trex.body;
     // Colours come from the atlas, so vertex colours are white.
@@ -29,13 +29,13 @@ pub fn animal(trex: Trex) -> [Object; 2] {
     [body, props]
 }
 
-/// Returns a body with the maps' sizes but no map contents.
+/// Returns a body whose maps have their final sizes, but no contents.
 pub fn unbaked_body(tile: u32) -> Object {
     let layout = TileLayout::new(BODY_PATCHES, tile);
     tiled_object(BODY, PatchMesh::default(), layout, Vec::new(), Vec::new())
 }
 
-/// Builds the stage, with atlas tiles of `tile` texels; see [`Trex::load`] for `progress`.
+/// Builds the stage with atlas tiles of `tile` texels. [`Trex::load`] describes `progress`.
 pub fn trex_stage(tile: u32, progress: Progress<'_>) -> Result<Stage, SceneError> {
     let (trex, ground) = rayon::join(|| Trex::load(tile, progress), ground);
     trex.map(|trex| walking_on(trex, ground))
@@ -56,7 +56,7 @@ fn walking_on(trex: Trex, ground: Object) -> Stage {
     };
     let motion = |time: f64| {
         let joints = walk::pose(time);
-        // The ground mesh follows the animal to keep its small patches nearby.
+        // The ground mesh follows the animal, so that its small patches stay near the animal.
         let steps = (walked(time) / STEP).round();
         let below = Affine3A::from_translation(Vec3::X * steps * STEP);
         vec![Pose::Skinned(joints.clone()), Pose::Skinned(joints), Pose::Rigid(below)]
@@ -64,7 +64,7 @@ fn walking_on(trex: Trex, ground: Object) -> Stage {
     Stage::moving(vec![body, props, ground], views, motion, |time| Vec3::X * walked(time))
 }
 
-/// Returns the metres walked after `time` seconds.
+/// Returns the distance in metres that the animal has walked after `time` seconds.
 pub fn walked(time: f64) -> f32 {
     (time * walk::SPEED) as f32
 }

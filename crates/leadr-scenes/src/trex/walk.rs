@@ -1,15 +1,16 @@
-//! Joint matrices of the walk as functions of time. Leg IK is exact for the foot's position, so feet do not slide.
+//! The joint matrices of the walk, as functions of time. The inverse kinematics of a leg is exact for the position of the foot, so feet do
+//! not slide.
 
 use glam::{DMat3, DMat4, DVec2, DVec3, Mat4};
 
 use super::gait::{Foot, JointAngles, PERIOD, STRIDE, foot, joint_angles, pelvis};
 use super::skeleton::{JOINT_COUNT, JOINTS, joint_index};
 
-/// Walking speed, metres per second.
+/// The walking speed in metres per second.
 pub const SPEED: f64 = STRIDE / PERIOD;
 
 /// Returns the world-from-rest matrix of every joint at a time, for linear blend skinning of rest positions. The animal walks along +x at
-/// [`SPEED`]. At time zero the left foot touches down and the rest pelvis is over the origin.
+/// [`SPEED`]. At time zero, the left foot touches down and the rest position of the pelvis is over the origin.
 pub fn pose(time_seconds: f64) -> Vec<Mat4> {
     let cycles = time_seconds / PERIOD;
     skinning(&world_from_joint(cycles.rem_euclid(1.0), cycles * STRIDE))
@@ -28,7 +29,7 @@ fn rest(name: &str) -> DVec3 {
     JOINTS[joint_index(name)].position.as_dvec3()
 }
 
-/// Returns world-from-joint matrices, in the order of [`JOINTS`], at a phase of the walk and `travelled` metres.
+/// Returns the world-from-joint matrices, in the order of [`JOINTS`], at a phase of the walk. The animal has walked `travelled` metres.
 fn world_from_joint(t: f64, travelled: f64) -> [Mat4; JOINT_COUNT] {
     let mut local = joint_angles(t).map(rotation);
     let (offset, pelvis_angles) = pelvis(t);
@@ -37,7 +38,7 @@ fn world_from_joint(t: f64, travelled: f64) -> [Mat4; JOINT_COUNT] {
         let foot = foot(t + if sign < 0.0 { 0.5 } else { 0.0 });
         solve_leg(&mut local, side, sign, &foot, offset, pelvis_angles);
     }
-    // Forward kinematics from the root.
+    // This is forward kinematics from the root.
     let root = offset + DVec3::X * travelled;
     let mut world = [DMat4::IDENTITY; JOINT_COUNT];
     for (i, joint) in JOINTS.iter().enumerate() {
@@ -52,15 +53,15 @@ fn world_from_joint(t: f64, travelled: f64) -> [Mat4; JOINT_COUNT] {
     world.map(|m| m.as_mat4())
 }
 
-/// Returns the sagittal angle of a vector, increasing with positive pitch.
+/// Returns the angle of a vector in the sagittal plane, which increases with positive pitch.
 fn sagittal_angle(v: DVec2) -> f64 {
     v.x.atan2(v.y)
 }
 
 /// Solves the five joints of a leg and its toes for the foot pose `foot`.
 ///
-/// The lateral offsets of a leg's bones cancel (hip and metatarsal joint have the same rest `y`). After yaw and roll of the hip the problem
-/// is planar: the metatarsus gives the ankle, and two bones give the knee.
+/// The lateral offsets of a leg's bones cancel (hip and metatarsal joint have the same rest `y`). After yaw and roll of the hip, the
+/// problem is planar. The metatarsus determines the ankle, and the two bones above determine the knee.
 fn solve_leg(local: &mut [DMat3], side: &str, sign: f64, foot: &Foot, root: DVec3, pelvis_angles: JointAngles) {
     let joint = |name: &str| joint_index(&format!("{name}_{side}"));
     let [hip, knee, ankle, toes] = ["hip", "knee", "ankle", "toes"].map(|n| rest(&format!("{n}_{side}")));
@@ -77,7 +78,7 @@ fn solve_leg(local: &mut [DMat3], side: &str, sign: f64, foot: &Foot, root: DVec
     let (femur, tibia, metatarsus) = (sagittal(knee - hip), sagittal(ankle - knee), sagittal(toes - ankle));
     let shaft = DVec2::new(foot.metatarsus.sin(), -foot.metatarsus.cos()) * metatarsus.length();
     let ankle_at = sagittal(planar) - shaft;
-    // Two-bone IK with the knee forward.
+    // The knee follows from the inverse kinematics of two bones, with the knee in front.
     let (a, b) = (femur.length(), tibia.length());
     let distance = ankle_at.length().clamp((a - b).abs() + 1e-6, a + b - 1e-6);
     let direction = ankle_at.normalize();
@@ -90,7 +91,7 @@ fn solve_leg(local: &mut [DMat3], side: &str, sign: f64, foot: &Foot, root: DVec
     local[joint("hip")] = rotation(JointAngles { roll, pitch: thigh, yaw });
     local[joint("knee")] = DMat3::from_rotation_y(shank - thigh);
     local[joint("ankle")] = DMat3::from_rotation_y(foot_bone - shank);
-    // The foot stays level sideways in any leg pose.
+    // The foot stays level sideways in any pose of the leg.
     let ankle_world = pelvis_rotation * rotation(JointAngles { roll, pitch: foot_bone, yaw });
     local[joint("toes")] = ankle_world.transpose() * DMat3::from_rotation_y(foot.pitch);
     for (i, name) in ["toe2", "toe3", "toe4"].into_iter().enumerate() {
@@ -107,7 +108,7 @@ mod tests {
     use glam::Vec3;
     use leadr_render::surfaces::patch_mesh::PatchMesh;
 
-    /// Returns the joints at a time, travelling or on a treadmill.
+    /// Returns the joints at a time. The animal travels, or walks on a treadmill.
     fn joints(time: f64, travels: bool) -> [Mat4; JOINT_COUNT] {
         let cycles = time / PERIOD;
         world_from_joint(cycles.rem_euclid(1.0), if travels { cycles * STRIDE } else { 0.0 })
@@ -157,7 +158,7 @@ mod tests {
         assert!(range[1][1] < 0.97, "the leg is stretched: {:?}", range[1]);
     }
 
-    /// Returns the skinned rest positions of the whole cage.
+    /// Returns the skinned positions of all vertices of the cage.
     fn skinned(mesh: &PatchMesh, pose: &[Mat4]) -> Vec<Vec3> {
         leadr_render::surfaces::skinning::skin(mesh, pose).positions
     }
@@ -174,7 +175,7 @@ mod tests {
                 let held = |v: usize| names.iter().map(|n| weight(v, &format!("{n}_{side}"))).sum::<f32>();
                 (0..mesh.positions.len()).filter(|&v| mesh.positions[v].z < 0.08 && held(v) > least).collect()
             };
-            // The whole sole is planted while the foot is flat, and the middle toe until it leaves the ground.
+            // The whole sole is planted while the foot is flat. The middle toe is planted until it leaves the ground.
             let sole = of(&["toes", "toe2", "toe3", "toe4"], 0.999);
             for (points, until) in [(sole, HEEL_OFF), (of(&["toe3"], 0.995), DUTY)] {
                 assert!(points.len() > 8, "{}", points.len());

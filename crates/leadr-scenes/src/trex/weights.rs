@@ -1,4 +1,4 @@
-//! Skinning weights of the cage, from the parts near each vertex.
+//! The skinning weights of the cage, which depend on the parts near each vertex.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -8,27 +8,28 @@ use super::sdf::TrexSdf;
 use super::skeleton::{AXIAL_CHAIN, JOINT_COUNT, joint_index};
 use leadr_render::surfaces::patch_mesh::SkinWeights;
 
-/// Falloff length (to `1/e`) of a part's influence, metres. It is shorter in the feet, which keeps toes rigid and planted.
+/// The length in metres over which the influence of a part falls to `1/e`. The length is shorter in the feet, which keeps toes rigid and
+/// planted.
 const FALLOFF: f32 = 0.055;
 const FOOT_FALLOFF: f32 = 0.022;
-/// Heights between which the falloff length changes, metres.
+/// The heights between which the falloff length changes, in metres.
 const FOOT: [f32; 2] = [0.14, 0.50];
-/// Fraction of the largest weight below which weights are dropped.
+/// The fraction of the largest weight below which a weight is dropped.
 const LEAST: f32 = 0.004;
-/// Depth inside a part at which the distance is clamped, metres.
+/// The depth inside a part at which the distance is clamped, in metres.
 const DEPTH: f32 = -0.02;
-/// Number of smoothing passes. They blur as on a mesh with these edge lengths (metres): little in the feet and around the mouth, more where
-/// large muscles slide.
+/// The number of smoothing passes. The passes blur as on a mesh with these edge lengths, in metres. The blur is small in the feet and
+/// around the mouth, and larger where large muscles slide.
 const PASSES: usize = 12;
 const CRISP_EDGE: f32 = 0.028;
 const SOFT_EDGE: f32 = 0.065;
 
 type Row = [f32; JOINT_COUNT];
 
-/// Returns weights for these rest positions; `ring` lists the neighbours of each vertex for smoothing.
+/// Returns the weights for these rest positions. `ring` lists the neighbours of each vertex, for smoothing.
 pub fn skin_weights(sdf: &TrexSdf, positions: &[Vec3], ring: &[Vec<u32>]) -> Vec<SkinWeights> {
     let mut rows: Vec<Row> = positions.par_iter().with_min_len(64).map(|&p| raw_weights(sdf, p)).collect();
-    // A pass blurs over an edge length, so areas with long edges use smaller steps for an equal blur.
+    // A pass blurs over one edge length, so areas with long edges use smaller steps for the same blur.
     let step: Vec<f32> = (0..positions.len())
         .map(|v| {
             let edges = ring[v].iter().map(|&w| positions[w as usize].distance(positions[v])).sum::<f32>();
@@ -55,7 +56,7 @@ pub fn skin_weights(sdf: &TrexSdf, positions: &[Vec3], ring: &[Vec<u32>]) -> Vec
     rows.iter().map(largest_four).collect()
 }
 
-/// Returns 0 in the feet and 1 above them.
+/// Returns 0 in the feet and 1 above the feet.
 fn above_foot(p: Vec3) -> f32 {
     ((p.z - FOOT[0]) / (FOOT[1] - FOOT[0])).clamp(0.0, 1.0)
 }

@@ -1,4 +1,4 @@
-//! Comparison with an earlier run: ratios for each row, and geometric means for each pass.
+//! Compares a bench with an earlier run, by ratios for each row and geometric means for each pass.
 
 use std::collections::{HashMap, HashSet};
 use std::fmt;
@@ -18,7 +18,7 @@ use leadr_maps::shown::{shown, shown_line, shown_path};
 /// The times of a run from the output of `leadr bench --json`. Other fields are ignored.
 #[derive(Clone, Debug, Deserialize)]
 pub struct Times {
-    /// The file of the times, empty for the current run.
+    /// The file that contained the times, or an empty path for the current run.
     #[serde(skip)]
     file: PathBuf,
     device: String,
@@ -27,7 +27,6 @@ pub struct Times {
     rows: Vec<Time>,
 }
 
-/// One pass of one row.
 #[derive(Clone, Debug, Deserialize)]
 pub(super) struct Time {
     pub table: String,
@@ -38,47 +37,45 @@ pub(super) struct Time {
     pub min_ms: f64,
 }
 
-/// The comparison with an earlier run.
+/// The comparison of a run with an earlier run.
 #[derive(Clone, Debug, Serialize)]
 pub struct Comparison {
-    /// The earlier run.
+    /// The file of the earlier run.
     file: PathBuf,
     device: String,
     driver: String,
     commit: String,
     /// Whether the names of the devices differ.
     other_device: bool,
-    /// Passes of rows with times above 0 in both runs.
+    /// The passes of rows whose times are above 0 in both runs.
     rows: Vec<RowRatio>,
-    /// Geometric means over rows, for each pass.
+    /// The geometric means over all rows, for each pass.
     passes: Vec<PassRatio>,
-    /// Rows that only this run has, and passes that it alone has in common rows.
+    /// The rows that only the current run has, and the passes that it has in addition in common rows.
     only_in_this: Vec<Lonely>,
-    /// Rows and passes that only the earlier run has.
+    /// The rows and passes that only the earlier run has.
     only_in_that: Vec<Lonely>,
 }
 
-/// A pass of a row in both runs. Ratios are this run's times over the earlier run's, so below 1 is faster.
+/// A row's pass that both runs have. Ratios are the current time over the earlier time, so a ratio below 1 is faster.
 #[derive(Clone, Debug, Serialize)]
 struct RowRatio {
     table: String,
     row: String,
     pass: String,
     size: [u32; 2],
-    /// Ratio of the minimum times.
     min_ratio: f64,
-    /// Ratio of the medians.
     median_ratio: f64,
 }
 
-/// Mean ratios of a pass over all rows that have it in both runs.
+/// The mean ratios of a pass over all rows that have the pass in both runs.
 #[derive(Clone, Debug, Serialize)]
 struct PassRatio {
     pass: String,
     rows: usize,
-    /// Geometric mean of the ratios of minimum times.
+    /// The geometric mean of the ratios of minimum times.
     min_ratio: f64,
-    /// Geometric mean of the ratios of medians.
+    /// The geometric mean of the ratios of medians.
     median_ratio: f64,
 }
 
@@ -88,11 +85,11 @@ struct Lonely {
     table: String,
     row: String,
     size: [u32; 2],
-    /// The pass, or `None` if one run lacks the whole row.
+    /// The pass, or `None` if the whole row is missing from one run.
     pass: Option<String>,
 }
 
-/// Maximum size of a result file. The result of all tables has several hundred thousand bytes.
+/// The maximum size of a result file. The result of all tables has several hundred thousand bytes.
 const MOST_BYTES: usize = 64 << 20;
 
 type Key<'a> = (&'a str, &'a str, [u32; 2], &'a str);
@@ -108,7 +105,6 @@ impl Time {
 }
 
 impl Times {
-    /// Creates the times of the current run.
     pub(super) fn new(on: &DeviceInfo, commit: &str, rows: Vec<Time>) -> Self {
         let DeviceInfo { device, driver } = on.clone();
         Self { file: PathBuf::new(), device, driver, commit: commit.to_owned(), rows }
@@ -117,8 +113,8 @@ impl Times {
     /// Reads the output of `leadr bench --json`.
     ///
     /// # Errors
-    /// If the file cannot be read, is truncated, is not JSON, or is not the result of a bench. The message is one sentence
-    /// with the file name.
+    /// Fails if the file cannot be read, is truncated, is not JSON, or is not the result of a bench. The message is one
+    /// sentence that includes the file name.
     pub fn read(path: &Path) -> Result<Self, LabError> {
         let bytes = read_file(path).map_err(|fault| match fault {
             MapFault::NotAFile => LabError::io("read", path, "it is not a file; give the output of leadr bench --json"),
@@ -168,10 +164,10 @@ impl Times {
         Ok(times)
     }
 
-    /// Checks that these times were measured on the device of this name.
+    /// Checks that the times were measured on the device with this name.
     ///
     /// # Errors
-    /// If the names of the devices differ.
+    /// Fails if the names of the devices differ.
     pub fn check_device(&self, device: &str) -> Result<(), LabError> {
         if self.device == device {
             return Ok(());
@@ -188,17 +184,17 @@ impl Times {
         &self.device
     }
 
-    /// Compares `this` run with these earlier times.
+    /// Compares `this` run with the earlier times in `self`.
     ///
     /// # Errors
-    /// If the runs have no row in common.
+    /// Fails if the runs have no row in common.
     pub fn compare(&self, this: &Self) -> Result<Comparison, LabError> {
         let before: HashMap<Key<'_>, &Time> = self.rows.iter().map(|time| (time.key(), time)).collect();
         let rows: Vec<RowRatio> = this
             .rows
             .iter()
             .filter_map(|time| Some((time, *before.get(&time.key())?)))
-            // A pass without work has a time of 0, which has no ratio.
+            // A pass without work takes 0 ms, so its ratio is undefined.
             .filter(|(now, then)| [now.min_ms, now.median_ms, then.min_ms, then.median_ms].iter().all(|ms| *ms > 0.0))
             .map(|(now, then)| RowRatio {
                 table: now.table.clone(),
@@ -266,7 +262,8 @@ fn lonely(these: &[Time], others: &[Time]) -> Vec<Lonely> {
 }
 
 impl Comparison {
-    /// Returns the geometric mean of the ratios of minimum total times. Below 1, this run is faster.
+    /// Returns the geometric mean of the ratios of the minimum total times. A mean below 1 means that the current run is
+    /// faster.
     pub fn total(&self) -> Option<f64> {
         self.passes.iter().find(|mean| mean.pass == TOTAL).map(|mean| mean.min_ratio)
     }

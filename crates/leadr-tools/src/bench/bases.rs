@@ -14,17 +14,17 @@ use leadr_render::settings::Technique;
 use leadr_scenes::config::SceneConfig;
 use leadr_scenes::set::{Inputs, set};
 
-/// Texels along a side of the relief, and its depth in metres.
+/// The number of texels along a side of the relief, and the depth of the relief in metres.
 const SIDE: u32 = 1024;
 const DEPTH: f32 = 0.09;
-/// Name of the row with which all others are compared.
+/// The name of the row with which all others are compared.
 const ONE_LOBE: &str = "one Beckmann lobe";
 
-/// Returns renderers with rows of one Beckmann lobe, a GGX base of the same roughness, and the lobes of a measured material. `only`
-/// is a technique that replaces LEADR.
+/// Returns renderers with their rows, for one Beckmann lobe, a GGX base of the same roughness, and the lobes of a measured
+/// material. `only` is a technique that replaces LEADR.
 ///
 /// # Errors
-/// If memory runs out or the device fails.
+/// Fails if memory runs out or the device fails.
 pub fn bases(
     config: &SceneConfig,
     gpu: &Arc<Gpu>,

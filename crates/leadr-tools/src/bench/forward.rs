@@ -1,7 +1,8 @@
-//! A plain forward pass over the quad of the paper's tables: the cost of the paper's fragment shaders without the renderer.
+//! A plain forward pass over the quad of the paper's tables. The pass measures the cost of the paper's fragment shaders
+//! without the renderer.
 //!
-//! The forward pass is one render pass with a fragment shader per technique from the supplement (section 3), and one trilinear
-//! fetch of each LEADR map. It has no G-buffer, tiles or edge samples.
+//! The forward pass is one render pass. Each technique has a fragment shader from the supplement (section 3), which fetches
+//! each LEADR map once with trilinear filtering. The pass has no G-buffer, tiles or edge samples.
 
 use std::fmt;
 use std::sync::Arc;
@@ -19,7 +20,7 @@ use leadr_render::scene::{FrameState, Object};
 use leadr_render::surfaces::displacement::Border;
 use leadr_render::surfaces::moments::{LeadrMapGpu, MomentFormat};
 
-/// Name of the pass.
+/// The name of the pass.
 pub const FORWARD: &str = "forward";
 
 /// The shading of the forward pass.
@@ -31,16 +32,16 @@ pub enum Forward {
     BlinnPhong,
     /// One light with LEAN mapping.
     Lean,
-    /// One light with LEADR mapping and masking alone.
+    /// One light with LEADR mapping, with masking but without shadowing.
     Leadr,
-    /// The specular environment on a grid with this many slopes along a side (simplified Algorithm 1).
+    /// The specular environment, sampled on a grid with this many slopes along a side (simplified Algorithm 1).
     Environment(u32),
-    /// The diffuse environment on a grid with this many slopes along a side (simplified Algorithm 3).
+    /// The diffuse environment, sampled on a grid with this many slopes along a side (simplified Algorithm 3).
     Irradiance(u32),
 }
 
 impl Forward {
-    /// All measured variants.
+    /// All variants that are measured.
     pub const ALL: [Self; 9] = [
         Self::Constant,
         Self::BlinnPhong,
@@ -98,20 +99,19 @@ shared_struct! {
         camera_position: [f32; 4],
         sun_direction: [f32; 4],
         sun_irradiance: [f32; 4],
-        /// Albedo, and Beckmann roughness in w.
+        /// The albedo, and the Beckmann roughness in w.
         material: [f32; 4],
-        /// F0, height scale, and number of texels along an edge of the environment cube.
+        /// The F0, the height scale, and the number of texels along an edge of the environment cube.
         surface: [f32; 4],
         radiance_sh: [[f32; 4]; 9],
     }
 }
 
 shared_struct! {
-    /// A corner of the quad.
     struct CornerGpu for "Corner" {
-        /// Position, and first texture coordinate in w.
+        /// The position, and the first texture coordinate in w.
         position: [f32; 4],
-        /// Normal, and second texture coordinate in w.
+        /// The normal, and the second texture coordinate in w.
         normal: [f32; 4],
         tangent: [f32; 4],
         bitangent: [f32; 4],
@@ -134,13 +134,13 @@ pub struct ForwardPass {
 }
 
 impl ForwardPass {
-    /// Creates a pass over the only patch of `object`, which must have repeating heights, lit by `state` and an environment, in a
-    /// picture of `size` pixels. `face_size` is the edge of the environment cube in texels, and `radiance_sh` its nine SH
-    /// coefficients of radiance.
+    /// Creates a pass over the only patch of `object`, whose heights must repeat. The light of `state` and an environment
+    /// light the patch, and the picture has `size` pixels. `face_size` is the edge of the environment cube in texels, and
+    /// `radiance_sh` are the nine SH coefficients of the environment's radiance.
     ///
     /// # Errors
-    /// Returns [`GpuError::Usage`] for an unsuitable object, a wrong number of coefficients, or without a sun. Also fails if memory
-    /// runs out or a pipeline cannot be created.
+    /// Returns [`GpuError::Usage`] if the object is unsuitable, the number of coefficients is wrong, or there is no sun.
+    /// Also fails if memory runs out or a pipeline cannot be created.
     pub fn new(
         gpu: &Arc<Gpu>,
         object: &Object,
@@ -203,7 +203,7 @@ impl ForwardPass {
         })
     }
 
-    /// Draws a picture `repeats` times under the environment of this cube, and returns the time of one repetition.
+    /// Draws a picture `repeats` times, lit by the environment `cube`, and returns the time of one repetition.
     ///
     /// # Errors
     /// Returns [`GpuError::Usage`] for a kind that is not in [`Forward::ALL`]. Also fails if the device is lost.
@@ -244,7 +244,7 @@ impl ForwardPass {
     /// Returns the linear radiance of the last picture, row by row from the top.
     ///
     /// # Errors
-    /// If the device is lost or memory runs out.
+    /// Fails if the device is lost or memory runs out.
     pub fn picture(&self) -> Result<Vec<[f32; 4]>> {
         self.target.read(0, 0)
     }

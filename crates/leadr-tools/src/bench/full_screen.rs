@@ -1,5 +1,5 @@
-//! A quad that fills the picture, with one texel of its map per pixel. Nothing is filtered and all pixels do the same
-//! work, so only the fragment shader is measured (as for the tables of the LEADR paper, section 7).
+//! A quad that fills the picture, with one texel of its map per pixel. Nothing is filtered, and all pixels do the same work.
+//! A measurement therefore shows only the fragment shader, as for the tables of the LEADR paper (section 7).
 
 use glam::{Vec2, Vec3};
 
@@ -10,16 +10,16 @@ use leadr_render::surfaces::displacement::HeightField;
 use leadr_render::surfaces::patch_mesh::PatchMesh;
 use leadr_scenes::stage::{Stage, Views};
 
-/// Vertical field of view in degrees. At the edges of a square picture, the view is up to 22° off the normal.
+/// The vertical field of view in degrees. At the edges of a square picture, the view direction is up to 22° from the normal.
 const FOV: f32 = 45.0;
-/// Beckmann roughness of the material.
+/// The Beckmann roughness of the material.
 const ROUGHNESS: f32 = 0.2;
-/// Standard deviation of the map's slopes, along each axis.
+/// The standard deviation of the map's slopes, along each axis.
 const SLOPE: f32 = 0.5;
 
-/// Returns a rectangle in the plane z = 0 with a Gaussian height map of `size` texels. Seen from above, it exactly fills a picture
-/// of `size` pixels, so pixel centres coincide with texel centres at LOD 0. Draw it without displacement, which would move it out
-/// of the picture.
+/// Returns a rectangle in the plane z = 0 with a Gaussian height map of `size` texels. Seen from above, the rectangle
+/// exactly fills a picture of `size` pixels, and pixel centres coincide with texel centres at LOD 0. Draw the rectangle
+/// without displacement, which would move parts out of the picture.
 pub fn full_screen_stage(size: (u32, u32)) -> Stage {
     let (width, height) = (size.0.max(1), size.1.max(1));
     let half = Vec2::new(width as f32 / height as f32, 1.0);
@@ -33,8 +33,8 @@ pub fn full_screen_stage(size: (u32, u32)) -> Stage {
         texcoords: vec![corners.map(|c| c * 0.5 + 0.5)],
         ..Default::default()
     };
-    // Bumps are six texels wide. The slopes of the map are per unit of texture coordinate, and one unit is the rectangle's height
-    // of 2 m.
+    // A bump is six texels wide. The map's slopes are per unit texture coordinate, and one unit is the 2 m height of the
+    // rectangle.
     let map = procedural::gaussian(width, height, 1, 2.0 * SLOPE, 6.0 / height as f32);
     let object = Object::new("full screen", mesh).with_heights(HeightField::repeating(map), 1.0).without_shadow();
     let distance = 1.0 / (FOV.to_radians() * 0.5).tan();
@@ -59,7 +59,7 @@ mod tests {
                 let seen = Vec2::new(ndc.x, -ndc.y) * 0.5 + 0.5;
                 assert!((seen - *texcoord).length() < 1e-6, "{seen} shows {texcoord}");
             }
-            // Counter-clockwise from above means that the quad faces the viewer.
+            // The order is counter-clockwise from above, so the quad faces the viewer.
             let p: Vec<Vec3> = mesh.positions.clone();
             assert!((p[1] - p[0]).cross(p[3] - p[0]).z > 0.0);
         }

@@ -1,4 +1,4 @@
-//! Goals: bounds on ratios of measured times.
+//! Goals, which are bounds on ratios of measured times.
 
 use serde::Serialize;
 
@@ -28,43 +28,43 @@ impl Bound {
 /// A reference to one time of one row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TimeRef {
-    /// Name of the table.
+    /// The name of the table.
     pub table: &'static str,
-    /// Name of the row in the table.
+    /// The name of the row in the table.
     pub row: &'static str,
-    /// Name of the pass or sum of passes.
+    /// The name of the pass or of a sum of passes.
     pub pass: &'static str,
-    /// Factor on the time.
+    /// The factor that multiplies the time.
     pub times: u32,
 }
 
-/// A ratio of two times with a bound.
+/// A bound on the ratio of two times.
 #[derive(Clone, Copy, Debug)]
 pub struct Goal {
-    /// Name of the goal.
+    /// The name of the goal.
     pub name: &'static str,
-    /// Dividend of the ratio.
+    /// The dividend of the ratio.
     pub of: TimeRef,
-    /// Divisor of the ratio.
+    /// The divisor of the ratio.
     pub to: TimeRef,
-    /// Bound on the ratio.
+    /// The bound on the ratio.
     pub bound: Bound,
 }
 
 /// The verdict on a goal.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Verdict {
-    /// Name of the goal.
+    /// The name of the goal.
     pub goal: &'static str,
-    /// Bound of the goal.
+    /// The bound of the goal.
     pub bound: Bound,
-    /// Median of the ratios within rounds.
+    /// The median of the ratios within rounds.
     pub median: f64,
-    /// Lower quartile of these ratios.
+    /// The lower quartile of the ratios within rounds.
     pub low: f64,
-    /// Upper quartile of these ratios.
+    /// The upper quartile of the ratios within rounds.
     pub high: f64,
-    /// Ratio of the times of the fastest frames.
+    /// The ratio of the times of the fastest frames.
     pub fastest: f64,
     /// Whether the median satisfies the bound.
     pub met: bool,

@@ -16,17 +16,17 @@ use leadr_scenes::registry::Choice;
 use leadr_scenes::set::{Inputs, Set, set};
 use leadr_scenes::stage::{GENERATED_HEIGHT, USUAL_RELIEF};
 
-/// Numbers of texels along an atlas tile, which give the T-rex maps of about 1k to 8k texels.
+/// The numbers of texels along an atlas tile, which give T-rex maps of about 1k to 8k texels.
 const TILES: [u32; 4] = [16, 32, 64, 128];
-/// Numbers of texels along a height map.
+/// The numbers of texels along a height map.
 const SIDES: [u32; 4] = [1024, 2048, 4096, 8192];
 
-/// Returns renderers of the scene with maps of each size, and their rows. All renderers stay alive, because rounds are interleaved.
-/// Sizes that do not fit into device memory are skipped with a message. The largest and the smallest size are created first,
-/// because goals compare them.
+/// Returns renderers of the scene, one for each map size, with their rows. All renderers stay alive, because rounds are
+/// interleaved. Sizes that do not fit into device memory are skipped with a message. The largest and the smallest size are
+/// created first, because goals compare these two sizes.
 ///
 /// # Errors
-/// If files cannot be read, memory runs out, or the device fails.
+/// Fails if files cannot be read, memory runs out, or the device fails.
 pub fn maps(
     config: &SceneConfig,
     gpu: &Arc<Gpu>,

@@ -1,4 +1,4 @@
-//! The bench, which measures the device time of every pass in interleaved rounds.
+//! The bench, which measures the time of every pass on the device in interleaved rounds.
 
 mod against;
 mod bases;

@@ -1,4 +1,4 @@
-//! The tables of the sea, with pass times by size of the transforms and of the picture.
+//! The tables of the sea, which list pass times for several sizes of the transforms and of the picture.
 
 use std::sync::Arc;
 
@@ -18,14 +18,14 @@ use leadr_scenes::view::Size;
 /// The passes that compute the wave maps, which do not depend on the picture.
 pub const WAVES: &str = "wave rows+wave columns+wave mips";
 
-/// Measured sizes of transforms, as numbers of samples along the edge of a tile.
+/// The measured sizes of the transforms, as numbers of samples along the edge of a tile.
 const TRANSFORMS: [u32; 4] = [64, 128, 256, 512];
 
-/// Returns renderers of the sea with their rows: every size of transform, then pictures of half, one and two times the side length.
-/// Maps and targets of all sizes stay alive.
+/// Returns renderers of the sea with their rows. The rows cover every size of the transforms, then pictures of half, one and
+/// two times the side length. Maps and targets of all sizes stay alive.
 ///
 /// # Errors
-/// If files cannot be read, memory runs out, or the device fails.
+/// Fails if files cannot be read, memory runs out, or the device fails.
 pub fn seas(
     config: &SceneConfig,
     gpu: &Arc<Gpu>,

@@ -1,4 +1,4 @@
-//! The paper's tables over a full-screen quad, and the goals for times.
+//! The paper's tables over a full-screen quad, and the goals for the measured times.
 
 use super::forward::Forward;
 use super::goals::{Bound, Goal, TimeRef};
@@ -23,17 +23,18 @@ const VISIBILITY_LIGHT: &str = "visibility, one light";
 const VISIBILITY_SPECULAR: &str = "visibility, specular environment";
 const VISIBILITY_DIFFUSE: &str = "visibility, diffuse environment";
 
-/// Name of the row with which environment rows are compared.
+/// The name of the row with which the environment rows are compared.
 const ONE_SAMPLE: &str = "one sample";
 
-/// Tables of times over the number of samples.
+/// The tables that plot times over the number of samples.
 pub const FIGURE_11: [&str; 2] = [FIGURE_11_SPECULAR, FIGURE_11_DIFFUSE];
 
 const fn pixels(table: &'static str, row: &'static str) -> TimeRef {
     TimeRef { table, row, pass: PIXELS, times: 1 }
 }
 
-/// Returns the time of 64 samples of a reference picture. To favour the reference, it omits the passes that prepare a frame.
+/// Returns the time of 64 samples of a reference picture. The time favours the reference, because it omits the passes that
+/// prepare a frame.
 const fn reference(table: &'static str, row: &'static str) -> TimeRef {
     TimeRef { table, row, pass: "geometry+filter+shade+accumulate", times: 64 }
 }
@@ -118,13 +119,13 @@ pub const GOALS: [Goal; 12] = [
     ),
 ];
 
-/// Whether a goal uses this row.
+/// Whether any goal uses this row.
 pub fn in_a_goal(row: &Row) -> bool {
     GOALS.iter().flat_map(|goal| [goal.of, goal.to]).any(|time| time.table == row.table && time.row == row.name)
 }
 
-/// Returns the paper's settings. They use masking alone, as in the printed algorithms, and base roughness in the frame of the
-/// macrosurface, without pixel kernel or occlusion by the relief.
+/// Returns the settings of the paper. The paper uses masking without shadowing, as in the printed algorithms, and base
+/// roughness in the frame of the macrosurface. The paper has no pixel kernel and no occlusion by the relief.
 pub fn paper(technique: Technique, quadrature: Quadrature, terms: Terms) -> Shading {
     technique.with(ShadingOptions {
         quadrature,
@@ -161,7 +162,7 @@ fn row(state: &FrameState, size: Size, table: &str, name: &str, base: Option<&st
     }
 }
 
-/// Returns rows of the renderer, and of a plain forward pass over the same quad for comparison.
+/// Returns rows of the renderer, and rows of a plain forward pass over the same quad for comparison.
 pub fn against_forward(state: &FrameState, size: Size) -> Vec<Row> {
     let leadr = |rule, terms| paper(Technique::Leadr, rule, terms);
     let light = |technique| paper(technique, Quadrature::Grid(1), Terms::SPECULAR_LIGHTS);
@@ -195,15 +196,16 @@ pub fn against_forward(state: &FrameState, size: Size) -> Vec<Row> {
     rows
 }
 
-/// Returns the tables of the full-screen quad in `state`.
+/// Returns the rows of all tables of the full-screen quad in `state`.
 pub fn rows(state: &FrameState, size: Size) -> Vec<Row> {
     let mut rows = Vec::new();
     let mut add =
         |table: &str, name: &str, base: &str, shading| rows.push(row(state, size, table, name, Some(base), shading));
     let leadr = |quadrature, terms| paper(Technique::Leadr, quadrature, terms);
-    // These rows have one fetch along the direction reflected about the mean normal, and one irradiance of the mean normal.
+    // The rows fetch the environment once along the reflection about the mean normal, and use the irradiance of the mean
+    // normal.
     let one = |terms| paper(Technique::BlinnPhong, Quadrature::Grid(1), terms);
-    // The diffuse rule has a fixed number of samples, which does not depend on the probes.
+    // The number of samples of the diffuse rule does not depend on the probes.
     let visible = |terms| leadr(Quadrature::VisibleSlopes(Probes::Five), terms);
 
     for technique in Technique::ALL.into_iter().filter(|t| !t.is_reference()) {
@@ -249,7 +251,7 @@ pub fn rows(state: &FrameState, size: Size) -> Vec<Row> {
     rows
 }
 
-/// Returns the paper's time of a row in milliseconds, on an NVIDIA GTX 480 (LEADR section 7).
+/// Returns the time in milliseconds that the paper reports for a row, on an NVIDIA GTX 480 (LEADR section 7).
 pub fn paper_ms(row: &Row) -> Option<f64> {
     Some(match (row.table.as_str(), row.name.as_str()) {
         (LIGHT, "constant") => 0.055,

@@ -23,65 +23,63 @@ pub struct BenchReport {
     command: &'static str,
     #[serde(flatten)]
     device: DeviceInfo,
-    /// Build profile of the program, which does not affect device times.
+    /// The build profile of the program, which does not affect times on the device.
     profile: &'static str,
-    /// Number of rounds.
+    /// The number of rounds.
     frames: u32,
     rows: Vec<RowReport>,
     ratios: Vec<RatioReport>,
-    /// A straight line of time over samples for each table (LEADR Figure 11).
+    /// The line fits of time over samples, one for each table (LEADR Figure 11).
     lines: Vec<LineReport>,
     goals: Vec<Verdict>,
-    /// Comparison with an earlier run.
+    /// The comparison with an earlier run, if any.
     #[serde(skip_serializing_if = "Option::is_none")]
     against: Option<Comparison>,
-    /// Wall-clock seconds of the whole bench.
+    /// The wall-clock time of the whole bench in seconds.
     seconds: f64,
 }
 
-/// The pass in which techniques differ most, whose ratio is also printed.
+/// The pass in which techniques differ most, and whose ratio is also printed.
 const SHADE: &str = "shade";
 
 /// One pass of one row.
 #[derive(Clone, Debug, Serialize)]
 pub struct RowReport {
     table: String,
-    /// Name of the row in its table.
     row: String,
-    /// Name of the row with which this row is compared.
+    /// The name of the row with which this row is compared.
     base: Option<String>,
     /// A second row with which the per-pixel passes are compared.
     beside: Option<String>,
-    /// Name of the pass, or sum of passes, that is compared.
+    /// The name of the pass or sum of passes that is compared.
     compared: &'static str,
     technique: &'static str,
     /// The sampling rule of the integrals over slopes.
     rule: &'static str,
-    /// Slope samples (or probes) per pixel and environment term.
+    /// The number of slope samples (or probes) per pixel and environment term.
     samples: u32,
     visibility: &'static str,
-    /// Distance of the camera to its target in metres, if it differs between rows.
+    /// The distance in metres from the camera to its target, for tables with several distances.
     distance: Option<f32>,
     size: [u32; 2],
-    /// Upper bound on the triangles of a frame, including shadow maps, for rows of whole frames.
+    /// The upper bound on the number of triangles in a frame, including shadow maps, for rows of whole frames.
     triangles: Option<u64>,
-    /// Patches drawn for the camera, for rows of whole frames.
+    /// The number of patches drawn for the camera, for rows of whole frames.
     patches: Option<u32>,
-    /// A pass or a sum of passes on the device, a component of the CPU time (`cpu prepare`, `cpu record`, `cpu wait`), or the sum
-    /// of these components (`frame`).
+    /// The name of a pass or sum of passes on the device, or of a component of the CPU time (`cpu prepare`, `cpu record`,
+    /// `cpu wait`). `frame` is the sum of the CPU components.
     pass: String,
     median_ms: f64,
     p95_ms: f64,
-    /// Time of the fastest frame.
     min_ms: f64,
-    /// Repetitions of the pass in each timed region.
+    /// The number of repetitions of the pass in each timed region.
     repeats: u32,
-    /// Rounds in which the row was measured.
+    /// The number of rounds in which the row was measured.
     measurements: usize,
-    /// Set-up time of the scene in seconds, for rows that measure it.
+    /// The set-up time of the scene in seconds, for tables that measure set-up.
     #[serde(skip_serializing_if = "Option::is_none")]
     set_up_s: Option<f64>,
-    /// The paper's time on an NVIDIA GTX 480 in milliseconds.
+    /// The time in milliseconds that the paper reports on an NVIDIA GTX 480.
     paper_ms: Option<f64>,
 }
 
@@ -94,11 +92,11 @@ pub struct RatioReport {
     pass: &'static str,
     #[serde(flatten)]
     ratio: Ratio,
-    /// The ratio of the same rows' times in the paper.
+    /// The ratio of the times that the paper reports for the same rows.
     paper: Option<f64>,
 }
 
-/// A least-squares line through the medians of `filter+shade` over the number of samples.
+/// A least-squares fit of a line to the medians of `filter+shade` over the number of samples.
 #[derive(Clone, Debug, Serialize)]
 pub struct LineReport {
     table: String,
@@ -139,10 +137,10 @@ impl BenchReport {
         }
     }
 
-    /// Adds a comparison with an earlier run, and returns it.
+    /// Adds a comparison with an earlier run, and returns the comparison.
     ///
     /// # Errors
-    /// If the runs have no row in common.
+    /// Fails if the runs have no row in common.
     pub fn compare_with(&mut self, earlier: &Times) -> Result<&Comparison, LabError> {
         let time = |row: &RowReport| Time {
             table: row.table.clone(),
@@ -252,7 +250,7 @@ fn line(table: &str, measured: &[Measured]) -> Option<LineReport> {
     Some(LineReport { table: table.to_owned(), line: least_squares(&points)? })
 }
 
-/// Whether a pass always runs once, even if other passes are repeated.
+/// Whether a pass runs only once, even if other passes are repeated.
 fn is_once(pass: &str) -> bool {
     pass == "sky" || is_cpu(pass)
 }
@@ -380,7 +378,7 @@ impl BenchReport {
         Ok(())
     }
 
-    /// Prints the triangles and CPU times of rows that measure whole frames.
+    /// Prints the triangle counts and CPU times of rows that measure whole frames.
     fn frames(f: &mut fmt::Formatter<'_>, rows: &[&RowReport], names: &[&str]) -> fmt::Result {
         let columns: Vec<&str> = CPU.into_iter().chain([FRAME]).collect();
         if !rows.iter().any(|row| is_cpu(&row.pass)) {

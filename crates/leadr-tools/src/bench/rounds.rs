@@ -1,5 +1,5 @@
-//! Interleaved measurement: every round draws one frame of each row, and ratios are taken within rounds. A temporary slowdown of the
-//! machine then affects all rows equally.
+//! Interleaved measurement. Every round draws one frame of each row, and ratios are taken within rounds. A temporary
+//! slowdown of the machine then affects all rows equally.
 
 use super::forward::FORWARD;
 use super::stats::{Ratio, paired_ratio};
@@ -11,21 +11,19 @@ use leadr_render::frame::{CpuTime, PassTime};
 pub struct Frame {
     /// The time of each pass on the device.
     pub passes: Vec<PassTime>,
-    /// CPU time of a frame with unrepeated passes, for rows that measure whole frames.
+    /// The CPU time of a frame without repeated passes, for rows that measure whole frames.
     pub cpu: Option<CpuTime>,
-    /// Upper bound on the triangles of the frame, including shadow maps.
+    /// The upper bound on the number of triangles in the frame, including shadow maps.
     pub triangles: u64,
-    /// Patches drawn for the camera.
+    /// The number of patches drawn for the camera.
     pub patches: u32,
 }
 
-/// Target length of a timed region in milliseconds. GPU clocks may tick only once per microsecond.
+/// The target length of a timed region in milliseconds. GPU clocks may tick only once per microsecond.
 const MEASURABLE: f64 = 0.5;
-/// Largest number of repetitions of a pass.
 const MAX_REPEATS: u32 = 256;
-/// Frame time in milliseconds above which a row skips some rounds.
+/// A row skips some rounds if a frame takes longer than this time in milliseconds.
 const PATIENCE: f64 = 1000.0;
-/// Minimum number of rounds of a row.
 const FEWEST: usize = 5;
 
 /// The per-pixel passes, which filter the maps and shade.
@@ -34,22 +32,23 @@ pub const PIXELS: &str = "filter+shade";
 pub const WITH_GEOMETRY: &str = "geometry+filter+shade";
 /// All passes of a frame.
 pub const TOTAL: &str = "total";
-/// Components of the CPU time of a frame: posing and tessellating the scene, recording commands, and waiting for the device.
+/// The components of the CPU time of a frame: posing and tessellating the scene, recording commands, and waiting for the
+/// device.
 pub const CPU: [&str; 3] = ["cpu prepare", "cpu record", "cpu wait"];
-/// Wall-clock time of a frame, the sum of [`CPU`].
+/// The wall-clock time of a frame, which is the sum of [`CPU`].
 pub const FRAME: &str = "frame";
 
 /// The times of one row.
 #[derive(Clone, Debug, Default)]
 pub struct Series {
-    /// Repetitions of each pass in its timed region.
+    /// The number of repetitions of each pass in its timed region.
     pub repeats: u32,
     /// The measurements of each round, or `None` if the row skipped the round.
     pub rounds: Vec<Option<Frame>>,
 }
 
 impl Frame {
-    /// Returns the milliseconds of a pass or a sum of passes, as in [`Series::of`].
+    /// Returns the milliseconds of a pass or a sum of passes. See [`Series::of`].
     fn of(&self, pass: &str) -> Option<f64> {
         if let Some(CpuTime { prepare, record, wait }) = self.cpu {
             let parts = [prepare, record, wait];
@@ -61,7 +60,7 @@ impl Frame {
             }
         }
         let names: Vec<&str> = pass.split('+').collect();
-        // One pass may do the work of several, such as "filter and shade".
+        // One pass may do the work of several passes, such as "filter and shade".
         let counts = |t: &&PassTime| {
             let of_several = || t.pass.split(" and ").all(|part| names.contains(&part));
             pass == TOTAL || names.contains(&t.pass.as_str()) || of_several()
@@ -72,8 +71,8 @@ impl Frame {
 }
 
 impl Series {
-    /// Returns the names of the passes in order of execution, then [`PIXELS`] and [`TOTAL`], and for whole frames also [`CPU`] and
-    /// [`FRAME`].
+    /// Returns the names of the passes in order of execution, then [`PIXELS`] and [`TOTAL`]. For whole frames, [`CPU`] and
+    /// [`FRAME`] follow.
     pub fn passes(&self) -> Vec<&str> {
         let Some(first) = self.rounds.iter().flatten().next() else { return Vec::new() };
         // [`PIXELS`] has the time of this pass, and is also the name in rows with separate passes.
@@ -87,8 +86,8 @@ impl Series {
         passes
     }
 
-    /// Returns the milliseconds of `pass` in each round. `pass` is one pass, several joined by `+`, [`PIXELS`], [`TOTAL`], one of
-    /// [`CPU`], or [`FRAME`].
+    /// Returns the milliseconds of `pass` in each round. `pass` is a single pass, several passes joined by `+`, [`PIXELS`],
+    /// [`TOTAL`], one of [`CPU`], or [`FRAME`].
     pub fn of(&self, pass: &str) -> Vec<Option<f64>> {
         self.rounds.iter().map(|frame| frame.as_ref().and_then(|frame| frame.of(pass))).collect()
     }
@@ -104,12 +103,12 @@ impl Series {
         self.rounds.iter().flatten().count()
     }
 
-    /// Returns the milliseconds of a pass in all rounds that measured it.
+    /// Returns the milliseconds of a pass in all rounds that measured the pass.
     pub fn times(&self, pass: &str) -> Vec<f64> {
         self.of(pass).into_iter().flatten().collect()
     }
 
-    /// Returns the ratio of this row's time to the time of `to`.
+    /// Returns the ratio of this row's time to the time of the row `to`.
     pub fn ratio(&self, pass: &str, to: &Self, to_pass: &str) -> Option<Ratio> {
         paired_ratio(&self.of(pass), &to.of(to_pass))
     }
@@ -158,12 +157,12 @@ pub fn measure(
     Ok(series)
 }
 
-/// Progress of [`measure`].
+/// The progress of [`measure`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tick {
     /// The row with this index has finished its warm-up.
     Warm(usize),
-    /// The warm-up is finished; this many frames will be measured.
+    /// The warm-up is finished, and this many frames will be measured.
     Begin(usize),
     /// A frame of the row with this index was measured.
     Frame(usize),
@@ -181,13 +180,13 @@ fn repeats(times: &[PassTime]) -> u32 {
     }
 }
 
-/// Returns the number of rounds, out of `rounds`, in which a row with this frame time is drawn.
+/// Returns the number of rounds in which a row with this frame time is drawn, of `rounds` in total.
 fn turns_of(milliseconds: f64, rounds: usize) -> usize {
     let turns = (rounds as f64 * PATIENCE / milliseconds.max(PATIENCE)).round() as usize;
     turns.clamp(FEWEST.min(rounds), rounds)
 }
 
-/// Whether a row that is drawn in `turns` rounds is drawn in this round. The row's rounds are evenly spaced and include the first.
+/// Whether a row takes part in this round. The row takes part in `turns` evenly spaced rounds, including the first.
 fn takes_part(round: usize, turns: usize, rounds: usize) -> bool {
     round == 0 || round * turns / rounds != (round - 1) * turns / rounds
 }
@@ -197,7 +196,7 @@ mod tests {
     use super::*;
     use crate::bench::stats::median;
 
-    /// Rows of known cost on a machine with drifting speed. The first frame of a row compiles its pipelines.
+    /// A machine whose speed drifts, and its rows of known cost. The first frame of a row compiles its pipelines.
     struct Machine {
         costs: Vec<f64>,
         load: fn(usize) -> f64,
@@ -272,7 +271,7 @@ mod tests {
         let ratio = series[1].ratio(PIXELS, &series[0], PIXELS).unwrap();
         assert!((ratio.median - 1.5).abs() < 0.02, "{ratio:?}");
         assert!(ratio.low < 1.5 && ratio.high > 1.5, "rounds alternate, so the drift falls on both sides: {ratio:?}");
-        // Measuring the rows one after the other gives a wrong ratio.
+        // Measuring one row after the other gives a wrong ratio.
         let mut calls = 0;
         let mut one_after_the_other = |cost: f64| {
             let times: Vec<f64> = (0..40)

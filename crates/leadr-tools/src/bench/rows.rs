@@ -6,28 +6,30 @@ use leadr_reflectance::masking::shadowing::Shadowing;
 use leadr_render::scene::FrameState;
 use leadr_render::settings::{Quadrature, RenderSettings};
 
-/// A configuration that is drawn repeatedly.
+/// A configuration that is drawn repeatedly, as one row of a table.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// Name of the row's table.
+    /// The name of the row's table.
     pub table: String,
-    /// Name of the row.
+    /// The name of the row.
     pub name: String,
-    /// Name of the row with which this row is compared, in the same table.
+    /// The name of the row with which this row is compared, in the same table.
     pub base: Option<String>,
     /// A second row of the table with which the per-pixel passes are compared.
     pub beside: Option<String>,
-    /// The passes whose time is compared: the per-pixel passes, or all passes.
+    /// The passes whose time is compared: the per-pixel passes or all passes.
     pub compared: &'static str,
     /// The state of the scene.
     pub state: FrameState,
     /// The render settings.
     pub settings: RenderSettings,
-    /// Hours that the sun moves between rounds. If it moves, every round recomputes the sky, its mips and its irradiance.
+    /// The hours by which the sun moves between rounds. If the sun moves, every round recomputes the sky, its mips and its
+    /// irradiance.
     pub sun_hours: f64,
-    /// Set-up time in seconds, for rows that measure it.
+    /// The set-up time in seconds, for tables that measure set-up.
     pub set_up: Option<f64>,
-    /// The plain forward pass that draws the row instead of the renderer. Rows of the renderer are compared with its total time.
+    /// The plain forward pass that draws the row instead of the renderer. Rows of the renderer are compared with the total
+    /// time of the forward pass.
     pub forward: Option<Forward>,
 }
 
@@ -45,7 +47,7 @@ impl Row {
         self.settings.shading.quadrature().unwrap_or(Quadrature::Grid(1))
     }
 
-    /// Returns the number of slope samples (or probes) per pixel, 1 for techniques with a single slope.
+    /// Returns the number of slope samples (or probes) per pixel, which is 1 for techniques with a single slope.
     pub fn samples(&self) -> u32 {
         self.forward.map_or_else(|| self.quadrature().samples(), Forward::samples)
     }
@@ -55,13 +57,13 @@ impl Row {
         self.forward.map_or_else(|| self.quadrature().name(), |_| Quadrature::Grid(1).name())
     }
 
-    /// Returns the name of the shadowing model, which is masking alone for techniques with a single slope.
+    /// Returns the name of the shadowing model. For techniques with a single slope, the name is masking alone.
     pub fn shadowing(&self) -> &'static str {
         let shading = self.settings.shading;
         if shading.technique().integrates() { shading.options().shadowing } else { Shadowing::None }.name()
     }
 
-    /// Returns the distance of the camera to its target in metres, if it differs between rows.
+    /// Returns the distance in metres from the camera to its target, for tables with several distances.
     pub fn distance(&self) -> Option<f32> {
         let camera = &self.state.camera;
         self.is_of_a_frame().then(|| camera.position.distance(camera.target))

@@ -25,29 +25,29 @@ use leadr_scenes::set::{Inputs, set};
 use leadr_scenes::stage::Lights;
 use leadr_scenes::view::Size;
 
-/// The measurements that the bench makes.
+/// What the bench measures.
 #[derive(Clone, Debug)]
 pub struct BenchConfig {
     /// The quad of the paper's tables, if selected.
     pub quad: Option<Quad>,
-    /// Size of the quad for the comparison with a plain forward pass, if selected.
+    /// The size of the quad for the comparison with a plain forward pass, if selected.
     pub forward: Option<Size>,
     /// The scenes to measure.
     pub scenes: Vec<SceneConfig>,
-    /// The tables to measure for each scene that supports them.
+    /// The tables to measure. A scene skips tables that it does not support.
     pub tables: Vec<Table>,
-    /// Picture sizes of [`Table::Views`].
+    /// The picture sizes of [`Table::Views`].
     pub view_sizes: Vec<Size>,
     /// The only technique to measure in scenes, if given.
     pub technique: Option<Technique>,
-    /// Number of rounds. Rows that take over a second per frame skip some.
+    /// The number of rounds. Rows whose frames take over a second skip some rounds.
     pub rounds: u32,
 }
 
-/// The paper's tables, over a full-screen quad with a LEADR map of its size.
+/// The paper's tables over a full-screen quad. The LEADR map has one texel per pixel.
 #[derive(Clone, Copy, Debug)]
 pub struct Quad {
-    /// Size of the quad and of its map.
+    /// The size of the quad and of its map.
     pub size: Size,
     /// Whether to measure only the rows that goals compare.
     pub goals_only: bool,
@@ -56,7 +56,7 @@ pub struct Quad {
 /// Runs the bench. `open` opens the device, after the input files have been checked.
 ///
 /// # Errors
-/// If an input file is invalid, or the device cannot be opened or fails.
+/// Fails if an input file is invalid, or the device cannot be opened or fails.
 pub fn bench(
     config: &BenchConfig,
     open: impl FnOnce() -> Result<Arc<Gpu>, LabError>,
@@ -136,9 +136,9 @@ fn one_scene(
 pub struct FullScreen {
     /// The renderer of the quad.
     pub renderer: Renderer,
-    /// The quad, of which the renderer has a copy.
+    /// The quad as a copy of the renderer's object.
     pub object: Object,
-    /// The state to draw.
+    /// The state of the scene.
     pub state: FrameState,
 }
 
@@ -146,7 +146,7 @@ impl FullScreen {
     /// Creates a quad of this size, with one map texel per pixel.
     ///
     /// # Errors
-    /// If memory runs out or the device fails.
+    /// Fails if memory runs out or the device fails.
     pub fn new(size: Size, gpu: &Arc<Gpu>) -> Result<Self, LabError> {
         let mut stage = full_screen_stage((size.width, size.height));
         let object = stage.objects[0].clone();
@@ -174,7 +174,7 @@ impl FullScreen {
 struct Bench {
     renderers: Vec<Renderer>,
     rows: Vec<(usize, Row)>,
-    /// Render targets by renderer and size, which are kept so that rows of different sizes do not recreate them.
+    /// The render targets by renderer and size, which are kept so that rows of different sizes do not recreate them.
     targets: HashMap<(usize, (u32, u32)), KeptTargets>,
     /// The forward pass for rows that the renderer does not draw.
     forward: Option<ForwardPass>,
@@ -189,7 +189,7 @@ impl Bench {
             return Ok(Frame { passes: vec![time], ..Default::default() });
         }
         let targets = self.targets.entry((*index_of_renderer, row.settings.size)).or_default();
-        // A row with several samples draws a different sample in every round.
+        // A row with several samples draws another sample in every round.
         let index = round as u32 % row.settings.samples.max(1);
         let mut state = row.state.clone();
         daylight::pass(&mut state, row.sun_hours * (round + 1) as f64);
@@ -198,7 +198,7 @@ impl Bench {
         let cpu = match repeats {
             _ if !row.is_of_a_frame() => None,
             1 => Some(cost.cpu),
-            // A second draw for the CPU time would not move the sun.
+            // The sun must move only once per round, so the row has no second draw for the CPU time.
             _ if row.sun_hours != 0.0 => None,
             _ => Some(renderer.cost(&state, &row.settings, index, 1)?.cpu),
         };
@@ -206,14 +206,14 @@ impl Bench {
         if row.sun_hours != 0.0
             && let Some(sky) = &row.state.sky
         {
-            // Moving the sun back must not be part of the next row's time.
+            // The sun is moved back here, so that the next row's time does not include this work.
             renderer.show_sky(sky)?;
         }
         Ok(Frame { passes: cost.passes, cpu, triangles: cost.triangles, patches: cost.patches })
     }
 }
 
-/// Measures all rows of some renderers and of a plain forward pass in interleaved rounds.
+/// Measures all rows of the renderers and of a plain forward pass in interleaved rounds.
 fn measure(
     subjects: Vec<(Renderer, Vec<Row>)>,
     forward: Option<ForwardPass>,

@@ -1,4 +1,5 @@
-//! The tables of scale, with frame and set-up times by number of objects, materials, triangles, lights, pixels and texels.
+//! The tables of scale, which list frame and set-up times by number of objects, materials, triangles, lights, pixels and
+//! texels.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -21,26 +22,26 @@ use leadr_render::surfaces::displacement::HeightField;
 use leadr_scenes::config::SceneConfig;
 use leadr_scenes::sphere::{color_code, cube_sphere};
 
-/// Numbers of balls, which all fill the picture equally.
+/// The numbers of balls. Each number of balls fills the same part of the picture.
 const COUNTS: [u32; 4] = [1, 10, 100, 1000];
-/// Patches along a side of a face, for a ball with 10^5 triangles before tessellation.
+/// The number of patches along a side of a face. The ball then has 10^5 triangles before tessellation.
 const FINE_SIDE: u32 = 92;
-/// Numbers of instances of the fine ball, and their total triangles.
+/// The numbers of instances of the fine ball, with their total triangles.
 const INSTANCES: [(u32, &str); 4] = [(1, "10^5"), (10, "10^6"), (100, "10^7"), (1000, "10^8")];
-/// Patches along a side of a face, for many balls.
+/// The number of patches along a side of a face, if there are many balls.
 const SIDE: u32 = 4;
-/// Texels along a side of each material.
+/// The number of texels along a side of each material.
 const TEXELS: u32 = 16;
-/// Sides of square pictures in pixels, and of square height maps in texels.
+/// The sides of square pictures in pixels, and of square height maps in texels.
 const SIDES: [u32; 4] = [128, 256, 512, 1024];
-/// Half the width of the square of balls in metres.
+/// Half the width in metres of the square of balls.
 const HALF: f32 = 5.0;
 
 /// Returns renderers with their rows for increasing numbers of balls, of balls with separate materials, of instances of a fine
 /// ball, of lamps, of pixels, and of texels of a height map. Every row is compared with the first row of its table.
 ///
 /// # Errors
-/// If memory runs out or the device fails.
+/// Fails if memory runs out or the device fails.
 pub fn scale(
     config: &SceneConfig,
     gpu: &Arc<Gpu>,
@@ -88,7 +89,7 @@ pub fn scale(
     Ok(all)
 }
 
-/// Returns a renderer of the balls, a state that shows all of them, and the seconds of the upload.
+/// Returns a renderer of the balls, a state that shows all of them, and the upload time in seconds.
 fn set_up(gpu: &Arc<Gpu>, balls: Vec<Object>) -> Result<(Renderer, FrameState, f64), LabError> {
     let sky = Sky::default();
     let environment = Environment::from_sky(gpu, Environment::FACE_SIZE, &sky)?;
@@ -114,12 +115,11 @@ fn balls(count: u32, side: u32, materials: bool) -> Vec<Object> {
     (0..count).map(ball).collect()
 }
 
-/// Returns a rough height map of `side` by `side` texels that repeats.
+/// Returns a rough, repeating height map of `side` by `side` texels.
 fn rough(side: u32) -> HeightField {
     HeightField::repeating(procedural::gaussian(side, side, 1, 1.0, 0.1))
 }
 
-/// Returns the poses of the balls on a square grid.
 fn poses(count: u32) -> Vec<Pose> {
     let columns = f64::from(count).sqrt().ceil() as u32;
     let spacing = 2.0 * HALF / columns as f32;

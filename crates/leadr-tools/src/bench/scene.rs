@@ -1,4 +1,4 @@
-//! The tables of a scene, by view, technique, distance, resolution, triangle size and map size.
+//! The tables of a scene, for several views, techniques, distances, resolutions, triangle sizes and map sizes.
 
 use clap::ValueEnum;
 
@@ -35,7 +35,7 @@ pub enum Table {
 }
 
 impl Table {
-    /// Returns the name on the command line.
+    /// Returns the name that the command line uses.
     pub fn name(self) -> String {
         self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
     }
@@ -53,17 +53,17 @@ impl Table {
     }
 }
 
-/// Motion of the sun per round: one minute, in hours.
+/// The motion of the sun per round: one minute, in hours.
 const SUN_STEP: f64 = 1.0 / 60.0;
-/// Distances of the camera, as multiples of the middle view's distance.
+/// The distances of the camera, as multiples of the middle view's distance.
 const ZOOM: [f32; 6] = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
 /// The multiple of the distance at which the reference is also measured.
 const AFAR: f32 = 8.0;
-/// Triangle sizes in pixels, and the size of the row with which all others are compared.
+/// The triangle sizes in pixels, and the size of the row with which all others are compared.
 const TRIANGLES: [f32; 5] = [1.0, 2.0, 4.0, 8.0, 16.0];
 const USUAL_TRIANGLES: f32 = 4.0;
 
-/// Returns a row of a scene. Its total time is compared with the row `base` of the same table.
+/// Returns a row of a scene. The total time is compared with the row `base` in the same table.
 pub fn row(config: &SceneConfig, technique: Technique, state: FrameState, [table, name, base]: [String; 3]) -> Row {
     // With 64 samples, every round of a reference draws a different sample.
     let samples = if technique.is_reference() { 64 } else { 1 };
@@ -100,7 +100,8 @@ pub fn views(
     .collect()
 }
 
-/// Returns rows for all techniques (or `only` one) at the middle view of `state`, and for LEADR (or that one) with a moving sun.
+/// Returns rows at the middle view of `state`: one for each technique, and one for LEADR with a moving sun. `only` replaces
+/// all techniques.
 pub fn techniques(config: &SceneConfig, state: &FrameState, only: Option<Technique>) -> Vec<Row> {
     let base = only.unwrap_or(Technique::Leadr);
     let names = |name: &str| [config.scene.name.to_owned(), name.to_owned(), base.name().to_owned()];

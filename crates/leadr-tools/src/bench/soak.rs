@@ -18,18 +18,18 @@ use leadr_scenes::config::SceneConfig;
 use leadr_scenes::daylight;
 use leadr_scenes::set::{Inputs, Set, set};
 
-/// Memory use after some number of frames.
+/// The memory use after some number of frames.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct MemorySample {
-    /// Frames drawn so far.
+    /// The number of frames drawn so far.
     pub frame: u64,
-    /// Resident memory of the process in bytes, if the system reports it.
+    /// The resident memory of the process in bytes, if the system reports it.
     pub resident: Option<u64>,
-    /// Memory of buffers and images in bytes.
+    /// The memory of buffers and images in bytes.
     pub allocated: u64,
-    /// Bytes that the driver has reserved for buffers and images.
+    /// The bytes that the driver has reserved for buffers and images.
     pub reserved: u64,
-    /// Number of buffers and images.
+    /// The number of buffers and images.
     pub allocations: usize,
 }
 
@@ -47,39 +47,38 @@ impl MemorySample {
     }
 }
 
-/// Memory use over many frames.
+/// The memory use over many frames.
 #[derive(Clone, Debug, Serialize)]
 pub struct SoakReport {
     command: &'static str,
     #[serde(flatten)]
     device: DeviceInfo,
-    /// Frames drawn and read back.
+    /// The number of frames drawn and read back.
     frames: u32,
     size: [u32; 2],
     scene: String,
-    /// Samples along the edge of the sea's tiles, if the scene has a sea.
+    /// The number of samples along the edge of the sea's tiles, if there is a sea.
     fft: Option<u32>,
-    /// Memory use at ten evenly spaced times.
     samples: Vec<MemorySample>,
-    /// Growth of buffers and images in bytes, from the second sample to the last.
+    /// The growth of buffers and images in bytes, from the second sample to the last.
     allocated_growth: i64,
-    /// Growth of resident memory in bytes, from the second sample to the last.
+    /// The growth of resident memory in bytes, from the second sample to the last.
     resident_growth: Option<i64>,
-    /// Wall-clock time in seconds.
+    /// The wall-clock time in seconds.
     seconds: f64,
 }
 
-/// Number of memory samples.
 const SAMPLES: u32 = 10;
-/// Seconds between frames.
+/// The time between frames in seconds.
 const STEP: f64 = 1.0 / 30.0;
 
-/// Draws `frames` frames of `config` and reads them back. Time advances, the sun moves through one day, and the camera moves. Over
-/// a sea the camera travels, rotates, and climbs from 2.5 m to a kilometre. Elsewhere it circles the scene near and far, on the
-/// same path between all memory samples. Techniques alternate, unless `only` selects one.
+/// Draws `frames` frames of `config` and reads all frames back. Time advances, the sun moves through one day, and the camera
+/// moves. Over a sea the camera travels, rotates, and climbs from 2.5 m to a kilometre. In other scenes the camera circles
+/// the scene near and far, on the same path between all memory samples. Techniques alternate, unless `only` selects one.
 ///
 /// # Errors
-/// If the device fails, validation reports a message, or buffers and images grow from the second sample to the last.
+/// Fails if the device fails, if validation reports a message, or if buffers and images grow from the second sample to the
+/// last.
 pub fn soak(
     config: &SceneConfig,
     gpu: &Arc<Gpu>,
@@ -91,7 +90,7 @@ pub fn soak(
     let inputs = Inputs::load(config)?;
     let Set { mut renderer, animation, .. } = set(config, inputs, gpu, None, &output.set_up())?;
     let settings = config.render_settings();
-    // Samples follow whole rounds of techniques, because techniques hold different resources.
+    // A memory sample follows a whole round of techniques, because techniques hold different resources.
     let round = if only.is_some() { 1 } else { Technique::ALL.len() as u32 };
     let interval = (frames / SAMPLES / round).max(1) * round;
     let bar = output.bar(frames as usize, &format!("rendering {frames} frames"));
@@ -136,7 +135,8 @@ pub fn soak(
     })
 }
 
-/// Returns the camera of a frame over a sea. It climbs and descends four times, rotates seven times, and travels 2 km.
+/// Returns the camera of a frame over a sea. The camera climbs and descends four times, rotates seven times, and travels 2
+/// km.
 fn sailing(camera: &Camera, frame: u32, frames: u32) -> Camera {
     let share = frame as f32 / frames.max(1) as f32;
     let turns = |n: f32| std::f32::consts::TAU * n * share;
@@ -146,8 +146,8 @@ fn sailing(camera: &Camera, frame: u32, frames: u32) -> Camera {
     Camera::looking_at(position, position + direction * height, camera.fov_y.to_degrees())
 }
 
-/// Returns the camera of a frame. It moves once around its target, from a third of its distance to eight times its distance and
-/// back.
+/// Returns the camera of a frame. The camera moves once around its target, from a third of its distance to eight times its
+/// distance and back.
 fn circling(camera: &Camera, frame: u32, frames: u32) -> Camera {
     let share = frame as f32 / frames as f32;
     let nearness = 0.5 + 0.5 * (std::f32::consts::TAU * share).cos();

@@ -1,8 +1,9 @@
-//! Statistics of times on a busy machine: medians, percentiles, paired ratios and straight lines.
+//! Statistics of times that are measured on a busy machine: medians, percentiles, paired ratios and straight lines.
 
 use serde::Serialize;
 
-/// Returns the `p`-quantile, `p` in `[0, 1]`, with linear interpolation between the two nearest values, or 0 for no values.
+/// Returns the quantile `p` (0 to 1), interpolated linearly between the two nearest values. Returns 0 if there are no
+/// values.
 pub fn quantile(values: &[f64], p: f64) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -12,28 +13,28 @@ pub fn quantile(values: &[f64], p: f64) -> f64 {
     low + (high - low) * position.fract()
 }
 
-/// Returns the median, which is the middle value, or the mean of the middle two.
+/// Returns the median: the middle value, or the mean of the two middle values.
 pub fn median(values: &[f64]) -> f64 {
     quantile(values, 0.5)
 }
 
-/// A ratio of two rows' times from interleaved rounds.
+/// A ratio of two rows' times, from interleaved rounds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Ratio {
-    /// Median of the ratios within each round.
+    /// The median of the ratios within each round.
     pub median: f64,
-    /// Lower quartile of these ratios.
+    /// The lower quartile of the ratios within rounds.
     pub low: f64,
-    /// Upper quartile of these ratios.
+    /// The upper quartile of the ratios within rounds.
     pub high: f64,
-    /// Ratio of the fastest frames over all rounds, which other programs disturbed least.
+    /// The ratio of the fastest frames over all rounds. Other programs disturb the fastest frames least.
     pub fastest: f64,
-    /// Number of rounds that measured both rows.
+    /// The number of rounds that measured both rows.
     pub pairs: usize,
 }
 
-/// Computes the ratios `of[i] / to[i]` over all rounds with both values, so that a slowdown of a whole round cancels. Returns
-/// `None` without a common round.
+/// Computes the ratios `of[i] / to[i]` over all rounds with both values. A slowdown of a whole round thus cancels. Returns
+/// `None` if no round has both values.
 pub fn paired_ratio(of: &[Option<f64>], to: &[Option<f64>]) -> Option<Ratio> {
     let pairs = of.iter().zip(to).filter_map(|(of, to)| Some(((*of)?, (*to)?))).filter(|(_, to)| *to > 0.0);
     let (of, to): (Vec<f64>, Vec<f64>) = pairs.unzip();
@@ -47,15 +48,15 @@ pub fn paired_ratio(of: &[Option<f64>], to: &[Option<f64>]) -> Option<Ratio> {
 /// A least-squares line through points.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Line {
-    /// Value of the line at 0.
+    /// The value of the line at 0.
     #[serde(rename = "intercept_ms")]
     pub intercept: f64,
-    /// Slope of the line, per unit.
+    /// The slope of the line, per unit.
     #[serde(rename = "per_sample_ms")]
     pub slope: f64,
-    /// Fraction of the variance that the line explains, at most 1.
+    /// The fraction of the variance that the line explains, at most 1.
     pub r_squared: f64,
-    /// Largest deviation of a point from the line, relative to the line's value there.
+    /// The largest deviation of a point from the line, relative to the line's value at the point.
     pub worst: f64,
 }
 
@@ -77,7 +78,7 @@ pub fn least_squares(points: &[(f64, f64)]) -> Option<Line> {
     Some(Line { intercept, slope, r_squared: if yy > 0.0 { 1.0 - residual / yy } else { 1.0 }, worst })
 }
 
-/// Returns each value once, in order of first occurrence.
+/// Returns each value once, in the order of first occurrence.
 pub(super) fn in_order<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
     values.fold(Vec::new(), |mut seen, value| {
         if !seen.contains(&value) {

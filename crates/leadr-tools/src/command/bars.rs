@@ -9,7 +9,7 @@ use leadr_maps::shown::shown_line;
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-/// Interval between progress lines without a terminal.
+/// The interval between progress lines without a terminal.
 pub const EVERY: Duration = Duration::from_secs(5);
 
 /// The thread that prints progress, and a sender that stops the thread when dropped.

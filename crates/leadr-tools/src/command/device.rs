@@ -25,7 +25,7 @@ impl DeviceArgs {
     /// Opens the device for rendering without a window.
     ///
     /// # Errors
-    /// If there is no matching device, or it lacks a required feature.
+    /// Fails if there is no matching device, or if the device lacks a required feature.
     pub fn open(&self) -> Result<Arc<Gpu>, GpuError> {
         leadr_render::open_gpu(&GpuOptions {
             device: self.device.clone(),
@@ -35,12 +35,12 @@ impl DeviceArgs {
     }
 }
 
-/// The rendering device, for reports.
+/// The rendering device as a report describes it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct DeviceInfo {
-    /// Name of the device.
+    /// The name of the device.
     pub device: String,
-    /// Name and version of the driver.
+    /// The name and version of the driver.
     pub driver: String,
 }
 

@@ -1,4 +1,4 @@
-//! Shared code of commands: results and progress on the terminal, errors with exit codes, files, and device flags.
+//! Shared code of commands, for results and progress on the terminal, errors with exit codes, files, and device flags.
 
 pub mod bars;
 pub mod device;

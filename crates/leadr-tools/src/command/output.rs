@@ -1,4 +1,4 @@
-//! Output of a command, with the result on stdout (text or one JSON object), and log and progress on stderr.
+//! The output of a command. The result goes to stdout (as text or one JSON object), and log and progress go to stderr.
 
 use std::fmt::{self, Debug, Display};
 use std::io::{self, ErrorKind, IsTerminal, Write};
@@ -18,7 +18,7 @@ use crate::program::Stamped;
 use leadr_maps::shown::{shown, shown_json, shown_line, shown_lines, shown_path};
 use leadr_scenes::set::SetUp;
 
-/// Output settings of a command.
+/// The output settings of a command.
 #[derive(Clone, Copy, Debug)]
 pub struct Output {
     json: bool,
@@ -26,7 +26,8 @@ pub struct Output {
 }
 
 impl Output {
-    /// Creates the settings. With `json`, the result is one JSON object. With `quiet`, there is no progress and no text result.
+    /// Creates the settings. With `json`, the result is one JSON object. With `quiet`, progress and text results are not
+    /// printed.
     pub fn new(json: bool, quiet: bool) -> Self {
         Self { json, quiet }
     }
@@ -39,7 +40,7 @@ impl Output {
     /// Prints the result of a command to stdout.
     ///
     /// # Errors
-    /// If stdout cannot be written. A pipe that its reader closed early is not an error.
+    /// Fails if stdout cannot be written. A closed pipe is not an error.
     pub fn result<R: Serialize + Display>(&self, result: &R) -> Result<(), AppError> {
         let text = if self.json {
             let json = serde_json::to_string_pretty(&Stamped::new(result));
@@ -52,11 +53,11 @@ impl Output {
         print_line(&text)
     }
 
-    /// Prints the summary of a command that writes files, as one JSON object on stdout, or as a line on stderr, because stdout has
-    /// the names of the files ([`file`](Self::file)).
+    /// Prints the summary of a command that writes files, as one JSON object on stdout or as a line on stderr. Without JSON,
+    /// stdout contains the names of the files ([`file`](Self::file)).
     ///
     /// # Errors
-    /// If stdout cannot be written. A pipe that its reader closed early is not an error.
+    /// Fails if stdout cannot be written. A closed pipe is not an error.
     pub fn summary<R: Serialize + Display>(&self, summary: &R) -> Result<(), AppError> {
         if self.json {
             return self.result(summary);
@@ -66,10 +67,10 @@ impl Output {
     }
 
     /// Prints the name of a completed file to stdout, so that scripts can process it while further files are written. Prints
-    /// nothing if quiet, or with JSON, where the object has the name. Hides `bar` while printing.
+    /// nothing if quiet or with JSON, because the JSON object contains the name. Hides `bar` while printing.
     ///
     /// # Errors
-    /// If stdout cannot be written. A pipe that its reader closed early is not an error.
+    /// Fails if stdout cannot be written. A closed pipe is not an error.
     pub fn file(&self, path: &Path, bar: &Bar) -> Result<(), AppError> {
         if self.json || self.quiet {
             return Ok(());
@@ -96,7 +97,8 @@ impl Output {
         }
     }
 
-    /// Creates a bar with the message `what`, for work that reports its finished fraction, 0 to 1. With `None` there is no bar.
+    /// Creates a bar with the message `what`, for work that reports its finished fraction from 0 to 1. If `what` is `None`,
+    /// no bar is created.
     pub fn share(&self, what: Option<&str>) -> impl Fn(f32) + Sync + use<> {
         let bar = what.map_or_else(Bar::hidden, |what| self.bar(SHARES, what));
         move |share| bar.at(shares(share))
@@ -117,7 +119,7 @@ impl Output {
     }
 }
 
-/// Number of steps of a bar that shows a fraction.
+/// The number of steps of a bar that shows a fraction.
 const SHARES: usize = 1000;
 
 fn shares(share: f32) -> usize {
@@ -165,7 +167,7 @@ pub fn start_log(quiet: bool) {
         .with_ansi(io::stderr().is_terminal())
         .without_time()
         .with_filter(filter);
-    // A second call in the same process, as in tests, keeps the first subscriber.
+    // A second call in the same process, as in tests, has no effect.
     let _ = tracing_subscriber::registry().with(log).try_init();
 }
 

@@ -24,7 +24,7 @@ pub struct OutputArgs {
     pub quiet: bool,
 }
 
-/// Makes all flags of a program accept negative numbers as values, so errors are about the number instead of an unknown flag.
+/// Makes all flags of a program accept negative numbers. An error is then about the number instead of an unknown flag.
 pub fn with_negative_numbers(command: clap::Command) -> clap::Command {
     let negative = |flag: Arg| {
         if flag.get_action().takes_values() { flag.allow_negative_numbers(true) } else { flag }

@@ -1,4 +1,4 @@
-//! Cuts through the lobes of a measured material and its fits, in the plane of incidence.
+//! Plots of cuts through the lobes of a measured material and its fits, in the plane of incidence.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -8,12 +8,13 @@ use crate::html::{Plot, Scale};
 use leadr_reflectance::color::luminance;
 use leadr_reflectance::materials::brdf::Brdf;
 
-/// Segments of a curve over 90 degrees.
+/// The number of segments of a curve over 90 degrees.
 const POINTS: i32 = 180;
-/// Smallest plotted value, relative to the largest.
+/// The smallest plotted value, relative to the largest.
 const LEAST: f64 = 1e-5;
 
-/// Plots `f_r cos θ_i` over the viewing angle for a light at `degrees` from the normal, or in backscattering if `None`.
+/// Plots `f_r cos θ_i` over the viewing angle. The light is at `degrees` from the normal, or at the viewer if `degrees` is
+/// `None`.
 pub fn lobe_plot(materials: &[(&str, &dyn Brdf)], degrees: Option<f64>) -> Plot {
     let title = match degrees {
         Some(degrees) => format!("Light at {degrees}°, in the plane of incidence"),

@@ -1,4 +1,4 @@
-//! Pictures of fitted materials: spheres under the same light, and cuts through lobes.
+//! Pictures of fitted materials, as spheres under the same light and as plots of lobes.
 
 pub mod lobe_plot;
 pub mod specimen;

@@ -1,4 +1,4 @@
-//! A synthetic material to measure and fit, and fits as materials of displaced surfaces.
+//! A synthetic material for measurement and fitting, and the use of fits as materials of displaced surfaces.
 
 use glam::{DVec2, DVec3};
 
@@ -14,7 +14,7 @@ use leadr_reflectance::materials::lambert::Lambert;
 use leadr_reflectance::materials::microfacet::Microfacet;
 use leadr_scenes::fitted::material_of;
 
-/// A dark diffuse base under a copper-coloured GGX lacquer. One microfacet lobe cannot represent it.
+/// A dark diffuse base under a copper-coloured GGX lacquer. One microfacet lobe cannot represent the lacquer.
 pub struct Lacquer {
     facets: Microfacet<Ggx>,
     diffuse: Lambert,
@@ -44,7 +44,7 @@ impl Brdf for Lacquer {
     }
 }
 
-/// Returns the material of a fit, with a relief of these heights about their mean, where a height of 1 is `depth` metres.
+/// Returns the material of a fit. The relief has these heights about their mean, and a height of 1 is `depth` metres.
 pub fn dressed(fit: &Fit, name: &str, heights: HeightMap, depth: f32) -> Material {
     let kept = FitFile { brdf: fit.fitted.clone(), lobes: fit.lobes.clone() };
     let middle = heights.texels.iter().sum::<f32>() / heights.texels.len().max(1) as f32;

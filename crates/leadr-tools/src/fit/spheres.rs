@@ -1,5 +1,5 @@
-//! Renders spheres of several materials under the same light on the CPU. All spheres use the same sample directions, so they have
-//! the same noise.
+//! Renders spheres of several materials under the same light on the CPU. All spheres use equal sample directions and thus
+//! have equal noise.
 
 use std::f64::consts::{PI, TAU};
 
@@ -13,20 +13,20 @@ use leadr_reflectance::color::luminance;
 use leadr_reflectance::materials::brdf::{Brdf, cosine_sample};
 use leadr_reflectance::random::Random;
 
-/// Number of sample directions per pixel, for each of the three sampling strategies.
+/// The number of sample directions per pixel, for each of the three sampling strategies.
 const DIRECTIONS: u32 = 48;
-/// Quantile of a sphere's pixel luminance that the exposure maps to `GREY`.
+/// The quantile of a sphere's pixel luminance that the exposure maps to `GREY`.
 const EXPOSED: f64 = 0.9;
 const GREY: f64 = 0.7;
 
-/// A lamp with a von Mises–Fisher lobe.
+/// A lamp whose radiance is a von Mises–Fisher lobe.
 struct Lamp {
     toward: DVec3,
     sharpness: f64,
     radiance: DVec3,
 }
 
-/// Returns the lights: a bright window above, a wide warm wall, and a small lamp behind.
+/// Returns the lights: a bright window above, a wide warm wall, and a small lamp behind the sphere.
 fn lamps() -> [Lamp; 3] {
     let lamp = |x, y, z, sharpness, radiance| Lamp { toward: DVec3::new(x, y, z).normalize(), sharpness, radiance };
     [
@@ -55,14 +55,14 @@ impl Lamp {
     }
 }
 
-/// Returns the radiance from a direction, where y points up and z to the viewer.
+/// Returns the radiance from a direction. y points up, and z points to the viewer.
 fn light(lamps: &[Lamp], w: DVec3) -> DVec3 {
     let sky = DVec3::new(0.16, 0.18, 0.22).lerp(DVec3::new(0.55, 0.62, 0.75), 0.5 + 0.5 * w.y);
     sky + lamps.iter().map(|lamp| lamp.radiance(w)).sum::<DVec3>()
 }
 
-/// Renders an orthographic sphere of each material in linear RGB, `size` pixels across and black outside. `guide` is importance
-/// sampled.
+/// Renders an orthographic sphere of each material in linear RGB. Each picture is `size` pixels across and black outside the
+/// sphere. `guide` is importance sampled.
 pub fn spheres(materials: &[&(dyn Brdf + Sync)], guide: &(dyn Brdf + Sync), size: u32) -> Vec<RgbImage> {
     let lamps = lamps();
     let pixels: Vec<Vec<DVec3>> = (0..size * size)
@@ -81,7 +81,7 @@ pub fn spheres(materials: &[&(dyn Brdf + Sync)], guide: &(dyn Brdf + Sync), size
         .collect()
 }
 
-/// Returns the normal of the sphere at a pixel, or `None` outside.
+/// Returns the normal of the sphere at a pixel, or `None` outside the sphere.
 fn normal_of(i: u32, size: u32) -> Option<DVec3> {
     let at = |k: u32| (f64::from(k) + 0.5) / f64::from(size) * 2.0 - 1.0;
     let p = DVec2::new(at(i % size), -at(i / size));
@@ -115,7 +115,7 @@ fn pixel(
             *sum += material.eval_cos(wo, wi) * incident;
         }
     };
-    // The samples are Roberts' low-discrepancy sequence, with a random shift per pixel.
+    // The samples form Roberts' low-discrepancy sequence, with a random shift per pixel.
     let mut random = Random::stream(1, u64::from(seed));
     let shift = DVec2::new(random.unit(), random.unit());
     for k in 0..DIRECTIONS {
@@ -130,17 +130,17 @@ fn pixel(
     sums
 }
 
-/// Error of a sphere against the sphere of the measured material.
+/// The error of a sphere compared with the sphere of the measured material.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SphereError {
-    /// Root mean square of the radiance difference, relative to the RMS of the measured radiance.
+    /// The RMS of the radiance difference, relative to the RMS of the measured radiance.
     pub rrmse: f64,
-    /// Mean ΔE₀₀ of the displayed colours.
+    /// The mean ΔE₀₀ of the displayed colours.
     #[serde(rename = "delta_e_2000")]
     pub delta_e: f64,
 }
 
-/// Returns the exposure factor for the display of a sphere.
+/// Returns the exposure factor with which a sphere is displayed.
 pub fn exposure(sphere: &RgbImage) -> f64 {
     let mut all: Vec<f64> = inside(sphere).map(|(_, color)| luminance(color)).collect();
     all.sort_by(f64::total_cmp);
@@ -168,7 +168,7 @@ pub fn sphere_error(measured: &RgbImage, fitted: &RgbImage) -> SphereError {
     SphereError { rrmse: (difference / all).sqrt(), delta_e: delta / count }
 }
 
-/// Returns the spheres side by side on grey, with the exposure of the first sphere.
+/// Returns the spheres side by side on grey, all with the exposure of the first sphere.
 pub fn contact_sheet(spheres: &[RgbImage]) -> RgbImage {
     const GAP: u32 = 8;
     const BACKGROUND: [f32; 3] = [0.12; 3];
@@ -192,7 +192,7 @@ mod tests {
 
     #[test]
     fn a_white_sphere_shows_the_mean_light() {
-        // A pixel of a diffuse sphere is the cosine-weighted mean of the light over the hemisphere of its normal.
+        // A pixel of a diffuse sphere is the cosine-weighted mean of the light over the hemisphere of the pixel's normal.
         let white = Lambert { albedo: DVec3::ONE };
         let grey = Lambert { albedo: DVec3::splat(0.5) };
         let images = spheres(&[&white, &grey], &white, 24);

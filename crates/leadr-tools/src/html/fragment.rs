@@ -1,4 +1,4 @@
-//! Fragments of the page, markup that cannot contain unescaped text.
+//! Fragments of the page. A fragment is markup that cannot contain unescaped text.
 
 use std::fmt::Write;
 
@@ -45,7 +45,7 @@ impl Html {
         self.0.push_str("</ul>\n");
     }
 
-    /// Adds a table, unless it is empty.
+    /// Adds a table. Empty tables are skipped.
     pub fn table(&mut self, table: &Table) {
         if table.rows.is_empty() {
             return;

@@ -1,6 +1,7 @@
-//! HTML pages: fragments that cannot contain unescaped text, tables, figures, plots, and the page around the sections.
+//! HTML pages. A page consists of fragments without unescaped text, tables, figures, plots, and the frame around the
+//! sections.
 //!
-//! The output is also well-formed XML (every element is closed), which the tests check.
+//! The tests check that the output is also well-formed XML.
 
 mod fragment;
 mod page;

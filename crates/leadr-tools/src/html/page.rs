@@ -1,4 +1,4 @@
-//! The page around the sections.
+//! The frame of the page around the sections.
 
 use std::fmt::Write;
 
@@ -8,15 +8,15 @@ use super::text::escape;
 /// One section of the page.
 #[derive(Clone, Debug)]
 pub struct PageSection<'a> {
-    /// Anchor name of the section.
+    /// The anchor name of the section.
     pub name: &'a str,
-    /// Heading of the section.
+    /// The heading of the section.
     pub title: &'a str,
-    /// Content of the section.
+    /// The content of the section.
     pub html: &'a Html,
 }
 
-/// Returns a page: title, facts about the run, links to the sections, and the sections.
+/// Returns a page with its title, facts about the run, links to the sections, and the sections.
 pub fn page(title: &str, facts: &[(String, String)], sections: &[PageSection<'_>]) -> String {
     let title = escape(title);
     let mut page = format!(
@@ -40,6 +40,6 @@ pub fn page(title: &str, facts: &[(String, String)], sections: &[PageSection<'_>
     page
 }
 
-/// The style supports light and dark modes and narrow screens, and loads nothing external. Plot lines have the colours of Okabe and
-/// Ito, which colour-blind readers can distinguish.
+/// The style sheet supports light and dark modes and narrow screens, and loads no external files. Plot lines have the
+/// colours of Okabe and Ito, which colour-blind readers can distinguish.
 const STYLE: &str = include_str!("page.css");

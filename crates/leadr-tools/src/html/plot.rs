@@ -10,7 +10,7 @@ const LEFT: f64 = 68.0;
 const RIGHT: f64 = 12.0;
 const TOP: f64 = 30.0;
 const BOTTOM: f64 = 46.0;
-/// Number of colours in the page's style. Further lines repeat the colours, but dashed.
+/// The number of colours in the page's style. Further lines repeat the colours and are dashed.
 const COLOURS: usize = 10;
 
 /// The scale of an axis.
@@ -18,25 +18,25 @@ const COLOURS: usize = 10;
 pub enum Scale {
     /// A linear axis.
     Linear,
-    /// A logarithmic axis, without the values that are not positive.
+    /// A logarithmic axis, which cannot show values that are zero or negative.
     Log,
 }
 
 /// A line of the plot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series {
-    /// Name in the legend.
+    /// The name in the legend.
     pub name: String,
-    /// Points in drawing order.
+    /// The points in drawing order.
     pub points: Vec<(f64, f64)>,
-    /// Whether the line is thin, dashed and without points, for expected instead of measured values.
+    /// Whether the line is thin, dashed and without points, which marks expected instead of measured values.
     pub guide: bool,
 }
 
 /// A plot of lines over two axes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plot {
-    /// Title of the plot.
+    /// The title of the plot.
     pub title: String,
     x: (String, Scale),
     y: (String, Scale),
@@ -63,7 +63,7 @@ impl Axis {
         }
         match scale {
             Scale::Linear => {
-                // The axis includes zero if it is close to the range.
+                // The axis includes zero if zero is close to the range.
                 if low > 0.0 && low < 0.4 * high {
                     low = 0.0;
                 }
@@ -149,7 +149,7 @@ impl Plot {
         self.series.push(Series { name: name.to_owned(), points, guide: false });
     }
 
-    /// Adds a line of expected values, for comparison.
+    /// Adds a line of expected values.
     pub fn guide(&mut self, name: &str, points: Vec<(f64, f64)>) {
         self.series.push(Series { name: name.to_owned(), points, guide: true });
     }
@@ -244,7 +244,7 @@ fn draw(svg: &mut String, series: &Series, index: usize, x: &Axis, y: &Axis) {
         return;
     }
     let _ = writeln!(svg, "<path class=\"series\" {} d=\"{path}\"/>", stroke(series, index));
-    // Dots have tooltips with the values, but too many dots would hide the line.
+    // Dots have tooltips with the values, but too many dots would hide the line itself.
     if series.guide || series.points.len() > 40 {
         return;
     }
@@ -306,7 +306,7 @@ mod tests {
         assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
         let line = svg.lines().find(|l| l.starts_with("<path class=\"series\" style=\"stroke: var(--s0)")).unwrap();
         assert_eq!((line.matches('M').count(), line.matches('L').count()), (2, 2), "{line}");
-        // Four dots for the measured line, and none for the guide.
+        // The measured line has four dots, and the guide has none.
         assert_eq!(svg.matches("<circle").count(), 4);
         assert!(svg.contains(">nothing</text>"), "the legend names what has no points");
     }

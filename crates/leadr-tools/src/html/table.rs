@@ -7,15 +7,15 @@ use serde::{Deserialize, Serialize};
 pub struct Figure {
     /// Path of the file from the page, with `/`. The page encodes it as an address.
     pub file: String,
-    /// Alternative text.
+    /// The alternative text.
     pub alt: String,
-    /// Lines of the caption.
+    /// The lines of the caption.
     pub caption: Vec<String>,
-    /// Width in pixels.
+    /// The width in pixels.
     pub width: u32,
-    /// Height in pixels.
+    /// The height in pixels.
     pub height: u32,
-    /// CSS pixels per picture pixel.
+    /// The number of CSS pixels per picture pixel.
     pub scale: u32,
 }
 
@@ -30,7 +30,7 @@ impl Figure {
 /// The content of a table's cell.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Cell {
-    /// Text.
+    /// A text.
     Text(String),
     /// A number, formatted with three digits.
     Number(f64),
@@ -56,12 +56,12 @@ impl From<f64> for Cell {
     }
 }
 
-/// A table, where the first cell of each row is the row's head.
+/// A table. The first cell of each row is the row's heading.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
-    /// Caption of the table.
+    /// The caption of the table.
     pub caption: String,
-    /// Column headings.
+    /// The column headings.
     pub head: Vec<String>,
     /// The rows, each with as many cells as the head.
     pub rows: Vec<Vec<Cell>>,

@@ -40,7 +40,7 @@ pub fn number(value: f64) -> String {
     }
 }
 
-/// Formats a fraction as percent, such as `12.3 %`, with a plus sign for positive values if `signed`.
+/// Formats a fraction as a percentage, such as `12.3 %`. Positive values get a plus sign if `signed` is set.
 pub fn percent(share: f64, signed: bool) -> String {
     let value = number(share * 100.0);
     let sign = if signed && share > 0.0 { "+" } else { "" };

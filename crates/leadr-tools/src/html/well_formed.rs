@@ -19,7 +19,7 @@ pub fn well_formed(html: &str) -> Result<usize, String> {
         }
         count += 1;
         let name = tag.split_whitespace().next().unwrap_or_default().trim_end_matches('/');
-        // Quoted text may contain anything, but outside of quotes every `=` must precede a quote.
+        // Quoted text may contain any character, but outside of quotes every `=` must precede a quote.
         let mut outside = tag.split('"').step_by(2);
         let closed = tag.matches('"').count() % 2 == 0;
         if !closed || outside.any(|part| part.trim_end_matches('=').contains('=')) || tag.ends_with('=') {

@@ -1,4 +1,4 @@
-//! Differences between two pictures, by FLIP of the displayed colours and by norms of the linear values.
+//! Differences between two pictures, measured by FLIP on the displayed colours and by norms of the linear values.
 
 use nv_flip::{DEFAULT_PIXELS_PER_DEGREE, FlipImageFloat, FlipImageRgb8, flip, magma_lut};
 
@@ -9,26 +9,26 @@ use leadr_maps::{MapFault, Rgb8Image, RgbImage};
 /// The result of [`compare`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
-    /// Mean FLIP error, from 0 (equal) to 1.
+    /// The mean FLIP error, from 0 (equal) to 1.
     pub flip: f64,
-    /// Relative root mean square error, as in [`rrmse`].
+    /// The relative root mean square error, as in [`rrmse`].
     pub rrmse: f64,
-    /// Largest absolute difference of a linear channel.
+    /// The largest absolute difference of a linear channel.
     pub max_abs: f64,
-    /// Width in texels.
+    /// The width in texels.
     pub width: u32,
-    /// Height in texels.
+    /// The height in texels.
     pub height: u32,
-    /// FLIP error of each texel, from 0 to 1, row-major.
+    /// The FLIP error of each texel, from 0 to 1, in row-major order.
     pub flip_map: Vec<f32>,
 }
 
 /// Compares two linear pictures of the same size.
 ///
-/// FLIP is the LDR metric of Andersson et al. 2020 at 67 pixels per degree, as on a 4K screen of 0.7 m width at 0.7 m. It compares
-/// the pictures after the same `exposure` and `tonemap`. For pictures from PNG use exposure 1 and [`Tonemap::Clamp`], which restore
-/// the codes of the file. The norms compare the linear values. Fails if the sizes differ, or if either picture has a NaN or
-/// infinity (a NaN would pass every threshold).
+/// FLIP is the LDR metric of Andersson et al. 2020 at 67 pixels per degree, for a 4K screen that is 0.7 m wide and 0.7 m
+/// away. FLIP compares the pictures after the same `exposure` and `tonemap`. For pictures from PNG files use exposure 1 and
+/// [`Tonemap::Clamp`], which restore the codes of the file. The norms compare the linear values. Fails if the sizes differ,
+/// or if either picture has a NaN or infinity. Without this check, a NaN would pass every threshold.
 pub fn compare(reference: &RgbImage, test: &RgbImage, exposure: f32, tonemap: Tonemap) -> Result<Comparison, MapFault> {
     compare_over(reference, test, exposure, tonemap, &Mask::all(reference.width, reference.height))
 }
@@ -59,25 +59,27 @@ pub fn compare_over(
     Ok(Comparison { flip: measured.flip_over(mask), ..measured })
 }
 
-/// Returns the relative root mean square error over all channels, the norm of the difference over the norm of the reference. It is
-/// 0 for equal pictures, 1 for a black test picture, and infinite if only the reference is black. Fails if the sizes differ.
+/// Returns the relative root mean square error over all channels: the norm of the difference divided by the norm of the
+/// reference. The error is 0 for equal pictures, 1 for a black test picture, and infinite if only the reference is black.
+/// Fails if the sizes differ.
 pub fn rrmse(reference: &RgbImage, test: &RgbImage) -> Result<f64, MapFault> {
     rrmse_over(reference, test, &Mask::all(reference.width, reference.height))
 }
 
-/// Returns the [`rrmse`] of the pixels of `mask`, or 0 for an empty mask. Fails if the sizes differ.
+/// Returns the [`rrmse`] over the pixels of `mask`, or 0 for an empty mask. Fails if the sizes differ.
 pub fn rrmse_over(reference: &RgbImage, test: &RgbImage, mask: &Mask) -> Result<f64, MapFault> {
     let (mut difference, mut norm) = (0.0f64, 0.0f64);
     for_each_channel(reference, test, mask, |r, t| {
         difference += (r - t) * (r - t);
         norm += r * r;
     })?;
-    // Equal black pictures would give 0/0.
+    // For two black pictures, the quotient would be 0/0.
     Ok(if difference == 0.0 { 0.0 } else { (difference / norm).sqrt() })
 }
 
-/// Returns the relative bias over the pixels of `mask`: the sum of the test over the sum of the reference, minus 1. Positive is too
-/// bright. The bias is 0 if both are black, and infinite if only the reference is black. Fails if the sizes differ.
+/// Returns the relative bias over the pixels of `mask`: the sum of the test over the sum of the reference, minus 1. A
+/// positive bias means that the test is too bright. The bias is 0 if both pictures are black, and infinite if only the
+/// reference is black. Fails if the sizes differ.
 pub fn bias_over(reference: &RgbImage, test: &RgbImage, mask: &Mask) -> Result<f64, MapFault> {
     let (mut difference, mut sum) = (0.0f64, 0.0f64);
     for_each_channel(reference, test, mask, |r, t| {
@@ -123,7 +125,7 @@ impl Comparison {
     }
 }
 
-/// Checks that two sizes are equal. `a` and `b` precede the sizes in the error message.
+/// Checks that two sizes are equal. `a` and `b` name the sizes in the error message.
 pub(super) fn same_size(a: &str, of_a: (u32, u32), b: &str, of_b: (u32, u32)) -> Result<(), MapFault> {
     if of_a == of_b {
         return Ok(());
@@ -141,7 +143,7 @@ mod tests {
 
     const SIZE: u32 = 64;
 
-    /// Returns a textured ground under a gradient, with an optional ball at a position, scaled by `gain`.
+    /// Returns a picture of textured ground under a gradient, scaled by `gain`. A ball is drawn at a position, if given.
     fn scene(ball: Option<[f32; 2]>, gain: f32) -> RgbImage {
         let texels = (0..SIZE * SIZE).map(|i| {
             let (x, y) = ((i % SIZE) as f32, (i / SIZE) as f32);
@@ -185,7 +187,7 @@ mod tests {
     #[test]
     fn faults_are_detected() {
         let vanished = against(&scene(None, 1.0));
-        // The ball covers one percent of the picture, so the mean is small, but the peak of the map is large.
+        // The ball covers one percent of the picture, so the mean is small but the peak is large.
         let peak = vanished.flip_map.iter().fold(0.0f32, |a, &b| a.max(b));
         assert!(vanished.flip > 0.01 && peak > 0.4 && vanished.rrmse > 0.1, "{} {peak}", vanished.flip);
         let moved = against(&scene(Some([41.0, 24.0]), 1.0));
@@ -201,7 +203,7 @@ mod tests {
         assert!(brighter.flip > 0.01 && (brighter.rrmse - 0.2).abs() < 1e-5, "{} {}", brighter.flip, brighter.rrmse);
         let black = RgbImage::new(SIZE, SIZE, vec![[0.0; 3]; (SIZE * SIZE) as usize]).unwrap();
         assert!(against(&black).rrmse == 1.0 && against(&black).flip > 0.3);
-        // FLIP hardly detects a change far below one code, but the norms do.
+        // FLIP hardly detects a change that is far below one code, but the norms do.
         let nudged = against(&scene(Some([40.0, 24.0]), 1.00001));
         assert!(nudged.flip < 1e-3 && (nudged.rrmse / 1e-5 - 1.0).abs() < 0.05, "{} {}", nudged.flip, nudged.rrmse);
     }

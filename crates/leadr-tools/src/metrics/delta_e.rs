@@ -12,7 +12,7 @@ pub fn lab(color: [f64; 3]) -> [f64; 3] {
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
 }
 
-/// Returns ΔE₀₀ of two colours in L*a*b*, where about 1 is just noticeable.
+/// Returns ΔE₀₀ of two colours in L*a*b*. A difference of about 1 is just noticeable.
 pub fn delta_e_2000([l1, a1, b1]: [f64; 3], [l2, a2, b2]: [f64; 3]) -> f64 {
     let mean_chroma = 0.5 * (a1.hypot(b1) + a2.hypot(b2));
     let seventh = |c: f64| (c.powi(7) / (c.powi(7) + 25f64.powi(7))).sqrt();

@@ -1,27 +1,28 @@
-//! Flicker of a sequence, the changes of pixels between consecutive pictures that the reference does not have.
+//! Flicker of a sequence: the changes between consecutive pictures that a reference sequence does not have.
 //!
-//! A camera that moves away shrinks the picture, so consecutive pictures differ even without flicker. Two steps remove that
-//! difference. First, [`shrunk`] resamples the earlier picture to the later view, exactly in the plane of the camera's target, and
-//! approximately elsewhere. Then [`excess`] subtracts the change of a reference. Resampling blur, parallax and real changes of
-//! light occur in both sequences and cancel, but popping and aliasing remain.
+//! A camera that moves away shrinks the picture, so consecutive pictures differ even without flicker. Two steps remove the
+//! difference. First, [`shrunk`] resamples the earlier picture to the later view. The resampling is exact in the plane of
+//! the camera's target, and approximate elsewhere. Second, [`excess`] subtracts the change of a reference. Resampling blur,
+//! parallax and real changes of light occur in both sequences and cancel, but popping and aliasing remain.
 
 use super::Mask;
 use super::compare::{same_size, size_of};
 use leadr_maps::{MapFault, RgbImage};
 
-/// Magnitude of a change, in units of linear radiance.
+/// The magnitude of a change, in units of linear radiance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Magnitude {
-    /// Mean of `|change|` over pixels and channels.
+    /// The mean of `|change|` over pixels and channels.
     pub mean: f64,
-    /// Largest `|change|` of a pixel, averaged over channels.
+    /// The largest `|change|` of a pixel, averaged over channels.
     pub max: f64,
-    /// Root mean square of the change over pixels and channels.
+    /// The RMS of the change over pixels and channels.
     pub rms: f64,
 }
 
-/// Returns `image` as seen from `ratio` (at least 1) times the distance, scaled about its centre. Each pixel of the result is the
-/// area-weighted mean over the `ratio × ratio` pixels that it covers in `image`. Colours at the border extend beyond it.
+/// Returns `image` as seen from `ratio` (at least 1) times the distance, scaled about the centre. Each pixel of the result
+/// is the area-weighted mean over the `ratio × ratio` covered pixels of `image`. Colours at the border of `image` continue
+/// beyond the border.
 ///
 /// Fails if `ratio` is below 1 or not finite.
 pub fn shrunk(image: &RgbImage, ratio: f64) -> Result<RgbImage, MapFault> {
@@ -49,8 +50,8 @@ pub fn shrunk(image: &RgbImage, ratio: f64) -> Result<RgbImage, MapFault> {
     RgbImage::new(image.width, image.height, texels)
 }
 
-/// Returns, for each of `size` pixels of a line, the pixels that it covers in a line at `1 / ratio` of the distance, with weights
-/// that sum to 1.
+/// Returns the pixels that each of `size` pixels of a line covers in a line at `1 / ratio` of the distance. The weights of
+/// each sum to 1.
 fn cover(size: u32, ratio: f64) -> Vec<Vec<(u32, f64)>> {
     let middle = f64::from(size) / 2.0;
     (0..size)
@@ -71,8 +72,8 @@ fn cover(size: u32, ratio: f64) -> Vec<Vec<(u32, f64)>> {
         .collect()
 }
 
-/// Returns the signed change of every pixel from `before` to `after`, in the view of `after`. `after` is from `ratio` times the
-/// distance. Fails if the sizes differ, and like [`shrunk`].
+/// Returns the signed change of every pixel from `before` to `after`, in the view of `after`. The camera of `after` is
+/// `ratio` times as far away. Fails if the sizes differ, or if [`shrunk`] fails.
 pub fn change(before: &RgbImage, after: &RgbImage, ratio: f64) -> Result<RgbImage, MapFault> {
     difference(after, &shrunk(before, ratio)?)
 }
@@ -84,7 +85,8 @@ pub fn difference(a: &RgbImage, b: &RgbImage) -> Result<RgbImage, MapFault> {
     RgbImage::new(a.width, a.height, texels)
 }
 
-/// Returns the magnitude of a change over the pixels of `mask`, all zero for an empty mask. Fails if the sizes differ.
+/// Returns the magnitude of a change over the pixels of `mask`. The magnitude is zero for an empty mask. Fails if the sizes
+/// differ.
 pub fn magnitude(change: &RgbImage, mask: &Mask) -> Result<Magnitude, MapFault> {
     same_size("the change is", size_of(change), "its mask", (mask.width, mask.height))?;
     let (mut sum, mut max, mut squares, mut count) = (0.0, 0.0f64, 0.0, 0usize);
@@ -92,7 +94,7 @@ pub fn magnitude(change: &RgbImage, mask: &Mask) -> Result<Magnitude, MapFault> 
         let pixel = texel.iter().map(|&v| f64::from(v).abs()).sum::<f64>() / 3.0;
         squares += texel.iter().map(|&v| f64::from(v) * f64::from(v)).sum::<f64>() / 3.0;
         sum += pixel;
-        // `f64::max` would drop a NaN.
+        // `f64::max` would ignore a NaN.
         max = if pixel.is_nan() { pixel } else { max.max(pixel) };
         count += 1;
     }
@@ -100,8 +102,8 @@ pub fn magnitude(change: &RgbImage, mask: &Mask) -> Result<Magnitude, MapFault> 
     Ok(Magnitude { mean: sum / count, max, rms: (squares / count).sqrt() })
 }
 
-/// Returns the flicker of one step, the magnitude of a technique's `change` minus the reference's `own` change. Fails if the sizes
-/// differ.
+/// Returns the flicker of one step, which is the magnitude of a technique's `change` minus the reference's `own` change.
+/// Fails if the sizes differ.
 pub fn excess(change: &RgbImage, own: &RgbImage, mask: &Mask) -> Result<Magnitude, MapFault> {
     magnitude(&difference(change, own)?, mask)
 }
@@ -112,8 +114,8 @@ mod tests {
 
     const SIZE: u32 = 48;
 
-    /// Returns a striped disc of radius 0.9, in units where the picture's half side is `distance`. Each pixel is the mean of `n ×
-    /// n` points.
+    /// Returns a striped disc of radius 0.9, where the picture's half side is `distance`. Each pixel is the mean of `n × n`
+    /// points.
     fn disc(distance: f64, n: u32, pop: bool) -> RgbImage {
         let texels = (0..SIZE * SIZE).map(|i| {
             let mut sum = 0.0;
@@ -157,7 +159,7 @@ mod tests {
         assert!((shrunk(&near, 1.3).unwrap().at(0, 0)[0] - 0.05).abs() < 1e-6, "the border colour must extend");
     }
 
-    /// A pop of 20 % in 16 of 2304 pixels is detected during a zoom, with the correct magnitude and mean.
+    /// A change of 20 % in 16 of 2304 pixels is detected during a zoom, with the correct magnitude and mean.
     #[test]
     fn popping_is_detected_against_reference() {
         let (near, far, popped) = (disc(1.0, 8, false), disc(1.05, 8, false), disc(1.05, 8, true));

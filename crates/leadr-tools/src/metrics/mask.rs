@@ -4,20 +4,20 @@ use std::path::Path;
 
 use leadr_maps::{MapError, MapFault, load_raster};
 
-/// A set of pixels of a picture, row-major from the top.
+/// A set of pixels of a picture, in row-major order from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mask {
-    /// Width in texels.
+    /// The width in texels.
     pub width: u32,
-    /// Height in texels.
+    /// The height in texels.
     pub height: u32,
-    /// One flag per pixel, whether the mask contains it.
+    /// Whether each pixel is in the mask.
     pub inside: Vec<bool>,
 }
 
 impl Mask {
-    /// Returns the pixels with a `coverage` (0 to 1) of at least `least`, without NaN. Fails if a side is 0 or the length is not
-    /// `width * height`.
+    /// Returns the pixels whose `coverage` (0 to 1) is at least `least`. NaN counts as uncovered. Fails if a side is 0, or
+    /// if the length is not `width * height`.
     pub fn covered(width: u32, height: u32, coverage: &[f32], least: f32) -> Result<Self, MapFault> {
         if width == 0 || height == 0 {
             return Err(MapFault::Empty { width: width.into(), height: height.into() });
@@ -53,8 +53,8 @@ impl Mask {
         Self { width, height, inside: vec![true; width as usize * height as usize] }
     }
 
-    /// Returns the pixels with no outside pixel within `radius` rows and columns. Pixels beyond the border of the picture count as
-    /// inside.
+    /// Returns the pixels whose neighbours within `radius` rows and columns are all in the mask. Pixels beyond the border of
+    /// the picture count as inside.
     pub fn eroded(&self, radius: u32) -> Self {
         let (width, height) = (self.width as usize, self.height as usize);
         let radius = radius as usize;
@@ -101,7 +101,7 @@ mod tests {
 
     #[test]
     fn erosion_keeps_a_distance_from_the_outside() {
-        // The mask is a block of 5 x 4 in the middle of 9 x 8, with one NaN inside the block.
+        // The mask is a block of 5 x 4 pixels in the middle of 9 x 8, with one NaN inside the block.
         let mut coverage: Vec<f32> = (0..72)
             .map(|i| {
                 let (x, y) = (i % 9, i / 9);

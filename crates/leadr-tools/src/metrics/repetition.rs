@@ -2,9 +2,9 @@
 
 use leadr_maps::RgbImage;
 
-/// Returns the autocorrelation of a picture's luminance at an offset of `lag` pixels, from -1 to 1 (exact repetition). Means over
-/// squares of the lag's width are subtracted first, because slow changes correlate without repetition. It is 0 for a constant
-/// picture, or a picture no larger than the lag.
+/// Returns the autocorrelation of a picture's luminance at an offset of `lag` pixels, from -1 to 1 (exact repetition). Means
+/// over squares as wide as the lag are subtracted first, because slow changes correlate without repetition. The result is 0
+/// for a constant picture, and for a picture that is no larger than the lag.
 pub fn repetition(image: &RgbImage, lag: [u32; 2]) -> f64 {
     let [width, height] = [image.width as usize, image.height as usize];
     let [right, down] = lag.map(|pixels| pixels as usize);
@@ -28,7 +28,8 @@ pub fn repetition(image: &RgbImage, lag: [u32; 2]) -> f64 {
     if here * there > 0.0 { both / (here * there).sqrt() } else { 0.0 }
 }
 
-/// Returns sliding means over `side` values along rows of `width`, fewer at the ends of a row. The result is transposed.
+/// Returns the transposed sliding means over `side` values along rows of `width` values. Fewer values count at the ends of a
+/// row.
 fn box_means(values: &[f64], width: usize, side: usize) -> Vec<f64> {
     let height = values.len() / width;
     let mut means = vec![0.0; values.len()];

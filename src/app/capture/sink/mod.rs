@@ -22,7 +22,7 @@ use leadr_tools::command::error::AppError;
 /// The state of the file that an earlier run wrote for a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Earlier {
-    /// There is no complete file of the right size, or no `--resume`.
+    /// There is no complete file of the right size, or `--resume` is not set.
     Nothing,
     /// The file is complete, but its fingerprint differs or is missing.
     Outdated,
@@ -30,9 +30,10 @@ pub enum Earlier {
     Same,
 }
 
-/// Writes the frames of a capture, each before the next is drawn. Dropping a sink before [`finish`](Sink::finish) leaves no partial file.
+/// Writes the frames of a capture. A frame is written before the next frame is drawn. If a sink is dropped before [`finish`](Sink::finish),
+/// no partial file remains.
 pub trait Sink {
-    /// Compares an existing `file` with `origin`, the origin of the frame to draw.
+    /// Compares an existing `file` with `origin`, the origin of the frame that will be drawn.
     fn earlier(&self, _file: &Path, _origin: &Origin) -> Earlier {
         Earlier::Nothing
     }
@@ -44,7 +45,8 @@ pub trait Sink {
     fn finish(self: Box<Self>) -> Result<Vec<TechniqueErrors>, AppError>;
 }
 
-/// Opens the sink for `config`. Files for several frames are created here, so an unwritable folder is reported before any drawing.
+/// Opens the sink for `config`. Files for several frames are created immediately, so that an unwritable folder is reported before anything
+/// is drawn.
 pub fn open(config: &CaptureConfig) -> Result<Box<dyn Sink + '_>, AppError> {
     Ok(match config.output.kind {
         FileKind::Still(kind) => Box::new(stills::Stills { config, kind }),

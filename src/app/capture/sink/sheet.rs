@@ -1,4 +1,4 @@
-//! A contact sheet: frames side by side in one PNG, row by row.
+//! A contact sheet, which is a single PNG with rows of frames.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Output of one file per frame.
+//! Writes one file per frame.
 
 use std::path::Path;
 

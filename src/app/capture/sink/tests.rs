@@ -1,4 +1,4 @@
-//! Tests that decoders read back files of several frames.
+//! Tests that decoders can read the files with several frames.
 
 use std::fs::{self, File};
 use std::io::{BufReader, Cursor};
@@ -16,7 +16,7 @@ fn expected(config: &CaptureConfig) -> Vec<Vec<u8>> {
     config.timeline.moments().into_iter().map(picture).collect()
 }
 
-/// A decoded file: size, number of plays, and delay (milliseconds) and `R, G, B` codes per frame.
+/// A decoded file with its size, its number of plays, and the delay in milliseconds and the `R, G, B` codes of each frame.
 #[derive(Debug, PartialEq)]
 struct Shown {
     size: (u32, u32),

@@ -1,4 +1,4 @@
-//! Lossless animated WebP. The `image-webp` crate encodes the pictures but has no animation container
+//! Writes lossless animated WebP. The `image-webp` crate encodes the pictures, but does not support the animation container
 //! ([specification](https://developers.google.com/speed/webp/docs/riff_container)), which this module writes.
 
 use std::io::{Seek, SeekFrom, Write};
@@ -19,13 +19,13 @@ use leadr_scenes::view::Size;
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::begin;
 
-/// Size of the RIFF header, bytes: `RIFF`, a length, `WEBP`.
+/// The size of the RIFF header in bytes: `RIFF`, a length, and `WEBP`.
 const RIFF_HEADER: usize = 12;
 
-/// File flag that marks an animation.
+/// The flag of a file that marks an animation.
 const ANIMATION: u8 = 1 << 1;
 
-/// Frame flag that replaces pixels without blending.
+/// The flag of a frame that replaces pixels without blending.
 const NO_BLENDING: u8 = 1 << 1;
 
 /// Appends frames to a RIFF file and fills in its length at the end. Only the previous picture is kept in memory.
@@ -52,7 +52,7 @@ impl<'a> Webp<'a> {
 
     fn write(&mut self, bytes: &[u8]) -> Result<(), AppError> {
         self.length += bytes.len() as u64;
-        // The length in the header excludes the length itself and the four bytes before it.
+        // The length in the header does not include the length field itself and the four bytes before it.
         if self.length - 8 > u64::from(u32::MAX) {
             return Err(self.fault("a WebP holds at most 4 GiB: write fewer or smaller frames"));
         }
@@ -103,13 +103,13 @@ struct Area {
     x: u32,
     /// Top row.
     y: u32,
-    /// Width in pixels, at least 1.
+    /// The width in pixels, at least 1.
     width: u32,
-    /// Height in pixels, at least 1.
+    /// The height in pixels, at least 1.
     height: u32,
 }
 
-/// Returns the smallest rectangle with an even corner that holds all changed pixels; the top left pixel if there are none.
+/// Returns the smallest rectangle with an even corner that contains all changed pixels. If no pixel has changed, it is the top left pixel.
 fn changed_area(before: &Rgb8Image, picture: &Rgb8Image) -> Area {
     let (mut left, mut right, mut top, mut bottom) = (u32::MAX, 0, u32::MAX, 0);
     for (index, (old, new)) in before.texels.iter().zip(&picture.texels).enumerate() {
@@ -133,14 +133,14 @@ fn rgb_in(picture: &Rgb8Image, area: Area) -> Vec<u8> {
     rows.flat_map(|row| row[columns.clone()].as_flattened()).copied().collect()
 }
 
-/// Returns the start time of a frame in milliseconds. Rounding start times, not delays, keeps errors from adding up.
+/// Returns the start time of a frame in milliseconds. Start times are rounded instead of delays, so that rounding errors do not add up.
 fn begins(rate: Rate, frame: u64) -> u64 {
     let (over, under) = (u128::from(rate.numerator()), u128::from(rate.denominator()));
     let doubled = 2 * u128::from(frame) * 1000 * under;
     ((doubled + over) / (2 * over)) as u64
 }
 
-/// Builds a RIFF chunk: name, length, and contents padded to an even length.
+/// Builds a RIFF chunk: the name, the length, and the contents, padded to an even length.
 fn chunk(name: &[u8; 4], contents: &[u8]) -> Vec<u8> {
     let mut bytes = [name, &(contents.len() as u32).to_le_bytes()[..], contents].concat();
     bytes.resize(bytes.len().next_multiple_of(2), 0);

@@ -1,4 +1,4 @@
-//! Uncompressed YUV4MPEG2 video for any encoder: 8 bits, no subsampling (C444), BT.709 in limited range.
+//! Writes uncompressed YUV4MPEG2 video for any encoder, with 8 bits, no subsampling (C444), and BT.709 in limited range.
 //!
 //! Decoders assume limited range, whether or not they support the extension `XCOLORRANGE`. The format cannot declare its colour matrix, but
 //! BT.709 has the primaries of sRGB.
@@ -21,7 +21,7 @@ use leadr_tools::command::files::begin;
 /// Writes frames to a file or to stdout.
 pub struct Y4m<'a> {
     config: &'a CaptureConfig,
-    /// Output file; `None` for standard output.
+    /// The output file; `None` for standard output.
     file: Option<NewFile>,
     planes: Vec<u8>,
 }
@@ -93,13 +93,13 @@ mod tests {
     fn known_colours() {
         assert_eq!(limited_709([0; 3]), [16, 128, 128]);
         assert_eq!(limited_709([255; 3]), [235, 128, 128]);
-        // Primaries at full intensity, from ITU-R BT.709-6, table 3.
+        // The primaries at full intensity are from ITU-R BT.709-6, table 3.
         assert_eq!(limited_709([255, 0, 0]), [63, 102, 240]);
         assert_eq!(limited_709([0, 255, 0]), [173, 42, 26]);
         assert_eq!(limited_709([0, 0, 255]), [32, 240, 118]);
     }
 
-    /// Inverts [`limited_709`].
+    /// The inverse of [`limited_709`].
     fn rgb([y, cb, cr]: [u8; 3]) -> [f32; 3] {
         let (y, cb, cr) =
             ((f32::from(y) - 16.0) / 219.0, (f32::from(cb) - 128.0) / 224.0, (f32::from(cr) - 128.0) / 224.0);
@@ -123,7 +123,7 @@ mod tests {
             let picture = display(&double.render(moment, &mut |_| ()).unwrap(), &config.scene.picture);
             for (index, texel) in picture.texels.iter().enumerate() {
                 let seen = rgb([planes[index], planes[15 + index], planes[30 + index]]);
-                // Luma and chroma each have a rounding error of up to half a code.
+                // Luma and chroma each have a rounding error of at most half a code.
                 let off = (0..3).map(|c| (seen[c] - f32::from(texel[c])).abs()).fold(0.0, f32::max);
                 assert!(off < 2.0, "{texel:?} {seen:?}");
             }

@@ -1,4 +1,4 @@
-//! Picture settings that the user chose in the window, without camera and time.
+//! The picture settings that the user chose in the window, except camera and time.
 
 use leadr_render::frame::Layer;
 use leadr_render::scene::FrameState;
@@ -7,30 +7,30 @@ use leadr_scenes::config::Picture;
 use leadr_scenes::deform;
 use leadr_scenes::light::SunDirection;
 
-/// Number of samples of a still reference picture on the right side.
+/// The number of samples of a still reference picture on the right side.
 const REFERENCE_SAMPLES: u32 = 256;
 
-/// Picture settings of the window.
+/// The picture settings of the window.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Choices {
-    /// Render settings; with two sides, the technique is that of the left side.
+    /// The render settings. If there are two sides, the technique is the technique of the left side.
     pub picture: Picture,
-    /// Settings of the right side, if there are two sides.
+    /// The settings of the right side, if there are two sides.
     pub compare: Option<Compare>,
-    /// Direction of the sun that replaces the scene's, if any.
+    /// The direction of the sun that replaces the sun of the scene, if there is one.
     pub sun: Option<SunDirection>,
-    /// The view of the picture to show.
+    /// The view of the picture that is shown.
     pub display_mode: DisplayMode,
 }
 
-/// Settings of the right side of a comparison.
+/// The settings of the right side of a comparison.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Compare {
     /// The technique of the right side.
     pub technique: Technique,
-    /// Start position of the right side, as a fraction of the width.
+    /// The start position of the right side, as a fraction of the width.
     pub split: f32,
-    /// Whether the difference between the two sides is shown over the picture.
+    /// Whether the difference between the two sides covers the picture.
     pub difference: bool,
 }
 
@@ -43,12 +43,12 @@ impl Default for Compare {
 /// A view of the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DisplayMode {
-    /// The plain picture.
+    /// The picture without an overlay.
     #[default]
     Picture,
-    /// The picture with ellipses of the slope covariance under pixels.
+    /// The picture with ellipses of the slope covariance under some of its pixels.
     Ellipses,
-    /// The picture with probes of the sky occlusion volume.
+    /// The picture with the probes of the volume of sky occlusion.
     Probes,
     /// A layer of the picture in false colours.
     Layer(Layer),
@@ -62,7 +62,7 @@ impl DisplayMode {
         pictures.into_iter().chain(layers)
     }
 
-    /// Returns the layer that must be read back for this view.
+    /// Returns the layer that must be read back from the device for this view.
     #[must_use]
     pub fn layer(self) -> Option<Layer> {
         match self {
@@ -75,7 +75,7 @@ impl DisplayMode {
 }
 
 impl Choices {
-    /// Creates settings with one side and no changes to the sun.
+    /// Creates settings with one side and with the sun of the scene.
     pub fn new(picture: Picture) -> Self {
         Self { picture, compare: None, sun: None, display_mode: DisplayMode::Picture }
     }
@@ -84,7 +84,7 @@ impl Choices {
     pub fn sides(&self, base: &RenderSettings) -> Vec<RenderSettings> {
         let side = |technique: Technique, samples: u32| Picture { technique, samples, ..self.picture }.settings(base);
         let Picture { technique, samples: chosen, .. } = self.picture;
-        // Layers are read back from a single sample.
+        // Layers are read back from a single sample per pixel.
         let own = side(technique, if self.display_mode.layer().is_some() { 1 } else { chosen });
         let other = self.compare.filter(|_| self.display_mode == DisplayMode::Picture).map(|compare| {
             let reference = compare.technique.is_reference();
@@ -93,7 +93,7 @@ impl Choices {
         std::iter::once(own).chain(other).collect()
     }
 
-    /// Whether two settings draw the same pictures. The position of the split may differ.
+    /// Whether two settings draw the same pictures. The positions of the split may differ.
     pub fn draws_like(&self, other: &Self) -> bool {
         let still = |choices: &Self| {
             let compare = choices.compare.map(|compare| Compare { split: 0.0, ..compare });
@@ -102,7 +102,7 @@ impl Choices {
         still(self) == still(other)
     }
 
-    /// Applies height scale, stretch and sun to a state of the scene.
+    /// Applies the height scale, the stretch and the sun to a state of the scene.
     pub fn apply(&self, state: &mut FrameState) {
         state.height_scale *= self.picture.height_scale;
         deform::stretch(state, self.picture.stretch);

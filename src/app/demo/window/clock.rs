@@ -1,32 +1,33 @@
-//! Measures the time between frames of a window. It jumps when the machine sleeps, the process stops or the window is hidden.
+//! Measures the time between the frames of a window. The measured time jumps when the machine sleeps, the process stops, or the window is
+//! hidden.
 
 use std::time::{Duration, Instant};
 
-/// Maximum interval between frames; longer intervals are pauses.
+/// The longest interval between frames. Longer intervals are pauses.
 const LONGEST_FRAME: Duration = Duration::from_secs(60);
-/// Interval between updates of the frame rate.
+/// The interval between updates of the frame rate.
 const INTERVAL: Duration = Duration::from_millis(250);
 
 /// Measures frames and counts them.
 #[derive(Debug)]
 pub struct FrameClock {
-    /// Start time of the previous frame; `None` after a pause.
+    /// The start time of the previous frame; `None` after a pause.
     last: Option<Instant>,
-    /// Whether the previous frame showed an animation, so that the next follows immediately.
+    /// Whether the previous frame showed an animation, so that the next frame follows immediately.
     pub running: bool,
-    /// Number and total time of the consecutive frames since [`measure`](Self::measure).
+    /// The number and the total time of the consecutive frames since [`measure`](Self::measure).
     counted: (u32, Duration),
     measured: Instant,
-    /// Frames per second; `None` until consecutive frames were measured.
+    /// The number of frames per second; `None` until consecutive frames were measured.
     pub fps: Option<f64>,
 }
 
 /// The interval between the starts of two frames.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
-    /// Length of the interval.
+    /// The length of the interval.
     pub took: Duration,
-    /// Whether the second frame followed immediately, without a wait for an event.
+    /// Whether the second frame followed immediately, without waiting for an event.
     pub followed: bool,
 }
 
@@ -36,7 +37,7 @@ impl FrameClock {
         Self { last: None, running: false, counted: (0, Duration::ZERO), measured: now, fps: None }
     }
 
-    /// Starts a frame. Returns `None` for the first frame and for the first after a pause.
+    /// Starts a frame. Returns `None` for the first frame, and for the first frame after a pause.
     pub fn begin(&mut self, now: Instant) -> Option<Interval> {
         let took = now.saturating_duration_since(self.last.replace(now)?);
         if took > LONGEST_FRAME {
@@ -111,7 +112,7 @@ mod tests {
         let mut now = run(&mut clock, start);
         clock.measure(now);
         let fps = clock.fps.unwrap();
-        // The clock jumps by hours, as after a sleep.
+        // The clock jumps by hours, as if the machine had slept.
         now += HOURS;
         assert_eq!(clock.begin(now), None);
         assert!(clock.is_due(now));

@@ -18,7 +18,7 @@ impl Display {
     /// Connects to the display. A process may call this once, on the main thread.
     pub fn open() -> Result<Self, AppError> {
         let no_display = |reason: String| {
-            // Operating system errors of winit start with a source location, followed by the message.
+            // winit starts operating system errors with a source location, followed by the message.
             let reason =
                 reason.split_once(".rs:").and_then(|(_, rest)| rest.split_once(": ")).map_or(&*reason, |r| r.1);
             AppError::Failed(format!(
@@ -88,7 +88,7 @@ mod tests {
 
     #[test]
     fn unavailable_window_is_one_sentence() {
-        // Tests run on other threads than the main thread, so winit panics.
+        // Tests do not run on the main thread, so winit panics.
         let message = Display::open().err().expect("no window").to_string();
         assert!(
             message.contains("main thread") && message.contains("leadr capture") && !message.contains('\n'),

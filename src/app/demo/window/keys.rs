@@ -122,7 +122,8 @@ pub fn action(key: &Key) -> Option<Action> {
     of_table.or_else(technique)
 }
 
-/// Returns the direction in which a held key moves a flying camera: right, forward, up. It depends on the physical key, not on the layout.
+/// Returns the direction in which a held key moves a flying camera, as right, forward and up. The direction depends on the physical key,
+/// and not on the keyboard layout.
 pub fn flies(key: PhysicalKey) -> Option<Vec3> {
     let PhysicalKey::Code(code) = key else { return None };
     Some(match code {

@@ -1,4 +1,4 @@
-//! The stored layout of the window: its size, the panel and the open sections.
+//! The stored layout of the window: its size, its panel, and the sections that are open.
 
 use std::collections::BTreeMap;
 use std::io::ErrorKind;
@@ -12,20 +12,20 @@ use leadr_maps::new_file::write_atomic;
 use leadr_maps::shown::shown_path;
 use leadr_tools::command::error::AppError;
 
-/// Valid side lengths of a stored window size, points.
+/// The valid side lengths of a stored window size, in points.
 const SIDES: RangeInclusive<u32> = 64..=16_384;
-/// Maximum size of a layout file, bytes.
+/// The largest size of a layout file in bytes.
 const MOST_BYTES: u64 = 64 * 1024;
 
 /// The window layout that the next run restores.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Layout {
-    /// Width and height of the window in points, 64 to 16384.
+    /// The width and height of the window in points, 64 to 16384.
     pub size: Option<[u32; 2]>,
     /// Whether the panel is shown.
     pub panel: Option<bool>,
-    /// Whether each section of the panel is open, by title. Sections that are not listed have their defaults.
+    /// Whether each section of the panel is open, by its title. A section that is not listed is in its default state.
     #[serde(default)]
     pub sections: BTreeMap<String, bool>,
 }
@@ -36,7 +36,7 @@ impl Layout {
         user_folder(UserFolder::Settings).map(|folder| folder.join("window.json"))
     }
 
-    /// Reads a layout; returns the default layout if there is no file.
+    /// Reads a layout. If there is no file, returns the default layout.
     pub fn read(path: &Path) -> Result<Self, AppError> {
         let fault = |reason: String| {
             AppError::Failed(format!("'{}' is not a valid window layout: {reason}; remove it", shown_path(path)))

@@ -1,4 +1,5 @@
-//! The window of `leadr demo`, which handles events and draws frames. `keys` maps keys to actions, and [`panel`] has the controls.
+//! The window of `leadr demo`, which handles events and draws frames. The module `keys` maps keys to actions, and [`panel`] has the
+//! controls.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -53,33 +54,33 @@ pub mod show;
 pub mod surroundings;
 pub mod viewer;
 
-/// Interval for polling a running comparison of two pictures.
+/// The interval at which a running comparison of two pictures is polled.
 const ASK_INTERVAL: Duration = Duration::from_millis(50);
 
-/// Number of memory samples in a run with a fixed number of frames.
+/// The number of memory samples in a run with a fixed number of frames.
 const MEMORY_SAMPLES: u64 = 10;
 
-/// Options of the window. The [`RenderSettings`] set the default size.
+/// The options of the window. The [`RenderSettings`] set the default size.
 #[derive(Clone, Debug)]
 pub struct WindowOptions {
-    /// First words of the window title.
+    /// The first words of the window title.
     pub title: String,
-    /// Animation time at the start, seconds.
+    /// The animation time at the start, in seconds.
     pub time: f64,
-    /// Picture settings at the start; `None` takes them from the [`RenderSettings`].
+    /// The picture settings at the start; `None` takes them from the [`RenderSettings`].
     pub picture: Option<Picture>,
-    /// Path prefix of screenshots; `-1.png`, `-2.png`, … are appended. Existing files are not overwritten.
+    /// The prefix of the paths of screenshots. A number and `.png` follow, as in `-1.png` and `-2.png`. Existing files are not overwritten.
     pub screenshots: PathBuf,
-    /// Number of frames after which the window closes; `None` leaves it open.
+    /// The number of frames after which the window closes; `None` leaves it open.
     pub frames: Option<u64>,
-    /// Quality that does not change while something moves.
+    /// The quality settings that do not change while something moves.
     pub kept: KeptQuality,
-    /// Layout at the start. Without a size, the window has the size of the [`RenderSettings`]. By default the panel is shown if there is
-    /// room.
+    /// The layout at the start. Without a size, the window has the size of the [`RenderSettings`]. By default, the panel is shown if there
+    /// is room.
     pub layout: Layout,
-    /// File to which the layout is written when the window closes.
+    /// The file to which the layout is written when the window closes.
     pub layout_file: Option<PathBuf>,
-    /// Folder of shader sources that are recompiled on a change.
+    /// The folder of shader sources. Changed sources are recompiled.
     pub hot_reload: Option<PathBuf>,
 }
 
@@ -103,18 +104,19 @@ impl Default for WindowOptions {
 /// The result of a window session.
 #[derive(Clone, Debug, Default, serde::Serialize)]
 pub struct WindowReport {
-    /// Number of frames shown.
+    /// The number of frames shown.
     pub frames: u64,
-    /// Milliseconds between the starts of consecutive frames of an animation.
+    /// The times in milliseconds between the starts of consecutive frames of an animation.
     pub milliseconds: Vec<f32>,
-    /// Paths of the screenshots.
+    /// The paths of the screenshots.
     pub screenshots: Vec<PathBuf>,
-    /// Memory at ten evenly spaced moments, if the window closes after a fixed number of at least ten frames.
+    /// The memory at ten evenly spaced moments. The memory is sampled if the window closes after a fixed number of frames, which must be at
+    /// least ten.
     pub memory: Vec<MemorySample>,
 }
 
 impl WindowReport {
-    /// Returns the median and 95th percentile of the milliseconds between frames; 0 if there are none.
+    /// Returns the median and the 95th percentile of the milliseconds between frames, or 0 if there are none.
     pub fn frame_times(&self) -> [f32; 2] {
         let mut sorted = self.milliseconds.clone();
         sorted.sort_unstable_by(f32::total_cmp);
@@ -125,9 +127,9 @@ impl WindowReport {
     }
 }
 
-/// Shows a scene in a window until the user closes it. The orbit camera replaces the scene's camera and follows its target. A still picture
-/// accumulates `settings.samples` samples. `program` opens other scenes. The renderer's device must be opened with
-/// [`Display::gpu_options`].
+/// Shows a scene in a window until the user closes it. The orbit camera replaces the scene's camera, and follows the target of the scene's
+/// camera. A still picture accumulates `settings.samples` samples. `program` opens other scenes. The device of the renderer must be opened
+/// with [`Display::gpu_options`].
 pub fn run(
     display: Display,
     mut show: Show,
@@ -213,11 +215,11 @@ struct Session<'p> {
     /// Whether the displayed layer was read from a still picture.
     layer_is_still: bool,
     window: Arc<Window>,
-    /// Window size in pixels from the last event. A size query panics if another program has closed the window.
+    /// The window size in pixels from the last event. Querying the size panics if another program has closed the window.
     size: PhysicalSize<u32>,
-    /// Whether the system reports the window as fully covered. No frame is drawn while it is.
+    /// Whether the system reports the window as fully covered. While it is covered, no frame is drawn.
     occluded: bool,
-    /// Whether the window was minimised or had no area at the last attempt to draw. No frame is drawn until an event.
+    /// Whether the window was minimised or had no area at the last attempt to draw. No frame is drawn until the next event.
     hidden: bool,
     clock: FrameClock,
     scene: Box<dyn FnMut(f64) -> FrameState>,
@@ -225,18 +227,18 @@ struct Session<'p> {
     settings: RenderSettings,
     surroundings: Surroundings,
     program: &'p mut dyn Program,
-    /// Watches and recompiles changed shaders.
+    /// Watches the shader sources, and recompiles changed shaders.
     shaders: Option<ShaderWatch>,
     viewer: Viewer,
     pace: Pace,
     options: WindowOptions,
-    /// Exposure factor of the current picture.
+    /// The exposure factor of the current picture.
     exposure: f32,
-    /// Direction of the picture's sun.
+    /// The direction of the sun in the picture.
     sun: Option<SunDirection>,
     modifiers: ModifiersState,
     report: WindowReport,
-    /// The first error of a screenshot.
+    /// The first error that a screenshot caused.
     lost: Option<AppError>,
     kinds: NewKinds,
     /// Number of frames until a screenshot, which a message announces.
@@ -317,14 +319,14 @@ impl Session<'_> {
 }
 
 impl<'p, F: FnOnce(&ActiveEventLoop) -> Result<Session<'p>, AppError>> App<'p, F> {
-    /// Runs `work` on an open window, and closes the window if `work` fails.
+    /// Runs `work` on an open window. If `work` fails, the window is closed.
     fn with(&mut self, events: &ActiveEventLoop, work: impl FnOnce(&mut Session<'p>) -> Result<(), AppError>) {
         if let Some(Err(error)) = self.session.as_mut().map(work) {
             self.end(events, error);
         }
     }
 
-    /// Closes the window with the first error.
+    /// Closes the window. The session ends with its first error.
     fn end(&mut self, events: &ActiveEventLoop, error: AppError) {
         if self.ended.is_ok() {
             self.ended = Err(error);
@@ -362,7 +364,7 @@ impl<'p, F: FnOnce(&ActiveEventLoop) -> Result<Session<'p>, AppError>> Applicati
         let Some(mut session) = self.session.take() else { return };
         session.keep_layout();
         if self.ended.is_ok() {
-            // The window stayed open after a failed screenshot, but scripts that wait for the file need the exit code.
+            // The window remained open after a failed screenshot. Scripts that wait for the file need the exit code.
             self.ended = session.lost.take().map_or(Ok(session.report), Err);
         }
     }

@@ -1,4 +1,4 @@
-//! Overlays on the picture: layers in false colours, and the difference between two sides.
+//! Overlays on the picture: layers in false colours, and the difference between the two sides.
 
 use std::thread::JoinHandle;
 
@@ -8,15 +8,15 @@ use leadr_render::frame::Layer;
 use leadr_render::surfaces::tessellation::MAX_FACTOR;
 use leadr_tools::metrics::compare::compare;
 
-/// A layer of a picture, with values row by row.
+/// A layer of a picture, as values in rows.
 pub struct LayerPicture {
-    /// Width and height in pixels.
+    /// The width and height in pixels.
     pub size: (u32, u32),
     /// Values from [`Renderer::layer`](leadr_render::frame::Renderer::layer).
     pub values: Vec<[f32; 4]>,
 }
 
-/// Returns a layer in false colours, and a legend.
+/// Returns a layer in false colours, and the legend.
 pub fn false_colors(layer: Layer, picture: &LayerPicture) -> (Rgb8Image, String) {
     let LayerPicture { size: (width, height), values } = picture;
     let (width, height) = (*width, *height);
@@ -70,7 +70,7 @@ pub fn false_colors(layer: Layer, picture: &LayerPicture) -> (Rgb8Image, String)
     (Rgb8Image { width, height, texels: values.iter().map(color).collect() }, says)
 }
 
-/// Returns a colour from blue (1 segment) over green (8) to red (63), linear in the logarithm.
+/// Returns a colour from blue (1 segment) over green (8 segments) to red (63 segments). The scale is logarithmic.
 fn segment_color(segments: f32) -> [u8; 3] {
     let share = segments.max(1.0).ln() / MAX_FACTOR.ln();
     let [blue, green, red] = [0.0, 0.5, 1.0].map(|middle| (1.0 - 2.0 * (share - middle).abs()).clamp(0.0, 1.0));
@@ -81,12 +81,13 @@ fn segment_color(segments: f32) -> [u8; 3] {
 #[derive(Default)]
 pub struct Difference {
     running: Option<JoinHandle<Option<(Rgb8Image, String)>>>,
-    /// Current and final sample counts of the pictures compared most recently.
+    /// The current and final sample counts of the pictures that were compared last.
     compared: (u32, u32),
 }
 
 impl Difference {
-    /// Whether pictures with these sample counts (current, final) need a comparison: at first, after each doubling, and at the end.
+    /// Whether pictures with these sample counts (current, final) need a comparison. A comparison is needed at first, whenever the count
+    /// has doubled, and at the end.
     pub fn needs_samples(&self, samples: (u32, u32)) -> bool {
         let news = samples.0 >= 2 * self.compared.0.max(1) || samples.0 >= samples.1;
         self.running.is_none() && self.compared != samples && news
@@ -112,7 +113,7 @@ impl Difference {
         self.running = running.ok();
     }
 
-    /// Returns the error image and its legend once the comparison is finished.
+    /// Returns the error image and its legend when the comparison is finished.
     pub fn found(&mut self) -> Option<(Rgb8Image, String)> {
         let done = self.running.take_if(|running| running.is_finished())?;
         done.join().ok().flatten()

@@ -1,32 +1,34 @@
-//! Adapts the quality of moving pictures to the best that the device can draw within the frame time.
+//! Adapts the quality of moving pictures to the best quality that the device can draw within the frame time.
 
 use leadr_gpu::Gpu;
 use leadr_render::settings::{Probes, Quadrature, RenderSettings, ShadingOptions};
 use leadr_scenes::config::DEFAULT_MSAA;
 
-/// Default minimum frame rate of moving pictures, frames per second.
+/// The default of the lowest frame rate of moving pictures, in frames per second.
 pub const DEFAULT_MIN_FPS: f32 = 10.0;
-/// Fraction of the allowed frame time below which quality rises by a step. The step is expected to add at most half the frame time.
+/// The fraction of the allowed frame time below which the quality rises by one step. A step is expected to increase the frame time by at
+/// most half.
 const FAST: f32 = 0.5;
-/// Number of frames whose median is compared, so that one frame that creates pipelines has no effect.
+/// The number of frames whose median is compared, so that a single frame that creates pipelines has no effect.
 const FRAMES: usize = 7;
-/// Number of consecutive frames over [`FAR`] times the allowed time after which quality drops by several steps at once. Up to three
-/// consecutive frames may create pipelines.
+/// The number of consecutive frames over [`FAR`] times the allowed time after which the quality drops by several steps at once. The number
+/// exceeds three, because up to three consecutive frames may create pipelines.
 const FAR_FRAMES: usize = 4;
 const FAR: f32 = 2.0;
-/// Scale of the picture's sides relative to the window, for each step. The first step reduces only probes and geometry samples.
+/// The scale of the picture's sides relative to the window, for each step. The first step reduces only the numbers of probes and geometry
+/// samples.
 const SCALES: [f32; 6] = [1.0, 1.0, 0.75, 0.5, 0.35, 0.25];
-/// First step on a software device, where the first picture should appear soon.
+/// The first step on a software device, on which the first picture should appear soon.
 const SLOW_STEP: usize = 4;
 
-/// Quality that moving pictures always keep. By default, slow frames first lose multisampling and probes, and then pixels.
+/// The quality settings that moving pictures always keep. By default, slow frames first lose multisampling and probes, and then pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct KeptQuality {
-    /// Fixed number of geometry samples per pixel, if any.
+    /// The fixed number of geometry samples per pixel, if there is one.
     pub msaa: Option<u32>,
     /// Whether the number of probes is fixed.
     pub probes: bool,
-    /// Target frame rate, frames per second; 0 keeps all pixels.
+    /// The target frame rate in frames per second. With 0, all pixels are kept.
     pub min_fps: f32,
 }
 
@@ -40,14 +42,14 @@ impl Default for KeptQuality {
 #[derive(Clone, Debug)]
 pub struct Pace {
     kept: KeptQuality,
-    /// Index into [`SCALES`].
+    /// An index into [`SCALES`].
     step: usize,
-    /// Milliseconds of the latest consecutive frames at this step.
+    /// The times in milliseconds of the latest consecutive frames at this step.
     recent: Vec<f32>,
 }
 
 impl Pace {
-    /// Creates the initial pace for a device; a software device starts at a lower quality.
+    /// Creates the initial pace for a device. A software device starts at a lower quality.
     pub fn on(gpu: &Gpu, kept: KeptQuality) -> Self {
         let slow = if kept.min_fps > 0.0 { SLOW_STEP } else { 1 };
         Self::new(kept, if gpu.is_lavapipe() { slow } else { 0 })
@@ -58,7 +60,7 @@ impl Pace {
         Self { kept, step, recent: Vec::new() }
     }
 
-    /// Returns the settings of a moving picture: one sample at the current quality.
+    /// Returns the settings of a moving picture, with one sample at the current quality.
     pub fn moving(&self, still: &RenderSettings) -> RenderSettings {
         let simple = self.step > 0;
         let reference = still.shading.technique().is_reference();
@@ -81,7 +83,7 @@ impl Pace {
     /// Records the time of a moving picture's frame, and adapts the quality.
     pub fn frame(&mut self, milliseconds: f32) {
         self.recent.push(milliseconds);
-        // A target of 0 allows only the first step, judged by the default frame rate.
+        // A target of 0 allows only the first step, which is judged by the default frame rate.
         let most = 1000.0 / if self.kept.min_fps > 0.0 { self.kept.min_fps } else { DEFAULT_MIN_FPS };
         let last = if self.kept.min_fps > 0.0 { SCALES.len() - 1 } else { 1 };
         if let Some(far) = self.recent.last_chunk::<FAR_FRAMES>()
@@ -128,7 +130,7 @@ mod tests {
         assert_eq!((full.samples, full.msaa, full.shading), (1, DEFAULT_MSAA, still.shading));
         frames(&mut pace, 99.0);
         assert_eq!(pace.moving(&still), full);
-        // These frames create pipelines or follow a pause.
+        // These slow frames create pipelines, or follow a pause.
         pace.frame(2000.0);
         pace.interrupt();
         (0..3).for_each(|_| pace.frame(2000.0));
@@ -139,7 +141,7 @@ mod tests {
         assert_eq!((simple.samples, simple.msaa), (1, 1));
         let nine = Quadrature::VisibleSlopes(Probes::Nine);
         assert_eq!(simple.shading.options().quadrature, nine);
-        // Simple frames take less time, but quality rises only when full frames would be fast enough.
+        // Simple frames take less time. The quality rises only if full frames would be fast enough.
         frames(&mut pace, 90.0);
         assert_eq!(pace.moving(&still), simple);
         frames(&mut pace, 30.0);
@@ -176,7 +178,7 @@ mod tests {
         assert_eq!(pace.moving(&still).size, (160, 90));
         (0..4).for_each(|_| frames(&mut pace, 40.0));
         assert_eq!(pace.moving(&still).size, (640, 360));
-        // A target of 30 frames per second is missed sooner, and a target of 0 keeps all pixels.
+        // A target of 30 frames per second is missed earlier. A target of 0 keeps all pixels.
         let mut pace = Pace::new(KeptQuality { min_fps: 30.0, ..Default::default() }, 1);
         frames(&mut pace, 40.0);
         assert_eq!(pace.moving(&still).size, (480, 270));

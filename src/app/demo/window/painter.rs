@@ -1,4 +1,4 @@
-//! Presents frames in a swapchain: one picture, or two side by side, under the panel.
+//! Presents frames in a swapchain. A frame has one picture, or two side by side, under the panel.
 
 use std::sync::Arc;
 
@@ -21,37 +21,37 @@ use leadr_tools::command::error::AppError;
 
 /// Draws into one window. The GPU draws a frame while the CPU prepares the next frame.
 pub struct Painter {
-    // Slots wait for the device, so they are dropped first.
+    // The slots wait for the device, so they are dropped first.
     slots: [Slot; FRAMES_IN_FLIGHT],
     panel: PanelPainter,
-    /// Index of the slot for the next frame.
+    /// The index of the slot for the next frame.
     next: usize,
     swapchain: Swapchain,
-    /// Present pass, recreated when the tone curve changes.
+    /// The present pass, which is recreated when the tone curve changes.
     pass: Option<(Tonemap, PresentPass)>,
-    /// Times of the passes of the latest finished frame, milliseconds.
+    /// The times of the passes of the latest finished frame, in milliseconds.
     times: Vec<(String, f64)>,
     /// The current pictures from left to right. The samples of a still picture are spread over frames.
     shown: [Option<Shown>; 2],
-    /// Targets of the right picture; the renderer owns the targets of the left picture.
+    /// The targets of the right picture. The renderer owns the targets of the left picture.
     beside: KeptTargets,
     renderer: Renderer,
 }
 
-/// Resources of a frame in flight.
+/// The resources of a frame in flight.
 struct Slot {
     sides: [SideSlot; 2],
     present: CommandRecorder,
     present_time: Timestamps,
-    /// Replaced pictures whose buffers the device may still read.
+    /// Replaced pictures, whose buffers the device may still read.
     held: Vec<PausedFrame>,
 }
 
-/// Resources of one picture in a frame.
+/// The resources of one picture in a frame.
 struct SideSlot {
     recorder: CommandRecorder,
     timestamps: Timestamps,
-    /// Times of passes that finished during recording.
+    /// The times of passes that finished during recording.
     earlier: Vec<PassTime>,
 }
 
@@ -60,7 +60,7 @@ impl Slot {
         let side = |side: &str| {
             Ok::<_, AppError>(SideSlot {
                 recorder: CommandRecorder::new(gpu, &format!("window {number}, {side}"))?,
-                // Each pass has one timestamp, in addition to the start.
+                // Each pass has one timestamp, and there is one more timestamp for the start.
                 timestamps: Timestamps::new(gpu, MAX_PASSES + 1)?,
                 earlier: Vec::new(),
             })
@@ -79,25 +79,25 @@ struct Shown {
     settings: RenderSettings,
 }
 
-/// Inputs of one frame.
+/// The inputs of one frame.
 pub struct WindowFrame<'a> {
-    /// Size of the window in pixels.
+    /// The size of the window in pixels.
     pub size: [u32; 2],
-    /// A new state of the scene. With `None`, still pictures gain one sample.
+    /// A new state of the scene. With `None`, a still picture accumulates one more sample.
     pub state: Option<FrameState>,
-    /// Settings of one picture or of two pictures side by side.
+    /// The settings of one picture, or of two pictures side by side.
     pub sides: &'a [RenderSettings],
-    /// Pace of moving pictures.
+    /// The pace of moving pictures.
     pub pace: &'a Pace,
-    /// Exposure factor of the picture.
+    /// The exposure factor of the picture.
     pub exposure: f32,
-    /// Tone curve of the picture.
+    /// The tone curve of the picture.
     pub tonemap: Tonemap,
     /// Whether the codes of the picture are dithered.
     pub dithered: bool,
     /// Position of the split between two pictures, as a fraction of the width.
     pub split: f32,
-    /// The panel to draw over the picture.
+    /// The panel that is drawn over the picture.
     pub panel: Painted,
 }
 
@@ -153,7 +153,7 @@ impl Painter {
         Ok(())
     }
 
-    /// Returns the name and milliseconds of each pass in the latest finished frame. Times of two pictures are added.
+    /// Returns the name and the milliseconds of each pass in the latest finished frame. The times of two pictures are added.
     pub fn times(&self) -> &[(String, f64)] {
         &self.times
     }
@@ -193,14 +193,15 @@ impl Painter {
         progress.min_by_key(|(has, wants)| (has * 1000) / wants.max(&1)).unwrap_or((0, 0))
     }
 
-    /// Returns the drawn pixels (width, height), and an upper bound on triangles with the number of patches.
+    /// Returns the width and the height of the drawn picture in pixels, an upper bound on the number of triangles, and the number of
+    /// patches.
     pub fn drawn(&self) -> ((u32, u32), (u64, u32)) {
         let counts = self.shown.iter().flatten().map(|shown| shown.frame.counts());
         let size = self.shown[0].as_ref().map_or((0, 0), |shown| shown.settings.size);
         (size, counts.fold((0, 0), |sum, counts| (sum.0 + counts.0, sum.1 + counts.1)))
     }
 
-    /// Whether the pictures are complete still pictures of these settings and this size, to which [`draw`](Self::draw) adds nothing.
+    /// Whether the pictures are complete still pictures with these settings and this size, to which [`draw`](Self::draw) adds nothing.
     pub fn is_complete(&self, size: [u32; 2], sides: &[RenderSettings]) -> bool {
         self.shown.iter().flatten().count() == sides.len()
             && self.shown.iter().flatten().zip(sides).all(|(shown, side)| {
@@ -209,10 +210,10 @@ impl Painter {
             })
     }
 
-    /// Draws a frame. Returns false without an available swapchain image; the caller must then pass the state again.
+    /// Draws a frame. Returns false if no swapchain image is available. The caller must then pass the state again.
     ///
     /// A moving picture has one sample in the middle of each pixel, at the quality of its pace. A still picture accumulates the samples of
-    /// [`Renderer::render`] and converges to its result.
+    /// [`Renderer::render`], and converges to the same result.
     pub fn draw(&mut self, frame: WindowFrame<'_>) -> Result<bool, AppError> {
         let WindowFrame { size, state, sides, pace, exposure, tonemap, dithered, split, mut panel } = frame;
         let current = self.next;
@@ -227,7 +228,7 @@ impl Painter {
         let all_still = |side: &RenderSettings, shown: &Option<Shown>| {
             shown.as_ref().is_some_and(|shown| shown.settings == still(side, [width, height]))
         };
-        // Moving pictures are drawn anew. A picture that has just stopped is drawn anew once, and then gains samples.
+        // Moving pictures are drawn from the start. A picture that has just stopped is drawn from the start once, and then gains samples.
         let anew = state.is_some() || !sides.iter().zip(&self.shown).all(|(side, shown)| all_still(side, shown));
         let wanted: Vec<RenderSettings> = sides
             .iter()
@@ -286,7 +287,7 @@ impl Painter {
         Ok(true)
     }
 
-    /// Adds a sample to an incomplete still picture.
+    /// Adds a sample to a still picture that is not complete.
     fn go_on(&mut self, slot: usize, side: usize) -> Result<(), AppError> {
         let wants = |shown: &mut Shown| shown.frame.samples() < shown.settings.samples;
         let Some(Shown { frame, settings }) = self.shown[side].take_if(wants) else { return Ok(()) };
@@ -355,12 +356,12 @@ impl Painter {
     }
 }
 
-/// Returns the settings of a still picture in a window of this size.
+/// Returns the settings of a still picture for a window of this size.
 fn still(settings: &RenderSettings, [width, height]: [u32; 2]) -> RenderSettings {
     RenderSettings { size: (width, height), samples: settings.samples.max(1), ..*settings }
 }
 
-/// Draws the next sample of a picture, and pauses the picture.
+/// Draws the next sample of a picture, and then pauses the picture.
 fn sample(
     mut prepared: PreparedFrame<'_>,
     slot: &mut SideSlot,
@@ -368,7 +369,7 @@ fn sample(
 ) -> Result<PausedFrame, AppError> {
     let index = prepared.samples();
     if index < settings.samples.max(1) {
-        // From the second sample on, the previous sample may still read the same buffers.
+        // From the second sample on, the previous sample may still be reading the same buffers.
         if prepared.overlaps() && index == 0 {
             let timestamps = &slot.timestamps;
             slot.recorder.record("picture", |cmd| {

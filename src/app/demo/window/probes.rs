@@ -1,4 +1,4 @@
-//! Draws the probes of the sky occlusion volume as shaded balls over the picture.
+//! Draws the probes of the volume of sky occlusion as shaded balls over the picture.
 
 use std::f32::consts::TAU;
 
@@ -9,33 +9,34 @@ use leadr_maps::srgb::srgb8_from_linear;
 use leadr_render::camera::Camera;
 use leadr_render::light::sky_visibility::SkyProbe;
 
-/// Number of vertices on the rim of a ball.
+/// The number of vertices on the rim of a ball.
 pub const SIDES: usize = 10;
-/// Radius of a ball as a fraction of the distance between neighbouring probes.
+/// The radius of a ball as a fraction of the distance between neighbouring probes.
 const RADIUS: f32 = 0.12;
-/// Maximum radius as a fraction of the picture height.
+/// The largest radius of a ball, as a fraction of the picture height.
 const LARGEST: f32 = 0.03;
-/// Occlusion below which, in every direction, a probe is drawn as a dot. `DOT` is the size of a dot relative to a ball.
+/// A probe whose occlusion is below this value in every direction is drawn as a dot. `DOT` is the size of a dot relative to a ball.
 const HIDDEN: f32 = 0.1;
 const DOT: f32 = 0.2;
-/// Legend with visible probes.
+/// The legend if probes are visible.
 pub const SAYS: &str =
     "sky probes: visible surroundings by direction; black is occluded by large shapes, white is open";
-/// Legend without visible probes.
+/// The legend if no probes are visible.
 pub const NONE: &str = "no sky probes: nothing casts shadows here, or sky occlusion is off (Technique)";
 
 /// A shaded ball on the screen.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ball {
-    /// Centre of the ball, as fractions of the width and the height.
+    /// The centre of the ball, as fractions of the width and the height.
     pub middle: [f32; 2],
-    /// Radius of the ball, as a fraction of the height.
+    /// The radius of the ball, as a fraction of the height.
     pub radius: f32,
-    /// sRGB greys of the centre, which faces the viewer, and of the rim, counter-clockwise from the right.
+    /// The sRGB greys of the centre, which faces the viewer, and then of the rim, counter-clockwise from the right.
     pub greys: [u8; SIDES + 1],
 }
 
-/// Returns the visible probes, farthest first. `depth` is [`Layer::Depth`] of the picture of `camera`, which hides probes behind it.
+/// Returns the visible probes. The farthest probe is first. `depth` is [`Layer::Depth`] of the picture of `camera`. Surfaces in the picture
+/// hide the probes behind them.
 ///
 /// [`Layer::Depth`]: leadr_render::frame::Layer::Depth
 pub fn balls(probes: &[SkyProbe], camera: &Camera, depth: &LayerPicture) -> Vec<Ball> {
@@ -65,14 +66,14 @@ pub fn balls(probes: &[SkyProbe], camera: &Camera, depth: &LayerPicture) -> Vec<
     balls.into_iter().map(|(_, ball)| ball).collect()
 }
 
-/// Returns the minimum distance between consecutive probes, metres.
+/// Returns the smallest distance between consecutive probes in metres.
 fn spacing(probes: &[SkyProbe]) -> f32 {
     let pairs = probes.windows(2).map(|pair| pair[0].position.distance(pair[1].position));
     let nearest = pairs.filter(|distance| *distance > 0.0).fold(f32::INFINITY, f32::min);
     if nearest.is_finite() { nearest } else { 1.0 }
 }
 
-/// Returns the greys of a ball: the visible fraction of the environment along each normal.
+/// Returns the greys of a ball. A grey is the visible fraction of the environment along one normal.
 fn greys(probe: &SkyProbe, eye: Vec3) -> [u8; SIDES + 1] {
     let towards = (eye - probe.position).normalize_or(Vec3::Z);
     let right = Vec3::Z.cross(towards).try_normalize().unwrap_or(Vec3::X);
@@ -98,14 +99,14 @@ mod tests {
         let camera = Camera::looking_at(Vec3::new(0.0, -10.0, 0.0), Vec3::ZERO, 40.0);
         let probe = |x: f32, y: f32| SkyProbe { position: Vec3::new(x, y, 0.0), mean: 0.5, lean: Vec3::Z * 0.5 };
         let depth = LayerPicture { size: (64, 32), values: vec![[12.0, 0.0, 0.0, 0.0]; 64 * 32] };
-        // Probes in the centre, to the right, hidden, and behind the eye. Two outside the picture are close together, which makes balls
-        // small.
+        // The probes are in the centre, to the right, hidden, and behind the eye. Two probes outside the picture are close together, which
+        // makes balls small.
         let positions = [(0.0, 0.0), (2.0, 1.0), (0.0, 20.0), (0.0, -11.0), (50.0, 0.0), (50.2, 0.0)];
         let probes = positions.map(|(x, y)| probe(x, y));
         let [far, near] = balls(&probes, &camera, &depth).try_into().expect("two balls");
         assert!((near.middle[0] - 0.5).abs() < 1e-5 && (near.middle[1] - 0.5).abs() < 1e-5, "{near:?}");
         assert!(far.middle[0] > 0.55 && far.radius < near.radius, "{far:?} {near:?}");
-        // Visibility is one half towards the viewer, one upwards and zero downwards.
+        // The visibility is one half towards the viewer, one upwards, and zero downwards.
         let [middle, right, ..] = near.greys;
         assert_eq!((middle, right), (188, 188));
         assert!(near.greys[1 + SIDES / 4] > 240 && near.greys[1 + 3 * SIDES / 4] < 90, "{:?}", near.greys);

@@ -1,4 +1,4 @@
-//! The scene of a window, and the trait for programs that open other scenes.
+//! The scene of a window, and the trait of programs that open other scenes.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -17,7 +17,7 @@ use leadr_scenes::stage::Sweep;
 use leadr_scenes::view::CameraPose;
 use leadr_tools::command::error::AppError;
 
-/// A scene that is ready to be drawn.
+/// A scene that is ready to draw.
 pub struct Show {
     /// The renderer that holds the objects of the scene.
     pub renderer: Renderer,
@@ -27,9 +27,9 @@ pub struct Show {
     pub orbit: Orbit,
     /// The near, middle and far views, if the scene has them.
     pub views: Option<[Orbit; 3]>,
-    /// Camera distances of a sweep, if the scene has one.
+    /// The camera distances of a sweep, if the scene has one.
     pub sweep: Option<Sweep>,
-    /// Available environments, the first of which the renderer holds.
+    /// The available environments. The renderer starts with the first environment.
     pub surroundings: Surroundings,
     /// The animations of a model.
     pub animations: Animations,
@@ -58,7 +58,7 @@ impl Animations {
 }
 
 impl Show {
-    /// Whether the scene is animated, which a few sample times decide.
+    /// Whether the scene is animated, judged from a few sample times.
     pub fn moves(&mut self) -> bool {
         let mut at = |time: f64| FrameState { time: 0.0, ..(self.scene)(time) };
         let first = at(0.0);
@@ -85,11 +85,11 @@ impl Show {
 /// A property of the displaced surfaces of a scene, such as the roughness.
 #[derive(Clone, Debug, PartialEq)]
 pub enum OfSurfaces<T> {
-    /// A property that the user cannot change.
+    /// The user cannot change the property.
     Fixed,
-    /// The scene's own value of the property.
+    /// The property has the value of the scene.
     Own,
-    /// The user chose this value.
+    /// The property has a value that the user chose.
     Chosen(T),
 }
 

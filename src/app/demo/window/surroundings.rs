@@ -1,4 +1,4 @@
-//! The environments of the window: the scene's, the sky, the studio, and dropped panoramas.
+//! The environments of the window: the environment of the scene, the sky, the studio, and panoramas that the user drops on the window.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -11,13 +11,13 @@ use leadr_scenes::light::EnvironmentChoice;
 use leadr_scenes::set::SkyOrPicture;
 use leadr_tools::command::error::AppError;
 
-/// The available environments and the current one.
+/// The available environments, and the current one.
 #[derive(Clone, Debug)]
 pub struct Surroundings {
     choices: Vec<EnvironmentChoice>,
     shown: usize,
     made_with: SkyOrPicture,
-    /// Exposure factor of the current panorama; `None` for the first environment, because its scene sets the exposure.
+    /// The exposure factor of the current panorama; `None` for the first environment, because the scene sets the exposure.
     metered: Option<f32>,
 }
 
@@ -30,7 +30,7 @@ pub struct Lit {
 }
 
 impl Surroundings {
-    /// Starts with the renderer's environment `first`; `made_with` creates the others.
+    /// Starts with the environment `first`, which the renderer already has. `made_with` creates the other environments.
     pub fn new(first: EnvironmentChoice, made_with: SkyOrPicture) -> Self {
         let others = [EnvironmentChoice::Sky, EnvironmentChoice::Studio].into_iter().filter(|choice| *choice != first);
         let others: Vec<_> = others.collect();
@@ -58,12 +58,12 @@ impl Surroundings {
         self.shown
     }
 
-    /// Returns the environment at an index, or the last if the index is too large.
+    /// Returns the environment at an index. If the index is too large, returns the last environment.
     pub fn choice(&self, number: usize) -> EnvironmentChoice {
         self.choices[number.min(self.choices.len() - 1)].clone()
     }
 
-    /// Returns the environment of a dropped file.
+    /// Returns the environment of a file that the user dropped on the window.
     pub fn dropped(path: PathBuf) -> Result<EnvironmentChoice, AppError> {
         let extension = path.extension().map(|e| e.to_ascii_lowercase());
         match extension.as_ref().and_then(|e| e.to_str()) {
@@ -99,7 +99,7 @@ impl Surroundings {
         lit.environment
     }
 
-    /// Adapts a state of the scene to the current environment: adds or removes the sky, and sets the exposure.
+    /// Adapts a state of the scene to the current environment. The function adds or removes the sky, and sets the exposure.
     pub fn light(&self, state: &mut FrameState) {
         match (&self.choices[self.shown], state.sky.is_some()) {
             (EnvironmentChoice::Sky, false) => *state = state.clone().under(&self.made_with.sky),

@@ -1,4 +1,4 @@
-//! The state that the user changes: camera, time and picture settings. It is independent of window and device.
+//! The state that the user changes: camera, time and picture settings. The state does not depend on the window or the device.
 
 use glam::{Vec2, Vec3};
 
@@ -10,26 +10,26 @@ use leadr_scenes::config::Picture;
 use leadr_scenes::light::SunDirection;
 use leadr_scenes::stage::Sweep;
 
-/// Maximum step of the animation, seconds. On a slow device the animation slows down instead of jumping.
+/// The largest step of the animation in seconds. On a slow device, the animation slows down instead of jumping.
 const LONGEST_STEP: f64 = 0.1;
-/// Time step of the arrow keys, seconds.
+/// The time step of the arrow keys in seconds.
 const SCRUB: f64 = 0.5;
-/// Time step of `,` and `.`, seconds.
+/// The time step of `,` and `.` in seconds.
 const FRAME: f64 = 1.0 / 30.0;
 
-/// Duration of a sweep in each direction, seconds.
+/// The duration of a sweep in each direction in seconds.
 const SWEEP_SECONDS: f64 = 8.0;
-/// Number of steps of a sweep, more than its frames.
+/// The number of steps of a sweep, which is larger than the number of frames.
 const SWEEP_STEPS: u32 = 1 << 16;
-/// Speed of a flying camera, in multiples of its distance from the target per second.
+/// The speed of a flying camera per second, in multiples of its distance from the target.
 const FLY_PACE: f32 = 0.6;
 
-/// Distance from the line between two techniques within which it can be dragged, points.
+/// The distance in points from the split line within which the line can be dragged.
 pub const SPLIT_GRIP: f32 = 8.0;
 
-/// Step of the sun for `[` and `]`, hours.
+/// The step of the sun for `[` and `]` in hours.
 const SUN_STEP: f64 = 0.5;
-/// Speeds of the sun, hours per second, in the order of the key.
+/// The speeds of the sun in hours per second. The key selects them in this order.
 const SUN_PACES: [f64; 3] = [0.0, 24.0 / 120.0, 24.0 / 20.0];
 
 /// An action of a key or button.
@@ -43,7 +43,7 @@ pub enum Action {
     Frame(i8),
     /// Move the sun by this many half hours.
     Sun(i8),
-    /// Select the next speed of the sun, added to the scene's own.
+    /// Select the next speed of the sun. This speed is added to the sun's motion in the scene.
     SunPace,
     /// Reset view, time and sun, and resume time.
     Reset,
@@ -55,7 +55,7 @@ pub enum Action {
     Shadowing,
     /// Show or hide the right side with another technique.
     Compare,
-    /// Start or stop a sweep of the camera to the far view and back.
+    /// Start or stop a camera sweep to the far view and back.
     Sweep,
     /// Switch between orbit and fly mode.
     Fly,
@@ -84,7 +84,7 @@ pub enum Action {
 pub enum Drag {
     /// Orbits the camera around its target.
     Rotate,
-    /// Moves camera and target sideways.
+    /// Moves the camera and the target sideways.
     Pan,
     /// Rotates a flying camera.
     Look,
@@ -92,36 +92,36 @@ pub enum Drag {
     Split,
 }
 
-/// The state that keys and the mouse change.
+/// The state that keys and mouse change.
 #[derive(Clone, Debug)]
 pub struct Viewer {
-    /// Orbit camera of the user.
+    /// The orbit camera of the user.
     pub orbit: Orbit,
-    /// Animation time, seconds, never negative.
+    /// The animation time in seconds, which is never negative.
     pub time: f64,
     /// Whether time is paused.
     pub paused: bool,
-    /// Time offset of the sun, hours.
+    /// The time offset of the sun in hours.
     pub sun_hours: f64,
     sun_pace: usize,
-    /// Picture settings of the user.
+    /// The picture settings of the user.
     pub choices: Choices,
-    /// Whether the camera is in fly mode, where dragging rotates it about its position and keys move it.
+    /// Whether the camera is in fly mode, in which dragging rotates the camera about its own position, and keys move the camera.
     pub fly: bool,
-    /// Direction of the held keys in fly mode: right, forward, up, with components -1, 0 or 1.
+    /// The direction of the held keys in fly mode, as right, forward and up. The components are -1, 0 or 1.
     pub held: Vec3,
     /// Whether the scene is animated.
     pub scene_moves: bool,
     /// The scene's sweep, if it has one.
     pub sweep: Option<Sweep>,
-    /// Seconds since a sweep started, and the orbit at its end.
+    /// The seconds since a sweep started, and the orbit at the end of the sweep.
     sweeping: Option<(f64, Orbit)>,
     other_rule: Quadrature,
     other_compare: Compare,
     start: (Orbit, f64),
-    /// The drag in progress, if any.
+    /// The drag that is in progress, if there is one.
     pub drag: Option<Drag>,
-    /// Position of the pointer, pixels.
+    /// The position of the pointer in pixels.
     pub pointer: Option<[f32; 2]>,
     /// Width of the panel, which covers the left part of the picture, pixels.
     covered: f32,
@@ -131,7 +131,7 @@ pub struct Viewer {
 }
 
 impl Viewer {
-    /// Creates a viewer with running time. `sweep` holds the camera distances of the scene's sweep.
+    /// Creates a viewer whose time is running. `sweep` has the camera distances of the scene's sweep.
     pub fn new(orbit: Orbit, time: f64, choices: Choices, sweep: Option<Sweep>) -> Self {
         let (start, drag, pointer) = ((orbit, time), None, None);
         let other_rule = match choices.picture.options.quadrature {
@@ -180,7 +180,7 @@ impl Viewer {
         self.sweeping.map(|(seconds, _)| (seconds / (2.0 * SWEEP_SECONDS)) as f32)
     }
 
-    /// Advances time by `seconds` unless it is paused. Sun, sweep and fly mode always advance.
+    /// Advances time by `seconds`, unless time is paused. Sun, sweep and fly mode always advance.
     pub fn advance(&mut self, seconds: f64) {
         if !self.paused {
             self.time += seconds.clamp(0.0, LONGEST_STEP);
@@ -192,7 +192,7 @@ impl Viewer {
         }
         if let (Some((ran, back)), Some(sweep)) = (self.sweeping, self.sweep) {
             let ran = ran + seconds.max(0.0);
-            // Position of the sweep, which rises to 1 and falls again.
+            // The position of the sweep rises to 1 and falls back to 0.
             let share = (ran / SWEEP_SECONDS).min(2.0);
             let share = if share > 1.0 { 2.0 - share } else { share };
             self.orbit.set_distance(sweep.distance((share * f64::from(SWEEP_STEPS - 1)) as u32, SWEEP_STEPS));
@@ -209,7 +209,7 @@ impl Viewer {
         }
     }
 
-    /// Performs an action. The window handles actions on the window, the environment or files, which are ignored here.
+    /// Performs an action. Actions on the window, the environment or files are ignored, because the window handles them.
     pub fn act(&mut self, action: Action) {
         match action {
             Action::Pause => self.paused = !self.paused,
@@ -295,7 +295,7 @@ impl Viewer {
         self.drag == Some(Drag::Split)
     }
 
-    /// Moves the pointer to these pixels, x right and y down, in a window of this size, and continues the current drag.
+    /// Moves the pointer to this position in pixels, with x to the right and y down, in a window of this size. Continues the current drag.
     pub fn move_pointer(&mut self, to: [f32; 2], [width, height]: [f32; 2]) {
         let (shift, covered) = (self.shift(), self.covered.min(width));
         if let (Some(from), Some(drag)) = (self.pointer, self.drag) {
@@ -316,13 +316,13 @@ impl Viewer {
         self.pointer = Some(to);
     }
 
-    /// Zooms by wheel notches; positive is closer.
+    /// Zooms by wheel notches. Positive notches move closer.
     pub fn wheel(&mut self, notches: f32) {
         self.orbit.zoom(notches.clamp(-50.0, 50.0));
         self.changed = true;
     }
 
-    /// Sets the direction of the sun, from which a moving sun continues.
+    /// Sets the direction of the sun. A moving sun continues from this direction.
     pub fn put_sun(&mut self, sun: SunDirection) {
         self.choices.sun = Some(sun);
         self.sun_hours = 0.0;
@@ -339,7 +339,7 @@ impl Viewer {
         std::mem::take(&mut self.changed)
     }
 
-    /// Whether the picture changes, after a change or during an animation.
+    /// Whether the picture changes, after an action or during an animation.
     pub fn is_moving(&self) -> bool {
         let flies = self.fly && self.held != Vec3::ZERO;
         let runs = !self.paused && self.scene_moves;
@@ -488,7 +488,7 @@ mod tests {
         let own = Camera { position: start.position + gone, target: start.target + gone, ..start };
         let camera = viewer.camera(&own, 200.0);
         assert!(camera.position.distance(own.position) < 1e-4 && camera.target == own.target);
-        // An orbit keeps the distance to the followed target, and a pan keeps its offset.
+        // An orbit keeps the distance to the followed target. A pan keeps its offset.
         viewer.orbit.rotate(100.0, 0.0);
         let turned = viewer.camera(&own, 200.0);
         assert!(turned.target == own.target && turned.position.distance(own.position) > 1.0);
@@ -536,7 +536,7 @@ mod tests {
         assert!((viewer.orbit.distance() - 10.0).abs() < 0.1);
         viewer.advance(SWEEP_SECONDS);
         assert!(viewer.orbit == start && viewer.sweep_progress().is_none());
-        // The same action stops a sweep.
+        // The same action stops the sweep.
         viewer.act(Action::Sweep);
         viewer.advance(1.0);
         viewer.act(Action::Sweep);

@@ -1,5 +1,5 @@
-//! Reads the truths of an independent renderer, stored beside this file by `scripts/external-truth`. Each truth has the block means of a
-//! picture, its content and its noise.
+//! Reads the truths of an independent renderer, which `scripts/external-truth` stored beside this file. Each truth has the
+//! block means of a picture, the picture's content and noise.
 
 pub mod panoramas;
 pub mod reliefs;
@@ -14,31 +14,31 @@ use leadr_maps::{MapFault, RgbImage, decode_environment};
 use leadr_render::camera::Camera;
 use leadr_render::settings::Terms;
 
-/// Content of one truth, as written by the scripts.
+/// The content of one truth, as the scripts write it.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct OutsideCase {
-    /// Name in the form `group/subject/…/terms`.
+    /// The name in the form `group/subject/…/terms`.
     pub name: String,
-    /// Name of the scene, `sphere` or `plane`.
+    /// The name of the scene, which is `sphere` or `plane`.
     pub scene: String,
-    /// Name of the panorama.
+    /// The name of the panorama.
     pub panorama: String,
-    /// Name of the height map.
+    /// The name of the height map.
     pub relief: String,
-    /// Factor on the heights; 0 makes the surface flat.
+    /// The factor that multiplies the heights. 0 makes the surface flat.
     pub scale: f32,
-    /// Beckmann roughness.
+    /// The Beckmann roughness.
     pub alpha: f32,
-    /// Light term from the environment, `specular` or `diffuse`.
+    /// The light term from the environment, which is `specular` or `diffuse`.
     pub terms: String,
-    /// Size of the whole picture, pixels.
+    /// The size of the whole picture in pixels.
     pub size: [u32; 2],
     camera: StoredCamera,
-    /// Pixels along a side of a stored block.
+    /// The number of pixels along a side of a stored block.
     pub block: u32,
-    /// Standard error of the truth's pixels, relative like rRMSE.
+    /// The standard error of the truth's pixels, relative like rRMSE.
     pub noise: f64,
-    /// Index of the truth's first texel in the texels of all truths.
+    /// The index of the truth's first texel in the texels of all truths.
     start: usize,
 }
 
@@ -68,21 +68,21 @@ impl OutsideCase {
     }
 }
 
-/// A truth and the blocks used for the comparison.
+/// A truth, and the blocks that are compared.
 #[derive(Clone, Debug)]
 pub struct OutsideTruth {
-    /// Description of the truth.
+    /// The description of the truth.
     pub case: OutsideCase,
-    /// Means of the picture's blocks.
+    /// The means of the picture's blocks.
     pub image: RgbImage,
-    /// Blocks entirely on the object.
+    /// The blocks that lie entirely on the object.
     pub mask: Mask,
 }
 
 /// Returns all stored truths.
 ///
 /// # Errors
-/// If the stored files are inconsistent.
+/// Fails if the stored files are inconsistent.
 pub fn truths() -> Result<Vec<OutsideTruth>, LabError> {
     let cases: Vec<OutsideCase> =
         serde_json::from_str(include_str!("truths.json")).map_err(|e| LabError(format!("truths.json: {e}")))?;
@@ -104,7 +104,7 @@ pub fn truths() -> Result<Vec<OutsideTruth>, LabError> {
 /// Computes the means of blocks of `side × side` pixels.
 ///
 /// # Errors
-/// If the picture is smaller than a block.
+/// Fails if the picture is smaller than a block.
 pub fn block_means(image: &RgbImage, side: u32) -> Result<RgbImage, MapFault> {
     let (width, height) = (image.width / side, image.height / side);
     let mean = |x: u32, y: u32| {

@@ -1,5 +1,5 @@
-//! The panoramas of the external truths. Four come from the shared data, one of them also without its sun, and four come from the formulas
-//! of `scripts/external-truth/panoramas.py`.
+//! The panoramas of the external truths. Four panoramas come from the shared data. One of the four also exists without its
+//! sun. The formulas of `scripts/external-truth/panoramas.py` give four more.
 
 use std::f64::consts::PI;
 
@@ -7,19 +7,19 @@ use crate::report::shared::shared;
 
 use leadr_maps::{MapError, RgbImage, load_environment};
 
-/// Names of all panoramas.
+/// The names of all panoramas.
 #[cfg(test)]
 pub const NAMES: [&str; 9] = ["spiaggia", "spruit", "studio", "night", "soft", "pixel", "tubes", "lamps", "checks"];
 
 const WIDTH: u32 = 1024;
 const HEIGHT: u32 = 512;
-/// Largest radiance in the soft panorama.
+/// The largest radiance in the soft panorama.
 const CUT: f32 = 4.0;
 
 /// Returns a panorama by name, or `None` if the name is unknown or its shared data is missing.
 ///
 /// # Errors
-/// If a file of the shared data cannot be read.
+/// Fails if a file of the shared data cannot be read.
 pub fn panorama(name: &str) -> Result<Option<RgbImage>, MapError> {
     let file = match name {
         "pixel" => return Ok(Some(picture(|x, y, d| if (x, y) == (300, 150) { [1e5, 9e4, 8e4] } else { dusk(d) }))),
@@ -43,7 +43,7 @@ pub fn panorama(name: &str) -> Result<Option<RgbImage>, MapError> {
     Ok(Some(image))
 }
 
-/// Returns a panorama from a radiance function of texel and direction.
+/// Returns the panorama of a radiance function, whose arguments are texel and direction.
 fn picture(radiance: impl Fn(u32, u32, [f64; 3]) -> [f64; 3]) -> RgbImage {
     let texels = (0..WIDTH * HEIGHT).map(|i| {
         let (x, y) = (i % WIDTH, i / WIDTH);
@@ -55,12 +55,12 @@ fn picture(radiance: impl Fn(u32, u32, [f64; 3]) -> [f64; 3]) -> RgbImage {
     RgbImage { width: WIDTH, height: HEIGHT, texels: texels.collect() }
 }
 
-/// Computes a sky that is brighter near the zenith, over brown ground.
+/// Computes the radiance of a sky over brown ground. The sky is brighter near the zenith.
 fn dusk([_, _, z]: [f64; 3]) -> [f64; 3] {
     if z > 0.0 { [0.25, 0.35, 0.55].map(|c| c * (0.4 + 0.6 * z)) } else { [0.20, 0.17, 0.13] }
 }
 
-/// Computes a row of eight upright tubes, two texels wide.
+/// Computes the radiance of a row of eight upright tubes, which are two texels wide.
 fn tubes(x: u32, y: u32, d: [f64; 3]) -> [f64; 3] {
     let along = x.wrapping_sub(200);
     if (120..220).contains(&y) && along < 192 && along % 24 < 2 {
@@ -69,7 +69,7 @@ fn tubes(x: u32, y: u32, d: [f64; 3]) -> [f64; 3] {
     dusk(d).map(|c| 0.2 * c)
 }
 
-/// Computes discs of equal flux and half angles from 1° to 16°, in different colours.
+/// Computes the radiance of discs in different colours, with equal flux and half angles from 1° to 16°.
 fn lamps(d: [f64; 3]) -> [f64; 3] {
     const COLORS: [[f64; 3]; 5] = [[1.0, 0.3, 0.2], [0.3, 1.0, 0.3], [0.3, 0.4, 1.0], [1.0, 0.9, 0.3], [0.8; 3]];
     let mut radiance = dusk(d).map(|c| 0.05 * c);
@@ -85,7 +85,7 @@ fn lamps(d: [f64; 3]) -> [f64; 3] {
     radiance
 }
 
-/// Computes bright and dark squares of 11.25°.
+/// Computes the radiance of bright and dark squares of 11.25°.
 fn checks(x: u32, y: u32) -> [f64; 3] {
     if (y / 32 + x / 32).is_multiple_of(2) { [1.6, 1.5, 1.4] } else { [0.08, 0.1, 0.12] }
 }

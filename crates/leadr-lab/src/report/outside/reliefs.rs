@@ -1,5 +1,5 @@
-//! The height maps of the external truths. Three are box means of maps from the shared data, and one comes from the formula of
-//! `scripts/external-truth/reliefs.py`.
+//! The height maps of the external truths. Three height maps are box means of maps from the shared data. The formula of
+//! `scripts/external-truth/reliefs.py` gives the fourth.
 
 use std::f64::consts::PI;
 
@@ -7,17 +7,17 @@ use crate::report::shared::shared;
 
 use leadr_maps::{HeightMap, MapError, load_height_map};
 
-/// Names of all height maps.
+/// The names of all height maps.
 #[cfg(test)]
 pub const NAMES: [&str; 4] = ["studs", "rock", "walkway", "leather"];
 
-/// Texels along a side of each height map.
+/// The number of texels along a side of each height map.
 const TEXELS: u32 = 256;
 
 /// Returns a height map by name, or `None` if the name is unknown or its shared data is missing.
 ///
 /// # Errors
-/// If a file of the shared data cannot be read.
+/// Fails if a file of the shared data cannot be read.
 pub fn relief(name: &str) -> Result<Option<HeightMap>, MapError> {
     let set = match name {
         "studs" => return Ok(Some(studs())),
@@ -44,7 +44,7 @@ fn studs() -> HeightMap {
     HeightMap { width: TEXELS, height: TEXELS, texels }
 }
 
-/// Reduces a map to [`TEXELS`] texels per side. The sides of the map must be multiples of that number.
+/// Reduces a map to [`TEXELS`] texels per side. The sides of the map must be multiples of this number.
 fn box_means(map: &HeightMap) -> HeightMap {
     let side = (map.width / TEXELS).max(1);
     let mean = |i: u32| {
@@ -62,7 +62,7 @@ mod tests {
     #[test]
     fn studs_stand_in_their_cells_and_repeat() {
         let map = studs();
-        // Cell centres are higher than cell corners, and all heights are within 0 and 1.
+        // Cell centres are higher than cell corners, and all heights are between 0 and 1.
         assert!(map.at(16, 16) > map.at(1, 1) + 0.2);
         assert!(map.texels.iter().all(|h| (0.0..=1.0).contains(h)));
         assert!((map.at(0, 7) - map.at(TEXELS - 1, 7)).abs() < 0.02);

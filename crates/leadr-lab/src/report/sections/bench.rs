@@ -1,4 +1,4 @@
-//! Shows the bench's tables and goals, measured in this run.
+//! Shows the tables and goals of the bench, which is measured in this run.
 
 use serde_json::Value;
 
@@ -51,7 +51,7 @@ fn text(value: &Value) -> Cell {
     }
 }
 
-/// Returns a table of selected fields of a list of objects.
+/// Returns a table with one row per object of a list. `columns` selects the fields.
 fn fields(data: &Value, key: &str, caption: &str, columns: &[(&str, &str)]) -> Table {
     let mut table = Table::new(caption, columns.iter().map(|c| c.1));
     for row in list(data, key) {

@@ -1,4 +1,4 @@
-//! Measures colours that follow the relief, in whole pictures at one sample per pixel.
+//! Measures colours that follow the relief, in whole pictures with one sample per pixel.
 
 use glam::Vec3;
 use serde::Serialize;
@@ -29,26 +29,26 @@ const INTRO: &str = "A matte plane of Gaussian bumps (slope deviation .6), paint
     is listed beside. The goal's pixel errors exclude the remaining randomness and the truth's noise. Without paint, the remaining error \
     is the brightness error of the masking and shadowing model; no colour can be more accurate.";
 
-/// Error goal, as a fraction of the error of independent filtering.
+/// The error goal, as a fraction of the error of independent filtering.
 const GOAL: f64 = 0.2;
 const RED: [u8; 4] = [200, 25, 20, 128];
 const GREY: [u8; 4] = [110, 120, 130, 128];
-/// Texels along the tile, which is one repeat of the plane.
+/// The number of texels along the tile, which is one repeat of the plane.
 const TEXELS: u32 = 256;
-/// Pixel widths in texels. Truth pixels have the near width; far truths use blocks of near pixels.
+/// The pixel widths in texels. Truth pixels have the near width, and the far truth averages blocks of near pixels.
 const DISTANCES: [(u32, &str); 2] = [(NEAR, "near"), (FAR, "far")];
 const NEAR: u32 = 16;
 const FAR: u32 = 64;
-/// Samples per pixel of the truth, whose pixels cover 256 texels or more.
+/// The number of samples per pixel of the truth. A pixel covers 256 texels or more.
 const SAMPLES: u32 = 64;
 const QUICK_SAMPLES: u32 = 16;
 const SIGMA: f32 = 0.6;
-/// Number of averaged reliefs. They estimate the randomness of single reliefs, so even a quick report uses several.
+/// The number of reliefs that are averaged. Single reliefs vary randomly, so even a quick report uses several reliefs.
 const RELIEFS: u32 = 8;
 const QUICK_RELIEFS: u32 = 3;
 const DEGREES: [f32; 6] = [15.0, 30.0, 45.0, 60.0, 70.0, 80.0];
 
-/// Part of the surface that is painted red.
+/// The part of the surface that is painted red.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 enum Paint {
     Tops,
@@ -70,15 +70,16 @@ struct Entry {
     mean_followed: f64,
     mean_apart: f64,
     noise: f64,
-    /// Mean error of single reliefs with colours that follow the relief.
+    /// The mean error of single reliefs with colours that follow the relief.
     followed_one: f64,
     apart_one: f64,
-    /// Error of the filter with colours that follow the relief ([`without_relief_noise`]).
+    /// The error of the filter with colours that follow the relief ([`without_relief_noise`]).
     followed_filter: f64,
     apart_filter: f64,
 }
 
-/// A view of one relief: the truth, and one sample with colours that follow it and with colours filtered separately.
+/// A view of one relief: the truth, one sample with colours that follow the relief, and one with colours filtered
+/// separately.
 struct Shown {
     truth: Shot,
     followed: Shot,
@@ -103,7 +104,7 @@ impl Shown {
     }
 }
 
-/// Computes the fraction of each channel in the object's light.
+/// Computes the fraction of each colour channel in the light from the object.
 fn mean_color(image: &RgbImage, object: &Mask) -> [f64; 3] {
     let inside = image.texels.iter().zip(&object.inside).filter(|&(_, &inside)| inside);
     let sums = inside.fold([0.0; 3], |sums, (texel, _)| [0, 1, 2].map(|c| sums[c] + f64::from(texel[c])));
@@ -111,7 +112,7 @@ fn mean_color(image: &RgbImage, object: &Mask) -> [f64; 3] {
     sums.map(|sum| sum / all)
 }
 
-/// Returns the distance between two colours, relative to the first.
+/// Returns the difference between two colours, relative to the first.
 fn apart_by(truth: [f64; 3], found: [f64; 3]) -> f64 {
     let length = |v: [f64; 3]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
     length([0, 1, 2].map(|c| found[c] - truth[c])) / length(truth)
@@ -145,7 +146,8 @@ fn painted(tile: &Tile, paint: Paint) -> Object {
         .with_relief_color()
 }
 
-/// Returns a camera far enough for nearly parallel rays, showing about one repeat of the relief, and the size of its far picture.
+/// Returns the camera and the size of its far picture. Rays are nearly parallel, and the view shows about one repeat of the
+/// relief.
 fn seen(degrees: f32) -> (Camera, (u32, u32)) {
     let (sine, cosine) = degrees.to_radians().sin_cos();
     let columns = TEXELS / FAR;
@@ -157,7 +159,7 @@ fn seen(degrees: f32) -> (Camera, (u32, u32)) {
     (Camera { near: 1.0, ..Camera::looking_at(toward * distance, Vec3::ZERO, fov) }, (columns, rows))
 }
 
-/// Renders a relief from `degrees` at all distances.
+/// Renders a relief at `degrees` at all distances.
 fn shown(
     studio: &Studio,
     subject: &mut Subject,
@@ -351,7 +353,7 @@ mod tests {
         };
         assert_eq!(finding("tops", &[entry(0.05, 0.05)]).matches("is kept").count(), 2);
         assert_eq!(finding("tops", &[entry(0.2, 0.2)]).matches("is missed").count(), 2);
-        // The pixel goal applies to the filter.
+        // The goal per pixel applies to the filter.
         assert_eq!(finding("tops", &[entry(0.11, 0.09)]).matches("is kept").count(), 1);
     }
 }

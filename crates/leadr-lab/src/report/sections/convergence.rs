@@ -1,4 +1,5 @@
-//! Compares the reference with a longer run. Its error must fall at least as fast as the error of independent samples.
+//! Compares the reference with a longer run. The error of the reference must fall at least as fast as the error of
+//! independent samples.
 
 use serde::Serialize;
 
@@ -18,19 +19,18 @@ const INTRO: &str = "The reference tessellates the surface to the texels of its 
     add. Errors are over the pixels that the sphere touches. Displacement-map truth displaces the geometry; normal-map truth keeps it \
     smooth and uses only the slopes.";
 
-/// The measured errors of one truth.
 #[derive(Debug, Default, Serialize)]
 struct Curve {
     truth: &'static str,
     samples: Vec<u32>,
-    /// Relative RMSE against the truth.
+    /// The relative RMSE against the truth.
     rrmse: Vec<f64>,
-    /// Relative RMSE against the truth, with the truth's noise subtracted.
+    /// The relative RMSE against the truth, after subtracting the truth's noise.
     own: Vec<f64>,
     flip: Vec<f64>,
-    /// Relative RMSE of the truth, from its two halves.
+    /// The relative RMSE of the truth, computed from its two halves.
     noise: f64,
-    /// Least-squares slope of `log(own)` over `log(samples)`, where `own` is above the noise.
+    /// The least-squares slope of `log(own)` over `log(samples)`, where `own` is above the noise.
     order: f64,
 }
 

@@ -1,4 +1,5 @@
-//! Fits measured materials to facets by power iteration, and renders displaced spheres of them at several distances.
+//! Fits measured materials to facets by power iteration, and renders displaced spheres with these materials at several
+//! distances.
 
 use std::path::{Path, PathBuf};
 
@@ -39,45 +40,43 @@ const INTRO: &str = "Facets of known slopes recovered by power iteration (the th
     randomness. Last, one fit's slopes are scaled by a roughness texture (Figure 4.6). The lacquer is generated; measured files are drawn \
     if LEADR_SHARED contains them.";
 
-/// Roughnesses of Table 4.I, with the largest error of each in the thesis.
+/// The roughnesses of Table 4.I, each with its largest error in the thesis.
 const TABLE_4_I: [(f64, f64); 4] = [(0.01, 0.03), (0.02, 0.004), (0.05, 0.002), (0.15, 0.0005)];
-/// Roughnesses of the anisotropic slopes in the timings.
+/// The roughnesses of the anisotropic slopes in the timings.
 const ANISOTROPIC: DVec2 = DVec2::new(0.1, 0.3);
-/// Largest acceptable error at a distance.
+/// The largest acceptable error at a distance.
 const GOAL: f64 = 0.03;
-/// Metres per unit of height, for bumps with slope deviation .25 and for grooves of 4 mm.
+/// The metres per unit of height, for bumps with slope deviation .25 and for grooves of 4 mm.
 const DEPTHS: [(&str, f32); 2] = [("rugged", 0.25 * SPHERE_REPEAT), ("scratched", 0.004)];
-/// Width of the bumps, as a fraction of a repeat.
+/// The width of the bumps, as a fraction of a repeat.
 const FEATURE: f32 = 0.006;
-/// A view of a displaced sphere.
 #[derive(Clone, Copy)]
 struct Viewpoint {
     name: &'static str,
-    /// Truth pixels per picture pixel along an axis, which is also the distance relative to the middle view; 1 is the near view.
+    /// The number of truth pixels per picture pixel along an axis, which is also the distance relative to the middle view.
+    /// The near view has 1.
     block: u32,
-    /// Whether bumps shadow each other in the truth, and by default in the compared pictures. If false, neither has these shadows.
+    /// Whether bumps shadow each other in the truth. By default, the compared pictures have the same shadows.
     shadowed: bool,
-    /// Samples per truth pixel, over all reliefs.
+    /// The number of samples per truth pixel, over all reliefs.
     samples: u32,
-    /// Number of averaged reliefs.
+    /// The number of reliefs that are averaged.
     reliefs: u32,
 }
 
-/// Views of the spheres. Far pictures are 14 pixels wide: a pixel of the sphere covers some 3,600 texels of relief.
+/// The views of the spheres. Far pictures are 14 pixels wide, so a pixel of the sphere covers about 3,600 texels of relief.
 const VIEWPOINTS: [Viewpoint; 3] = [
     Viewpoint { name: "near", block: 1, shadowed: false, samples: 64, reliefs: 1 },
     Viewpoint { name: "far", block: 14, shadowed: false, samples: 64, reliefs: 8 },
     Viewpoint { name: "far, shadowed", block: 14, shadowed: true, samples: 32, reliefs: 8 },
 ];
 
-/// A measured material and its fit.
 struct Specimen {
     name: String,
     material: Box<dyn Brdf + Sync>,
     fit: Fit,
 }
 
-/// Errors of spheres of one material.
 #[derive(Serialize)]
 struct SphereRow {
     material: String,
@@ -86,20 +85,19 @@ struct SphereRow {
     delta_e: f64,
 }
 
-/// Errors of one displaced sphere.
 #[derive(Serialize)]
 struct DisplacedRow {
     material: String,
     relief: &'static str,
     place: &'static str,
     form: &'static str,
-    /// Error of the mean over all reliefs.
+    /// The error of the mean over all reliefs.
     rrmse: f64,
     bias: f64,
     noise: f64,
-    /// Mean error of single reliefs.
+    /// The mean error of single reliefs.
     rrmse_of_one: f64,
-    /// Error of the filter ([`without_relief_noise`]).
+    /// The error of the filter ([`without_relief_noise`]).
     rrmse_of_filter: f64,
 }
 
@@ -233,7 +231,8 @@ fn compared(
     Ok(rows)
 }
 
-/// Returns a relief for a repeat of the sphere. Its texels resolve its bumps, but a distant pixel covers hundreds of bumps.
+/// Returns a relief for one repeat of the sphere. The texels resolve the bumps, but a distant pixel covers hundreds of
+/// bumps.
 fn relief_of(studio: &Studio, kind: &str, seed: u32) -> HeightMap {
     let side = studio.pick(256, 1024);
     match kind {
@@ -242,7 +241,7 @@ fn relief_of(studio: &Studio, kind: &str, seed: u32) -> HeightMap {
     }
 }
 
-/// Techniques compared with the truth, with the lobes of the fit or with one lobe.
+/// The techniques that are compared with the truth. Each uses the lobes of the fit, or one lobe.
 const FORMS: [(&str, Technique, bool); 4] = [
     ("LEADR, lobes of the fit", Technique::Leadr, true),
     ("LEADR, one Beckmann lobe", Technique::Leadr, false),
@@ -250,7 +249,7 @@ const FORMS: [(&str, Technique, bool); 4] = [
     ("Blinn-Phong", Technique::BlinnPhong, true),
 ];
 
-/// A truth and the pictures compared with it.
+/// A truth, and the pictures that are compared with it.
 struct Compared {
     truth: Shot,
     forms: Vec<Shot>,
@@ -264,7 +263,7 @@ impl Compared {
         Ok(Self { truth, forms: (0..FORMS.len()).map(form).collect::<Result<_, _>>()? })
     }
 
-    /// Returns the relative RMSE and bias of each form, inside the outline, because antialiasing of the outline is not compared.
+    /// Returns the relative RMSE and bias of each form. The antialiased outline is excluded.
     fn errors(&self, far: bool) -> Result<Vec<(f64, f64)>, MapFault> {
         let RgbImage { width, height, .. } = self.truth.image;
         let filled = Mask::covered(width, height, &self.truth.coverage, 0.999)?;
@@ -276,7 +275,7 @@ impl Compared {
     }
 }
 
-/// Renders a sphere of one relief in a view.
+/// Renders a sphere with one relief in a view.
 fn shown_at(
     studio: &Studio,
     viewpoint: Viewpoint,
@@ -286,7 +285,7 @@ fn shown_at(
     of_one: &mut Subject,
 ) -> Result<Compared, LabError> {
     let views = of_lobes.stage.views;
-    // Far pictures are block means.
+    // Pixels of far pictures are means of blocks.
     let far = viewpoint.block > 1;
     let camera = if far { framed_from(&views.mid, viewpoint.block as f32) } else { views.near };
     let side = if far { studio.pick(8, 14) } else { studio.pick(112, 196) };

@@ -1,4 +1,4 @@
-//! Shows the pictures where LEADR is furthest from the truth, and the causes of their errors.
+//! Shows the pictures in which LEADR has the largest errors, and the causes of these errors.
 
 use crate::report::case::Case;
 use crate::report::section::Section;
@@ -12,7 +12,6 @@ const INTRO: &str = "The worst pictures of LEADR in the sections above, by relat
     Errors on the silhouette are aliasing and bumps lost by the coarse geometry. A remaining even bias comes from the model's masking and \
     shadowing or from its Gaussian slopes.";
 
-/// Number of pictures in the section.
 const SHOWN: usize = 12;
 
 pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
@@ -53,7 +52,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     Section::new(INTRO, findings, &html, &cases)
 }
 
-/// Returns likely causes of the error, derived from the numbers, strongest first.
+/// Returns the likely causes of the error, derived from the numbers. The strongest cause comes first.
 fn explain(case: &Case, all: &[Case]) -> Vec<String> {
     let mut why = Vec::new();
     let same =

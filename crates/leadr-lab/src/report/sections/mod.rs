@@ -1,4 +1,4 @@
-//! The sections of the report, with one file and one table row for each.
+//! The sections of the report. Each has one file, and one row in the table.
 
 mod bench;
 mod colour;
@@ -30,13 +30,13 @@ use leadr_tools::error::LabError;
 /// A section of the report, as one row of [`SECTIONS`].
 #[derive(Clone, Copy, Debug)]
 pub struct SectionEntry {
-    /// Name on the command line and in the data.
+    /// The name on the command line and in the data.
     pub key: &'static str,
-    /// Description for the command's help.
+    /// The description in the command's help.
     pub help: &'static str,
-    /// Heading on the page.
+    /// The heading on the page.
     pub title: &'static str,
-    /// Whether the section judges pictures of other sections, and so must be rebuilt with any of them.
+    /// Whether the section judges pictures of other sections. A judging section must be rebuilt after any judged section.
     pub judges_others: bool,
     run: fn(&mut Studio) -> Result<Section, LabError>,
 }
@@ -208,7 +208,7 @@ impl SectionEntry {
     /// Builds the section.
     ///
     /// # Errors
-    /// If the device fails or a measurement is not finite.
+    /// Fails if the device fails or a measurement is not finite.
     pub fn run(&self, studio: &mut Studio) -> Result<Section, LabError> {
         (self.run)(studio)
     }

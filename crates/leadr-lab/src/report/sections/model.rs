@@ -1,4 +1,4 @@
-//! Measures errors of the model's masking and shadowing against ray-cast surfaces.
+//! Measures errors of the model's masking and shadowing by comparison with ray-cast surfaces.
 
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 
@@ -24,7 +24,6 @@ const INTRO: &str = "Ray casts against random surfaces with Gaussian slopes, inc
     the RMS of the truth. Facets are white and diffuse, or perfect mirrors; light is reflected once. The truth comes from a few random \
     surfaces; the last column gives its noise.";
 
-/// Lighting of a patch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Light {
     Front,
@@ -48,7 +47,7 @@ impl Light {
         }
     }
 
-    /// Returns the direction of a directional light for a viewer at polar angle `theta` and azimuth 0.
+    /// Returns the direction of a directional light. The viewer is at polar angle `theta` and azimuth 0.
     fn direction(self, theta: f64) -> Option<DVec3> {
         match self {
             Self::Front => Some(polar(theta, 0.0)),
@@ -73,7 +72,6 @@ fn polar(theta: f64, phi: f64) -> DVec3 {
     DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
 }
 
-/// Errors for one light on one roughness.
 #[derive(Debug, Serialize)]
 struct Measured {
     light: &'static str,
@@ -81,9 +79,9 @@ struct Measured {
     masking: f64,
     smith: f64,
     correlated: f64,
-    /// Error of one irradiance lookup along a bent normal instead of an integral.
+    /// The error if one irradiance lookup along a bent normal replaces the integral.
     bent_normal: Option<f64>,
-    /// Relative noise of the truth.
+    /// The relative noise of the truth.
     noise: f64,
 }
 
@@ -108,7 +106,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     Section::new(INTRO, findings, &html, &measured)
 }
 
-/// Computes the model's radiance for one view with each shadowing model, and with the bent normal if it applies.
+/// Computes the model's radiance for one view with each shadowing model, and with the bent normal if applicable.
 fn model(light: Light, theta: f64, s: DVec3) -> ([f64; 3], Option<f64>) {
     let (wo, m) = (polar(theta, 0.0), DVec2::ZERO);
     let cholesky = slope_cholesky(s);
@@ -122,7 +120,8 @@ fn model(light: Light, theta: f64, s: DVec3) -> ([f64; 3], Option<f64>) {
             (lit(wi).map(|share| unshadowed * share), None)
         }
         Light::DiffuseEnvironment => {
-            // A directional light may come from anywhere. Below the mesosurface, it passes only with masking alone.
+            // A directional light may come from any direction. Light from below the mesosurface passes only with masking
+            // alone.
             let mut sums = [0.0; 3];
             for (z, weight) in composite_gauss(0.0, 1.0, 1, 16) {
                 const AROUND: u32 = 32;
@@ -158,7 +157,7 @@ fn measure(light: Light, sigma: f64, views: u32, rays: u32, tiles: &[Tile]) -> M
     let (mut squares, mut bent, mut truth_squares, mut noise_squares) = ([0.0f64; 3], 0.0, 0.0f64, 0.0f64);
     let mut has_bent = false;
     for view in 0..views {
-        // The views have equal areas in a sphere's picture.
+        // Each view covers an equal area in the picture of a sphere.
         let theta = ((f64::from(view) + 0.5) / f64::from(views)).sqrt().asin();
         let casts: Vec<f64> = tiles
             .iter()

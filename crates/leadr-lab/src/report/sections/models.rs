@@ -17,7 +17,7 @@ const INTRO: &str = "Every glTF model of the shared data gets a rough height map
     pixel, the displaced surface must cover the pixel. A deeper pixel is a crack, unless bumps at an outline may have uncovered a gap \
     between two parts. LEADR_SHARED is the folder of the models.";
 
-/// Folders of the shared data that contain models.
+/// The folders of the shared data that contain models.
 const FOLDERS: [&str; 2] = ["creatures", "gltf"];
 
 #[derive(Debug, Serialize)]
@@ -34,7 +34,7 @@ struct Models {
     distances: [f32; 3],
     size: (u32, u32),
     rows: Vec<Row>,
-    /// Names of files without triangles, and the reason for each.
+    /// The names of files without triangles, and the reason for each.
     left_out: Vec<String>,
 }
 
@@ -53,7 +53,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     Section::new(INTRO, findings(&models), &shown(&models), &models)
 }
 
-/// Searches a file for cracks. Returns the result or the reason for skipping the file.
+/// Searches a file for cracks. Returns the result, or the reason why the file is skipped.
 fn searched(
     studio: &Studio,
     file: &Path,
@@ -75,7 +75,7 @@ fn searched(
     Ok(Ok((triangles, found)))
 }
 
-/// Returns the models of the shared data with their relative names, sorted.
+/// Returns the models of the shared data with their relative names, in sorted order.
 fn files() -> Vec<(String, PathBuf)> {
     let Some(data) = std::env::var_os("LEADR_SHARED").map(|root| Path::new(&root).join("data")) else {
         return Vec::new();

@@ -1,4 +1,4 @@
-//! Measures normal maps together with heights, and alone on smooth geometry.
+//! Measures normal maps in combination with heights, and normal maps alone on smooth geometry.
 
 use glam::{Vec2, Vec3};
 use serde::Serialize;
@@ -27,7 +27,7 @@ const INTRO: &str = "First, heights at a quarter of the resolution with normals 
     other (thesis section 5.2 and Table 2.IV). Also shown: the displaced spheres of the middle row, and the displaced-surface model \
     applied to a normal map.";
 
-/// Texels along a side of the full heights. The coarse heights have a quarter as many.
+/// The number of texels along a side of the full heights. The coarse heights have a quarter as many.
 const FULL: u32 = 512;
 const METRES: f32 = 2.0;
 const DISTANCES: [f32; 3] = [1.5, 6.0, 24.0];

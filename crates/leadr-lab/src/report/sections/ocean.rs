@@ -1,4 +1,5 @@
-//! Measures the sea: LEADR Figure 10 against ray-marched truth, and flicker while the camera or the waves move.
+//! Measures the sea. LEADR Figure 10 is compared with a ray-marched truth, and flicker is measured while the camera or the
+//! waves move.
 
 use glam::Vec3;
 use serde::Serialize;
@@ -28,9 +29,9 @@ const INTRO: &str = "The open sea of the ocean scene, under a wind of 8 m/s, see
     the sea's interior, without the horizon. Changes are per pixel between successive pictures, as fractions of the sea's mean radiance. \
     Excess is a technique's change beyond the truth, pixel by pixel. The change of the truth includes its own noise, which is listed.";
 
-/// Frames per second of the animation.
+/// The number of frames per second of the animation.
 const FPS: f64 = 24.0;
-/// Field of view of the camera that looks at the horizon, degrees.
+/// The field of view in degrees of the camera that looks at the horizon.
 const TELEPHOTO: f32 = 6.0;
 
 #[derive(Debug, Serialize)]
@@ -38,17 +39,15 @@ struct Picture {
     view: &'static str,
     look: String,
     errors: Errors,
-    /// Relative noise of the truth.
     noise: f64,
 }
 
-/// Changes of one configuration over a sequence.
 #[derive(Debug, Default, Serialize)]
 struct Track {
     look: String,
-    /// Mean and largest change of a pixel in each step.
+    /// The mean and largest change of a pixel in each step.
     change: Vec<[f64; 2]>,
-    /// Mean and largest change of a pixel in each step, beyond the truth's change.
+    /// The mean and largest change of a pixel in each step, beyond the change of the truth.
     excess: Vec<[f64; 2]>,
 }
 
@@ -57,7 +56,7 @@ struct Sequence {
     name: &'static str,
     size: (u32, u32),
     samples: u32,
-    /// Changes of the truth, of its noise, and of every configuration.
+    /// The changes of the truth, of its noise, and of every configuration.
     tracks: Vec<Track>,
 }
 
@@ -66,12 +65,13 @@ struct Data {
     pictures: Vec<Picture>,
     zoom: Sequence,
     animation: Sequence,
-    /// Number of animation frames of `every_frame`, which has the mean and the largest change of every configuration.
+    /// The number of animation frames of `every_frame`, which has the mean and the largest change of every configuration.
     frames: u32,
     every_frame: Vec<(String, [f64; 2])>,
 }
 
-/// Returns a camera toward the default sun from `height`, at a sea point `distance` away. The field of view is in degrees.
+/// Returns a camera that looks towards the default sun from `height`, at a point of the sea `distance` away. The field of
+/// view is in degrees.
 fn toward_the_sun(height: f32, distance: f32, fov: f32) -> Camera {
     let (sin, cos) = (-0.7f32).sin_cos();
     Camera::looking_at(Vec3::Z * height, Vec3::new(cos, sin, 0.0) * distance, fov)
@@ -121,7 +121,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     Section::new(INTRO, findings(&data), &html, &data)
 }
 
-/// Renders Figure 10: every configuration at four distances.
+/// Renders Figure 10, which shows every configuration at four distances.
 fn figures(
     studio: &mut Studio,
     subject: &mut Subject,
@@ -172,7 +172,8 @@ fn figures(
     Ok(pictures)
 }
 
-/// Measures changes between pictures within each run of times and cameras. `ratio` is the ratio of neighbouring distances.
+/// Measures the changes between successive pictures, for each run of times and cameras. `ratio` is the ratio of neighbouring
+/// distances.
 fn sequence(
     studio: &Studio,
     subject: &mut Subject,
@@ -227,7 +228,7 @@ fn add_step(tracks: &mut [Track], before: &[Shot], after: &[Shot], ratio: f64) -
     Ok(())
 }
 
-/// Returns the sea's interior in both pictures, in the frame of the second picture.
+/// Returns the interior of the sea that both pictures show, in the frame of the second picture.
 fn seen_by_both(before: &Shot, after: &Shot, ratio: f64) -> Result<Mask, LabError> {
     let (now, then) = (after.interior().map_err(fault)?, before.interior().map_err(fault)?);
     let flags = then.inside.iter().map(|&inside| [f32::from(u8::from(inside)); 3]).collect();
@@ -267,7 +268,7 @@ fn all_frames(
     Ok(configs.iter().map(|l| l.name.clone()).zip(sums).collect())
 }
 
-/// Returns the mean of the steps' mean changes, and the largest change of all steps.
+/// Returns the mean over steps of the mean change, and the largest change of all steps.
 fn summary(steps: &[[f64; 2]]) -> [f64; 2] {
     let mean = steps.iter().map(|s| s[0]).sum::<f64>() / steps.len().max(1) as f64;
     [mean, steps.iter().map(|s| s[1]).fold(0.0, f64::max)]

@@ -1,4 +1,4 @@
-//! Compares leadr with pictures from an independent renderer.
+//! Compares LEADR with pictures from an independent renderer.
 
 use serde::Serialize;
 
@@ -20,16 +20,15 @@ const INTRO: &str = "Smooth spheres, a flat plane and reliefs under panoramas: o
     comes from the environment only, specular and diffuse separately. The noise of the truth is per pixel; that of its blocks is two to \
     three times lower. Panoramas and height maps of the shared data are drawn if LEADR_SHARED contains them; the others are generated.";
 
-/// Atlas tile size of the smooth sphere, whose maps are empty.
+/// The size of atlas tiles for the smooth sphere, whose maps are empty.
 const TILE: u32 = 8;
 
-/// Measured errors of one case.
 #[derive(Clone, Debug, Serialize)]
 struct Measured {
     name: String,
     rrmse: f64,
     bias: f64,
-    /// Error of the paper's 5 × 5 grid, for specular cases.
+    /// The error of the paper's 5 × 5 grid, for specular cases.
     grid_rrmse: Option<f64>,
     noise: f64,
 }
@@ -63,13 +62,13 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     Section::new(INTRO, findings(&measured, missing), &html, &measured)
 }
 
-/// Whether a case is in a quick report, which has a few cases that need no shared data.
+/// Whether a quick report includes the case. A quick report has a few cases that need no shared data.
 fn is_quick(case: &OutsideCase) -> bool {
     let ready = ["pixel", "tubes", "lamps", "checks"].contains(&case.panorama.as_str()) && case.relief == "studs";
     ready && (case.group() != "sphere" || case.alpha == 0.1 || case.terms == "diffuse") && !case.name.contains("/near/")
 }
 
-/// Renders a case and compares it with the truth. Returns `None` if its panorama or relief is missing.
+/// Renders a case and compares it with the truth. Returns `None` if the panorama or relief is missing.
 fn measure(studio: &Studio, truth: &OutsideTruth) -> Result<Option<Measured>, LabError> {
     let OutsideTruth { case, image, mask } = truth;
     let (Some(light), Some(mut heights)) = (panorama(&case.panorama)?, relief(&case.relief)?) else { return Ok(None) };

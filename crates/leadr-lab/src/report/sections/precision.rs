@@ -1,4 +1,4 @@
-//! Measures picture errors from slopes stored in 16 bits or in compressed blocks.
+//! Measures picture errors when slopes are stored in 16 bits or in compressed blocks.
 
 use serde::Serialize;
 
@@ -23,30 +23,28 @@ const INTRO: &str = "One sample of leadr at its default settings under the sky, 
     (--map-precision f16), from a 16-bit file, and from a block-compressed one (leadr bake --format f16, bc). Errors are relative RMSE \
     against 32 bits. Scanned height maps are drawn if LEADR_SHARED contains them.";
 
-/// Largest acceptable picture error for slopes in 16 bits.
+/// The largest acceptable picture error for slopes in 16 bits.
 const MOST_F16: f64 = 1e-3;
 const MOST_BC: f64 = 1e-2;
 
-/// Errors of one picture.
 #[derive(Clone, Debug, Serialize)]
 struct Measured {
     scene: String,
     view: &'static str,
     on_device: f64,
-    /// Error with moments from a 16-bit file, which only planes use.
+    /// The error with moments from a 16-bit file, for planes only.
     f16_file: Option<f64>,
     bc_file: Option<f64>,
 }
 
-/// Sizes of a map's files.
 #[derive(Clone, Debug, Serialize)]
 struct Sizes {
     map: String,
-    /// Bytes of all levels per texel of the finest level.
+    /// The number of bytes of all levels per texel of the finest level.
     f32: f64,
     f16: f64,
     bc: f64,
-    /// Largest variance error on any level.
+    /// The largest variance error on any level.
     f16_variance: f64,
     bc_variance: f64,
 }
@@ -174,7 +172,6 @@ fn baked(map: &HeightMap, precision: Precision) -> Result<Baked, LabError> {
     made
 }
 
-/// Names of the views of a stage.
 const VIEWS: [&str; 3] = ["near", "mid", "far"];
 
 fn shoot(studio: &Studio, stage: Stage, format: MomentFormat, time: f64) -> Result<Vec<RgbImage>, LabError> {
@@ -189,8 +186,8 @@ fn shoot(studio: &Studio, stage: Stage, format: MomentFormat, time: f64) -> Resu
     shots.collect()
 }
 
-/// Computes picture errors of every view. `shots` has pictures with 32 bits, 16 bits on the device, a 16-bit file and blocks, in this
-/// order.
+/// Computes picture errors of every view. `shots` has the pictures of moments in 32 bits, in 16 bits on the device, from a
+/// 16-bit file and in blocks, in this order.
 fn measure(scene: &str, shots: &[Vec<RgbImage>]) -> Result<Vec<Measured>, LabError> {
     let error = |shot: Option<&Vec<RgbImage>>, view: usize| {
         shot.map(|shot| rrmse(&shots[0][view], &shot[view]).map_err(fault)).transpose()

@@ -1,4 +1,5 @@
-//! Compares the rules for integrals over visible slopes with converged integrals, and measures their smoothness in slow sweeps.
+//! Compares the rules for integrals over visible slopes with converged integrals, and measures how smooth the rules are in
+//! slow sweeps.
 
 use serde::Serialize;
 
@@ -18,7 +19,6 @@ const INTRO: &str = "Every rule on random surfaces, viewers and environments aga
     light's irradiance over π. Errors of specular light are relative to the true radiance, or to 1 if that is larger. Classes are by \
     the larger slope deviation σ. The bench's section lists the times of the rules.";
 
-/// Data of one table.
 #[derive(Debug, Serialize)]
 struct Study {
     name: &'static str,
@@ -44,7 +44,7 @@ impl From<Row> for Measured {
     }
 }
 
-/// Largest step and largest second difference of a rule along a path.
+/// The largest step and the largest second difference of a rule along a path.
 #[derive(Debug, Serialize)]
 struct Sweep {
     integral: &'static str,
@@ -167,10 +167,10 @@ fn sweep_table(sweeps: &[Sweep]) -> Table {
     table
 }
 
-/// Names of the default rules.
 const DEFAULTS: [&str; 2] = ["visible 2 terms", "rings of 16"];
 
-/// Returns findings for each integral: the largest second difference over all sweeps with the default rule, and with the paper's grid.
+/// Returns a finding for each integral, which compares the default rule with the paper's grid by the largest second
+/// difference over all sweeps.
 fn sweep_findings(sweeps: &[Sweep]) -> Vec<String> {
     let mut integrals: Vec<&'static str> = sweeps.iter().map(|sweep| sweep.integral).collect();
     integrals.sort_unstable();

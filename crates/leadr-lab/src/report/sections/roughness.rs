@@ -1,4 +1,4 @@
-//! Measures the filtering of two roughnesses on one surface with one sample.
+//! Measures how one sample filters a surface that has two roughnesses.
 
 use glam::Vec3;
 use serde::Serialize;
@@ -24,13 +24,11 @@ const INTRO: &str = "A chequered floor with the roughnesses .1 and .6 reflects t
     filter. The goal is an error of at most a quarter of the old filter's.";
 
 const ALPHAS: [f32; 2] = [0.1, 0.6];
-/// Threshold between the two roughnesses.
 const THRESHOLD: f32 = 0.25;
 const TEXELS: u32 = 64;
-/// Camera distances, metres. A pixel is .8 to 6.4 squares wide.
+/// The camera distances in metres. A pixel is .8 to 6.4 squares wide.
 const DISTANCES: [f32; 6] = [6.0, 9.0, 12.0, 18.0, 24.0, 48.0];
 
-/// Filter that is applied to the roughness.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 enum Filtered {
     TwoLobes,
@@ -74,7 +72,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let reflected = Vec3::new(-sun.x, -sun.y, sun.z);
     let (mut html, mut entries, mut findings) = (Html::new(), Vec::new(), Vec::new());
     for distance in DISTANCES {
-        // Every picture shows the same part of the floor; more distant cameras use fewer pixels.
+        // Every picture shows the same part of the floor, so more distant cameras use fewer pixels.
         let pixels = (size as f32 * 6.0 / distance) as u32;
         let camera = Camera::looking_at(distance * reflected, Vec3::ZERO, 30.0 * 6.0 / distance);
         let views = Views { near: camera, mid: camera, far: camera };

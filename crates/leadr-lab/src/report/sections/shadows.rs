@@ -1,4 +1,4 @@
-//! Measures shadows between bumps: the truth with and without them, and the closest of LEADR's shadowing models.
+//! Compares truths with and without shadows between bumps, and the closest of LEADR's shadowing models.
 
 use crate::report::case::Case;
 use crate::report::configuration::Configuration;
@@ -79,7 +79,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         html.table(&table);
     }
     let section = Section::new(INTRO, findings, &html, &cases)?;
-    // Masking and Smith are shown for comparison; the worst pictures are selected among recommended settings.
+    // Masking and Smith are shown only for comparison. The section of the worst pictures takes recommended settings only.
     studio.cases.extend(cases.into_iter().filter(|case| case.look.ends_with(Shadowing::Correlated.name())));
     Ok(section)
 }

@@ -1,4 +1,4 @@
-//! Renders deforming surfaces with fixed maps, and shapes made by displacement (LEADR's Figures 5 and 9).
+//! Renders deforming surfaces with fixed maps, and shapes that displacement creates (LEADR's Figures 5 and 9).
 
 use crate::report::case::Case;
 use crate::report::configuration::Configuration;
@@ -39,7 +39,6 @@ const HEAD: [&str; 9] = [
     "noise of the truth",
 ];
 
-/// A case and the name of its group.
 struct Measured {
     group: &'static str,
     case: Case,
@@ -88,7 +87,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     Ok(section)
 }
 
-/// Compares a picture with the truth. Returns the cells of a table row after the first, and the case.
+/// Compares a picture with the truth. Returns the case, and the cells of a table row after the first.
 fn photograph(
     studio: &mut Studio,
     subject: &mut Subject,

@@ -31,7 +31,7 @@ const INTRO: &str = "Spheres whose heights are Gaussian noise with known slopes 
 
 const EXPOSURE: f32 = 0.8;
 
-/// A light with its pair of the supplement's tables.
+/// A light, and its pair of tables in the supplement.
 struct Light {
     lighting: Lighting,
     terms: Terms,
@@ -60,7 +60,6 @@ const LIGHTS: [Light; 3] = [
     },
 ];
 
-/// Errors of one picture of a table.
 #[derive(Clone, Debug, Serialize)]
 struct Entry {
     table: &'static str,
@@ -71,11 +70,11 @@ struct Entry {
     normal_map_inside: Errors,
     displacement: Errors,
     displacement_inside: Errors,
-    /// Relative noise of the displacement-map truth in the interior.
+    /// The relative noise of the displacement-map truth in the interior.
     noise: f64,
 }
 
-/// Returns groups of roughness pairs with the same ratio, which share a baked surface.
+/// Returns groups of roughness pairs. The pairs of a group have the same ratio and share a baked surface.
 fn groups(quick: bool) -> Vec<(f32, Vec<Vec2>)> {
     let mut groups: Vec<(f32, Vec<Vec2>)> = Vec::new();
     let pairs = ISOTROPIC.iter().map(|&s| Vec2::splat(s)).chain(ANISOTROPIC);
@@ -91,7 +90,8 @@ fn groups(quick: bool) -> Vec<(f32, Vec<Vec2>)> {
     groups
 }
 
-/// Returns the configurations compared with the truth. A quick run skips the largest grid, which takes most of the time.
+/// Returns the configurations that are compared with the truth. A quick run skips the largest grid, which takes most of the
+/// time.
 fn configs(quick: bool) -> Vec<Configuration> {
     let mut configs = vec![
         Configuration::grid(5),
@@ -134,7 +134,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         let head = head.into_iter().chain(configs(studio.quick).into_iter().map(|l| l.name));
         let mut table = Table::new(light.title, head);
         let mut of_light: Vec<_> = rows.iter().filter(|r| r.0 == light.key).collect();
-        // Isotropic rows come first, followed by the supplement's order.
+        // Isotropic rows come first. The anisotropic rows are in the supplement's order.
         of_light.sort_by(|a, b| {
             let order = |s: Vec2| (s.x != s.y, s.x, s.y);
             order(a.1).partial_cmp(&order(b.1)).unwrap_or(std::cmp::Ordering::Equal)
@@ -162,7 +162,7 @@ fn cell(
     let size = studio.pick(64, 128);
     let (turns, samples) = studio.pick((6u32, 2), (16, 4));
     let camera = subject.stage.views.mid;
-    // Returns the mean over rotations. Its two halves estimate its noise.
+    // Returns the mean over rotations, whose two halves estimate the noise of the mean.
     let mut shoot = |settings: RenderSettings| -> Result<Shot, LabError> {
         let mut halves = [Vec::new(), Vec::new()];
         for turn in 0..turns {
@@ -179,7 +179,7 @@ fn cell(
     let mut truths: Vec<(Truth, u32, Shot)> = Vec::new();
     let mut cells = Vec::new();
     for truth in [Truth::NormalMap, Truth::Displacement] {
-        // Normal-map truth is cheap, because its geometry is smooth, but it aliases more.
+        // The normal-map truth has more samples, because it aliases more, and its smooth geometry is cheap to draw.
         let samples = if truth == Truth::NormalMap { 4 * samples } else { samples };
         let mut settings = truth.settings((size, size), samples, 1);
         settings.shading = settings.shading.adjusted(|options| ShadingOptions { terms: light.terms, ..options });
@@ -261,7 +261,7 @@ fn findings(light: &Light, configs: &[Configuration], entries: &[Entry]) -> Vec<
     let listed: Vec<String> = names.iter().map(|name| format!("{name} {}", number(rms(name)))).collect();
     let mut findings =
         vec![format!("{}: root mean square of rRMSE inside over all rows: {}.", light.title, listed.join(", "))];
-    // With the largest grid, only the model's error remains.
+    // On the largest grid, the only error left is the error of the model.
     let converged = configs.iter().rev().find(|l| l.is_grid());
     let rows = converged.map_or(Vec::new(), |config| of(&config.name));
     let error = |e: &&Entry| e.displacement_inside.rrmse;

@@ -1,4 +1,4 @@
-//! Measures the required number of slope samples (table 10 of the LEADR supplement).
+//! Measures how many slope samples are required (table 10 of the LEADR supplement).
 
 use glam::Vec2;
 use serde::Serialize;
@@ -20,15 +20,13 @@ const INTRO: &str = "Mirror facets in the studio at several roughnesses: the pap
     with few probes, all compared with the 128×128 grid on the same surface. The error is that of the quadrature alone: relative RMSE \
     inside the silhouette.";
 
-/// Exposure of the pictures.
 const EXPOSURE: f32 = 0.8;
 
-/// Errors of one rule at one roughness.
 #[derive(Debug, Serialize)]
 struct Entry {
     sigma: [f32; 2],
     look: String,
-    /// Environment lookups per pixel.
+    /// The number of environment lookups per pixel.
     fetches: u32,
     rrmse: f64,
     flip: f64,
@@ -62,7 +60,7 @@ fn name_of(sigma: [f32; 2]) -> String {
     if sigma[0] == sigma[1] { format!("σ {}", sigma[0]) } else { format!("σ {}, {}", sigma[0], sigma[1]) }
 }
 
-/// Renders the pictures, plot and numbers of one roughness.
+/// Renders the pictures for one roughness, and returns its plot and numbers.
 fn roughness(
     studio: &mut Studio,
     sigma: [f32; 2],
@@ -125,7 +123,7 @@ fn table(sigmas: &[[f32; 2]], configs: &[(Configuration, u32)], entries: &[Entry
     table
 }
 
-/// Returns the RMS error over roughnesses with few probes, compared with the paper's 5×5 grid.
+/// Returns findings about the RMS error over all roughnesses, for few probes and for the paper's 5×5 grid.
 fn findings(entries: &[Entry]) -> Vec<String> {
     let rms = |look: &str| {
         let of: Vec<f64> = entries.iter().filter(|e| e.look == look).map(|e| e.rrmse).collect();

@@ -1,4 +1,4 @@
-//! Compares every technique on the rough sphere at several distances with the supersampled surface.
+//! Compares every technique with the supersampled surface, on the rough sphere at several distances.
 
 use crate::report::case::Case;
 use crate::report::configuration::Configuration;
@@ -93,7 +93,6 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     Ok(section)
 }
 
-/// Truths for both base materials.
 struct Truths {
     beckmann: Shot,
     ggx: Shot,
@@ -119,7 +118,7 @@ impl Truths {
     }
 }
 
-/// Finds the technique closest to the truth at a distance, and compares the others.
+/// Finds the technique that is closest to the truth at a distance, and compares all others with this technique.
 fn findings(configs: &[Configuration], lines: &[Vec<(f64, f64)>]) -> Vec<String> {
     let mut far: Vec<(&str, f64)> =
         configs.iter().zip(lines).filter_map(|(config, line)| Some((config.name.as_str(), line.last()?.1))).collect();

@@ -1,4 +1,4 @@
-//! Compares normal map filters on scanned surfaces at several distances by error, flicker, memory and time.
+//! Compares filters of normal maps on scanned surfaces at several distances, by error, flicker, memory and time.
 
 use glam::Vec3;
 use serde::Serialize;
@@ -32,9 +32,9 @@ const INTRO: &str = "A plane under the sky and its sun as a normal map in each m
     those of the finest level that a filter reads instead of plain normals and roughness, as 16-bit floats and, if the baker has them, as \
     compressed blocks. Times are device milliseconds for these pictures.";
 
-/// Compared techniques, with bytes per texel in 16-bit floats and in blocks.
+/// The compared techniques, each with its bytes per texel in 16-bit floats and in blocks.
 const FILTERS: [(Technique, f64, Option<f64>); 7] = [
-    // The filter stores two channels of normals and one of roughness, in blocks as BC5 and BC4.
+    // The filter stores two channels of normals (BC5 in blocks) and one channel of roughness (BC4 in blocks).
     (Technique::NormalMip, 6.0, Some(1.5)),
     (Technique::Toksvig, 8.0, None),
     (Technique::Gloss, 6.0, Some(1.5)),
@@ -44,7 +44,7 @@ const FILTERS: [(Technique, f64, Option<f64>); 7] = [
     (Technique::LeadrGgx, 12.0, Some(9.0)),
 ];
 
-/// Camera distances from the plane, metres.
+/// The camera distances from the plane in metres.
 const DISTANCES: [f32; 5] = [1.0, 2.5, 6.0, 12.0, 24.0];
 const FIELD: f32 = 10.0;
 
@@ -95,7 +95,6 @@ fn camera(distance: f32, moved: f32) -> Camera {
     Camera::looking_at(target + Vec3::new(0.0, -0.8, 0.6) * distance, target, FIELD)
 }
 
-/// Returns the settings of a filter on a normal map.
 fn filtered(technique: Technique, size: u32) -> RenderSettings {
     let mapped = |options: ShadingOptions| ShadingOptions { shadowing: Shadowing::NormalMap, ..options };
     RenderSettings {
@@ -181,7 +180,7 @@ fn mean(image: &RgbImage) -> f64 {
     (values.iter().map(|&v| f64::from(v)).sum::<f64>() / values.len() as f64).max(1e-9)
 }
 
-/// Adds the table of all results, and returns its findings.
+/// Adds the table of all results to the page, and returns the findings.
 fn findings(rows: &[Row], surfaces: &[String], html: &mut Html) -> Vec<String> {
     let of = |technique: Technique, keep: &dyn Fn(&Row) -> bool, value: fn(&Row) -> f64| {
         let values = rows.iter().filter(|row| row.filter == technique.name() && keep(row)).map(value);

@@ -24,17 +24,16 @@ const INTRO: &str = "The camera moves away from the rough sphere in small steps,
     a GGX base is compared with the reference of that base. All numbers are over the interior of the sphere and relative to its mean \
     radiance.";
 
-/// Changes of one technique over the sweep.
 #[derive(Debug, Serialize)]
 struct Track {
     look: String,
-    /// Mean flicker per pixel in every step.
+    /// The mean flicker per pixel in every step.
     mean: Vec<f64>,
-    /// Largest flicker of a pixel in every step.
+    /// The largest flicker of a pixel in every step.
     max: Vec<f64>,
-    /// Mean change per pixel in every step, including the reference's own change.
+    /// The mean change per pixel in every step, including the change of the reference.
     own_mean: Vec<f64>,
-    /// Largest change of a pixel in every step, including the reference's own change.
+    /// The largest change of a pixel in every step, including the change of the reference.
     own_max: Vec<f64>,
 }
 
@@ -56,7 +55,8 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let mut subject = Subject::rock(studio, studio.pick(16, 32))?;
     let configs = Configuration::techniques();
     studio.steps(distances.len());
-    // Each row has the pictures of one step: the reference, one half of it, every configuration, and the reference of a GGX base.
+    // Each row has the pictures of one step: the reference, one half of the reference, every configuration, and the
+    // reference of a GGX base.
     let mut rows: Vec<Vec<Shot>> = Vec::new();
     for &distance in &distances {
         let state = subject.seen_by(&subject.stage.views.mid.at_distance(distance as f32));
@@ -102,7 +102,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     Ok(section)
 }
 
-/// Returns the object's interior in both pictures, in the frame of the second picture.
+/// Returns the interior of the object that both pictures show, in the frame of the second picture.
 fn seen_by_both(before: &Shot, after: &Shot, ratio: f64) -> Result<Mask, LabError> {
     let (width, height) = (before.image.width, before.image.height);
     let inside = before.interior().map_err(fault)?;

@@ -1,4 +1,5 @@
-//! The BRDFs against an existing BRDF library (`crates/leadr-testing/data/brdf_values.json`): Beckmann and GGX, isotropic to noncentral.
+//! Compares the BRDFs with an existing BRDF library (`crates/leadr-testing/data/brdf_values.json`), for Beckmann and GGX, from isotropic to
+//! noncentral surfaces.
 //!
 //! The library's shadowing of noncentral surfaces has the thesis's form, so it is compared with [`Masking::SmithThesis`] only. LEADR's
 //! form is compared with the file's own evaluation of LEADR eq. 17.
@@ -14,10 +15,10 @@ use leadr_reflectance::materials::microfacet::Microfacet;
 use leadr_testing::comparison::{Comparison, number, oracle, rows, vector};
 use serde_json::Value;
 
-/// The library's erf has an error of 1.5e-7.
+/// The relative tolerance. The `erf` of the compared library has an error of 1.5e-7.
 const TOLERANCE: f64 = 1e-6;
 
-/// Compares one tuple. `slopes`: its distribution; `central`: the same without the mean slope.
+/// Compares one tuple of the file. `slopes` is the tuple's distribution, and `central` is the same distribution without the mean slope.
 fn compare<D: SlopeDistribution + Copy>(out: &mut Comparison, c: &Value, slopes: D, central: D) {
     let id = format!("tuple {} ({} {})", c["id"], c["family"].as_str().unwrap(), c["category"].as_str().unwrap());
     let (wo, wi) = (vector(&c["o"]), vector(&c["i"]));
@@ -38,7 +39,7 @@ fn compare<D: SlopeDistribution + Copy>(out: &mut Comparison, c: &Value, slopes:
         check("G1", smith_g1(&slopes, wo), "g1_o");
         check("G1", smith_g1(&slopes, wi), "g1_i");
         check("vndf", slopes.vndf(wo, wh), "vndf");
-        // The library does not shade back-facing mesosurfaces, and clips at the macrosurface's horizon.
+        // The compared library does not shade back-facing mesosurfaces, and clips directions at the macrosurface's horizon.
         let facing = slopes.meso_area(wo) > 0.0;
         if facing {
             check("masked G", g(Masking::SmithUnshadowed), "gaf_noshadow");
@@ -55,7 +56,7 @@ fn compare<D: SlopeDistribution + Copy>(out: &mut Comparison, c: &Value, slopes:
             check("eval cos", brdf(Masking::SmithCorrelated).eval_cos(wo, wi).x, "evalp");
             check("eval", brdf(Masking::SmithCorrelated).eval(wo, wi).x, "eval");
         }
-        // The file has these for central surfaces; they depend on the directions only.
+        // The file has these values for central surfaces. They depend on the directions only.
         let g = |masking: Masking| geometric_attenuation(masking, &central, wo, wi, wh);
         check("V-groove G", g(Masking::VGroove), "gaf_vgroove");
         check("normal map G", g(Masking::NormalMap), "gaf_nmap");

@@ -1,5 +1,5 @@
-//! The 64-bit reference against external values (`crates/leadr-testing/data`): an independent dense quadrature of LEADR's equations, and
-//! an existing BRDF library.
+//! Compares the 64-bit reference with external values (`crates/leadr-testing/data`). The values come from an independent dense quadrature
+//! of LEADR's equations, the oracle, and from an existing BRDF library.
 
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 use leadr_reflectance::facets::beckmann::{beckmann_ndf, beckmann_p22};
@@ -22,11 +22,11 @@ fn statistics(c: &Value) -> (DVec2, DVec3) {
     (DVec2::new(number(&c["mean_x"]), number(&c["mean_y"])), DVec3::new(sx * sx, sy * sy, number(&c["c_xy"])))
 }
 
-/// Radiance by direction in the tangent frame.
+/// A function from a direction in the tangent frame to a radiance.
 type Environment<'a> = Box<dyn Fn(DVec3) -> f64 + 'a>;
 
-/// Sum of the grid's weights over the exact visible area. The oracle's shadowed grids do not divide by the sum (as in the paper's
-/// Algorithm 3); its masking-only grids do (as in the supplement).
+/// Returns the sum of the grid's weights divided by the exact visible area. As in the paper's Algorithm 3, the oracle's grids with
+/// shadowing do not divide by this sum. Its grids with masking only divide by the sum, as in the supplement.
 fn sum_over_area(wo: DVec3, m: DVec2, s: DVec3, n: u32, lambda: f64) -> f64 {
     let (mut sum, mut weights) = (0.0, 0.0);
     for j in 0..n {
@@ -66,10 +66,10 @@ fn converged_integrals() {
             ("lobe10", Box::new(|d| (10.0 * (d.dot(lobe) - 1.0)).exp())),
             ("lobe100", Box::new(|d| (100.0 * (d.dot(lobe) - 1.0)).exp())),
         ];
-        // Panels of 8×8 nodes, because with wide slopes, narrow lobes and the shadow edge lie anywhere in the domain.
+        // The panels have 8×8 nodes. Wide slopes need more panels, because narrow lobes and the shadow edge lie anywhere in the domain.
         let panels = if s.x.max(s.y) > 0.8 { 200 } else { 64 };
         for (key, shadowing) in [("shadow", true), ("mask", false)] {
-            // One pass over the slopes integrates three environments.
+            // A single pass over the slopes integrates three environments.
             for group in environments.chunks(3) {
                 let radiance =
                     |d: DVec3| DVec3::from_array(std::array::from_fn(|i| group.get(i).map_or(0.0, |g| (g.1)(d))));
@@ -130,7 +130,7 @@ fn grids_of_the_paper() {
     for c in rows(&data["configs"]) {
         let (m, s) = statistics(c);
         let (wo, light, lobe) = (vector(&c["o"]), vector(&c["light"]), vector(&c["lobe_dir"]));
-        // The oracle does not tilt mesosurfaces, so tilted ones cannot be compared.
+        // The oracle does not tilt mesosurfaces, so tilted mesosurfaces cannot be compared.
         if meso_area(wo, m) < 1e-3 {
             continue;
         }
@@ -153,7 +153,7 @@ fn grids_of_the_paper() {
             out.check("grid diffuse light, shadowing", &id, i, number(&grid["d_dir_shadow"]), 1e-9, 1e-9);
             let v = visible_normal_moments(wo, m, s, n, lambda);
             let i = leadr_diffuse_light_sh(&v, wo, light, m, s, false);
-            // The library clamps at 0.
+            // This library clamps the radiance at 0.
             let want = number(&grid["d_shdir_mask"]).max(0.0);
             out.check("grid diffuse SH light", &id, i, want, 1e-5, 3e-2);
         }
@@ -178,7 +178,7 @@ fn library_values() {
         let d = beckmann_ndf(wh, m, s);
         let (area_o, area_i) = (visible_area(wo, m, s), visible_area(wi, m, s));
         let g1 = |w: DVec3, area: f64| if meso_area(w, m) > 0.0 { w.z / area } else { 0.0 };
-        // The BRDF library's erf has an error of 1.5e-7; its densities are exact.
+        // The `erf` of the BRDF library has an error of 1.5e-7. Its densities are exact.
         for source in ["dj", "ref"] {
             let v = &c[source];
             let mut check = |name, got: f64, key: &str| out.check(name, &id, got, number(&v[key]), 1e-6, 1e-100);

@@ -1,5 +1,5 @@
-//! Beckmann and GGX against an existing BRDF library and an independent evaluation of the same equations
-//! (`crates/leadr-testing/data/brdf_values.json`), isotropic to noncentral.
+//! Compares Beckmann and GGX, from isotropic to noncentral surfaces, with an existing BRDF library and with an independent evaluation of
+//! the same equations (`crates/leadr-testing/data/brdf_values.json`).
 
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 use leadr_reflectance::facets::beckmann::Beckmann;
@@ -9,7 +9,7 @@ use leadr_reflectance::facets::slope_distribution::SlopeDistribution;
 use leadr_testing::comparison::{Comparison, number, oracle, rows, vector};
 use serde_json::Value;
 
-/// Mean slope and roughness of a tuple.
+/// Returns the mean slope and the roughness of a tuple.
 fn parameters(c: &Value) -> (DVec2, Bivariate) {
     let alpha = DVec2::new(number(&c["alpha_x"]), number(&c["alpha_y"]));
     (DVec2::new(number(&c["tx_n"]), number(&c["ty_n"])), Bivariate::new(alpha, number(&c["rho"])))
@@ -37,7 +37,7 @@ fn evaluations() {
         let (wo, wi) = (vector(&c["o"]), vector(&c["i"]));
         let wh = (wo + wi).normalize();
         let g1 = |w: DVec3| if d.meso_area(w) > 0.0 { w.z / d.visible_area(w) } else { 0.0 };
-        // The library's erf has an error of 1.5e-7; everything else is exact.
+        // The `erf` of the BRDF library has an error of 1.5e-7. All values without `erf` are exact.
         for source in ["dj", "ref"] {
             let v = &c[source];
             let mut check = |name, got: f64, key: &str| out.check(name, &id, got, number(&v[key]), 1e-6, 1e-100);
@@ -49,7 +49,7 @@ fn evaluations() {
             check("G1 i", g1(wi), "g1_i");
             check("vndf", d.vndf(wo, wh), "vndf");
             check("masked BRDF", d.ndf(wh) / (4.0 * d.visible_area(wo)), "evalp_noshadow");
-            // The library returns a density of 0 if the light is fully shadowed.
+            // The BRDF library returns a density of 0 if the light is fully shadowed.
             if number(&v["pdf"]) != 0.0 {
                 check("pdf", d.vndf(wo, wh) / (4.0 * wi.dot(wh)), "pdf");
             }
@@ -68,7 +68,7 @@ fn distribution_roughness(c: &Value) -> DVec3 {
     Ggx::from_bivariate(m, &b).roughness()
 }
 
-/// The library's ellipses have the opposite angle sign, and swapped axes for ρ = 0 and α_y > α_x.
+/// The ellipses of the BRDF library have the opposite angle sign, and their axes are swapped for ρ = 0 and α_y > α_x.
 #[test]
 fn ellipses() {
     let data = oracle("brdf_values.json");
@@ -84,8 +84,9 @@ fn ellipses() {
     out.finish(220);
 }
 
-/// Reflected directions for the same random pair. The library clamps its pair to 1e-5..1 − 1e-5 and solves for Beckmann samples to 1e-5 of
-/// probability. For GGX it maps the square differently, so only the probability of its samples is compared (its fit has an error of 4e-4).
+/// Compares the reflected directions for the same pair of random numbers. The BRDF library clamps the pair to 1e-5..1 − 1e-5, and solves
+/// for Beckmann samples to a probability error of 1e-5. For GGX it maps the square differently, so the test compares only the probability
+/// of its samples. Its fit has an error of 4e-4.
 #[test]
 fn samples() {
     let data = oracle("brdf_values.json");
@@ -101,7 +102,8 @@ fn samples() {
             out.check("Beckmann sample", &id, (ours - theirs).length(), 0.0, 1e-3, 1.0);
         } else {
             let (m, b) = parameters(c);
-            // The library's sample as a unit slope along the viewer's azimuth: F(x) = (a (1 + x/r) + b/r) / 2 over A, r = √(1 + x²).
+            // The BRDF library's sample is a unit slope x along the viewer's azimuth, with the probability F(x) = (a (1 + x/r) + b/r) / 2A,
+            // r = √(1 + x²).
             let factor = glam::DMat2::from_cols(
                 DVec2::new(b.alpha.x, b.rho * b.alpha.y),
                 DVec2::new(0.0, b.alpha.y * b.independence),

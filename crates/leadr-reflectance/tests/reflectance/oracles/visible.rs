@@ -1,4 +1,4 @@
-//! The visible-slope rules against an independent dense quadrature (`crates/leadr-testing/data/leadr_integrals.json`).
+//! Compares the visible-slope rules with an independent dense quadrature (`crates/leadr-testing/data/leadr_integrals.json`), the oracle.
 
 use glam::{DVec2, DVec3};
 use leadr_reflectance::frame::Frame;
@@ -12,7 +12,7 @@ use leadr_testing::comparison::{number, oracle, rows, smooth, vector};
 use serde_json::Value;
 use std::f64::consts::PI;
 
-/// Rms and largest error.
+/// The rms error and the largest error.
 #[derive(Default)]
 struct Errors {
     square: f64,
@@ -35,7 +35,7 @@ impl Errors {
     }
 }
 
-/// Viewer, mean slope, covariance and data entry of each configuration.
+/// Returns the viewer, mean slope, covariance and data entry of each configuration.
 fn configurations(data: &Value) -> Vec<(DVec3, DVec2, DVec3, &Value)> {
     rows(&data["configs"])
         .iter()
@@ -66,7 +66,7 @@ fn diffuse() {
                 sun.add(PI * (i - number(&c["diffuse_directional"][key])));
                 let i = leadr_diffuse_light_sh(&v, wo, wi, m, s, shadowing);
                 let want = number(&c["diffuse_sh"][&format!("dirlight_{key}")]);
-                // The library clamps at 0, the oracle does not.
+                // This library clamps the radiance at 0, but the oracle does not.
                 by_sh.add(PI * (i - want.max(0.0)));
             }
         }
@@ -76,7 +76,7 @@ fn diffuse() {
     }
 }
 
-/// The oracle's polynomial, filtered like a probe lookup: the kernel scales band `l` by `exp(−v l (l + 1)/2)`.
+/// Evaluates the oracle's polynomial, filtered like a probe lookup. The kernel scales band `l` by `exp(−v l (l + 1)/2)`.
 fn smooth_lookup(p: &VisibleProbe) -> DVec3 {
     let v = p.variance;
     let (one, two) = ((-v).exp(), (-3.0 * v).exp());
@@ -84,7 +84,7 @@ fn smooth_lookup(p: &VisibleProbe) -> DVec3 {
     DVec3::splat(1.0 + one * first + two * (smooth(p.wi) - 1.0 - first))
 }
 
-/// Directions and weights of the probes, in a smooth environment with closed-form filtering.
+/// Tests the directions and weights of the probes in a smooth environment with closed-form filtering.
 #[test]
 fn specular() {
     let data = oracle("leadr_integrals.json");
@@ -103,7 +103,8 @@ fn specular() {
     }
 }
 
-/// The same with Smith shadowing, and in a white room; the second gives the mean lit share of the visible facets.
+/// Tests the probes with Smith shadowing, in a smooth environment and in a white room. The white room gives the mean lit fraction of the
+/// visible facets.
 #[test]
 fn shadowed_specular() {
     let data = oracle("leadr_integrals.json");

@@ -30,7 +30,7 @@ use crate::surfaces::tessellation::{Lens, TessellationSettings};
 use crate::view::{Samples, View};
 use leadr_gpu::{Buffer, Commands, Gpu, ResourceSet, Result};
 
-/// Smallest spacing of the shadow casters' vertices, in shadow map texels.
+/// The smallest distance between vertices of a shadow caster, in texels of the shadow map.
 const CASTER_SPACING: f32 = 4.0;
 
 /// The meshes on the device, and their pipelines.
@@ -42,7 +42,7 @@ pub struct Meshes {
     views: Pool<ViewRecords>,
 }
 
-/// The pipelines of a scene's objects, described before the upload.
+/// The pipelines for the objects of a scene, which are described before the upload.
 pub struct MeshPipelines {
     gpu: Arc<Gpu>,
     kinds: Vec<SurfaceKind>,
@@ -79,7 +79,7 @@ impl MeshPipelines {
         }
     }
 
-    /// Returns the kinds of objects that cast shadows.
+    /// Returns the kinds of surfaces that cast shadows.
     pub fn casters(&self) -> CasterKinds {
         self.casters
     }
@@ -109,13 +109,12 @@ struct Mesh {
     coarse: Option<DetailLevel>,
 }
 
-/// One level of detail of an object.
 struct DetailLevel {
     object: Arc<GpuObject>,
-    /// Whether the mesh is closed, so front faces hide back faces from every viewpoint.
+    /// Whether the mesh is closed, so that its front faces hide its back faces from every viewpoint.
     closed: bool,
     divisions: Pool<DivisionBuffers>,
-    /// View buffers for the camera and the lights.
+    /// The buffers of the patches that the camera and the lights draw.
     views: Pool<Buffer>,
 }
 
@@ -125,12 +124,12 @@ impl DetailLevel {
         Self { object: Arc::new(object), closed, divisions: Pool::default(), views: Pool::default() }
     }
 
-    /// Returns the same object with separate buffers for its frames.
+    /// Returns the same object with its own buffers for the frames.
     fn again(&self) -> Self {
         Self { object: self.object.clone(), closed: self.closed, divisions: Pool::default(), views: Pool::default() }
     }
 
-    /// Prepares the object in a pose, with buffers for a frame that has this many shadow-casting lights.
+    /// Prepares the object in a pose, with buffers for a frame that has this many lights with shadow maps.
     fn prepare(&mut self, gpu: &Arc<Gpu>, posed: PosedObject, lights: usize) -> Result<PreparedMesh> {
         let Self { object, closed, divisions, views } = self;
         let mut division = || divisions.take(|| DivisionBuffers::new(gpu, object));
@@ -148,7 +147,7 @@ impl DetailLevel {
 }
 
 impl Mesh {
-    /// Uploads an object. `maps` are shared with a second object, if any.
+    /// Uploads an object. `maps` are the maps that it shares with another object, if any.
     fn new(gpu: &Arc<Gpu>, object: Object, upload: Upload<'_>, maps: Option<Arc<ObjectMaps>>) -> Result<Self> {
         let (fine, coarse) = GpuObject::upload(gpu, object, upload, maps)?;
         Ok(Self { fine: DetailLevel::new(fine), coarse: coarse.map(DetailLevel::new) })
@@ -160,7 +159,7 @@ impl Mesh {
         (0..count).map(move |_| Self { fine: self.fine.again(), coarse: self.coarse.as_ref().map(DetailLevel::again) })
     }
 
-    /// Returns the level of detail for a camera, and its posed vertices. `edges` is whether there are edge samples.
+    /// Returns the level of detail that the camera needs, with its posed vertices. `edges` is whether there are edge samples.
     fn posed(
         &mut self,
         pose: &Pose,
@@ -190,10 +189,10 @@ impl Mesh {
 }
 
 impl Meshes {
-    /// Uploads the objects of `pipelines`. Another thread runs `meanwhile` on the pipelines at the same time.
+    /// Uploads the objects of `pipelines`. At the same time, another thread runs `meanwhile` on the pipelines.
     ///
     /// # Errors
-    /// Fails for lack of memory, and returns the errors of `meanwhile`.
+    /// Returns an error if memory is short, and the errors of `meanwhile`.
     pub fn new(
         mut pipelines: MeshPipelines,
         objects: Vec<Object>,
@@ -208,7 +207,7 @@ impl Meshes {
     }
 }
 
-/// Uploads objects in parallel, first the objects with their own maps, then the objects with shared maps.
+/// Uploads objects in parallel. Objects with their own maps come first, followed by objects that share maps.
 fn upload_all(gpu: &Arc<Gpu>, objects: Vec<Object>, upload: Upload<'_>) -> Result<Vec<Mesh>> {
     let same = with_same_maps(&objects);
     let (own, shared): (Vec<_>, Vec<_>) =
@@ -231,7 +230,7 @@ impl Meshes {
         self.pipelines.demands(state)
     }
 
-    /// Poses the meshes for a frame, in buffers that no other frame uses, and makes the meshes' pipelines.
+    /// Poses the meshes for a frame, in buffers that no other frame uses. Also makes the pipelines of the meshes.
     pub(super) fn prepare(
         &mut self,
         state: &FrameState,
@@ -274,7 +273,7 @@ pub(in crate::frame) struct PreparedMeshes {
     filter: FilterPass,
     tessellation: TessellationSettings,
     mark_inside: bool,
-    /// View records of the camera, then of the lights.
+    /// The record of the camera's view, followed by the records of the lights' views.
     views: Arc<ViewRecords>,
 }
 
@@ -283,7 +282,7 @@ struct PreparedMesh {
     closed: bool,
     divided: DividedObject,
     camera: ObjectView,
-    /// The coarser shadow caster, if it differs from the drawn mesh.
+    /// The coarser shadow caster, if it differs from the mesh that is drawn.
     caster: Option<DividedObject>,
     caster_buffers: Option<Arc<DivisionBuffers>>,
     lights: Vec<ObjectView>,
@@ -298,7 +297,7 @@ impl PreparedMesh {
     fn cast(&mut self, lights: &[ShadowView], lens: Lens, tessellation: TessellationSettings) -> Result<()> {
         let Self { posed, closed, divided, caster, caster_buffers, lights: views, .. } = self;
         let Some(buffers) = caster_buffers else { return Ok(()) };
-        // Culling is safe only on closed surfaces, where back faces are hidden.
+        // Culling is safe only on closed surfaces, whose back faces are hidden.
         let settings = TessellationSettings { cull: tessellation.cull && *closed, ..tessellation };
         divided.divide(posed, lens, &settings)?;
         let spacing = CASTER_SPACING * lights.iter().map(|light| light.texel_at_centre).fold(f32::INFINITY, f32::min);
@@ -318,7 +317,8 @@ impl PreparedMesh {
 }
 
 impl PreparedMeshes {
-    /// Selects the patches for the shadow maps, tessellated for the camera's lens. The device must not be drawing this frame.
+    /// Selects the patches for the shadow maps, which are tessellated as for the camera's lens. The device must not be drawing this
+    /// frame.
     pub fn cast(&mut self, lights: &[ShadowView], lens: Lens) -> Result<()> {
         let views: Vec<_> = lights.iter().map(|light| ViewRecordGpu::of_light(&light.viewpoint(lens))).collect();
         self.views.write(1, &views)?;
@@ -342,7 +342,7 @@ impl PreparedMeshes {
         for PreparedMesh { posed, divided, camera, .. } in &mut self.meshes {
             let tessellation = match view.samples {
                 Samples::Pixels | Samples::Multisampled { .. } => self.tessellation,
-                // Bumps form the silhouettes, and the geometry of whole pixels leaves out small bumps.
+                // Bumps form the silhouettes, but the tessellation for whole pixels leaves out small bumps.
                 Samples::Edges { .. } => edge_tessellation(self.tessellation, posed.bounds(), &from.lens),
             };
             divided.divide(posed, from.lens, &tessellation)?;
@@ -362,7 +362,8 @@ impl PreparedMeshes {
         (views.map(|view| view.triangles).sum(), self.meshes.iter().map(|mesh| mesh.camera.patches).sum())
     }
 
-    /// Returns the last tessellation of a patch in segments along u and v, or `None` for objects that are not meshes.
+    /// Returns the last tessellation of a patch as the number of segments along u and v. Returns `None` for objects that are not
+    /// meshes.
     pub fn segments(&self, object: u32, patch: u32) -> Option<[f32; 2]> {
         let mesh = self.meshes.get((object as usize).checked_sub(1)?)?;
         let edges = mesh.posed.object.topology.patch_edges.get(patch as usize)?;

@@ -16,14 +16,14 @@ use crate::settings::RenderSettings;
 use crate::view::{Samples, View};
 use leadr_gpu::{Commands, ResourceSet, Result};
 
-/// The surfaces of a scene on the device, independent of frames.
+/// The surfaces of a scene on the device, which do not depend on the frame.
 pub(super) struct Surfaces {
     pub meshes: Meshes,
     pub sea: Option<Sea>,
 }
 
 impl Surfaces {
-    /// Poses the surfaces for a frame, in buffers that no other frame uses, and makes the surfaces' pipelines.
+    /// Poses the surfaces for a frame, in buffers that no other frame uses. Also makes the pipelines of the surfaces.
     pub fn prepare(
         &mut self,
         state: &FrameState,
@@ -77,7 +77,7 @@ impl PreparedSurfaces {
         (triangles + of_sea, patches + in_sea)
     }
 
-    /// Returns the last tessellation of a patch in segments along u and v.
+    /// Returns the last tessellation of a patch as the number of segments along u and v.
     pub fn segments(&self, object: u32, patch: u32) -> Option<[f32; 2]> {
         let sea = || self.sea.as_ref().and_then(|sea| sea.segments(object, patch));
         self.meshes.segments(object, patch).or_else(sea)
@@ -92,35 +92,35 @@ pub(super) trait DrawnSurface {
     /// Draws the geometry into the active render targets.
     fn draw_geometry(&self, cmd: &mut Commands, target: &GeometryTargets, view: &View);
 
-    /// Filters the maps at the pixels of this surface into the active targets. `light` is the descriptor set of the scene, if the
-    /// filter pass shades.
+    /// Filters the maps at the pixels of this surface into the active targets. If the filter pass shades, `light` is the descriptor
+    /// set of the scene.
     fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, view: &View, light: Option<&ResourceSet>);
 }
 
 /// The options for drawing a surface.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SurfaceDrawing {
-    /// Number of shadow maps that the surface is drawn into.
+    /// The number of shadow maps that the surface is drawn into.
     pub shadow_maps: u32,
-    /// Number of shadow maps that belong to suns.
+    /// The number of shadow maps that belong to suns.
     pub sun_maps: u32,
-    /// The output of the geometry pass for the pixels.
+    /// What the geometry pass writes for each pixel.
     pub geometry: GeometryKind,
     /// Whether there are edge samples.
     pub edges: bool,
-    /// The output of the filter pass.
+    /// What the filter pass writes.
     pub filter: FilterInto,
 }
 
 impl SurfaceDrawing {
-    /// Calls `make` for each kind of geometry in the frame.
+    /// Calls `make` for each kind of geometry in the frame, and returns the results.
     pub(super) fn geometry<P>(&self, mut make: impl FnMut(GeometryKind) -> Result<P>) -> Result<ForViews<P>> {
         let edges = self.edges.then(|| make(GeometryKind::Edges)).transpose()?;
         Ok(ForViews { pixels: make(self.geometry)?, edges })
     }
 }
 
-/// Geometry pipelines for the views of a frame.
+/// The geometry pipelines for the views of a frame.
 pub(super) struct ForViews<P> {
     pixels: P,
     edges: Option<P>,
@@ -136,13 +136,12 @@ impl<P> ForViews<P> {
     }
 }
 
-/// Returns the inner tessellation levels of a patch along u and v, from the levels of the edges v = 0, u = 1, v = 1 and u = 0. See
-/// `geometry.tesc`.
+/// Returns the inner tessellation levels of a patch along u and v. The arguments are the levels of the edges v = 0, u = 1, v = 1
+/// and u = 0. The same rule is in `geometry.tesc`.
 pub(super) fn inner_segments([v0, u1, v1, u0]: [f32; 4]) -> [f32; 2] {
     [v0.max(v1), u1.max(u0)]
 }
 
-/// The names of a surface's passes.
 #[derive(Clone, Copy)]
 pub(super) struct PassNames {
     pub geometry: &'static str,

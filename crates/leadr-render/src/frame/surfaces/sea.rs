@@ -36,17 +36,16 @@ pub struct Sea {
     march: Cache<(), OceanMarch>,
 }
 
-/// Data that does not depend on the drawing of the sea. Clones share this data.
+/// Data that stay the same however the sea is drawn. Clones share them.
 #[derive(Clone)]
 struct Water {
     numbering: Numbering,
     ocean: Arc<Ocean>,
     rings: Arc<Rings>,
-    /// Standard deviation of each cascade's height in metres.
+    /// The standard deviation of the height of each cascade, in metres.
     deviations: Arc<[f64]>,
 }
 
-/// The buffers of a frame.
 struct SeaBuffers {
     rings: RingBuffers,
     /// The [`WaterGpu`] block.
@@ -73,7 +72,7 @@ impl Sea {
     /// Uploads a sea.
     ///
     /// # Errors
-    /// Fails for invalid waves, lack of memory, or a failed pipeline.
+    /// Returns an error if the waves are invalid, memory is short, or a pipeline fails.
     pub fn new(gpu: &Arc<Gpu>, ocean: Ocean, numbering: Numbering) -> Result<Self> {
         Ok(Self {
             gpu: gpu.clone(),
@@ -131,23 +130,23 @@ impl Sea {
     }
 }
 
-/// The sea at one moment.
+/// The sea at one moment in time.
 pub(in crate::frame) struct PreparedSea {
     water: Water,
     buffers: Arc<SeaBuffers>,
     drawing: Drawing,
-    /// Time in seconds.
+    /// The time in seconds.
     time: f64,
-    /// The patch rings around the last viewpoint.
+    /// The rings of patches around the last viewpoint.
     laid: RingLayout,
     tessellation: TessellationSettings,
 }
 
-/// The drawing method of the sea.
+/// How the sea is drawn.
 enum Drawing {
-    /// Rings of patches, which are filtered by slope moments.
+    /// The sea is drawn as rings of patches, and slope moments filter the waves.
     Rings { fields: OceanFields, surface: ForViews<OceanSurfacePass>, filter: OceanFilterPass },
-    /// The reference, which marches rays through unfiltered waves.
+    /// The sea is drawn as a reference, by marching rays through the unfiltered waves.
     March(OceanMarch),
 }
 
@@ -181,12 +180,12 @@ impl PreparedSea {
         passes.run("wave mips", |cmd| fields.record_mips(cmd));
     }
 
-    /// Returns an upper bound on the triangles of one sample, and the number of patches drawn for the camera.
+    /// Returns an upper bound on the number of triangles of one sample, and the number of patches drawn for the camera.
     pub fn counts(&self) -> (u64, u32) {
         (self.laid.list.triangles, self.laid.list.visible.len() as u32)
     }
 
-    /// Returns the last tessellation of a sea patch in segments along u and v, or 0 if the sea is ray-marched.
+    /// Returns the last tessellation of a sea patch as the number of segments along u and v, or 0 if the sea is ray-marched.
     pub fn segments(&self, object: u32, patch: u32) -> Option<[f32; 2]> {
         let edges = self
             .water

@@ -1,4 +1,4 @@
-//! Joins the edge samples of each pixel.
+//! The pass that joins the edge samples of each pixel.
 
 use std::sync::Arc;
 
@@ -11,12 +11,12 @@ use leadr_gpu::{
     SpecValue, Use,
 };
 
-/// The pipeline key of the join pass.
+/// The key that selects the pipeline of the join pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct JoinKind {
-    /// The slope statistics of the technique.
+    /// The slope statistics that the technique needs.
     pub needs: Needs,
-    /// Number of shadow-casting suns.
+    /// The number of suns with shadow maps.
     pub shadow_maps: u32,
 }
 
@@ -28,7 +28,7 @@ pub struct JoinPass {
 }
 
 impl JoinPass {
-    /// Creates the pass of one kind.
+    /// Creates the pass for one kind.
     pub fn new(gpu: &Arc<Gpu>, kind: JoinKind) -> Result<Self> {
         let spec = [kind.needs.spec(), vec![("SHADOW_MAPS", SpecValue::I32(kind.shadow_maps as i32))]].concat();
         Ok(Self {
@@ -42,7 +42,7 @@ impl JoinPass {
         })
     }
 
-    /// Adds an image of shaded edge samples to the `joined` sums and to the pixels' G-buffer. All images stay readable.
+    /// Adds an image of shaded edge samples to the sums in `joined` and to the pixels' G-buffer. All images stay readable.
     pub fn record(
         &self,
         cmd: &mut Commands,

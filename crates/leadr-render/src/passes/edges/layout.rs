@@ -1,29 +1,30 @@
-//! Layout of edge samples: their grid, and the tessellation of objects for them.
+//! The layout of edge samples: their grid in each pixel, and the tessellation of objects.
 
 use crate::surfaces::sphere::Sphere;
 use crate::surfaces::tessellation::{Lens, TessellationSettings};
 
-/// Maximum number of edge samples along one side of a pixel in one image.
+/// The maximum number of edge samples along one side of a pixel, in one image.
 pub const MAX_GRID: u32 = 16;
-/// Maximum number of vertices along one side of a pixel for edge samples, up to one per texel. More vertices improve silhouettes
-/// but worsen shading, since slope statistics differ between a whole bump and its visible area (docs/measurements/samples.md).
+/// The maximum number of vertices along one side of a pixel for edge samples, with at most one per texel. More vertices improve
+/// silhouettes but worsen the shading, because the slope statistics of a whole bump differ from those of its visible part
+/// (docs/measurements/samples.md).
 const VERTICES_PER_PIXEL: f32 = 6.0;
-/// Maximum number of vertices across an object that is refined. On larger objects the silhouette matters less, and the geometry for
-/// pixels already resolves the bumps.
+/// The maximum number of vertices across an object that is refined. On larger objects, the silhouette matters less, and the
+/// tessellation for whole pixels already resolves the bumps.
 const VERTICES_ACROSS: f32 = 360.0;
-/// Maximum number of edge samples in one image, at 84 bytes each.
+/// The maximum number of edge samples in one image. Each sample takes 84 bytes.
 const MAX_DRAWN: u64 = 1 << 22;
 
-/// Returns the largest grid up to `finest` that divides `samples` edge samples per pixel into whole images of a picture of `size`:
-/// 1, 2, 4, 8 or 16 samples along one side of a pixel.
+/// Returns the number of edge samples along one side of a pixel in one image: 1, 2, 4, 8 or 16. The result is the largest number up
+/// to `finest` that divides `samples` edge samples per pixel into whole images that fit a picture of `size`.
 pub fn edge_grid(samples: u32, size: (u32, u32), finest: u32) -> u32 {
     let pixels = u64::from(size.0) * u64::from(size.1);
     let fits = |&grid: &u32| samples.is_multiple_of(grid * grid) && u64::from(grid * grid) * pixels <= MAX_DRAWN;
     [16, 8, 4, 2].into_iter().filter(|&grid| grid <= finest).find(fits).unwrap_or(1)
 }
 
-/// Returns the tessellation for edge samples of an object with this bounding sphere: `usual` for large objects, and finer for small
-/// objects.
+/// Returns the tessellation of an object with this bounding sphere for edge samples. Large objects keep the `usual` tessellation,
+/// and small objects are tessellated more finely.
 pub fn edge_tessellation(usual: TessellationSettings, bounds: Sphere, lens: &Lens) -> TessellationSettings {
     let Sphere { centre, radius } = bounds;
     let pixels = lens.pixels(centre, 2.0 * radius).max(1e-3);

@@ -1,4 +1,4 @@
-//! Marks edge samples on the same surface as their pixel.
+//! The pass that marks edge samples that lie on the same surface as their pixel.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use crate::passes::targets::{SampleTargets, VisibleSurface};
 use crate::surfaces::numbering::Numbering;
 use leadr_gpu::{AddressMode, Commands, ComputePipeline, Descriptor, Filter, Gpu, Result, Sampler, SharedStruct, Use};
 
-/// The pass that marks edge samples that need no shading.
+/// The pass that marks the edge samples that need no shading.
 #[derive(Clone)]
 pub struct EdgePass {
     pipeline: ComputePipeline,
@@ -41,7 +41,7 @@ impl EdgePass {
         cmd.push_constants(rays);
         let grid = edges.surface.mip_extent(0)[0] / pixel.surface.mip_extent(0)[0];
         let [left, top, right, bottom] = rays.area;
-        // A dispatch needs at least one group.
+        // A dispatch needs at least one work group.
         let along = |first: i32, last: i32| grid * (last - first).max(1).unsigned_abs();
         cmd.dispatch_invocations(&self.pipeline, [along(left, right), along(top, bottom), 1]);
         cmd.transition(&edges.surface, Use::Sampled);

@@ -1,4 +1,4 @@
-//! Transforms the waves of all cascades into maps every frame, by two passes of Fourier transforms and a mip pass.
+//! Transforms the waves of all cascades into maps in every frame, with two passes of Fourier transforms and a mip pass.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -12,49 +12,49 @@ use leadr_gpu::{
     SharedStruct, SpecValue, Use, shared_struct,
 };
 
-/// Smallest and largest resolution of a cascade. Two lines of a transform must fit into shared memory.
+/// The smallest and the largest resolution of a cascade. Two lines of a transform must fit into shared memory.
 pub const RESOLUTIONS: std::ops::RangeInclusive<u32> = 16..=1024;
 
 shared_struct! {
     /// A cascade as the shaders read it (`passes/ocean/cascade.glsl`).
     pub struct CascadeGpu for "Cascade" {
-        /// Cosine and sine of the tile's rotation.
+        /// The cosine and the sine of the tile's rotation.
         pub rotation: [f32; 2],
-        /// Wave number spacing, `2π / size`.
+        /// The spacing of wave numbers, which is `2π / size`.
         pub wave_step: f32,
-        /// Edge length of the tile in metres.
+        /// The edge length of the tile in metres.
         pub size: f32,
     }
 }
 
 shared_struct! {
     struct Moment for "Push" {
-        /// Elapsed fraction of the period, as a multiple of 1/2048 and a remainder.
+        /// The elapsed fraction of the period, split into a multiple of 1/2048 and a remainder.
         moment: [f32; 2],
     }
 }
 
 shared_struct! {
     struct Choppiness for "Push" {
-        /// Scale of the horizontal displacement.
+        /// The scale of the horizontal displacement.
         choppiness: f32,
     }
 }
 
-/// Content of the maps.
+/// What the maps contain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Content {
-    /// Linearly filterable moments with mips, as described at [`OceanFields`].
+    /// Moments that can be filtered linearly, with mips. See [`OceanFields`].
     Moments,
-    /// Fields that are linear in the waves, so that cascades add up exactly, without mips. `displacement` has `Dx, Dy, height,
-    /// ∂Dx/∂y`, `slopes` has `∂h/∂x, ∂h/∂y, ∂Dx/∂x, ∂Dy/∂y`, and `joint` is empty.
+    /// Fields that are linear in the waves, so that the fields of the cascades add up exactly, without mips. `displacement` has
+    /// `Dx, Dy, height, ∂Dx/∂y`, `slopes` has `∂h/∂x, ∂h/∂y, ∂Dx/∂x, ∂Dy/∂y`, and `joint` is empty.
     Derivatives,
 }
 
-/// The maps of the sea at one moment, with one array layer per cascade and full mips.
+/// The maps of the sea at one moment, with one array layer per cascade and all mips.
 ///
-/// `J` is the Jacobian of the horizontal displacement, `s` the slope of the displaced surface, and `w = det J` the displaced area
-/// per area of sea at rest. Moments are per area of the displaced sea: `E[s] = Σ w s / Σ w`.
+/// In the following, `J` is the Jacobian of the horizontal displacement, `s` is the slope of the displaced surface, and `w = det J`
+/// is the displaced area per area of sea at rest. Moments are per area of the displaced sea: `E[s] = Σ w s / Σ w`.
 #[derive(Clone)]
 pub struct OceanFields {
     rows: ComputePipeline,
@@ -65,13 +65,13 @@ pub struct OceanFields {
     /// The [`CascadeGpu`] of every cascade.
     pub cascades: Buffer,
     lines: Buffer,
-    /// `Dx, Dy, height` in metres, and `det J`.
+    /// The displacement `Dx, Dy, height` in metres, and `det J`.
     pub displacement: Image,
     /// The moments `w sx, w sy, w sx², w sy²`.
     pub slopes: Image,
     /// The moments `w sx sy, w, stretch, stretch²`. Foam is computed from the stretch of the sea, `1 + ∂Dx/∂x + ∂Dy/∂y`, weighted
     /// by [`foam_weight`](crate::surfaces::ocean::waves::foam_weight). The stretch is linear in the waves, so it is normally
-    /// distributed and adds up over cascades.
+    /// distributed, and the stretches of the cascades add up.
     pub joint: Image,
     levels: Vec<[ImageView; 3]>,
     resolution: u32,
@@ -82,8 +82,8 @@ impl OceanFields {
     /// Creates pipelines and maps for these cascades, which must have the same resolution.
     ///
     /// # Errors
-    /// Returns [`GpuError::Usage`] without cascades, for unequal resolutions, or for a resolution that is not a power of two in
-    /// [`RESOLUTIONS`]. Also fails for lack of memory or a failed pipeline.
+    /// Returns [`GpuError::Usage`] if there are no cascades, if their resolutions differ, or if the resolution is not a power of
+    /// two in [`RESOLUTIONS`]. Also returns an error if memory is short or a pipeline fails.
     pub fn new(gpu: &Arc<Gpu>, cascades: &[Cascade], content: Content) -> Result<Self> {
         let wrong = |fault: &str| Err(GpuError::usage("ocean", fault));
         let Some(resolution) = cascades.first().map(|c| c.resolution) else {
@@ -144,16 +144,16 @@ impl OceanFields {
         })
     }
 
-    /// Fills the maps for `time` and leaves them in [`Use::Sampled`]. Records all three passes in order.
+    /// Fills the maps for `time` by recording all three passes in order. Leaves the maps in [`Use::Sampled`].
     pub fn record(&self, cmd: &mut Commands, time: f64, choppiness: f32) {
         self.record_rows(cmd, time);
         self.record_columns(cmd, choppiness);
         self.record_mips(cmd);
     }
 
-    /// Animates the waves to `time`, in seconds with period [`PERIOD`], and transforms the rows.
+    /// Animates the waves to `time`, in seconds with the period [`PERIOD`], and transforms the rows.
     pub fn record_rows(&self, cmd: &mut Commands, time: f64) {
-        // The column pass of an earlier frame may still be reading.
+        // The column pass of an earlier frame may still be reading the buffer.
         cmd.memory_barrier(Use::Undefined, Use::ComputeWrite);
         cmd.bind(
             &self.rows,
@@ -172,7 +172,7 @@ impl OceanFields {
     }
 
     /// Transforms the columns and writes the finest level of the maps. `choppiness` scales the horizontal displacement: 1 for
-    /// water, 0 for purely vertical waves.
+    /// water, and 0 for purely vertical waves.
     pub fn record_columns(&self, cmd: &mut Commands, choppiness: f32) {
         for image in self.maps() {
             cmd.image_barrier(image, Use::Undefined, Use::ComputeReadWrite);
@@ -193,7 +193,7 @@ impl OceanFields {
         cmd.dispatch([self.resolution, self.count, 1]);
     }
 
-    /// Makes the coarser levels from the finest, and leaves all levels in [`Use::Sampled`].
+    /// Makes the coarser levels from the finest level, and leaves all levels in [`Use::Sampled`].
     pub fn record_mips(&self, cmd: &mut Commands) {
         for image in self.maps() {
             cmd.transition(image, Use::ComputeReadWrite);

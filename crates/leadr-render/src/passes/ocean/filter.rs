@@ -1,4 +1,4 @@
-//! The filter of the sea's pixels, which computes the slope moments of the waves under each pixel.
+//! The filter pass of the sea, which computes the slope moments of the waves under each pixel.
 
 use std::sync::Arc;
 
@@ -18,9 +18,9 @@ use leadr_gpu::{
     Sampler, SharedStruct, SpecValue, shared_struct,
 };
 
-/// Beckmann roughness of the water surface without waves.
+/// The Beckmann roughness of the water surface without any waves.
 const WATER_ROUGHNESS: f32 = 0.01;
-/// Reflectance of water at normal incidence.
+/// The reflectance of water at normal incidence.
 const WATER_F0: f32 = 0.02;
 
 shared_struct! {
@@ -34,7 +34,7 @@ shared_struct! {
 }
 
 impl WaterGpu {
-    /// Returns the water of a sea, centred below the viewer at `centre`.
+    /// Returns the water of a sea. `centre` is the point below the viewer.
     pub fn new(ocean: &Ocean, centre: Vec2) -> Self {
         let threshold = if ocean.foam_threshold > 0.0 { ocean.foam_threshold } else { -1e9 };
         Self {
@@ -46,18 +46,18 @@ impl WaterGpu {
     }
 }
 
-/// The sea's inputs to the filter. `water` and `shore` are the blocks of [`WaterGpu`] and [`ShoreGpu`].
+/// The inputs of the filter pass. `water` and `shore` are the blocks of [`WaterGpu`] and [`ShoreGpu`].
 #[derive(Clone, Copy)]
 pub struct SeaInputs<'a> {
-    /// The waves.
+    /// The maps of the waves.
     pub fields: &'a OceanFields,
-    /// The water.
+    /// The [`WaterGpu`] block.
     pub water: &'a Buffer,
-    /// The shore.
+    /// The [`ShoreGpu`] block.
     pub shore: &'a Buffer,
 }
 
-/// The filter pipeline for a technique's inputs.
+/// The pipeline that filters the sea for the inputs of a technique.
 #[derive(Clone)]
 pub struct OceanFilterPass {
     pipeline: GraphicsPipeline,
@@ -89,7 +89,8 @@ impl OceanFilterPass {
         })
     }
 
-    /// Filters the waves at the sea's pixels into the active targets. `light` is the scene's descriptor set, if the pass shades.
+    /// Filters the waves at the pixels of the sea into the active targets. If the pass shades, `light` is the descriptor set of the
+    /// scene.
     pub fn draw(&self, cmd: &mut Commands, visible: &VisibleSurface, sea: SeaInputs<'_>, light: Option<&ResourceSet>) {
         let SeaInputs { fields, water, shore } = sea;
         let mut bindings = vec![

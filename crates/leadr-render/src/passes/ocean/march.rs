@@ -1,5 +1,5 @@
-//! The sea of the reference. Rays are marched through the displaced waves, and slopes are not filtered. Tessellation could not
-//! resolve every wave up to the horizon, and the reference must resolve the occlusion between waves.
+//! The sea of the reference. Rays are marched through the displaced waves, and slopes are not filtered. The reference must resolve
+//! every wave up to the horizon and the occlusion between waves, which tessellation cannot do.
 
 use std::sync::Arc;
 
@@ -17,12 +17,12 @@ use leadr_gpu::{
     SharedStruct, Topology, shared_struct,
 };
 
-/// Bound on the height of the waves in standard deviations. One sample in 10⁸ lies beyond this bound.
+/// The bound on the height of the waves, in standard deviations. One sample in 10⁸ lies beyond the bound.
 const HEIGHT_BOUND: f64 = 5.7;
-/// Factor on the samples along one side of the drawn sea's tiles, limited by the largest transform. With linear interpolation,
-/// waves with a length of three samples would lose half of their slope.
+/// How many times more samples a tile has along one side than a tile of the drawn sea, up to the largest transform. Without it,
+/// linear interpolation would halve the slope of waves that are three samples long.
 const OVERSAMPLING: u32 = 2;
-/// Slope bound for ray steps, in standard deviations. Rays still hit steeper waves unless these are narrower than a step.
+/// The slope bound for ray steps, in standard deviations. Rays still hit steeper waves, unless such a wave is narrower than a step.
 const SLOPE_BOUND: f64 = 3.5;
 
 shared_struct! {
@@ -34,7 +34,8 @@ shared_struct! {
     }
 }
 
-/// Returns two bounds per cascade: on the heights of all later cascades, and on the slopes up to and including this cascade.
+/// Returns two bounds for each cascade. One is for the heights of all later cascades, and one for the slopes of all cascades up to
+/// this one.
 fn limits(deviations: &[[f64; 2]]) -> Vec<[f32; 2]> {
     let square = |part: &[[f64; 2]], c: usize| part.iter().map(|d| d[c] * d[c]).sum::<f64>().sqrt();
     (1..=deviations.len())
@@ -45,7 +46,7 @@ fn limits(deviations: &[[f64; 2]]) -> Vec<[f32; 2]> {
         .collect()
 }
 
-/// The passes of the reference and the waves they read, shared by clones.
+/// The passes of the reference, and the waves that they read. Clones share both.
 #[derive(Clone)]
 pub struct OceanMarch {
     fields: OceanFields,
@@ -95,7 +96,7 @@ impl OceanMarch {
     /// Returns the rays from a viewpoint. `level` is the height of the water at rest.
     pub fn rays(&self, from: &Viewpoint, level: f32) -> RaysGpu {
         let (clip_from_world, lens, eye) = (from.clip_from_world, from.lens, from.lens.eye);
-        // x, y and w of clip space are linear in the direction from the eye, and w is the length along the view axis.
+        // In clip space, x, y and w are linear in the direction from the eye, and w is the length along the view axis.
         let rows = clip_from_world.transpose();
         let linear = Mat3::from_cols(rows.x_axis.truncate(), rows.y_axis.truncate(), rows.w_axis.truncate());
         let rays = linear.transpose().inverse();

@@ -1,4 +1,5 @@
-//! The passes of the sea, which transform the waves into displacement and slope moments every frame, then draw and filter them.
+//! The passes of the sea. In every frame, they transform the waves into displacement and slope moments, and then draw and filter
+//! the waves.
 
 pub mod fields;
 pub mod filter;

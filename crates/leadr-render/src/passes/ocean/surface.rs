@@ -1,4 +1,4 @@
-//! The geometry of the drawn sea: rings of patches around the viewer, displaced by the waves.
+//! The geometry of the drawn sea: rings of patches around the viewer, which the waves displace.
 
 use std::sync::Arc;
 
@@ -33,13 +33,13 @@ shared_struct! {
     }
 }
 
-/// The pipeline of the rings for one kind of geometry, shared by clones.
+/// The pipeline that draws the rings for one kind of geometry. Clones share the pipeline.
 #[derive(Clone)]
 pub struct OceanSurfacePass {
     pipeline: GraphicsPipeline,
 }
 
-/// The buffers of the rings and the sampler of the waves, shared by clones.
+/// The buffers of the rings, and the sampler of the waves. Clones share both.
 #[derive(Clone)]
 pub struct RingBuffers {
     vertices: Buffer,
@@ -70,7 +70,8 @@ impl OceanSurfacePass {
         Ok(Self { pipeline: GraphicsPipeline::new(gpu, "ocean", &desc)? })
     }
 
-    /// Draws the last written rings, displaced by the waves, into the active targets. `shore` is the block of [`ShoreGpu`].
+    /// Draws the rings that were written last, displaced by the waves, into the active targets. `shore` is the block of
+    /// [`ShoreGpu`].
     pub fn draw(
         &self,
         cmd: &mut Commands,
@@ -118,7 +119,7 @@ impl RingBuffers {
         })
     }
 
-    /// Writes the rings around a viewer, for water with the height `level` in metres at rest. The device must be idle.
+    /// Writes the rings around a viewer. `level` is the height of the water at rest in metres. The device must be idle.
     pub fn update(&self, laid: &RingLayout, from: &Viewpoint, level: f32) -> Result<()> {
         let RingLayout { positions, spacing, factors, list } = laid;
         let vertex = |(p, &spacing): (&Vec3, &f32)| VertexGpu { position: [p.x, p.y], spacing, unused: 0.0 };

@@ -1,14 +1,14 @@
-//! The initial content of targets into which several kinds of surface draw.
+//! The initial content of targets into which several kinds of surface are drawn.
 
 use leadr_gpu::{ColorTarget, Commands, DepthTarget, Image, Load, Use};
 
-/// Initial content of targets that several kinds of surface share.
+/// The initial content of targets that several kinds of surface share.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Begin {
-    /// Zeros, for the first kind of surface. Some software drivers choose one level of detail for the environment lookups of a 2 ×
-    /// 2 quad, so uncovered pixels must not hold data from an earlier frame.
+    /// The targets start with zeros, for the first kind of surface. Some software drivers choose one level of detail for the
+    /// environment lookups of a 2 × 2 quad, so uncovered pixels must not hold data from an earlier frame.
     Clear,
-    /// The pixels that earlier kinds of surface have drawn.
+    /// The targets keep the pixels that earlier kinds of surface have drawn.
     Continue,
 }
 
@@ -23,7 +23,7 @@ impl Begin {
         ColorTarget { view: image.whole(), load }
     }
 
-    /// Makes an image a depth target. For the first kind of surface it is cleared to infinity.
+    /// Makes an image a depth target. For the first kind of surface, the image is cleared to infinity.
     pub(super) fn depth<'a>(self, cmd: &mut Commands, image: &'a Image) -> DepthTarget<'a> {
         self.transition(cmd, image, Use::DepthTarget);
         DepthTarget { view: image.whole(), clear: (self != Self::Continue).then_some(0.0) }

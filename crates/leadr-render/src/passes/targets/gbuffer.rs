@@ -1,4 +1,4 @@
-//! The per-pixel output of the filter passes.
+//! The output of the filter passes for each pixel.
 
 use std::sync::Arc;
 
@@ -10,45 +10,45 @@ use super::begin::Begin;
 use leadr_gpu::{Commands, Gpu, Image, ImageDesc, Result, Use};
 use leadr_reflectance::frame::octahedral_decode;
 
-/// The LEADR G-buffer: all inputs for shading a pixel, 88 bytes (`passes/gbuffer.glsl`), plus the depth of
-/// [`VisibleSurface`](super::VisibleSurface).
+/// The LEADR G-buffer, which holds all inputs for shading a pixel in 88 bytes (`passes/gbuffer.glsl`), except for the depth, which
+/// is in [`VisibleSurface`](super::VisibleSurface).
 #[derive(Clone)]
 pub struct GBuffer {
-    /// Octahedral displacement direction, mean slope in its frame, covariance `sxy`; RGBA32UI.
+    /// The octahedral displacement direction, the mean slope in its frame, and the covariance `sxy`, as RGBA32UI.
     pub slopes: Image,
-    /// Linear albedo, Beckmann roughness, variances `sxx` and `syy`; RGBA32UI.
+    /// The linear albedo, the Beckmann roughness, and the variances `sxx` and `syy`, as RGBA32UI.
     pub material: Image,
-    /// Accessibility, level of detail, and join data of edge samples; RG32UI.
+    /// The accessibility, the level of detail, and the data for joining edge samples, as RG32UI.
     pub surface: Image,
-    /// Horizon of the relief, packed; RG32UI.
+    /// The horizon of the relief, packed as RG32UI.
     pub horizon: Image,
-    /// Reflectance at normal incidence, and the two roughnesses of the surface; RGBA32UI.
+    /// The reflectance at normal incidence, and the two roughnesses of the surface, as RGBA32UI.
     pub reflection: Image,
-    /// Emission; RG32UI.
+    /// The emission, as RG32UI.
     pub emission: Image,
-    /// Dependence of the albedo on the relief, packed; RGBA32UI.
+    /// How the albedo depends on the relief, packed as RGBA32UI.
     pub relief_color: Image,
 }
 
-/// The [`GBuffer`] fields that layers show.
+/// The values of a [`GBuffer`] pixel that layers show.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FilteredPixel {
-    /// World displacement direction, unit.
+    /// The displacement direction in world space, of unit length.
     pub normal: DVec3,
-    /// Mean slope in the frame of `normal`.
+    /// The mean slope in the frame of `normal`.
     pub mean_slope: Vec2,
-    /// Slope covariance `sxx, syy, sxy`.
+    /// The slope covariance `sxx, syy, sxy`.
     pub slope_covariance: Vec3,
-    /// Linear albedo.
+    /// The linear albedo.
     pub albedo: Vec3,
-    /// Beckmann roughness of the base material.
+    /// The Beckmann roughness of the base material.
     pub roughness: f32,
-    /// Level of detail of the maps.
+    /// The level of detail at which the maps were read.
     pub lod: f32,
 }
 
 impl GBuffer {
-    /// Image formats in attachment order.
+    /// The formats of the images, in attachment order.
     pub const FORMATS: [vk::Format; 7] = [
         vk::Format::R32G32B32A32_UINT,
         vk::Format::R32G32B32A32_UINT,
@@ -81,7 +81,7 @@ impl GBuffer {
         [slopes, material, surface, horizon, reflection, emission, relief_color]
     }
 
-    /// Runs `draw`, which filters the pixels of one kind of surface into the G-buffer within the scissor (x, y, width, height).
+    /// Runs `draw`, which filters the pixels of one kind of surface into the G-buffer, within the scissor (x, y, width, height).
     /// Leaves the G-buffer readable.
     pub fn draw(&self, cmd: &mut Commands, begin: Begin, scissor: Option<[u32; 4]>, draw: impl FnOnce(&mut Commands)) {
         let colors = self.colors().map(|image| begin.color(cmd, image));

@@ -1,4 +1,4 @@
-//! The images passed between passes.
+//! The images through which the passes exchange data.
 
 mod begin;
 mod gbuffer;

@@ -1,4 +1,4 @@
-//! Targets of multisampled geometry.
+//! The targets of multisampled geometry.
 
 use std::sync::Arc;
 
@@ -8,24 +8,25 @@ use super::visible_surface::GeometryTargets;
 use crate::constants::OTHERS_BLOCK;
 use leadr_gpu::{Buffer, Gpu, GpuError, Image, ImageDesc, Memory, Result};
 
-/// Targets of multisampled geometry, and the slots of each pixel's other surfaces (`passes/msaa.glsl`). Clones share the images.
+/// The targets of multisampled geometry, and the slots for the further surfaces of each pixel (`passes/msaa.glsl`). Clones share
+/// the images.
 #[derive(Clone)]
 pub struct MultisampleTargets {
     /// The multisampled targets.
     pub geometry: GeometryTargets,
-    /// First slot of each pixel's further surfaces, and the number of samples that each surface covers; R32UI.
+    /// The first slot of each pixel's further surfaces, and the number of samples that each surface covers, as R32UI.
     pub others: Image,
-    /// Slots in use per block of pixels, 32 bits each.
+    /// The slots in use per block of pixels, 32 bits each.
     pub filled: Buffer,
-    /// Samples per pixel.
+    /// The number of samples per pixel.
     pub count: u32,
 }
 
 impl MultisampleTargets {
-    /// Creates targets for a picture of `size` pixels with `count` samples each.
+    /// Creates the targets for a picture of `size` pixels, with `count` samples in each pixel.
     ///
     /// # Errors
-    /// Fails for lack of memory, or a sample count that the device does not support.
+    /// Returns an error if memory is short, or if the device does not support the sample count.
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32), count: u32) -> Result<Self> {
         let possible = GeometryTargets::possible_samples(gpu);
         if possible & count == 0 {

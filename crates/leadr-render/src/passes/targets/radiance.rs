@@ -1,4 +1,4 @@
-//! The radiance of samples, and the joined sums of edge samples.
+//! The radiance of samples, and the sums over edge samples.
 
 use std::sync::Arc;
 
@@ -6,18 +6,18 @@ use leadr_gpu::vk;
 
 use leadr_gpu::{Gpu, Image, ImageDesc, Result};
 
-/// Format of the images that hold radiance and coverage.
+/// The format of images that hold radiance and coverage.
 pub const RADIANCE_FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
 
-/// The joined sums of each pixel's edge samples.
+/// The sums over the edge samples of each pixel.
 #[derive(Clone)]
 pub struct JoinedEdges {
-    /// Sum of radiance and coverage over the edge samples on a different surface from the pixel's; RGBA32F.
+    /// The sum of radiance and coverage over the edge samples on a different surface from the pixel's, as RGBA32F.
     pub others: Image,
-    /// Number of edge samples on the pixel's surface, area and number of the joined samples, and number of samples that the first
-    /// sun reaches; RGBA32F.
+    /// Four numbers per pixel, as RGBA32F: the number of edge samples on the pixel's surface, the area and the number of the joined
+    /// samples, and the number of samples that the first sun reaches.
     pub shares: Image,
-    /// Numbers of samples that the further suns reach; RGBA32F. The image is a single texel for at most one sun.
+    /// The numbers of samples that the other suns reach, as RGBA32F. With at most one sun, the image is a single texel.
     pub more_suns: Image,
 }
 
@@ -33,7 +33,7 @@ impl JoinedEdges {
         })
     }
 
-    /// Whether the images fit a picture of `size` with this number of shadow maps.
+    /// Whether the images fit a picture of `size` pixels with this number of shadow maps.
     pub fn fits(&self, size: (u32, u32), shadow_maps: u32) -> bool {
         shadow_maps < 2 || self.more_suns.mip_extent(0) == [size.0, size.1]
     }

@@ -9,24 +9,24 @@ use super::visible_surface::VisibleSurface;
 use crate::constants::OTHERS_BLOCK;
 use leadr_gpu::{ColorTarget, Commands, DepthTarget, Gpu, Image, ImageDesc, Load, Result, Use};
 
-/// The surfaces at the samples of an image, and their radiance. Clones share the images.
+/// The surfaces at the samples of an image, and the radiance of the samples. Clones share the images.
 #[derive(Clone)]
 pub struct SampleTargets {
     /// The output of the geometry stages.
     pub visible: VisibleSurface,
     /// The output of the filter passes.
     pub gbuffer: GBuffer,
-    /// Radiance and coverage.
+    /// The radiance and the coverage.
     pub radiance: Image,
 }
 
 impl SampleTargets {
-    /// Creates targets for an image of `size` samples. Without `with_gbuffer` the G-buffer is a single texel.
+    /// Creates targets for an image of `size` samples. Without `with_gbuffer`, the G-buffer is a single texel.
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32), with_gbuffer: bool) -> Result<Self> {
         Self::with(gpu, size, VisibleSurface::new(gpu, size)?, with_gbuffer)
     }
 
-    /// Creates targets for a picture of `size` with multisampled geometry, including slots for further surfaces.
+    /// Creates targets for a picture of `size` pixels with multisampled geometry. The targets include slots for further surfaces.
     pub fn with_slots(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
         let whole = |pixels: u32| pixels.next_multiple_of(OTHERS_BLOCK as u32);
         let size = (whole(size.0), 2 * whole(size.1));
@@ -53,7 +53,7 @@ impl SampleTargets {
         cmd.end_rendering();
     }
 
-    /// Runs `draw`, which writes the radiance of some objects. The pipelines of `draw` test the object depth.
+    /// Runs `draw`, which writes the radiance of some of the objects. The pipelines of `draw` test the object depth.
     pub fn draw_radiance_of_objects(&self, cmd: &mut Commands, begin: Begin, draw: impl FnOnce(&mut Commands)) {
         begin.transition(cmd, &self.radiance, Use::ColorTarget);
         let load = if begin == Begin::Clear { Load::Discard } else { Load::Keep };

@@ -1,17 +1,16 @@
-//! Screen tiles with records of their content, so that a pass draws only tiles with pixels of its object, or with pixels to shade.
+//! Screen tiles with records of their content. A pass draws only the tiles that contain pixels of its object, or pixels to shade.
 
 use std::sync::Arc;
 
 use crate::constants::TILE_SIZE;
 use leadr_gpu::{Buffer, Commands, Gpu, Memory, Result};
 
-/// Side of a tile in pixels.
 const SIZE: u32 = TILE_SIZE as u32;
 
 /// The tiles of an image.
 #[derive(Clone)]
 pub struct Tiles {
-    /// One `uvec4` per tile, row by row, with a bit for each object from 1 to 63 (xy) and flags (z).
+    /// One `uvec4` per tile, row by row, with one bit for each object from 1 to 63 in xy, and flags in z.
     pub records: Buffer,
     columns: u32,
     rows: u32,
@@ -25,14 +24,14 @@ impl Tiles {
         Ok(Self { records: Buffer::new(gpu, "tiles", bytes.max(16), Memory::Device)?, columns, rows })
     }
 
-    /// Counts the tiles across and down.
+    /// Returns the numbers of tiles across and down.
     pub fn extent(&self) -> [u32; 2] {
         [self.columns, self.rows]
     }
 
-    /// Draws the tiles within the scissor as points. The bound pipeline's vertex shader selects tiles by their records.
+    /// Draws the tiles within the scissor as points. The vertex shader of the bound pipeline selects tiles by their records.
     pub fn draw(&self, cmd: &mut Commands) {
-        // Tiles at the right and the bottom extend beyond the image.
+        // The tiles at the right and at the bottom may extend beyond the image.
         cmd.viewport([0.0, 0.0, (self.columns * SIZE) as f32, (self.rows * SIZE) as f32]);
         cmd.draw(0..self.columns * self.rows, 0..1);
     }

@@ -1,4 +1,4 @@
-//! The per-pixel output of the geometry stages, and their targets.
+//! The output of the geometry stages for each pixel, and the targets of these stages.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use super::begin::Begin;
 use super::tiles::Tiles;
 use leadr_gpu::{Commands, Gpu, Image, ImageDesc, Result, Use};
 
-/// Format of the object depth.
+/// The format of the object depth.
 pub const OBJECT_FORMAT: vk::Format = vk::Format::D16_UNORM;
 
 const DEPTH_FORMAT: vk::Format = vk::Format::D32_SFLOAT;
@@ -20,18 +20,18 @@ pub struct GeometryTargets {
     pub surface: Image,
     /// The image of [`VisibleSurface::footprint`].
     pub footprint: Image,
-    /// Reversed depth, 0 where there is no surface; D32F.
+    /// The reversed depth, which is 0 where there is no surface, as D32F.
     pub depth: Image,
 }
 
 impl GeometryTargets {
-    /// Formats of the colour targets.
+    /// The formats of the colour targets.
     pub const FORMATS: [vk::Format; 2] = [vk::Format::R32G32B32A32_UINT, vk::Format::R32G32_UINT];
 
-    /// Creates targets of `size` pixels with `samples` samples each.
+    /// Creates targets of `size` pixels, with `samples` samples in each pixel.
     ///
     /// # Errors
-    /// Fails for lack of memory, or a sample count that the device does not support.
+    /// Returns an error if memory is short, or if the device does not support the sample count.
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32), samples: u32) -> Result<Self> {
         let image = |format| ImageDesc::new(format, size.0, size.1).samples(samples);
         let [surface, footprint] = Self::FORMATS.map(|format| image(format).color_target());
@@ -52,7 +52,7 @@ impl GeometryTargets {
         all.map(|desc| gpu.image_samples(desc.format, desc.usage)).fold(u32::MAX, |all, some| all & some)
     }
 
-    /// Runs `draw`, which draws one kind of surface into the targets. Leaves them readable.
+    /// Runs `draw`, which draws one kind of surface into the targets. Leaves the targets readable.
     pub fn draw(&self, cmd: &mut Commands, begin: Begin, draw: impl FnOnce(&mut Commands)) {
         let colors = [&self.surface, &self.footprint].map(|image| begin.color(cmd, image));
         let depth = begin.depth(cmd, &self.depth);
@@ -65,32 +65,33 @@ impl GeometryTargets {
     }
 }
 
-/// The per-pixel output of the geometry stages, 30 bytes. Small triangles overwrite many pixels, so the geometry stages write
-/// little, and the filter pass computes all further inputs.
+/// The output of the geometry stages, with 30 bytes per pixel. Small triangles overwrite many pixels, so the geometry stages write
+/// little data, and the filter pass computes all further inputs.
 #[derive(Clone)]
 pub struct VisibleSurface {
-    /// RGBA32UI: the object and patch (0 in empty pixels), the position on the patch (two words), and a word for the pixel, the
-    /// displacement direction of an edge sample, or the depth of multisampled geometry at the pixel's centre.
+    /// An RGBA32UI image with the object and patch (0 in empty pixels), the position on the patch (two words), and one more word: a
+    /// word for the pixel, the displacement direction of an edge sample, or the depth of multisampled geometry at the centre of the
+    /// pixel.
     pub surface: Image,
-    /// RG32UI: the derivative of the position by pixel, for the sea and edge samples, or the displacement direction of further
-    /// multisampled surfaces.
+    /// An RG32UI image with the derivative of the position by pixel for the sea and for edge samples, or the displacement direction
+    /// of further multisampled surfaces.
     pub footprint: Image,
-    /// Reversed depth, 0 in empty pixels.
+    /// The reversed depth, which is 0 in empty pixels.
     pub depth: Image,
-    /// The object of each pixel as a depth (`passes/object_depth.glsl`), written by
-    /// [`ObjectDepthPass`](crate::passes::object_depth::ObjectDepthPass); D16.
+    /// A D16 image with the object of each pixel as a depth (`passes/object_depth.glsl`).
+    /// [`ObjectDepthPass`](crate::passes::object_depth::ObjectDepthPass) writes it.
     pub objects: Image,
-    /// The tile contents, written by [`TilePass`](crate::passes::tiles::TilePass).
+    /// The contents of the tiles, which [`TilePass`](crate::passes::tiles::TilePass) writes.
     pub tiles: Tiles,
 }
 
 impl VisibleSurface {
-    /// Creates surfaces of `size` pixels, which the geometry stages draw.
+    /// Creates images of `size` pixels into which the geometry stages draw.
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
         Self::with(gpu, size, GeometryTargets::new(gpu, size, 1)?)
     }
 
-    /// Creates surfaces of `size` pixels, which the [`MsaaPass`](crate::passes::msaa::MsaaPass) writes.
+    /// Creates images of `size` pixels that the [`MsaaPass`](crate::passes::msaa::MsaaPass) writes.
     pub fn stored(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
         let image = |name, format| Image::new(gpu, name, ImageDesc::new(format, size.0, size.1).storage());
         let [surface, footprint] = GeometryTargets::FORMATS;

@@ -1,26 +1,26 @@
-//! Conversion of height gradients between patches.
+//! Converts height gradients between the coordinates of patches.
 //!
-//! A tile stores height derivatives with respect to its own texture coordinates. They describe the gradient on the surface, a
-//! vector in the tangent plane. At a shared edge, each patch can express this vector in its own coordinates. The frames are
-//! computed on the rest surface. A deformation moves the tangents of all patches alike, so the conversion between two patches stays
-//! valid.
+//! A tile stores the derivatives of the height with respect to its own texture coordinates. The derivatives describe the gradient
+//! on the surface, a vector in the tangent plane. At a shared edge, each patch can express this vector in its own coordinates. The
+//! frames are computed on the rest surface. A deformation moves the tangents of all patches alike, so the conversion between two
+//! patches stays valid.
 
 use glam::{Vec2, Vec3};
 
 use crate::surfaces::patch::Patch;
 use crate::surfaces::patch_mesh::{PatchMesh, TileLayout};
 
-/// Tangents with respect to texture coordinates, and their dual basis.
+/// The tangents with respect to texture coordinates, and the dual basis of the tangents.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct TextureFrame {
-    /// Tangents `∂X/∂s, ∂X/∂t`, in metres per unit of texture coordinate.
+    /// The tangents `∂X/∂s, ∂X/∂t`, in metres per unit of texture coordinate.
     pub tangents: [Vec3; 2],
-    /// Gradients of `s` and `t` on the surface: `tangents[i] · duals[j] = δij`.
+    /// The gradients of `s` and `t` on the surface, with `tangents[i] · duals[j] = δij`.
     pub duals: [Vec3; 2],
 }
 
 impl TextureFrame {
-    /// Returns the frame with these two tangents. The duals stay bounded for degenerate tangents.
+    /// Returns the frame that has these two tangents. The duals stay bounded for degenerate tangents.
     pub fn new(s: Vec3, t: Vec3) -> Self {
         let (ss, tt, st) = (s.length_squared(), t.length_squared(), s.dot(t));
         let determinant = (ss * tt - st * st).max(1e-4 * ss * tt);
@@ -39,7 +39,7 @@ pub fn gradient_transform(from: &TextureFrame, to: &TextureFrame) -> [f32; 4] {
 pub struct AtlasFrames {
     patches: Vec<Patch>,
     corners: Vec<[TextureFrame; 4]>,
-    /// Patch coordinates per unit of texture coordinate.
+    /// The number of patch coordinates per unit of texture coordinate.
     per_texture: Vec2,
 }
 
@@ -72,13 +72,13 @@ fn frame(patch: &Patch, per_texture: Vec2, uv: Vec2) -> TextureFrame {
     TextureFrame::new(point.du * per_texture.x, point.dv * per_texture.y)
 }
 
-/// Values stored in tiles and averaged across patches. They cross patch borders in a form independent of the patch.
+/// Values that are stored in tiles and averaged across patches. A common form carries the values across patch borders.
 pub trait Carried: Linear {
-    /// The form of the values that is independent of the patch.
+    /// The common form of the values, which does not depend on the patch.
     type Common: Linear;
-    /// Converts from a patch's coordinates to the common form.
+    /// Converts the values from the coordinates of a patch to the common form.
     fn lift(&self, frame: &TextureFrame) -> Self::Common;
-    /// Converts from the common form to a patch's coordinates.
+    /// Converts values from the common form to the coordinates of a patch.
     fn land(common: &Self::Common, frame: &TextureFrame) -> Self;
 }
 
@@ -99,8 +99,8 @@ where
     }
 }
 
-/// Moments of the height derivatives, `E[hs], E[ht], E[hs²], E[ht²], E[hs·ht]`. The patch-independent form holds the mean gradient
-/// and the second moments `xx, yy, zz, yz, zx, xy` of the gradient.
+/// The moments of the height derivatives, `E[hs], E[ht], E[hs²], E[ht²], E[hs·ht]`. The common form has the mean gradient, and the
+/// second moments `xx, yy, zz, yz, zx, xy` of the gradient.
 impl Carried for [f32; 5] {
     type Common = [f32; 9];
 
@@ -108,7 +108,7 @@ impl Carried for [f32; 5] {
         let [s, t] = frame.duals;
         let [hs, ht, ss, tt, st] = *self;
         let mean = s * hs + t * ht;
-        // Products of the second-moment matrix with the dual basis.
+        // These are products of the second-moment matrix with the dual basis.
         let (of_s, of_t) = (s * ss + t * st, s * st + t * tt);
         let row = |k: usize| of_s * s[k] + of_t * t[k];
         let (x, y, z) = (row(0), row(1), row(2));
@@ -127,7 +127,7 @@ impl Carried for [f32; 5] {
     }
 }
 
-/// Colours do not depend on the patch.
+/// Colours are the same in all patches.
 impl Carried for [f32; 4] {
     type Common = [f32; 4];
 
@@ -148,7 +148,7 @@ mod tests {
         TextureFrame::new(Vec3::new(2.0, 0.3, 0.1), Vec3::new(-0.4, 1.5, 0.2))
     }
 
-    /// Returns another frame in the plane of [`skewed`].
+    /// Returns another frame in the same plane as [`skewed`].
     fn other() -> TextureFrame {
         let [s, t] = skewed().tangents;
         TextureFrame::new(s * 0.2 - t * 1.1, s * 0.9 + t * 0.3)

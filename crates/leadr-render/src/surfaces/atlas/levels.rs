@@ -1,10 +1,11 @@
-//! Levels of detail coarser than the mips of the tiles.
+//! Levels of detail that are coarser than the mips of the tiles.
 //!
-//! Mip [`SOURCE_LEVEL`] of a tile has texels centred on the patch border. The coarse levels continue from it, with samples on a
-//! grid over the patch and its border. The grid has `2ᵏ` intervals per side, for `k = finest … 0`. Each sample is the mean over a
-//! square around it, one interval wide, on all patches that the square touches. The remaining levels hold only the four corners,
-//! with means over ever larger neighbourhoods. The weights of a mean have the variance of a square of 2, 4, 8 … patches per side.
-//! Bilinear interpolation therefore agrees along the shared edge of two patches, at every level.
+//! In mip [`SOURCE_LEVEL`] of a tile, texels are centred on the border of the patch. The coarse levels continue from this mip, and
+//! have samples on a grid over the patch and its border. The grid has `2ᵏ` intervals along each side, for `k = finest … 0`. Each
+//! sample is the mean over a square around it that is one interval wide, on all patches that the square touches. The remaining
+//! levels only have samples at the four corners, which are means over ever larger neighbourhoods. The weights of such a mean have
+//! the variance of a square of 2, 4, 8 … patches per side. At every level, bilinear interpolation in two patches therefore agrees
+//! along their shared edge.
 
 use glam::Vec2;
 use rayon::prelude::*;
@@ -13,21 +14,21 @@ use super::frames::{AtlasFrames, Carried, Linear};
 use crate::constants::{SOURCE_LEVEL, WIDE_LEVELS};
 use crate::surfaces::patch_mesh::{PatchMesh, TileLayout};
 
-/// Lower bound on the accessibility in a patch's weight.
+/// The smallest accessibility that the weight of a patch uses.
 const LEAST_ACCESSIBILITY: f32 = 0.01;
 
-/// Layout of the coarse levels in their image. Each patch has one block, arranged like the tiles, with the levels stacked
-/// vertically.
+/// The layout of the coarse levels in their image. Each patch has one block. Blocks are arranged like tiles, and the levels of a
+/// block are stacked vertically.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CoarseShape {
     /// The layout of the tiles.
     pub layout: TileLayout,
-    /// Base-2 logarithm of the number of intervals along a patch in the first coarse level.
+    /// The base-2 logarithm of the number of intervals along a patch, in the first coarse level.
     pub finest: u32,
 }
 
 impl CoarseShape {
-    /// Returns the shape for tiles of this layout.
+    /// Returns the shape for tiles with this layout.
     pub fn new(layout: TileLayout) -> Self {
         Self { layout, finest: (layout.tile / 8).max(1).ilog2() }
     }
@@ -42,12 +43,12 @@ impl CoarseShape {
         1 << self.finest.saturating_sub(level)
     }
 
-    /// Returns the width and height of a patch's block in texels.
+    /// Returns the width and height of the block of a patch, in texels.
     pub fn block(&self) -> [u32; 2] {
         [self.intervals(0) + 1, self.row(self.levels())]
     }
 
-    /// Returns the first row of a level in its block.
+    /// Returns the row of a block at which a level starts.
     pub fn row(&self, level: u32) -> u32 {
         (0..level).map(|level| self.intervals(level) + 1).sum()
     }
@@ -59,28 +60,28 @@ impl CoarseShape {
     }
 }
 
-/// Adjacency of patches at vertices and edges, with the weight of each patch.
+/// The patches that meet at each vertex and each edge, with the weight of each patch.
 pub struct Star {
-    /// Patches at each vertex, each with the index of its corner there.
+    /// The patches at each vertex, each with the index of its corner there.
     corners: Vec<Vec<(u32, u8)>>,
-    /// Weights of the patches in the means.
+    /// The weights of the patches in the means.
     weights: Vec<f32>,
-    /// Weights of the vertices, each the sum of the weights of its patches.
+    /// The weights of the vertices, which are sums of the weights of their patches.
     vertex_weights: Vec<f32>,
-    /// Vertex indices of the patches.
+    /// The vertex indices of the patches.
     patches: Vec<[u32; 4]>,
-    /// For each side of each patch, the patch across it and the side of that patch.
+    /// The patch across each side of each patch, with the side at which it meets this patch.
     pub neighbors: Vec<[Option<(u32, u8)>; 4]>,
 }
 
 impl Star {
-    /// Collects the adjacency of a mesh with these neighbours
-    /// ([`Topology::neighbors`](crate::surfaces::topology::Topology::neighbors)).
+    /// Collects which patches of a mesh meet. `neighbors` comes from
+    /// [`Topology::neighbors`](crate::surfaces::topology::Topology::neighbors).
     ///
-    /// A patch's weight is its rest area times a measure of its visibility, so that the inside of a mouth does not darken the lips.
-    /// Accessibility, the fraction of unblocked directions above a patch, would be correct on average over all viewers. A viewer
-    /// facing the lips, however, sees less of the mouth than the average viewer. The weight uses the fourth power of accessibility,
-    /// which gives the distant T-rex the smallest measured error.
+    /// The weight of a patch is its area at rest, times a measure of its visibility, which prevents the inside of a mouth from
+    /// darkening the lips. Accessibility, the fraction of unblocked directions above a patch, would be correct on average over all
+    /// viewers. But a viewer who faces the lips sees less of the mouth than the average viewer. The weight uses the fourth power of
+    /// accessibility, which gives the smallest measured error for the distant T-rex.
     pub fn new(mesh: &PatchMesh, neighbors: Vec<[Option<(u32, u8)>; 4]>) -> Self {
         let weight = |patch: &[u32; 4]| {
             let p = patch.map(|v| mesh.positions[v as usize]);
@@ -100,7 +101,7 @@ impl Star {
         Self { corners, weights, vertex_weights, patches: mesh.patches.clone(), neighbors }
     }
 
-    /// Averages the patches' corner values around each vertex.
+    /// Averages the corner values of the patches around each vertex.
     fn about_vertices<T: Carried>(
         &self,
         frames: &AtlasFrames,
@@ -122,7 +123,7 @@ impl Star {
     }
 }
 
-/// Computes the texels of the image with all coarse levels, from mip [`SOURCE_LEVEL`] of the atlas.
+/// Computes the texels of the image with all coarse levels. `source` is mip [`SOURCE_LEVEL`] of the atlas.
 pub fn coarse_levels<T: Carried>(star: &Star, frames: &AtlasFrames, shape: CoarseShape, source: &[T]) -> Vec<T> {
     let [width, height] = shape.size();
     let [block_width, block_height] = shape.block();
@@ -186,9 +187,9 @@ pub fn coarse_levels<T: Carried>(star: &Star, frames: &AtlasFrames, shape: Coars
     image
 }
 
-/// Widens means over squares of `2ʷⁱᵈᵉ` patches per side to squares twice as wide. Each step averages the corner means of the
-/// patches, which increases the variance of the weights by half a squared patch width. Widening a square increases its variance by
-/// `4ʷⁱᵈᵉ / 4`.
+/// Widens means over squares of `2ʷⁱᵈᵉ` patches per side to squares that are twice as wide. Each step averages the corner means of
+/// the patches, which increases the variance of the weights by half a squared patch width. Doubling the width of a square increases
+/// its variance by `4ʷⁱᵈᵉ / 4`.
 fn widened<T: Carried>(
     star: &Star,
     frames: &AtlasFrames,
@@ -223,13 +224,13 @@ fn widened<T: Carried>(
     vertices
 }
 
-/// Computes for each sample the mean over the part of its square on its own patch, patch by patch.
+/// Computes a mean for each sample, patch by patch, over the part of the sample's square that lies on its own patch.
 fn own_means<T: Linear>(shape: CoarseShape, intervals: u32, source: &[T], patches: usize) -> Vec<T> {
     let TileLayout { tile, gutter, columns, .. } = shape.layout;
     let cells = tile >> SOURCE_LEVEL;
     let row_length = (columns * cells) as usize;
     let (inner, spacing) = (shape.layout.inner() as f32, shape.layout.inner() as f32 / intervals as f32);
-    // For each sample, the weights of the cells that overlap its square, along one axis.
+    // These are the weights of the cells that overlap the square of each sample, along one axis.
     let weights: Vec<Vec<(usize, f32)>> = (0..=intervals)
         .map(|node| {
             let position = node as f32 * spacing;
@@ -261,7 +262,7 @@ fn own_means<T: Linear>(shape: CoarseShape, intervals: u32, source: &[T], patche
         .collect()
 }
 
-/// Returns the side of a border sample, and its position along that side from the side's first corner.
+/// Returns the side on which a border sample lies, and its position along the side from the first corner.
 fn side_of(a: u32, b: u32, intervals: u32) -> Option<(usize, u32)> {
     (0..4).find_map(|side| {
         let along = [a, b, intervals - a, intervals - b][side];
@@ -269,7 +270,7 @@ fn side_of(a: u32, b: u32, intervals: u32) -> Option<(usize, u32)> {
     })
 }
 
-/// Returns the sample at this position along a side (in the order v=0, u=1, v=1, u=0).
+/// Returns the sample at this position along a side. The order of the sides is v=0, u=1, v=1, u=0.
 fn on_side(side: usize, along: u32, intervals: u32) -> (u32, u32) {
     let back = intervals - along;
     [(along, 0), (intervals, along), (back, intervals), (0, back)][side]
@@ -281,7 +282,8 @@ mod tests {
     use crate::surfaces::topology::Topology;
     use glam::Vec3;
 
-    /// Returns a cube inflated roughly to a sphere. Three patches meet at every vertex, each with its own coordinate directions.
+    /// Returns a cube that is inflated roughly to a sphere. Three patches meet at every vertex, and each has its own coordinate
+    /// directions.
     fn cube() -> PatchMesh {
         let positions: Vec<Vec3> =
             (0..8).map(|k| Vec3::from([k & 1, k >> 1 & 1, k >> 2].map(|b| (2 * b - 1) as f32)).normalize()).collect();
@@ -298,7 +300,7 @@ mod tests {
         Star::new(mesh, Topology::new(&mesh.patches).neighbors())
     }
 
-    /// Returns the value at a position of a coarse level.
+    /// Returns the value at a position, interpolated in a coarse level.
     fn texel<T: Copy>(image: &[T], shape: CoarseShape, patch: usize, level: u32, [a, b]: [u32; 2]) -> T {
         let [width, _] = shape.size();
         let [block_width, block_height] = shape.block();
@@ -342,7 +344,7 @@ mod tests {
                             let (a, b) = on_side(side, along, intervals);
                             let uv = Vec2::new(a as f32, b as f32) / intervals as f32;
                             let value = texel(&image, shape, patch, level, [a, b]);
-                            // Both patches measure the slope along the same edge curve, so the two values must agree.
+                            // Both patches measure the slope along the edge that they share, so the two values must agree.
                             let axis = side & 1;
                             let scale = frames.at(patch, uv).tangents[axis].length();
                             let sign = if side < 2 { 1.0 } else { -1.0 };
@@ -366,7 +368,7 @@ mod tests {
         assert_eq!(compared, 6 * 4 * (5 + 3 + 2 + 2 * WIDE_LEVELS as usize));
     }
 
-    /// Returns a flat grid of `n × n` patches, each one metre wide.
+    /// Returns a flat grid of `n × n` patches that are each one metre wide.
     fn grid(n: u32) -> PatchMesh {
         let at = |x: u32, y: u32| y * (n + 1) + x;
         PatchMesh {
@@ -411,7 +413,7 @@ mod tests {
                 }
             }
             assert!((sum - 1.0).abs() < 1e-5, "{wide}: nothing is lost, {sum}");
-            // The four corners of the patch have a variance of 1/4, and the area of the patch has a variance of 1/12.
+            // The four corners of the patch have a variance of 1/4. The area of the patch has a variance of 1/12.
             let expected = 0.25 + (4.0f64.powi(wide as i32) - 1.0) / 12.0;
             assert!((square / sum - expected).abs() < 1e-3, "{wide}: {} {expected}", square / sum);
         }
@@ -430,8 +432,8 @@ mod tests {
         let source: Vec<[f32; 4]> =
             (0..source_texels(layout)).map(|k| if k % row / cells == 3 { [1.0; 4] } else { [0.0; 4] }).collect();
         let image = coarse_levels(&star_of(&mesh), &frames, shape, &source);
-        // The vertex lies between four patches. One has texels of 1 and accessibility 0.2, two have a mean accessibility of 0.6,
-        // and one has 0.8.
+        // The vertex lies between four patches. One patch has texels of 1 and an accessibility of 0.2. Two patches have a mean
+        // accessibility of 0.6, and one has 0.8.
         let value = texel(&image, shape, 0, 0, [shape.intervals(0), shape.intervals(0)])[0];
         let [dark, beside, open] = [0.2f32, 0.6, 0.8].map(|a| a.powi(4));
         assert!((value - dark / (dark + 2.0 * beside + open)).abs() < 1e-5, "{value}");
@@ -441,7 +443,7 @@ mod tests {
     fn blocks_hold_their_levels() {
         for tile in [8, 16, 32, 64] {
             let shape = CoarseShape::new(TileLayout::new(7, tile));
-            // Levels are numbered as in passes/filter/atlas.glsl.
+            // The levels are numbered as in passes/filter/atlas.glsl.
             let finest = shape.finest;
             assert_eq!(shape.block(), [(1 << finest) + 1, (2 << finest) + finest + 2 * WIDE_LEVELS]);
             for level in 0..shape.levels() {

@@ -1,12 +1,12 @@
-//! Seamless filtering of an atlas with one tile per patch.
+//! Filters an atlas with one tile per patch, without seams.
 //!
-//! The mips of a tile cover only its own patch, so filtered values would jump at patch borders and in pixels that cover several
-//! patches. Two mechanisms extend the filter over the whole surface:
+//! The mips of a tile cover only its own patch, so filtered values would jump at the borders of patches and in pixels that cover
+//! several patches. Two mechanisms extend the filter over the whole surface:
 //!
-//! * [links](frames) give the patch across each side of a patch and the conversion of its gradients, so that texture samples can
-//!   cross tiles;
-//! * [coarse levels](levels) continue the mips from an eighth of a patch to many patches, with samples on borders and corners
-//!   shared by all adjacent patches.
+//! * [Links](frames) give the patch across each side of a patch, and the conversion of its gradients. Texture samples can therefore
+//!   cross tiles.
+//! * [Coarse levels](levels) continue the mips, from an eighth of a patch to many patches. All adjacent patches share the samples
+//!   on their borders and corners.
 //!
 //! `shaders-glsl/passes/filter/atlas.glsl` reads the links and the coarse levels.
 
@@ -31,7 +31,7 @@ use leadr_gpu::vk::Format;
 use leadr_gpu::{Buffer, Gpu, GpuError, Image, ImageDesc, Result, shared_struct};
 
 shared_struct! {
-    /// The header of the link buffer.
+    /// The header of the buffer with the links.
     pub struct AtlasHeadGpu for "Atlas" {
         /// The value of [`TileLayout::tile`].
         tile_size: u32,
@@ -47,35 +47,35 @@ shared_struct! {
     pub struct PatchLinkGpu for "PatchLink" {
         /// `patch << 2 | side` of the neighbour across each side, or [`NO_NEIGHBOR`].
         neighbors: [u32; 4],
-        /// Columns of the matrix that converts the neighbour's gradients to the patch's coordinates, for each side at its first and
-        /// second corner.
+        /// The columns of the matrix that converts the neighbour's gradients to the patch's coordinates, at the first and second
+        /// corner of each side.
         gradient_transforms: [[[f32; 4]; 2]; 4],
     }
 }
 
-/// Links and coarse levels on the device. Objects without an atlas have placeholders.
+/// The links and the coarse levels on the device. Objects without an atlas have placeholders.
 #[derive(Clone)]
 pub struct AtlasGpu {
-    /// Buffer with an `AtlasHeadGpu`, followed by a `PatchLinkGpu` for every patch.
+    /// A buffer with an `AtlasHeadGpu`, followed by a `PatchLinkGpu` for every patch.
     pub links: Buffer,
-    /// Coarse levels of the moments in [`LeadrMapGpu::slopes`].
+    /// The coarse levels of the moments in [`LeadrMapGpu::slopes`].
     pub slopes: Image,
-    /// Coarse levels of the moments in [`LeadrMapGpu::joint`].
+    /// The coarse levels of the moments in [`LeadrMapGpu::joint`].
     pub joint: Image,
-    /// Coarse levels of the linear colours, with the square root of the roughness in alpha.
+    /// The coarse levels of the linear colours, with the square root of the roughness in alpha.
     pub color: Image,
-    /// Coarse levels of the linear reflectance at normal incidence.
+    /// The coarse levels of the linear reflectance at normal incidence.
     pub f0: Image,
-    /// Coarse levels of the two roughnesses.
+    /// The coarse levels of the two roughnesses.
     pub mixed: Image,
-    /// Coarse levels of the emission, with accessibility in alpha.
+    /// The coarse levels of the emission, with the accessibility in alpha.
     pub light: Image,
-    /// Coarse levels of [`ReliefColorImages::weighted`].
+    /// The coarse levels of [`ReliefColorImages::weighted`].
     pub weighted: Image,
 }
 
 impl AtlasGpu {
-    /// Creates placeholders for an object whose maps are not an atlas; they are never read.
+    /// Creates placeholders for an object whose maps are not an atlas. Shaders never read them.
     pub fn none(gpu: &Arc<Gpu>, weighted: &Image) -> Result<Self> {
         let image = |what: &str, format| placeholder(gpu, &format!("no coarse {what}"), format);
         Ok(Self {
@@ -90,8 +90,8 @@ impl AtlasGpu {
         })
     }
 
-    /// Builds the links and coarse levels of `mesh`. Its patches have the tiles of `layout` in `maps` and in the material (if any),
-    /// which must have equal sizes. `none` holds the placeholders for missing levels.
+    /// Builds the links and the coarse levels of `mesh`. The patches have the tiles of `layout`, in `maps` and in the material. The
+    /// maps and the material must have equal sizes. `none` holds the placeholders for missing levels.
     ///
     /// # Errors
     /// Returns [`GpuError::Usage`] if the material and the maps differ in size.
@@ -172,7 +172,7 @@ impl AtlasGpu {
                 for (side, neighbor) in star.neighbors[patch].iter().enumerate() {
                     let &Some((other, beside)) = neighbor else { continue };
                     link.neighbors[side] = other << 2 | u32::from(beside);
-                    // The neighbour traverses the edge in the opposite direction.
+                    // The neighbour runs along the edge in the opposite direction.
                     for end in 0..2 {
                         let here = frames.corner(patch, (side + end) & 3);
                         let there = frames.corner(other as usize, (usize::from(beside) + 1 - end) & 3);
@@ -195,7 +195,7 @@ impl AtlasGpu {
     }
 }
 
-/// Reads emission and accessibility at the mip from which the coarse levels are computed.
+/// Reads the emission and the accessibility at the mip from which the coarse levels are computed.
 fn light_texels(images: &MaterialImages) -> Result<Vec<[f32; 4]>> {
     let count = images.color.mip_extent(SOURCE_LEVEL).iter().product::<u32>() as usize;
     let mut texels = vec![[0.0, 0.0, 0.0, 1.0]; count];

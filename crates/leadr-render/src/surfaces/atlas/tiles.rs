@@ -1,21 +1,21 @@
-//! Positions in an atlas with one tile per patch. `shaders-glsl/passes/filter/atlas.glsl` has the same rules.
+//! Positions in an atlas with one tile per patch. `shaders-glsl/passes/filter/atlas.glsl` follows the same rules.
 
 use glam::Vec2;
 
 use crate::surfaces::patch_mesh::{PatchMesh, TileLayout};
 use crate::surfaces::topology::Topology;
 
-/// The tiles and adjacent patches of a mesh at rest.
+/// The tiles and the adjacent patches of a mesh at rest.
 pub struct Tiles {
     layout: TileLayout,
-    /// For each side of each patch, the patch across it and the side of that patch.
+    /// The patch across each side of each patch, with the side at which it meets this patch.
     neighbors: Vec<[Option<(u32, u8)>; 4]>,
-    /// Mean width and height of each patch, in metres.
+    /// The mean width and the mean height of each patch, in metres.
     extents: Vec<Vec2>,
 }
 
 impl Tiles {
-    /// Collects the tiles of a mesh with these edges.
+    /// Collects the tiles of a mesh that has these edges.
     pub fn new(mesh: &PatchMesh, topology: &Topology, layout: TileLayout) -> Self {
         let extent = |patch: &[u32; 4]| {
             let p = patch.map(|v| mesh.positions[v as usize]);
@@ -35,8 +35,8 @@ impl Tiles {
         self.layout
     }
 
-    /// Converts a position outside a patch to the patch that contains it and a position in that patch, in `[0, 1]²`. Crosses up to
-    /// two borders. Distances are kept in metres, so patches may differ in size.
+    /// Converts a position outside a patch to a position in `[0, 1]²` on the patch that contains it, and returns both. Crosses up
+    /// to two borders. Distances are kept in metres, because patches may differ in size.
     fn point_across_borders(&self, mut patch: usize, mut at: Vec2) -> (usize, Vec2) {
         for _ in 0..2 {
             let beyond = (-at).max(at - Vec2::ONE);
@@ -56,7 +56,7 @@ impl Tiles {
             let across = |patch: usize, side: usize| self.extents[patch][1 - side % 2];
             let over = over * across(patch, side) / across(other as usize, usize::from(beside));
             patch = other as usize;
-            // The neighbour traverses the shared edge in the other direction.
+            // The neighbour runs along the shared edge in the other direction.
             at = match beside {
                 0 => Vec2::new(1.0 - along, over),
                 1 => Vec2::new(1.0 - over, 1.0 - along),
@@ -68,7 +68,7 @@ impl Tiles {
     }
 
     /// Returns the texels of a tile at a level of the maps, with a margin of `margin` texels on each side. Rows of `texels` have
-    /// `width` entries. Texels beyond the patch's borders come from the adjacent patches.
+    /// `width` entries. Texels beyond the borders of the patch come from the adjacent patches.
     pub fn around(&self, texels: &[f32], width: usize, level: u32, patch: usize, margin: usize) -> Vec<f32> {
         let layout = self.layout;
         let side = (layout.tile >> level) as usize;
@@ -98,8 +98,8 @@ impl Tiles {
 mod tests {
     use super::*;
 
-    /// The second of two adjacent patches is three times as wide as the first. Heights are linear over both patches, and the
-    /// gutters of the first patch are wrong.
+    /// Returns two adjacent patches, of which the second is three times as wide as the first. Heights are linear over both patches,
+    /// and the gutters of the first patch are wrong.
     #[test]
     fn heights_go_on_beyond_a_border() {
         let layout = TileLayout::new(2, 16);

@@ -1,4 +1,4 @@
-//! The mesh of the sea. Rings of patches surround the viewer, from the feet to beyond the horizon, and each patch is tessellated.
+//! The mesh of the sea, with rings of tessellated patches around the viewer, from the feet to beyond the horizon.
 
 use std::f32::consts::TAU;
 
@@ -8,57 +8,57 @@ use crate::surfaces::patch_mesh::PatchMesh;
 use crate::surfaces::tessellation::{DrawList, Lens, MAX_FACTOR, PosedMesh, TessellationSettings, Viewer};
 use crate::surfaces::topology::Topology;
 
-/// Radius of the Earth in metres, enlarged for standard atmospheric refraction.
+/// The radius of the Earth in metres, enlarged to include standard atmospheric refraction.
 pub const EARTH: f32 = 6.371e6 * 7.0 / 6.0;
-/// Number of patches in a ring.
+/// The number of patches in a ring.
 pub const SPOKES: u32 = 48;
-/// Number of rings.
+/// The number of rings.
 pub const RINGS: u32 = 96;
-/// Height of the highest crests above the rest level, in standard deviations. It determines the outer radius of the rings.
+/// The height of the highest crests above the rest level, in standard deviations, which determines the outer radius of the rings.
 const CREST: f32 = 4.0;
-/// Largest displacement by waves, in standard deviations of the height. Culling uses it.
+/// The largest displacement by waves, in standard deviations of the height. Culling uses this value.
 const REACH: f32 = 6.0;
-/// Wave slope assumed for patches seen from the side.
+/// The wave slope that is assumed for patches seen from the side.
 const WAVE_SLOPE: f32 = 0.1;
-/// Wave height in pixels (two standard deviations) up to which waves are left to the slope moments. From [`FULL_RELIEF`] on, waves
-/// are drawn in full.
+/// The wave height in pixels (two standard deviations) up to which only the slope moments represent the waves. From [`FULL_RELIEF`]
+/// on, the geometry shows the waves in full.
 const LEAST_RELIEF: f32 = 0.25;
 const FULL_RELIEF: f32 = 1.0;
-/// Largest deviation of straight triangle edges from the curved water surface, in pixels.
+/// The largest deviation of straight triangle edges from the curved water surface, in pixels.
 const CURVE_ERROR: f32 = 0.05;
 
 /// The view from which the sea is drawn.
 #[derive(Clone, Copy, Debug)]
 pub struct SeaView {
-    /// Transform from world to clip space.
+    /// The transform from world to clip space.
     pub clip_from_world: Mat4,
     /// The scale from lengths to pixels.
     pub lens: Lens,
-    /// Height of the water at rest, in metres.
+    /// The height of the water at rest, in metres.
     pub level: f32,
-    /// Standard deviation of the waves' height, in metres.
+    /// The standard deviation of the height of the waves, in metres.
     pub deviation: f32,
 }
 
-/// The patches and their connectivity, independent of the view.
+/// The patches and how they are connected, independent of the view.
 #[derive(Clone, Debug)]
 pub struct Rings {
-    /// The mesh, with directions in xy and the ring number in z (0 is the centre).
+    /// The mesh, whose positions hold a direction in xy and the ring number in z (0 is the centre).
     pub mesh: PatchMesh,
     /// The edges of the mesh.
     pub topology: Topology,
 }
 
-/// The rings around a viewpoint.
+/// The rings around one viewpoint.
 #[derive(Clone, Debug, Default)]
 pub struct RingLayout {
-    /// World positions of the mesh vertices at the water's rest level, in metres.
+    /// The world positions of the mesh vertices at the rest level of the water, in metres.
     pub positions: Vec<Vec3>,
-    /// Largest distance between tessellated vertices along the edges at each mesh vertex, in metres.
+    /// The largest distance between tessellated vertices along the edges at each mesh vertex, in metres.
     pub spacing: Vec<f32>,
-    /// Tessellation factor of each edge.
+    /// The tessellation factor of each edge.
     pub factors: Vec<f32>,
-    /// The patches and draws.
+    /// The visible patches and their draws.
     pub list: DrawList,
 }
 
@@ -85,9 +85,9 @@ impl Default for Rings {
 }
 
 impl Rings {
-    /// Places the rings around a viewer, spaced uniformly in the logarithm of the distance, and selects the patches to draw.
-    /// Positions and factors depend smoothly on the viewer's position, so nothing pops. Rotating the camera changes only the
-    /// culling.
+    /// Places the rings around a viewer, with uniform spacing in the logarithm of the distance, and selects the patches to draw.
+    /// Positions and tessellation factors depend smoothly on the position of the viewer, so nothing pops. Rotating the camera only
+    /// changes which patches are culled.
     pub fn layout(&self, view: &SeaView, settings: &TessellationSettings) -> RingLayout {
         let SeaView { lens, level, deviation, .. } = *view;
         let height = (lens.eye.z - level).abs().max(0.5);
@@ -132,26 +132,26 @@ impl Rings {
     }
 }
 
-/// Returns the outer radius of the rings in metres. It is the distance of the farthest crest beyond the horizon that is visible
-/// from `height`.
+/// Returns the outer radius of the rings in metres, which is the distance of the farthest crest that is visible from `height`
+/// beyond the horizon.
 fn farthest(height: f32, deviation: f32) -> f32 {
     (2.0 * EARTH * height).sqrt() + (2.0 * EARTH * CREST * deviation).sqrt()
 }
 
-/// Returns the tessellation factor of an edge. It follows the edge's screen length if waves are large enough in pixels, and always
-/// resolves the curvature of the Earth.
+/// Returns the tessellation factor of an edge. The factor follows the screen length of the edge if the waves are large enough in
+/// pixels, and always resolves the curvature of the Earth.
 fn edge_factor(lens: &Lens, [a, b]: [Vec3; 2], deviation: f32, settings: &TessellationSettings) -> f32 {
     let (centre, along) = ((a + b) * 0.5, b - a);
     let length = along.length();
     let scale = lens.pixels(centre, length) / length.max(1e-20);
     let sine = along.cross(Viewer::At(lens.eye).toward(centre)).length() / length.max(1e-20);
     let relief = 2.0 * deviation * scale;
-    // Reference images tessellate all waves at full density.
+    // Reference images tessellate all waves as densely as the settings allow.
     let (shown, slope) = match settings.to_texels {
         true => (1.0, 1.0),
         false => (((relief - LEAST_RELIEF) / (FULL_RELIEF - LEAST_RELIEF)).clamp(0.0, 1.0), WAVE_SLOPE),
     };
-    // Two triangles of area A fill a square cell of side sqrt(2A).
+    // Two triangles of area A fill a square cell with the side sqrt(2A).
     let side = (2.0 * settings.pixels_per_triangle).sqrt();
     let waves = length * scale * sine.hypot(slope) * shown / side;
     let bulge = length * length * scale / (8.0 * EARTH);
@@ -181,7 +181,7 @@ mod tests {
     const SIZE: (u32, u32) = (1280, 720);
     const DEVIATION: f32 = 0.45;
 
-    /// Lays out the rings for a camera at `height` metres that looks below the horizon by an angle with the tangent `down`.
+    /// Lays out the rings for a camera at `height` metres. The camera looks below the horizon by an angle whose tangent is `down`.
     fn laid(height: f32, down: f32, settings: &TessellationSettings) -> (RingLayout, Camera) {
         let eye = Vec3::new(300.0, -70.0, height);
         let camera = Camera::looking_at(eye, eye + Vec3::new(1.0, 0.2, -down).normalize() * height, 45.0);
@@ -190,7 +190,7 @@ mod tests {
         (Rings::default().layout(&view, settings), camera)
     }
 
-    /// Returns the number of pixels covered by water.
+    /// Returns the number of pixels that water covers.
     fn covered(camera: &Camera) -> f64 {
         let [x, y, z] = camera.rays(SIZE, Vec2::ZERO);
         let dip = -(2.0 * camera.position.z / EARTH).sqrt();
@@ -210,7 +210,7 @@ mod tests {
             [(2.5, 0.1, 2.5, 2000), (100.0, 0.25, 0.5, 900), (1000.0, 0.35, 0.04, 900), (5000.0, 0.35, 0.01, 900)]
         {
             let (laid, camera) = laid(height, down, &TessellationSettings::default());
-            // Number of triangles up to 300 m, up to 3 km, up to 30 km, and beyond.
+            // The bins count the triangles up to 300 m, up to 3 km, up to 30 km, and beyond.
             let mut bins = [0u64; 4];
             for &patch in &laid.list.visible {
                 let corner = laid.positions[rings.mesh.patches[patch as usize][0] as usize];

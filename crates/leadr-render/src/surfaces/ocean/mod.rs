@@ -12,23 +12,23 @@ use self::waves::Cascade;
 /// The waves and the water of a sea.
 #[derive(Clone, Debug)]
 pub struct Ocean {
-    /// Wave tiles of equal resolution, longest waves first.
+    /// The wave tiles, which have equal resolution. The longest waves come first.
     pub cascades: Vec<Cascade>,
-    /// Standard deviation of the wave height, in metres.
+    /// The standard deviation of the wave height, in metres.
     pub height: f32,
-    /// Slope covariance `xx, yy, xy` of the waves that are in no cascade.
+    /// The slope covariance `xx, yy, xy` of the waves that no cascade contains.
     pub tail: Vec3,
-    /// Factor on the horizontal displacement of waves: 1 for water, 0 for none.
+    /// The factor for the horizontal displacement by waves, which is 1 for water and 0 for none.
     pub choppiness: f32,
-    /// Height of the water at rest, in metres.
+    /// The height of the water at rest, in metres.
     pub level: f32,
-    /// Linear diffuse albedo of the light that the water scatters back.
+    /// The linear diffuse albedo of the light that the water scatters back.
     pub color: Vec3,
-    /// Linear diffuse albedo of foam.
+    /// The linear diffuse albedo of foam.
     pub foam: Vec3,
-    /// Horizontal stretch (`OceanFields::joint`) below which foam appears. The sea at rest has a stretch of 1, and a threshold of 0
+    /// The horizontal stretch (`OceanFields::joint`) below which foam appears. The sea at rest has a stretch of 1. A threshold of 0
     /// disables foam.
     pub foam_threshold: f32,
-    /// A beach; `None` for the open sea.
+    /// The beach, or `None` for the open sea.
     pub shore: Option<Shore>,
 }

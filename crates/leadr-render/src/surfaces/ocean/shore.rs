@@ -1,4 +1,4 @@
-//! A beach of the sea, with the coast along y and land toward +x. The shader code is `passes/ocean/shore.glsl`. Parity tests
+//! A beach of the sea. The coast runs along y, and land is toward +x. The shader code is in `passes/ocean/shore.glsl`. Parity tests
 //! compare [`Shore::offshore`] and [`Shore::ground`] with their GLSL versions.
 
 use glam::{DVec2, Vec3};
@@ -9,48 +9,48 @@ use super::waves::PERIOD;
 /// A sinusoidal bend of the waterline, by `amplitude · sin(step · along + phase)` metres toward the sea.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Bend {
-    /// Amplitude in metres.
+    /// The amplitude in metres.
     pub amplitude: f64,
-    /// Wave number along the coast in rad/m.
+    /// The wave number along the coast, in rad/m.
     pub step: f64,
-    /// Phase in radians.
+    /// The phase in radians.
     pub phase: f64,
 }
 
-/// A beach and the swell on it.
+/// A beach, and the swell that runs onto it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shore {
-    /// Slope of the sand at the rest waterline; greater than 0.
+    /// The slope of the sand at the rest waterline, which is greater than 0.
     pub slope: f64,
-    /// Height of the flat sand behind the beach above the water, in metres; greater than 0.
+    /// The height of the flat sand behind the beach above the water, in metres, greater than 0.
     pub berm: f64,
-    /// Distance in metres over which the sea floor levels off. The depth is proportional to `(s + reach)^⅔ − reach^⅔` (Dean's
-    /// equilibrium profile, shifted for a finite slope at the waterline).
+    /// The distance in metres over which the sea floor levels off. The depth is proportional to `(s + reach)^⅔ − reach^⅔`, which is
+    /// Dean's equilibrium profile, shifted for a finite slope at the waterline.
     pub reach: f64,
-    /// Bends of the waterline about x = 0.
+    /// The bends of the waterline, which otherwise lies at x = 0.
     pub bends: [Bend; 4],
-    /// Number of swell waves per [`PERIOD`]; greater than 0.
+    /// The number of swell waves per [`PERIOD`], which is greater than 0.
     pub swells: u32,
-    /// Run-up height of the highest waves above the rest level, in metres.
+    /// The height to which the highest waves run up above the rest level, in metres.
     pub run_up: f64,
-    /// Linear albedo of wet sand.
+    /// The linear albedo of wet sand.
     pub bed: Vec3,
-    /// Extinction of light in the water, per metre.
+    /// The extinction of light in the water, per metre.
     pub extinction: Vec3,
 }
 
 impl Shore {
-    /// Returns the distance from the waterline in metres, positive toward the sea.
+    /// Returns the distance from the waterline in metres, which is positive toward the sea.
     pub fn offshore(&self, point: DVec2) -> f64 {
         -point.x - self.waterline(-point.y)
     }
 
-    /// Returns −x of the rest waterline at y = −`along`, in metres.
+    /// Returns −x of the waterline at rest, in metres, at y = −`along`.
     pub fn waterline(&self, along: f64) -> f64 {
         self.bends.iter().map(|b| b.amplitude * (b.step * along + b.phase).sin()).sum()
     }
 
-    /// Returns the height of the sand above the rest level, `offshore` metres from the waterline.
+    /// Returns the height of the sand above the rest level, at `offshore` metres from the waterline.
     pub fn ground(&self, offshore: f64) -> f64 {
         if offshore > 0.0 {
             let power = |x: f64| x.powf(2.0 / 3.0);
@@ -67,34 +67,34 @@ impl Shore {
 }
 
 shared_struct! {
-    /// The uniform block `Shore` in `passes/ocean/shore.glsl`; zero without a shore.
+    /// The uniform block `Shore` in `passes/ocean/shore.glsl`, which is zero without a shore.
     #[derive(Default)]
     pub struct ShoreGpu for "Shore" {
-        /// Profile of the beach: slope, berm, reach, and depth factor.
+        /// The profile of the beach: slope, berm, reach, and depth factor.
         pub profile: [f32; 4],
-        /// Amplitudes of the bends.
+        /// The amplitudes of the bends.
         pub line_amplitude: [f32; 4],
-        /// Wave numbers of the bends.
+        /// The wave numbers of the bends.
         pub line_step: [f32; 4],
-        /// Phases of the bends.
+        /// The phases of the bends.
         pub line_phase: [f32; 4],
-        /// Swell: phase in cycles, number of whole cycles so far, period, and run-up.
+        /// The swell: phase in cycles, number of whole cycles so far, period, and run-up.
         pub swell: [f32; 4],
-        /// Albedo of wet sand (rgb); w is unused.
+        /// The albedo of wet sand in rgb. The component w is unused.
         pub bed: [f32; 4],
-        /// Extinction of light in the water, per metre.
+        /// The extinction of light in the water, per metre.
         pub extinction: [f32; 4],
-        /// Water depth at which each cascade's waves keep 63 % of their height, in metres.
+        /// The water depth at which the waves of each cascade keep 63 % of their height, in metres.
         pub calm: [[f32; 4]; 2],
     }
 }
 
-/// Water depth at which a cascade's waves keep 63 % of their height, in standard deviations of the height. With this value, even
-/// the highest waves stay lower than the water depth.
+/// The water depth at which the waves of a cascade keep 63 % of their height, in standard deviations of the height. With this
+/// value, even the highest waves stay lower than the depth of the water.
 const CALM: f64 = 6.0;
 
 impl ShoreGpu {
-    /// Creates the block of a shore at `time` seconds, for cascades with these standard deviations of the height.
+    /// Creates the block of a shore at `time` seconds. The standard deviations are those of the height of each cascade.
     pub fn new(shore: &Shore, time: f64, deviations: &[f64]) -> Self {
         let four = |f: &dyn Fn(&Bend) -> f64| shore.bends.each_ref().map(|b| f(b) as f32);
         let turns = time.rem_euclid(PERIOD) / PERIOD * f64::from(shore.swells);

@@ -5,30 +5,31 @@ use leadr_reflectance::random::{STEP, mix, unit_of_bits};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
-/// Period in seconds. All frequencies are integer multiples of its reciprocal, so the sea repeats and phases never lose precision.
+/// The period in seconds. All frequencies are integer multiples of its reciprocal, so the sea repeats, and phases never lose
+/// precision.
 pub const PERIOD: f64 = 1024.0;
 
 /// One band of waves on a periodic tile.
 #[derive(Clone, Debug)]
 pub struct Cascade {
-    /// Side of the tile in metres.
+    /// The side of the tile in metres.
     pub size: f64,
-    /// Rotation of the tile in the world, in radians.
+    /// The rotation of the tile in the world, in radians.
     pub rotation: f64,
-    /// Number of samples along the tile's side, a power of two.
+    /// The number of samples along the side of the tile, which is a power of two.
     pub resolution: u32,
-    /// Range of the wave numbers in rad/m, `low ≤ |k| < high`.
+    /// The range of the wave numbers in rad/m, as `low ≤ |k| < high`.
     pub band: [f64; 2],
-    /// Amplitude `a` (complex) and cycles per [`PERIOD`] of each wave vector `(i, j)`, at index `j · resolution + i`. Negative wave
-    /// numbers are in the upper half, as in a Fourier transform. The height is `Σ ĥ e^{ik·x}` with `ĥ(k) = a(k) e^{−iωt} +
-    /// conj(a(−k)) e^{iωt}`, so each wave travels along its own vector.
+    /// The complex amplitude `a` and the cycles per [`PERIOD`] of each wave vector `(i, j)`, at index `j · resolution + i`.
+    /// Negative wave numbers are in the upper half, as in a Fourier transform. The height is `Σ ĥ e^{ik·x}` with `ĥ(k) = a(k)
+    /// e^{−iωt} + conj(a(−k)) e^{iωt}`, so each wave travels along its own vector.
     pub waves: Vec<[f32; 4]>,
 }
 
 impl Cascade {
-    /// Creates the waves of `band` on a tile, with random phases and the mean amplitude for every wave vector. The variances match
-    /// the spectrum for every time and seed. `density` is the height variance per area of world wave vectors (m⁴), `frequency` maps
-    /// a wave number to rad/s, and `share` is the fraction of the variance in this cascade.
+    /// Creates the waves of `band` on a tile. Each wave vector has a random phase and its mean amplitude, so the variances match
+    /// the spectrum at every time and for every seed. `density` is the height variance per area of world wave vectors (m⁴),
+    /// `frequency` maps a wave number to rad/s, and `share` is the fraction of the variance that this cascade has.
     pub fn new(
         size: f64,
         rotation: f64,
@@ -57,7 +58,7 @@ impl Cascade {
         Self { size, rotation, resolution, band, waves }
     }
 
-    /// Returns the standard deviations of the height (in metres) and of the slope.
+    /// Returns the standard deviation of the height in metres, and the standard deviation of the slope.
     pub fn deviations(&self) -> [f64; 2] {
         let n = self.resolution;
         let (mut height, mut slope) = (0.0, 0.0);
@@ -69,7 +70,7 @@ impl Cascade {
         [height.sqrt(), slope.sqrt()]
     }
 
-    /// Returns the same waves with `factor²` times as many samples, so that interpolation is closer to the exact sum of the waves.
+    /// Returns the same waves with `factor²` times as many samples. Interpolation is then closer to the exact sum of the waves.
     /// `factor` is a power of two.
     pub fn oversampled(&self, factor: u32) -> Self {
         let (n, resolution) = (self.resolution, self.resolution * factor);
@@ -82,13 +83,13 @@ impl Cascade {
         Self { resolution, waves, ..*self }
     }
 
-    /// Returns the world wave vector of an entry of [`waves`](Self::waves), in rad/m.
+    /// Returns the wave vector of an entry of [`waves`](Self::waves), in world space and in rad/m.
     pub fn wave_vector(&self, i: u32, j: u32) -> DVec2 {
         wave_vector(i, j, self.resolution, self.size, self.rotation)
     }
 }
 
-/// Returns the weight of a tile's horizontal divergence in the foam, for a tile `size` metres wide. Ripples do not trap air, but
+/// Returns the weight of a tile's horizontal divergence in the foam. The tile is `size` metres wide. Ripples do not trap air, but
 /// they break up the foam of longer waves. `foam_weight` in `passes/ocean/cascade.glsl` is identical.
 pub fn foam_weight(size: f64) -> f64 {
     if size >= 10.0 { 1.0 } else { 0.35 }
@@ -111,7 +112,7 @@ mod tests {
 
     #[test]
     fn the_variance_is_the_spectrums() {
-        // For a spectrum constant on an annulus, the variance is density times area.
+        // If the spectrum is constant on an annulus, the variance is the density times the area.
         let cascade = Cascade::new(100.0, 0.4, 64, [0.3, 1.5], 0.5, 3, |_, _| 2.0, f64::sqrt);
         let variance: f64 = cascade.waves.iter().map(|w| 2.0 * f64::from(w[0].mul_add(w[0], w[1] * w[1]))).sum();
         let area = TAU / 2.0 * (1.5f64.powi(2) - 0.3f64.powi(2));

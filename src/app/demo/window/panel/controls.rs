@@ -14,7 +14,7 @@ use leadr_scenes::config::Picture;
 use leadr_scenes::light::SunDirection;
 use leadr_scenes::options::{SceneOption, Sets};
 
-/// Initial length of the timeline and step of its growth, seconds.
+/// The initial length of the timeline, and the step by which it grows, in seconds.
 const TIMELINE: f64 = 30.0;
 /// Decimals of the time in seconds and of the sun's angles in degrees.
 const TIME_DECIMALS: usize = 2;
@@ -24,10 +24,10 @@ const SLIDER: f32 = 72.0;
 /// Maximum height of a list without scrolling, points.
 const LIST: f32 = 400.0;
 
-/// Whether each section that the user has opened or closed is open, by title.
+/// Whether a section is open, by title, for each section that the user has opened or closed.
 pub type Sections = BTreeMap<String, bool>;
 
-/// Shows all controls, with the most important first.
+/// Shows all controls. The most important controls come first.
 pub fn show(ui: &mut Ui, viewer: &mut Viewer, facts: &Facts<'_>, sections: &mut Sections, requests: &mut Vec<Request>) {
     ui.add_space(6.0);
     ui.spacing_mut().slider_width = SLIDER;
@@ -39,7 +39,7 @@ pub fn show(ui: &mut Ui, viewer: &mut Viewer, facts: &Facts<'_>, sections: &mut 
     section(ui, "Surface and picture", false, sections, |ui| picture(ui, viewer, facts, requests));
 }
 
-/// Shows the options under a heading that the scene and the technique support.
+/// Shows those options under a heading that the scene and the technique support.
 fn options(ui: &mut Ui, heading: &str, picture: &mut Picture, facts: &Facts<'_>) {
     let under = |option: &&SceneOption| option.spec.heading == heading && option.spec.panel == Panel::Control;
     for option in SceneOption::all().iter().filter(under) {
@@ -96,7 +96,7 @@ fn control<C: Copy>(ui: &mut Ui, option: &SceneOption, value: &Value<C>, config:
             named(ui, &label, chosen.name(), |ui| {
                 for (name, help) in chosen.names() {
                     if ui.selectable_label(name == chosen.name(), name).on_hover_text(help).clicked() {
-                        // The list contains only valid names.
+                        // The list contains only valid names, so the result is ignored.
                         _ = chosen.choose(name);
                     }
                 }
@@ -113,18 +113,18 @@ pub fn rounded(number: f32, decimals: usize) -> f32 {
     ((f64::from(number) * step).round() / step) as f32
 }
 
-/// Creates a slider that keeps a value outside its range until it is dragged.
+/// Creates a slider. A value outside its range is kept until the slider is dragged.
 fn shown_as<'a>(slider: Slider<'a>, spec: &settings::Slider) -> Slider<'a> {
     let slider = slider.clamping(SliderClamping::Edits).logarithmic(spec.ends[0] > 0.0);
     slider.suffix(spec.unit).custom_formatter(shown(spec.decimals))
 }
 
-/// Formats a number with this many decimals. `fixed_decimals` of a slider would also round the value.
+/// Formats a number with this number of decimals. `fixed_decimals` of a slider would also round the value.
 fn shown(decimals: usize) -> impl Fn(f64, std::ops::RangeInclusive<usize>) -> String {
     move |value, _| format!("{value:.decimals$}")
 }
 
-/// Shows a collapsible section in the state in which the user left it.
+/// Shows a collapsible section as the user left it, open or closed.
 pub fn section(ui: &mut Ui, title: &str, open: bool, sections: &mut Sections, contents: impl FnOnce(&mut Ui)) {
     let was = sections.get(title).copied().unwrap_or(open);
     let header = egui::CollapsingHeader::new(title).default_open(was).show(ui, contents).header_response;
@@ -324,7 +324,7 @@ fn light(ui: &mut Ui, viewer: &mut Viewer, facts: &Facts<'_>) {
     options(ui, headings::LIGHT, &mut viewer.choices.picture, facts);
 }
 
-/// Shows the roughness of displaced surfaces. It applies when the slider is released, because it rebuilds their maps.
+/// Shows the roughness of displaced surfaces. A change applies when the slider is released, because it rebuilds the maps of the surfaces.
 fn roughness(ui: &mut Ui, roughness: &OfSurfaces<f32>, requests: &mut Vec<Request>) {
     let chosen = match *roughness {
         OfSurfaces::Fixed => return,

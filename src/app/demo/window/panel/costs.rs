@@ -7,12 +7,12 @@ use egui::{Color32, Pos2, Rect, Sense, Ui, Vec2};
 use super::controls::{Sections, section};
 use super::facts::{Facts, HISTORY};
 
-/// Height of the frame time graph, points.
+/// The height of the frame time graph in points.
 const GRAPH: f32 = 36.0;
-/// Minimum time of a listed pass, milliseconds.
+/// The shortest time of a pass that is listed, in milliseconds.
 const LEAST: f64 = 0.05;
 
-/// Shows frames per second, a graph of recent frames, and the milliseconds of each pass.
+/// Shows the frames per second, a graph of recent frames, and the milliseconds of each pass.
 pub fn show(ui: &mut Ui, facts: &Facts<'_>, milliseconds: &VecDeque<f32>, sections: &mut Sections) {
     section(ui, "Cost", true, sections, |ui| {
         let rate = facts.fps.map(|fps| format!("{fps:.1} frames per second, ")).unwrap_or_default();
@@ -77,7 +77,7 @@ fn graph(ui: &mut Ui, milliseconds: &VecDeque<f32>) {
     painter.text(area.left_top() + Vec2::new(3.0, 1.0), egui::Align2::LEFT_TOP, text, font, Color32::LIGHT_GRAY);
 }
 
-/// Formats 1234567 as 1,234,567.
+/// Formats a number with commas between groups of digits, such as 1,234,567.
 fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let groups: Vec<_> = digits.as_bytes().rchunks(3).rev().map(String::from_utf8_lossy).collect();

@@ -1,4 +1,4 @@
-//! The panel over the picture, with controls, costs, and the split between two techniques.
+//! The panel over the picture, which has the controls, the costs, and the split between two techniques.
 //!
 //! The panel changes the [`Viewer`] directly, and returns all other changes as [`Request`]s to the window.
 
@@ -30,11 +30,11 @@ use super::viewer::Viewer;
 use leadr_maps::Rgb8Image;
 use leadr_maps::shown::shown_line;
 
-/// Width of the panel, points.
+/// The width of the panel in points.
 const WIDTH: f32 = 252.0;
-/// Minimum width of a window that starts with the panel, points.
+/// The smallest width of a window that starts with the panel, in points.
 const ROOM: f32 = 560.0;
-/// Duration of a message on the screen.
+/// The duration of a message on the screen.
 const MESSAGE: Duration = Duration::from_secs(6);
 
 /// The panel of a window.
@@ -57,13 +57,13 @@ pub struct Panel {
     milliseconds: VecDeque<f32>,
     /// An overlay on the picture and its legend.
     over: Option<(TextureHandle, String)>,
-    /// Slope covariances under pixels for the ellipses.
+    /// The slope covariances under pixels for the ellipses.
     pub ellipses: Option<LayerPicture>,
-    /// Probes of the sky occlusion volume.
+    /// The probes of the volume of sky occlusion.
     pub balls: Option<Vec<Ball>>,
-    /// Time of the next redraw without an event.
+    /// The time of the next redraw that happens without an event.
     pub wakes: Option<Instant>,
-    /// Position of the pointer, points.
+    /// The position of the pointer in points.
     pointer: Option<Pos2>,
 }
 
@@ -97,19 +97,19 @@ impl Panel {
         }
     }
 
-    /// Returns the current layout, without the window size.
+    /// Returns the current layout without the size of the window.
     pub fn layout(&self) -> Layout {
         Layout { size: None, panel: Some(self.open), sections: self.sections.clone() }
     }
 
-    /// Returns the pixels per point.
+    /// Returns the number of pixels per point.
     pub fn scale(&self) -> f64 {
         f64::from(self.context.pixels_per_point())
     }
 
     /// Handles an event. Returns whether the panel consumed it, and whether the panel must be redrawn.
     pub fn event(&mut self, window: &Window, event: &WindowEvent) -> (bool, bool) {
-        // Otherwise a redraw would request another redraw.
+        // If this event were handled, a redraw would request another redraw.
         if matches!(event, WindowEvent::RedrawRequested) {
             return (false, false);
         }
@@ -126,8 +126,8 @@ impl Panel {
         (consumed, response.repaint)
     }
 
-    /// Whether the pointer is over the panel or drags a widget. The result of egui uses the pointer position at the last layout, which may
-    /// be outdated.
+    /// Whether the pointer is over the panel or drags a widget. egui answers this for the pointer position at the last layout, which may be
+    /// outdated.
     fn is_under_pointer(&self) -> bool {
         let over = |at: Pos2| {
             let layer = self.context.layer_id_at(at);
@@ -191,7 +191,7 @@ impl Panel {
         self.context.copy_text(text);
     }
 
-    /// Shows an overlay on the picture with its legend; `None` removes it.
+    /// Shows an overlay on the picture with its legend. `None` removes the overlay.
     pub fn lay_over(&mut self, picture: Option<(Rgb8Image, String)>) {
         self.over = picture.map(|(picture, says)| {
             let pixels = picture.texels.iter().map(|&[r, g, b]| Color32::from_rgb(r, g, b)).collect();
@@ -200,8 +200,8 @@ impl Panel {
         });
     }
 
-    /// Takes the input since the last frame. It replaces `State::take_egui_input`, which queries the window size and panics if another
-    /// program has closed the window.
+    /// Takes the input since the last frame. `State::take_egui_input` is not used, because it queries the window size, which panics if
+    /// another program has closed the window.
     fn take_input(&mut self, window: &Window, size: PhysicalSize<u32>) -> RawInput {
         let scale = self.context.zoom_factor() * window.scale_factor() as f32;
         let points = Vec2::new(size.width as f32, size.height as f32) / scale;
@@ -214,8 +214,8 @@ impl Panel {
         input.take()
     }
 
-    /// Lays out the panel, applies the user's changes to `viewer`, and returns the other requests. `size` is the window size in pixels from
-    /// the last event.
+    /// Lays out the panel, and applies the changes of the user to `viewer`. Returns all other requests. `size` is the window size in pixels
+    /// from the last event.
     pub fn run(
         &mut self,
         window: &Window,

@@ -8,9 +8,9 @@ use crate::app::demo::window::over::LayerPicture;
 use crate::app::demo::window::probes::{Ball, NONE, SAYS, SIDES};
 use crate::app::demo::window::viewer::{SPLIT_GRIP, Viewer};
 
-/// Spacing of the covariance ellipses, points.
+/// The spacing of the covariance ellipses in points.
 const ELLIPSES: f32 = 24.0;
-/// Half-axis of an ellipse for a slope deviation of 1, points.
+/// The half-axis of an ellipse for a slope with a standard deviation of 1, in points.
 const ELLIPSE: f32 = 22.0;
 
 /// Width of the column of keys in the help, points.
@@ -78,7 +78,7 @@ pub fn window(ui: &Ui, title: &str, left: f32, contents: impl FnOnce(&mut Ui)) -
     !shown.inner.inner
 }
 
-/// Draws the split between two techniques and their names. The window handles dragging, which therefore works at any frame rate.
+/// Draws the split between two techniques and their names. The window itself handles dragging, so dragging works at any frame rate.
 pub fn split(ui: &Ui, viewer: &Viewer, left: f32) {
     let screen = ui.ctx().content_rect();
     let Some(compare) = viewer.choices.compare else { return };
@@ -123,7 +123,7 @@ pub fn ellipses(ui: &Ui, covariances: &LayerPicture) {
         let middle = screen.min + Vec2::new(x, y);
         let points = (0..20).map(|k| {
             let (sine, cosine) = (k as f32 / 20.0 * std::f32::consts::TAU).sin_cos();
-            // The y axis of slopes points up; that of the screen points down.
+            // The y axis of slopes points up, and the y axis of the screen points down.
             middle + Vec2::new(a * cosine + c * sine, -(b * cosine + d * sine)) * ELLIPSE
         });
         ui.painter().add(Shape::closed_line(points.collect(), Stroke::new(1.2, Color32::from_rgb(255, 210, 90))));
@@ -151,7 +151,7 @@ pub fn balls(ui: &Ui, balls: &[Ball], left: f32) {
     legend(ui, says, left);
 }
 
-/// Returns the half-axes of a covariance ellipse; `None` if the variance is 0 or not finite.
+/// Returns the half-axes of a covariance ellipse, or `None` if the variance is 0 or not finite.
 fn axes(xx: f32, yy: f32, xy: f32) -> Option<[[f32; 2]; 2]> {
     let middle = 0.5 * (xx + yy);
     let off = (0.25 * (xx - yy).powi(2) + xy * xy).sqrt();

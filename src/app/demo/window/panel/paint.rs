@@ -14,22 +14,23 @@ use leadr_tools::command::error::AppError;
 
 /// The triangles and texture changes of one frame of the panel.
 pub struct Painted {
-    /// Triangles of the panel with their textures.
+    /// The triangles of the panel, with their textures.
     pub primitives: Vec<ClippedPrimitive>,
-    /// New, changed and freed textures.
+    /// The new, changed and freed textures.
     pub textures: TexturesDelta,
-    /// Number of pixels per point of the layout.
+    /// The number of pixels per point of the layout.
     pub pixels_per_point: f32,
 }
 
 impl Drop for Painted {
-    /// Clears the texture changes, because egui asserts that none are dropped unapplied. A frame that is not drawn needs none.
+    /// Clears the texture changes, because egui asserts that no changes are dropped before they are applied. A frame that is not drawn does
+    /// not need them.
     fn drop(&mut self) {
         self.textures.clear();
     }
 }
 
-/// The pipeline, the textures, and the vertices for frames in flight.
+/// The pipeline, the textures, and the vertices for the frames in flight.
 pub struct PanelPainter {
     // The renderer must be dropped before the device.
     renderer: Renderer<GpuAllocator>,
@@ -85,7 +86,7 @@ impl PanelPainter {
         Ok(())
     }
 
-    /// Records the panel over `target`, which must be in the colour target state and remains in it.
+    /// Records the drawing of the panel over `target`. The image must be in the colour target state, and remains in this state.
     ///
     /// # Errors
     /// If memory runs out.

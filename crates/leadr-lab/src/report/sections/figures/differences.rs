@@ -1,4 +1,4 @@
-//! Draws thesis Figure 3.6: height slopes by several difference schemes.
+//! Draws thesis Figure 3.6, which compares slopes from several difference schemes.
 
 use std::f64::consts::TAU;
 
@@ -19,17 +19,15 @@ use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Table, number};
 use leadr_tools::metrics::compare::rrmse;
 
-/// Texels along a side of the map.
+/// The number of texels along a side of the map.
 const SIDE: u32 = 96;
-/// Largest number of wave periods along a side. The shortest wave has 8 texels.
+/// The largest number of wave periods along a side. The shortest wave has 8 texels.
 const PERIODS: i32 = 12;
 const WAVES: u32 = 40;
-/// Standard deviation of the slopes.
 const SLOPE: f64 = 0.3;
-/// Pixels per texel on the page.
+/// The number of pixels per texel on the page.
 const SCALE: u32 = 3;
 
-/// One sine wave of the map.
 struct Wave {
     turns: DVec2,
     phase: f64,
@@ -69,7 +67,6 @@ impl Smooth {
         sums
     }
 
-    /// Evaluates `of` at every texel centre.
     fn texels<T>(&self, of: impl Fn(f64, DVec2) -> T) -> Vec<T> {
         let position = |i: u32| (DVec2::new(f64::from(i % SIDE), f64::from(i / SIDE)) + 0.5) / f64::from(SIDE);
         (0..SIDE * SIDE).map(|i| self.at(position(i))).map(|(height, slope)| of(height, slope)).collect()
@@ -87,7 +84,7 @@ fn pairs(map: &HeightMap) -> Vec<DVec2> {
     (0..SIDE * SIDE).map(texel).collect()
 }
 
-/// Shades the slopes as a material lit from the side.
+/// Shades the slopes as a material that is lit from the side.
 fn shaded(slopes: &[DVec2]) -> RgbImage {
     let light = DVec3::new(-0.5, 0.4, 0.7).normalize();
     let facets = Microfacet {

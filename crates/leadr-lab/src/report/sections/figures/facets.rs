@@ -40,8 +40,8 @@ fn viewer(degrees: f64) -> DVec3 {
     DVec3::new(sin, 0.0, cos)
 }
 
-/// Computes the fraction of uniform light from all directions that is reflected to the viewer. Without shadowing, facets are also lit from
-/// below.
+/// Computes the fraction of uniform light from all directions that is reflected to the viewer. Without shadowing, light from
+/// below also reaches facets.
 fn reflected(material: &Facets, wo: DVec3, n: u32) -> DVec3 {
     let row = |i: u32| {
         let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(n);
@@ -55,12 +55,12 @@ fn reflected(material: &Facets, wo: DVec3, n: u32) -> DVec3 {
     (0..n).into_par_iter().map(row).sum::<DVec3>() * (4.0 * PI / f64::from(n * n))
 }
 
-/// Renders a sphere with sample directions for its facets.
+/// Renders a sphere with sample directions for the sphere's facets.
 fn sphere(studio: &Studio, facets: &Facets) -> RgbImage {
     spheres(&[facets], facets, studio.pick(40, 128)).remove(0)
 }
 
-/// Renders a row of spheres with the exposure of the first, and returns their images too.
+/// Renders a row of spheres with the exposure of the first sphere. Also returns the spheres.
 fn row(studio: &mut Studio, file: &str, materials: &[(&str, Facets)]) -> Result<(Figure, Vec<RgbImage>), LabError> {
     let images: Vec<RgbImage> = materials.iter().map(|(_, facets)| sphere(studio, facets)).collect();
     let names: Vec<&str> = materials.iter().map(|(name, _)| *name).collect();
@@ -180,7 +180,8 @@ fn attenuation(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     Ok(())
 }
 
-/// Computes how far reflection in uniform light at 45° deviates from 1, for a row's facets as ideal specular facets without shadowing.
+/// Computes by how much the reflection of uniform light at 45° deviates from 1. The row's facets are taken as ideal specular
+/// facets without shadowing.
 fn lost(materials: &[(&str, Facets)], n: u32) -> f64 {
     let lost = |(_, facets): &(&str, Facets)| {
         let open = Microfacet { masking: Masking::SmithUnshadowed, fresnel: Fresnel::Ideal, ..facets.clone() };

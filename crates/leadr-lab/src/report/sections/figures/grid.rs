@@ -1,4 +1,4 @@
-//! LEADR Figure 6: slope samples, from one dimension to the distribution.
+//! Draws LEADR Figure 6, which leads from slope samples in one dimension to the distribution.
 
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
@@ -8,13 +8,11 @@ use leadr_reflectance::slopes::grid::{grid_lambda, grid_node, slope_at, slope_ch
 use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Plot, Scale, Table, number};
 
-/// Mean slope of the target distribution, whose covariance is `(xx, yy, xy)`.
+/// The mean slope of the target distribution, whose covariance is `(xx, yy, xy)`.
 const MEAN: DVec2 = DVec2::new(0.3, -0.2);
 const COVARIANCE: DVec3 = DVec3::new(0.16, 0.49, 0.168);
-/// Samples per side of the paper's grid.
 const PAPER: u32 = 5;
 
-/// Returns grid samples with their weights.
 fn samples(n: u32) -> Vec<(DVec2, f64)> {
     let (lambda, cholesky) = (grid_lambda(n), slope_cholesky(COVARIANCE));
     let node = |i: u32| grid_node(i / n, i % n, n, lambda);
@@ -74,7 +72,7 @@ pub fn draw(_: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     let mut found = Vec::new();
     for n in [3, PAPER, 9, 32, 128] {
         let (mean, covariance) = moments(&samples(n));
-        // Truncation of the grid at λ deviations reduces all entries by the same factor.
+        // The grid ends at λ deviations, which reduces all covariance entries by the same factor.
         let (off, share) = ((mean - MEAN).abs().max_element(), covariance.x / COVARIANCE.x);
         let numbers =
             [grid_lambda(n), mean.x, mean.y, covariance.x, covariance.y, covariance.z, off, share].map(Cell::from);

@@ -16,20 +16,22 @@ use leadr_scenes::spheres::surface::{Detail, Frequency, Surface};
 use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Table, number};
 
-/// Beckmann roughness of the base material. Without a rough base, few samples of the truth hit a facet that reflects the light.
+/// The Beckmann roughness of the base material. If the base were smooth, few samples of the truth would hit a facet that
+/// reflects the light.
 const BASE: f32 = 0.35;
-/// Camera distance of the close pictures, in sphere radii.
+/// The camera distance of the close pictures, in sphere radii.
 const CLOSE: f32 = 5.0;
-/// Irradiance of the light on a plane facing it.
+/// The irradiance of the light on a plane that faces the light.
 const IRRADIANCE: f32 = 3.0;
 
-/// Returns a light `degrees` to the right of the viewer.
+/// Returns a light that is `degrees` to the right of the viewer.
 fn sun(degrees: f32) -> Sun {
     let (sin, cos) = degrees.to_radians().sin_cos();
     Sun { direction: Vec3::new(sin, -cos, 0.0), irradiance: Vec3::splat(IRRADIANCE) }
 }
 
-/// Returns the mean over rotations of the sphere about its poles, with its noise. A single rotation has only a few bumps per pixel.
+/// Returns the mean over rotations of the sphere about its poles, with its noise. A single rotation would show only a few
+/// bumps per pixel.
 fn mean(
     studio: &Studio,
     subject: &mut Subject,
@@ -95,7 +97,7 @@ pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
             let truth = mean(studio, &mut subject, turns, (sigma, degrees), &truth_of(side, samples))?;
             let shot =
                 mean(studio, &mut subject, turns, (sigma, degrees), &of_specular(config.settings((side, side), 1)))?;
-            // The exposure makes the sphere mid-grey at every roughness.
+            // With this exposure, the sphere is mid-grey at every roughness.
             let exposure = (0.35 / truth.luminance(&truth.interior().map_err(fault)?).max(1e-3)) as f32;
             let verdict = judge(&truth, &shot, exposure).map_err(fault)?;
             let name = |what: &str| format!("figures-microsurface-{sigma}-{degrees}-{what}").replace('.', "_");

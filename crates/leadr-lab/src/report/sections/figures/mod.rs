@@ -1,4 +1,4 @@
-//! Draws the figures of the papers that other sections do not cover, each with a number that checks it.
+//! Draws the figures of the papers that other sections do not cover. A number checks each figure.
 
 mod differences;
 mod facets;

@@ -13,14 +13,14 @@ use leadr_tools::error::LabError;
 use leadr_tools::html::{Plot, Scale, number};
 
 const AZIMUTH: f64 = 0.7;
-/// Beckmann roughness of the second figure.
+/// The Beckmann roughness of the second figure.
 const ALPHA: f64 = 0.5;
 
 fn slope_of(n: DVec3) -> DVec2 {
     -n.xy() / n.z
 }
 
-/// Computes the area of slopes per solid angle of normals at `theta`, by finite differences.
+/// Computes the slope area per solid angle of normals at `theta`, by finite differences.
 fn jacobian(theta: f64) -> f64 {
     const STEP: f64 = 1e-5;
     let ((st, ct), (sp, cp)) = (theta.sin_cos(), AZIMUTH.sin_cos());

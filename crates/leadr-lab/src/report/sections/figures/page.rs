@@ -1,4 +1,4 @@
-//! Collects the figures of the page and the numbers that check them.
+//! Collects the figures of the page, and the numbers that check the figures.
 
 use serde::Serialize;
 
@@ -12,14 +12,14 @@ pub struct Check {
     value: f64,
 }
 
-/// Figures, findings and checks collected for the page.
+/// The figures, findings and checks that are collected for the page.
 #[derive(Default)]
 pub struct Page {
-    /// HTML content of the page.
+    /// The HTML content of the page.
     pub html: Html,
-    /// Conclusions, each about one figure.
+    /// The conclusions, each about one figure.
     pub findings: Vec<String>,
-    /// Machine-readable numbers.
+    /// The machine-readable numbers.
     pub checks: Vec<Check>,
     figure: &'static str,
 }

@@ -1,4 +1,5 @@
-//! Draws supplement Figure 6: silhouettes of a coarsely tessellated relief, where the filtered normal faces away.
+//! Draws supplement Figure 6: silhouettes of a coarsely tessellated relief, where the filtered normal faces away from the
+//! viewer.
 
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec3Swizzles as _};
 
@@ -23,27 +24,27 @@ use leadr_scenes::stage::{SPHERE_REPEAT, Stage, sphere_views};
 use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Table};
 
-/// Slopes per side of the paper's grid.
+/// The number of slopes per side of the paper's grid.
 const GRID: u32 = 5;
-/// Beckmann roughness of the base. It is low, so that the grid barely extends past the relief's own slopes.
+/// The Beckmann roughness of the base, which is low, so that the grid extends only slightly beyond the relief's own slopes.
 const ROUGHNESS: f32 = 0.1;
-/// Patches along a cube edge. The number is low, to allow large triangles.
+/// The number of patches along a cube edge, which is low, so that triangles can be large.
 const PATCHES: u32 = 4;
-/// Standard deviation of the slopes.
+/// The standard deviation of the slopes.
 const SLOPE: f32 = 0.4;
-/// Width of the bumps, as a fraction of the map's repeat.
+/// The width of the bumps, as a fraction of the map's repeat.
 const FEATURE: f32 = 0.025;
-/// Fraction of the object's mean luminance below which a pixel counts as black.
+/// A pixel counts as black below this fraction of the object's mean luminance.
 const BLACK: f64 = 1e-3;
 
-/// State of a pixel that the paper's equations do not cover.
+/// Whether the paper's equations fail at a pixel, because normals or slopes face away.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Backfacing {
-    /// The mesonormal faces the viewer, or the pixel is empty.
+    /// The mesonormal faces the viewer, or no object covers the pixel.
     No,
-    /// The mesonormal faces away from the viewer, so that the projected area is negative.
+    /// The mesonormal faces away from the viewer, so the projected area is negative.
     Away,
-    /// All slopes of the grid also face away from the viewer, so that their weights sum to zero.
+    /// All slopes of the grid also face away from the viewer, so their weights sum to zero.
     Wholly,
 }
 
@@ -80,7 +81,6 @@ fn backfacing(
     Ok((0..shot.coverage.len()).map(of).collect())
 }
 
-/// Returns the number of black pixels of the object.
 fn black(shot: &Shot) -> usize {
     let covered = || (0..shot.coverage.len()).filter(|&i| shot.coverage[i] > 0.5);
     let value = |i: usize| luminance(Vec3::from(shot.image.texels[i]).as_dvec3());
@@ -138,7 +138,7 @@ pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
                 tessellation: TessellationSettings { pixels_per_triangle, ..Default::default() },
                 ..Default::default()
             };
-            // The call fails on a non-finite pixel.
+            // The call fails if a pixel is not finite.
             studio.shoot(&mut subject.renderer, &state, &settings)
         };
         let shown = shoot(options, &mut subject)?;

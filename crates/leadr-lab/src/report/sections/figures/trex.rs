@@ -1,4 +1,4 @@
-//! Draws LEADR Figure 1: the T-rex at three distances.
+//! Draws LEADR Figure 1, which shows the T-rex at three distances.
 
 use super::page::Page;
 use crate::report::case::Case;
@@ -13,9 +13,9 @@ use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Table, number};
 use leadr_tools::metrics::compare::rrmse_over;
 
-/// Distance of the far view relative to the middle view.
+/// The distance of the far view relative to the middle view.
 const FAR: u32 = 8;
-/// Edge samples per pixel.
+/// The number of edge samples per pixel.
 const EDGES: u32 = 64;
 
 pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
@@ -46,7 +46,7 @@ pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
             [1, independent_seed(samples / 2, 1)].map(|seed| studio.shoot(&mut subject.renderer, &state, &half(seed)));
         let (a, b) = (a?, b?);
         let truth = Shot::mean_of(&a, &b).map_err(fault)?;
-        // At a distance, no pixel is interior, so the noise also covers all pixels that the T-rex touches.
+        // At a distance, no pixel is interior. The noise is therefore also measured over all pixels that the T-rex touches.
         let touched = truth.object().map_err(fault)?;
         let noise = 0.5 * rrmse_over(&a.image, &b.image, &touched).map_err(fault)?;
         let name = |what: &str| format!("figures-trex-{distance}-{what}");

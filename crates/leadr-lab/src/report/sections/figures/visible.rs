@@ -1,4 +1,4 @@
-//! Draws LEADR Figure 2: the slopes visible to a viewer.
+//! Draws LEADR Figure 2, which shows the slopes that a viewer sees.
 
 use std::array::from_fn;
 
@@ -14,17 +14,16 @@ use leadr_reflectance::slopes::grid::facet_area;
 use leadr_tools::error::LabError;
 use leadr_tools::html::{Plot, Scale, Table, number};
 
-/// Standard deviation of the slopes.
+/// The standard deviation of the slopes.
 const SIGMA: f64 = 0.5;
-/// Angles between the viewer and the mean normal, degrees.
+/// The angles in degrees between the viewer and the mean normal.
 const ANGLES: [f64; 3] = [0.0, 45.0, 80.0];
 const BINS: usize = 40;
-/// Range of the histogram on each side of zero, in standard deviations of the slopes.
+/// The range of the histogram on each side of zero, in standard deviations of the slopes.
 const REACH: f64 = 4.0;
-/// Number of cells of the profile in the plot.
+/// The number of cells of the profile in the plot.
 const SHOWN: usize = 160;
 
-/// Returns the lower and upper bounds of a bin.
 fn bin(k: usize) -> (f64, f64) {
     let edge = |k: usize| SIGMA * REACH * (2.0 * k as f64 / BINS as f64 - 1.0);
     (edge(k), edge(k + 1))
@@ -49,7 +48,7 @@ fn predicted(wo: DVec3) -> [f64; BINS] {
     })
 }
 
-/// Counts the fraction of the visible area in each bin by rays on random surfaces.
+/// Counts the fraction of the visible area in each bin, by rays on random surfaces.
 fn counted(tiles: &[Tile], wo: DVec3, rays: u32) -> Result<[f64; BINS], LabError> {
     let mut mean = [0.0; BINS];
     for (tile, seed) in tiles.iter().zip(1..) {
@@ -64,13 +63,14 @@ fn counted(tiles: &[Tile], wo: DVec3, rays: u32) -> Result<[f64; BINS], LabError
     Ok(mean)
 }
 
-/// Computes the total variation distance, half of the summed differences. It is the largest difference in probability of any event.
+/// Computes the total variation distance: half of the summed differences, or the largest difference in probability of any
+/// event.
 fn total_variation(a: &[f64; BINS], b: &[f64; BINS]) -> f64 {
     0.5 * a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<f64>()
 }
 
-/// Returns the heights of a row of the tile, and the visibility of each point along it. A point is hidden by anything above its line of
-/// sight.
+/// Returns the heights of a row of the tile, and whether each point of the row is visible. A point is hidden if the relief
+/// rises above the line of sight.
 fn profile(tile: &Tile, degrees: f64) -> (Vec<f64>, Vec<bool>) {
     let row = &tile.heights()[..tile.size() as usize];
     let heights: Vec<f64> = row.iter().map(|&h| SIGMA * f64::from(h)).collect();

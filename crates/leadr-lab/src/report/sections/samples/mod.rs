@@ -1,4 +1,4 @@
-//! Compares one sample of LEADR with references of many samples by accuracy and speed.
+//! Compares the accuracy and speed of one sample of LEADR with references of many samples.
 
 mod race;
 mod rough_sphere;
@@ -29,7 +29,7 @@ const INTRO: &str = "How accurate is LEADR with one shaded sample per pixel, and
 #[derive(Debug, Serialize)]
 struct Data {
     subjects: Vec<Race>,
-    /// Results for the Gaussian sphere with several bump sizes, the largest first.
+    /// The results for the Gaussian sphere with several bump sizes, starting with the largest.
     bumps: Vec<Race>,
 }
 
@@ -44,7 +44,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         html.table(&table(&race));
         Ok(race)
     };
-    // The goal applies to the finest bumps. Larger bumps are fewer by the ratio of texels.
+    // The goal applies to the finest bumps. Tiles with fewer texels have larger and fewer bumps.
     let tiles = studio.pick(&[16, 32][..], &[16, 32, 64]);
     let (&finest, coarser) = tiles.split_last().expect("tiles");
     let sphere = gaussian_sphere(studio, finest)?;
@@ -84,7 +84,7 @@ fn gaussian_sphere(studio: &Studio, tile: u32) -> Result<Contest, LabError> {
         subject,
         size,
         bumps_per_pixel: Some(bumps),
-        // Every texel has a vertex: bumps cast shadows, so errors from bumps lost in the geometry would not average out.
+        // Every texel has a vertex. Bumps cast shadows, so errors from missing bumps would not average out.
         vertices_per_pixel: f32::INFINITY,
         converged: studio.pick(64, 128),
         counts: counts(studio),
@@ -117,7 +117,7 @@ fn plot(race: &Race) -> Plot {
         ("milliseconds on the device", Scale::Log),
         ("relative RMSE", Scale::Log),
     );
-    // A logarithmic scale cannot show errors below the truth's noise.
+    // Errors below the truth's noise become 0, which a logarithmic scale cannot show.
     let line = |rows: &[&Row], pick: fn(&Row) -> f64| {
         rows.iter().map(|r| (r.milliseconds, pick(r))).filter(|p| p.1 > 0.0).collect::<Vec<_>>()
     };
@@ -170,7 +170,7 @@ fn table(race: &Race) -> Table {
     table
 }
 
-/// Returns a table with the worth of one sample by the number of bumps per pixel.
+/// Returns a table that lists how many samples one sample is worth, by the number of bumps per pixel.
 fn bumps_table(races: &[&Race]) -> Table {
     let errors = ["LEADR: rRMSE", "inside", "reference of 64: rRMSE", "inside"].map(str::to_owned);
     let head = ["".to_owned(), "truth's noise inside".to_owned()].into_iter().chain(errors);
@@ -192,7 +192,7 @@ fn bumps_table(races: &[&Race]) -> Table {
     table
 }
 
-/// Returns sentences on whether the goal's subjects, and harder subjects, meet the goal.
+/// Returns sentences that say whether the goal's subjects, and harder subjects, meet the goal.
 fn verdict(races: &[&Race]) -> Vec<String> {
     let names = |goal: bool, met: bool| -> Vec<&str> {
         races.iter().filter(|r| r.goal == goal && r.met == met).map(|r| r.subject.as_str()).collect()
@@ -306,7 +306,7 @@ mod tests {
         let findings = findings_of(&example("ball", true, true));
         assert_eq!(findings.len(), 4);
         assert!(findings[2].contains("128 times as long"), "{}", findings[2]);
-        // Half of the error is common, which is a quarter of the squared error.
+        // The common half of the error is a quarter of the squared error.
         assert!(findings[3].contains("25.0 % are common") && findings[3].contains("worth 33.0"), "{}", findings[3]);
         let mut outline = example("ball", true, true);
         outline.references.iter_mut().for_each(|r| r.own.interior = f64::NAN);

@@ -19,73 +19,74 @@ use leadr_tools::html::Figure;
 use leadr_tools::metrics::Mask;
 use leadr_tools::metrics::compare::rrmse_over;
 
-/// Edge samples per pixel of the judged picture. More edge samples hardly change its errors (docs/measurements/samples.md).
+/// The number of edge samples per pixel of the judged picture. More edge samples hardly change its errors
+/// (docs/measurements/samples.md).
 const EDGE_SAMPLES: u32 = 64;
-/// Sample count of the reference that LEADR's accuracy should match.
+/// The sample count of the reference whose accuracy LEADR should match.
 pub const WORTH: u32 = 64;
-/// Goal for the speed of LEADR, as a factor over the reference of [`WORTH`] samples.
+/// The goal for the speed of LEADR, as a factor over the reference of [`WORTH`] samples.
 pub const FASTER: f64 = 50.0;
 
 /// A subject and its settings.
 pub struct Contest {
-    /// Title on the page.
+    /// The title on the page.
     pub title: String,
-    /// Name of the subject in picture file names.
+    /// The name of the subject in the file names of pictures.
     pub key: &'static str,
     /// Whether the goal applies to the subject.
     pub goal: bool,
-    /// Uploaded stage with its lights.
+    /// The uploaded stage with its lights.
     pub subject: Subject,
-    /// Camera of all pictures.
+    /// The camera of all pictures.
     pub camera: Camera,
-    /// Pixels along a side of the pictures.
+    /// The number of pixels along a side of the pictures.
     pub size: u32,
-    /// Mean number of bumps per pixel, if known.
+    /// The mean number of bumps per pixel, if known.
     pub bumps_per_pixel: Option<f64>,
-    /// Largest number of vertices per pixel along each axis in a reference, enough for the bumps.
+    /// The largest number of vertices per pixel along each axis in a reference, which is enough to resolve the bumps.
     pub vertices_per_pixel: f32,
-    /// Number of samples of the truth.
+    /// The number of samples of the truth.
     pub converged: u32,
-    /// Sample counts of the references.
+    /// The sample counts of the references.
     pub counts: &'static [u32],
 }
 
-/// Relative RMSE over the object, and over its interior.
+/// The relative RMSE over the object and over its interior.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Pair {
-    /// Relative RMSE over the pixels that the object touches.
+    /// The relative RMSE over the pixels that the object touches.
     pub object: f64,
-    /// Relative RMSE over the object's interior.
+    /// The relative RMSE over the object's interior.
     pub interior: f64,
 }
 
-/// Settings and errors of one picture of a subject.
+/// The settings and errors of one picture of a subject.
 #[derive(Debug, Serialize)]
 pub struct Row {
-    /// Name of the technique.
+    /// The name of the technique.
     pub look: String,
-    /// Shaded samples per pixel.
+    /// The number of shaded samples per pixel.
     pub samples: u32,
-    /// Edge samples per pixel.
+    /// The number of edge samples per pixel.
     pub edge_samples: u32,
-    /// Device time of all passes, milliseconds.
+    /// The device time of all passes in milliseconds.
     pub milliseconds: f64,
-    /// Errors over the object.
+    /// The errors over the whole object.
     pub object: Errors,
-    /// Errors over the object's interior.
+    /// The errors over the object's interior.
     pub interior: Errors,
-    /// Relative RMSE with the truth's own noise subtracted.
+    /// The relative RMSE, after subtracting the truth's own noise.
     pub own: Pair,
-    /// Interior error shared by neighbouring pixels, from their correlation.
+    /// The part of the interior error that neighbouring pixels share, from their correlation.
     pub common: f64,
 }
 
-/// An error measure of the tables.
+/// An error measure that the tables list.
 #[derive(Clone, Copy)]
 pub struct Measure {
-    /// Name of the measure.
+    /// The name of the measure.
     pub name: &'static str,
-    /// Function that returns the error.
+    /// The function that returns the error.
     pub of: fn(&Row) -> f64,
 }
 
@@ -96,7 +97,7 @@ pub const MEASURES: [Measure; 4] = [
     Measure { name: "FLIP", of: |r| r.object.flip },
     Measure { name: "FLIP inside", of: |r| r.interior.flip },
 ];
-/// Indices in [`MEASURES`] of the two measures that the goal uses, over the whole object.
+/// The indices in [`MEASURES`] of the two measures that the goal uses. The two measures are over the whole object.
 const JUDGED: [usize; 2] = [0, 2];
 
 /// The result of a contest.
@@ -108,20 +109,22 @@ pub struct Race {
     pub size: u32,
     pub bumps_per_pixel: Option<f64>,
     pub converged_samples: u32,
-    /// Noise of the converged reference, as relative RMSE.
+    /// The noise of the converged reference, as relative RMSE.
     pub noise: Pair,
-    /// Judged picture of LEADR, with one shaded sample and edge samples.
+    /// The judged picture of LEADR, with one shaded sample and edge samples.
     pub leadr: Row,
     /// LEADR without edge samples, and LEADR with many shaded samples.
     pub others: Vec<Row>,
     pub references: Vec<Row>,
-    /// Worth of the judged picture by each measure.
+    /// What the judged picture is worth by each measure.
     pub worth: Vec<(&'static str, Worth)>,
-    /// Worth by interior rRMSE against a reference whose neighbouring pixels have independent errors, which is a harder test.
+    /// What the judged picture is worth by interior rRMSE, in a harder test: the reference's neighbouring pixels have
+    /// independent errors.
     pub worth_apart: Worth,
-    /// Time of a reference of [`WORTH`] samples, relative to LEADR's time.
+    /// The time of a reference of [`WORTH`] samples, relative to LEADR's time.
     pub faster: Option<f64>,
-    /// Whether the goal is met: worth [`WORTH`] samples by the judged measures, and [`FASTER`] times as fast.
+    /// Whether the goal is met. LEADR must be worth [`WORTH`] samples by the judged measures, and be [`FASTER`] times as
+    /// fast.
     pub met: bool,
 }
 
@@ -132,7 +135,7 @@ impl Race {
     }
 }
 
-/// Pictures of a race: the truth, LEADR, and LEADR's errors.
+/// The pictures of a race: the truth, LEADR, and LEADR's errors.
 pub struct Pictures {
     truth: RgbImage,
     leadr: RgbImage,
@@ -140,7 +143,7 @@ pub struct Pictures {
 }
 
 impl Pictures {
-    /// Stores the pictures for the page, and the case for the section of the worst pictures.
+    /// Stores the pictures for the page, and a case for the section of the worst pictures.
     pub fn keep(self, studio: &mut Studio, key: &str, race: &Race) -> Result<[Figure; 3], LabError> {
         let title = race.subject.as_str();
         let caption = |text: &str| vec![title.to_owned(), text.to_owned()];
@@ -160,12 +163,11 @@ impl Pictures {
     }
 }
 
-/// The converged reference picture and its noise.
 struct Converged {
     shot: Shot,
     inside: Mask,
     noise: Pair,
-    /// [`Row::common`] of the interior noise.
+    /// The value of [`Row::common`] for the interior noise.
     common: f64,
 }
 
@@ -173,7 +175,7 @@ impl Converged {
     fn of(a: &Shot, b: &Shot) -> Result<Self, LabError> {
         let shot = Shot::mean_of(a, b).map_err(fault)?;
         let (object, inside) = (shot.object().map_err(fault)?, shot.interior().map_err(fault)?);
-        // Halves differ by twice the noise of their mean.
+        // The difference of the two halves is twice the noise of their mean.
         let noise = |mask: &Mask| rrmse_over(&a.image, &b.image, mask).map(|error| 0.5 * error).map_err(fault);
         let noise = Pair { object: noise(&object)?, interior: noise(&inside)? };
         let common = shared(&a.image, &b.image, &inside) * noise.interior.powi(2);
@@ -200,7 +202,7 @@ impl Converged {
     }
 }
 
-/// Runs a contest, and returns its result and pictures.
+/// Runs a contest. Returns the result and the pictures.
 pub fn race(studio: &Studio, contest: Contest) -> Result<(Race, Pictures), LabError> {
     let Contest { title, goal, mut subject, camera, size, bumps_per_pixel, converged, counts, .. } = contest;
     let state = subject.seen_by(&camera);
@@ -215,7 +217,7 @@ pub fn race(studio: &Studio, contest: Contest) -> Result<(Race, Pictures), LabEr
     let mut shade = |samples, edge_samples| -> Result<_, LabError> {
         let shading = config.shading.adjusted(|options| ShadingOptions { edge_samples, ..options });
         let settings = RenderSettings { shading, ..config.settings((size, size), samples) };
-        // The first run builds pipelines, and is not measured.
+        // The first run builds pipelines, so it is not measured.
         studio.shoot(&mut subject.renderer, &state, &RenderSettings { samples: 1, ..settings })?;
         let shot = studio.shoot(&mut subject.renderer, &state, &settings)?;
         let (row, verdict) = truth.row(&config.name, &shot, edge_samples)?;
@@ -250,7 +252,8 @@ fn meets(worth: &[(&str, Worth)], faster: Option<f64>) -> bool {
     JUDGED.iter().all(|&i| worth[i].1.reaches(f64::from(WORTH))) && faster.is_some_and(|f| f >= FASTER)
 }
 
-/// Renders pictures with increasing sample counts of one sequence. Each picture contains the samples of the previous ones.
+/// Renders pictures with increasing sample counts from one sequence. Each picture contains the samples of the previous
+/// pictures.
 fn growing(
     subject: &mut Subject,
     state: &FrameState,
@@ -273,7 +276,7 @@ fn growing(
     Ok(shots)
 }
 
-/// Returns sample counts and errors of the rows.
+/// Returns the sample count and error of each row.
 fn points(rows: &[Row], of: fn(&Row) -> f64) -> Vec<(f64, f64)> {
     rows.iter().map(|r| (f64::from(r.samples), of(r))).collect()
 }
@@ -282,7 +285,7 @@ fn points(rows: &[Row], of: fn(&Row) -> f64) -> Vec<(f64, f64)> {
 mod tests {
     use super::*;
 
-    /// Returns a disc with radiance `value` per pixel.
+    /// Returns a picture of a disc. `value` gives the radiance of each pixel.
     fn disc(value: impl Fn(u32, u32) -> f32, samples: u32) -> Shot {
         let (mut texels, mut coverage) = (Vec::new(), Vec::new());
         for y in 0..40u32 {
@@ -295,7 +298,6 @@ mod tests {
         Shot { image: RgbImage::new(40, 40, texels).unwrap(), coverage, milliseconds: 1.0, samples, noise: 0.0 }
     }
 
-    /// Returns a random sign, ±1.
     fn sign(seed: u32, x: u32, y: u32) -> f32 {
         let mixed = (x.wrapping_mul(0x9e37_79b9) ^ y.wrapping_mul(0x85eb_ca6b) ^ seed.wrapping_mul(0xc2b2_ae35))
             .wrapping_mul(0x27d4_eb2f);

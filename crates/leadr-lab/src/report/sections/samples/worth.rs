@@ -1,4 +1,4 @@
-//! Computes the sample count of a reference with an equal error, and the fraction of the error that neighbours share.
+//! Finds the sample count at which a reference has the same error, and the fraction of the error that neighbours share.
 
 use serde::Serialize;
 
@@ -6,23 +6,23 @@ use leadr_maps::RgbImage;
 use leadr_tools::html::number;
 use leadr_tools::metrics::Mask;
 
-/// Sample count of the reference that a picture is worth.
+/// The sample count that a picture is worth: the count of a reference with an equal error.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(tag = "bound", content = "samples", rename_all = "snake_case")]
 pub enum Worth {
-    /// Sample count interpolated between measured counts by a power law.
+    /// The sample count, interpolated between measured counts by a power law.
     Equal(f64),
-    /// Smallest measured sample count, which is already more accurate.
+    /// The smallest measured sample count. The picture is worth less.
     Below(f64),
-    /// Largest measured sample count, which is still less accurate.
+    /// The largest measured sample count. The picture is worth more.
     Above(f64),
-    /// Unknown worth, because there are no pixels to compare.
+    /// The worth is unknown, because there are no pixels to compare.
     Unknown,
 }
 
 impl Worth {
-    /// Computes the sample count at which a reference has the error `error`, by a power law between the measured counts. `references` has
-    /// sample counts and errors.
+    /// Computes the sample count at which a reference has the error `error`, by a power law between the measured counts.
+    /// `references` lists sample counts with their errors.
     pub fn of(references: &[(f64, f64)], error: f64) -> Self {
         let (Some(first), Some(last)) = (references.first(), references.last()) else { return Self::Unknown };
         if error.is_nan() {
@@ -34,7 +34,7 @@ impl Worth {
         let Some(pair) = references.windows(2).find(|pair| pair[0].1 > error && pair[1].1 <= error) else {
             return Self::Above(last.0);
         };
-        // An error below the truth's noise has no sample count.
+        // No sample count gives an error below the truth's noise.
         if pair[1].1 <= 0.0 {
             return Self::Above(pair[0].0);
         }
@@ -62,13 +62,13 @@ impl std::fmt::Display for Worth {
     }
 }
 
-/// Subtracts the truth's noise from an error. Squares of independent errors add.
+/// Subtracts the truth's noise from an error. The squares of independent errors add up.
 pub fn own(error: f64, noise: f64) -> f64 {
     if error.is_nan() { error } else { (error * error - noise * noise).max(0.0).sqrt() }
 }
 
-/// Computes the correlation of the errors of adjacent pixels within `mask`, the fraction of the squared error that neighbours
-/// share. It is 0 for independent errors, 1 for equal ones, and NaN without adjacent pixels.
+/// Computes the correlation between the errors of adjacent pixels in `mask`. The correlation is the fraction of the squared
+/// error that neighbours share: 0 for independent errors, 1 for equal errors, and NaN without adjacent pixels.
 pub fn shared(reference: &RgbImage, test: &RgbImage, mask: &Mask) -> f64 {
     let width = mask.width as usize;
     let error = |i: usize, c: usize| f64::from(test.texels[i][c]) - f64::from(reference.texels[i][c]);
