@@ -44,7 +44,7 @@ const LAMPS: [Lamp; 7] = [
 ];
 
 /// The exposure that gives an irradiance of about π on a plane facing up. White cloth on this plane has the brightness of paper.
-const EXPOSURE: f32 = 0.62;
+const EXPOSURE: f32 = 0.52;
 
 /// Returns the radiance toward a unit direction, z up.
 fn radiance(d: Vec3) -> Vec3 {

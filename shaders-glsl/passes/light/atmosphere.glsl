@@ -47,7 +47,7 @@ const float NIGHT_ZENITH = 0.75;
 // Factor on the radiance of the night at the horizon.
 const float NIGHT_HORIZON = 2.25;
 // Irradiance of the moon on a plane that faces it, relative to sunlight: most of the night's light on level ground.
-const vec3 MOON = vec3(6.5e-4, 7.0e-4, 7.8e-4);
+const vec3 MOON = vec3(4.7e-4, 5.0e-4, 5.6e-4);
 // Steps along a path to the sun.
 const int SUN_STEPS = 24;
 // The number of steps along a view ray.

@@ -331,8 +331,9 @@ fn saving_is_all_or_nothing() {
     assert!(message.contains("blocked.png"), "{message}");
     let names: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
     assert!(names.iter().all(|n| !n.to_string_lossy().ends_with(".part")), "{names:?}");
-    let missing = folder.path().join("no/such/folder/image.exr");
-    assert!(save::save_exr_rgb(&missing, &image).is_err());
+    // A file in the place of a folder is an error; missing folders are made.
+    assert!(save::save_exr_rgb(path.join("image.exr"), &image).is_err());
+    save::save_exr_rgb(folder.path().join("new/folder/image.exr"), &image).unwrap();
 }
 
 /// The reader uses the largest level of tiled files, and the first matching part of multi-part files.
