@@ -2,6 +2,7 @@
 
 use clap::{CommandFactory, Parser, Subcommand};
 use leadr_maps::cache::MapCache;
+use leadr_maps::shown::shown_path;
 use leadr_tools::command::run::{OutputArgs, with_negative_numbers};
 
 use super::bake::args::BakeArgs;
@@ -49,7 +50,7 @@ fn version(long: bool) -> String {
     let (system, machine) = (std::env::consts::OS, std::env::consts::ARCH);
     let window = if cfg!(feature = "window") { "with" } else { "without" };
     let checks = if cfg!(debug_assertions) { "with" } else { "without" };
-    let cache = MapCache::of_user().map_or_else(|| "none".to_owned(), |cache| cache.folder().display().to_string());
+    let cache = MapCache::of_user().map_or_else(|| "none".to_owned(), |cache| shown_path(cache.folder()));
     format!("{short}\n{system} {machine}, {window} window, {checks} debug assertions\ncache: {cache}")
 }
 

@@ -134,7 +134,7 @@ fn load_mask(arguments: &CompareArgs) -> Result<Option<Mask>, AppError> {
     if mask.count() == 0 {
         return Err(AppError::Failed(format!(
             "'{}' has no pixel over 0.5 inside --crop: move the crop, or leave --mask out",
-            file.display()
+            shown_path(file)
         )));
     }
     Ok(Some(mask))
