@@ -117,11 +117,14 @@ pub fn overlays_fit_and_escape_closes_them(server: &Server) {
         until_equal(server, &app, &without, "the message to close");
     }
     let without = Picture::of(server, &app);
-    // A list in the panel, and the dialog.
+    // A list in the panel, and the dialog. The pointer rests beside the panel, where it highlights no control.
+    server.wheel(app.window(), [300, 230], 0);
     let panel = press(server, &app, TAB, &without, "the panel");
     server.click(app.window(), [150, 17]);
     until(&app, "a list", || Picture::of(server, &app).changed(&panel).is_some_and(|bounds| bounds[3] > 60));
+    app.wait_until_idle();
     server.tap(ESCAPE);
+    server.wheel(app.window(), [300, 230], 0);
     until(&app, "the list to close", || Picture::of(server, &app).changed(&panel).is_none_or(|bounds| bounds[3] < 60));
     server.tap(TAB);
     until_equal(server, &app, &without, "the panel to close");

@@ -366,7 +366,7 @@ pub struct SceneConfig {
     /// How the maps are tiled on the plane.
     #[serde(rename = "no_repeats", serialize_with = "without_repeats")]
     pub tiling: Tiling,
-    /// Whether the plane or sphere is drawn without pavement and plinth.
+    /// Whether the plane or sphere is drawn without ground and plinth.
     pub bare: bool,
     /// The waves of the ocean.
     pub waves: Waves,

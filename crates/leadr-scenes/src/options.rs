@@ -131,7 +131,7 @@ const OPTIONS: [SceneOption; 57] = [
          and cutouts of the model remain. The roughness texture of the model, divided by its mean, scales the measured \
          slopes. You can repeat this option. For the plane and the sphere, use `--material FIT.json`",
         Text(|c, text| text.parse().map(|material| c.measured.push(material)))).of(Choice::Model).repeats().panel(Panel::Own),
-    option(SCENE, "bare", "", "Draw only the surface, without the pavement, plinth or kerb around it",
+    option(SCENE, "bare", "", "Draw only the surface, without the ground, plinth or kerb around it",
         Flag(|c| c.bare = true)).of(Choice::Bare),
     material("height-map", "FILE",
         "Displace the surface by this height map: a PNG, JPEG or EXR, or a KTX2 or EXR from `leadr bake`. The image \
