@@ -212,7 +212,7 @@ mod tests {
         // Another scene has its own surfaces and environment.
         let scene = Change::Scene(SceneChange::Open("models/snail.glb".into()));
         loading.request(scene.clone());
-        assert_eq!(loading.waiting, [scene.clone()]);
+        assert_eq!(loading.waiting, std::slice::from_ref(&scene));
         assert_eq!(scene.name().as_deref(), Some("snail.glb"));
         assert!(loading.is_busy() && loading.message().is_none() && loading.finished().is_none());
     }
