@@ -83,8 +83,12 @@ fn baked_maps_are_drawn() {
         assert_eq!(drawn.status.code(), Some(0), "{}", String::from_utf8_lossy(&drawn.stderr));
         // The files differ in the recorded commands.
         let picture = |name| load_picture(at(name)).unwrap().image.texels;
-        let same = picture("png.exr") == picture("drawn.exr");
-        assert_eq!(same, flags == "f32", "{name}");
+        let (expected, drawn) = (picture("png.exr"), picture("drawn.exr"));
+        let pairs = expected.as_flattened().iter().zip(drawn.as_flattened());
+        let apart = pairs.fold(0.0f32, |apart, (a, b)| apart.max((a - b).abs()));
+        // The mean is subtracted before or after baking, which differs in the last digits.
+        println!("{name}: {apart:.1e}");
+        assert_eq!(apart < 2e-5, flags == "f32", "{name}: {apart:.1e}");
     }
     // Maps of other kinds, and files of others.
     bake(&[text(&heights), "--kind", "lean", "-o", text(&at("lean.ktx2"))]);
