@@ -80,6 +80,7 @@ fn outputs_never_replace_inputs() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| path(&folder.path().join(name)).to_owned();
     write_picture(Path::new(&at("a.png")));
+    write_picture(Path::new(&at("b.png")));
     fs::create_dir(at("sub")).unwrap();
     fs::hard_link(at("a.png"), at("hard.png")).unwrap();
     std::os::unix::fs::symlink("../a.png", at("sub/soft.png")).unwrap();
@@ -89,9 +90,11 @@ fn outputs_never_replace_inputs() {
     let gpu = test_gpu().is_some();
     for output in ["a.png", "hard.png", "sub/soft.png", "sub/../a.png"] {
         let output = at(output);
-        let (a, csv, json) = (at("a.png"), at("gold.csv"), at("gold.json"));
+        let (a, b, csv, json) = (at("a.png"), at("b.png"), at("gold.csv"), at("gold.json"));
         for arguments in [
             &["compare", &a, &a, "--error-image", &output][..],
+            &["compare", &b, &b, "--mask", &a, "--error-image", &output],
+            &["bench", "--scene", "sphere", "--against", &json, "--csv", &csv],
             &["bake", &a, "--kind", "height", "-o", &output],
             &["bake", "--normal", &a, "--kind", "normal", "-o", &output],
             &["fit", &csv, "-o", &json],
@@ -105,7 +108,7 @@ fn outputs_never_replace_inputs() {
         }
     }
     assert_eq!(fs::read(at("a.png")).unwrap(), before);
-    assert_eq!(names(folder.path()), ["a.png", "gold.csv", "gold.json", "hard.png", "sub"]);
+    assert_eq!(names(folder.path()), ["a.png", "b.png", "gold.csv", "gold.json", "hard.png", "sub"]);
 }
 
 #[test]

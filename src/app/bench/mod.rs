@@ -12,7 +12,7 @@ use leadr_maps::new_file::NewFile;
 use leadr_scenes::file_kind::FileKind;
 use leadr_tools::bench::{BenchConfig, BenchReport, Comparison, Times, bench, soak};
 use leadr_tools::command::error::AppError;
-use leadr_tools::command::files::begin;
+use leadr_tools::command::files::{begin, keep_inputs};
 use leadr_tools::command::output::Output;
 
 /// Runs the selected measurements and prints the report.
@@ -21,6 +21,7 @@ pub fn run(arguments: &BenchArgs, output: &Output) -> Result<(), AppError> {
     if let Some(frames) = arguments.soak {
         return run_soak(arguments, &config, frames, output);
     }
+    keep_inputs(arguments.csv.as_deref(), arguments.against.as_deref())?;
     // A run takes minutes, so an unwritable file is reported first.
     let table = arguments.csv.as_deref().map(begin).transpose()?;
     let Some(against) = &arguments.against else {

@@ -85,7 +85,8 @@ pub fn run(arguments: &CompareArgs, output: &Output) -> Result<(), AppError> {
     {
         return Err(AppError::Usage(format!("the error image '{}' must end in .png", shown_path(path))));
     }
-    keep_inputs(arguments.error_image.as_deref(), [arguments.reference.as_path(), &arguments.test])?;
+    let inputs = [Some(&arguments.reference), Some(&arguments.test), arguments.mask.as_ref()];
+    keep_inputs(arguments.error_image.as_deref(), inputs.into_iter().flatten().map(PathBuf::as_path))?;
     let error_image = arguments.error_image.as_deref().map(begin).transpose()?;
     let load = |path: &Path| {
         FileKind::check("leadr compare", path, IMAGE)?;
