@@ -7,11 +7,13 @@ use glam::{Affine2, Mat4, Vec2, Vec3};
 use leadr::gpu::Gpu;
 use leadr::maps::material::{Encoding, Input, Material, Opacity, Raster, Samples, Texture, TextureWrap};
 use leadr::models::{self, Light, LightKind, Mesh, Model, Node, Primitive, Projection, SceneRoots, Transform};
+use leadr::reflectance::color::luminance;
 use leadr::render::camera::Camera;
+use leadr::render::light::exposure::exposure;
 use leadr::render::light::sky::Sky;
-use leadr::render::scene::FrameState;
+use leadr::render::scene::{FrameState, Pose, Sun};
 use leadr::render::settings::{RenderSettings, Shading, ShadingOptions, Technique};
-use leadr::scenes::model::{ModelChoice, stage};
+use leadr::scenes::model::{Ground, ModelChoice, stage};
 use leadr::scenes::stage::{Lights, Stage};
 use leadr_testing::gpu::test_gpu;
 use leadr_testing::render::{in_room, under_sky};
@@ -378,6 +380,87 @@ fn lights_of_a_file_follow_their_closed_forms() {
         // The fitted facet integral has an error of 0.6 % for light from the viewer.
         assert!(seen > 500 && worst < 0.01 * peak, "{name}: {worst} of {peak}");
     }
+}
+
+/// A square that is lit by one light of a file, `metres` in front of it. Rotated, a directional light stands 60° high.
+fn lit_square(kind: LightKind, intensity: f32, metres: f32) -> Model {
+    let mut model = square(matte(0.18));
+    model.lights = vec![Light { name: "light".into(), color: [1.0; 3], intensity, kind, range: None }];
+    let matrix = Mat4::from_translation(Vec3::Z * metres) * Mat4::from_rotation_x(-60f32.to_radians());
+    model.nodes.push(Node { light: Some(0), ..node(Transform::Matrix(matrix)) });
+    model.order.push(1);
+    model.scenes[0].roots.push(1);
+    model
+}
+
+/// A sun of any strength replaces the sky's, is as bright, and moves the sky's sun. Without it, the sky's sun shines.
+#[test]
+fn suns_of_a_file_are_exposed_like_the_skys() {
+    for intensity in [0.01, 3.0, 683.0, 120_000.0] {
+        let mut stage = stage_of(lit_square(LightKind::Directional, intensity, 0.0));
+        let toward = stage.sun_of_sky().unwrap();
+        assert!((toward - Vec3::new(0.0, -0.5, 0.75f32.sqrt())).length() < 1e-5, "{toward}");
+        let sky = Sky { sun_direction: toward, ..Sky::default() };
+        let state = stage.state(0.0, &facing(5.0), &Lights::under(&sky));
+        let brightness = |sun: Sun| luminance(sun.irradiance.as_dvec3());
+        let (own, of_sky) = (state.sun().unwrap(), Sun::of(&sky));
+        assert!((brightness(own) / brightness(of_sky) - 1.0).abs() < 1e-5 && own.irradiance.x == own.irradiance.z);
+        assert!((own.direction - toward).length() < 1e-5 && state.point_lights.is_empty());
+        assert_eq!(state.exposure(), exposure(&sky));
+        stage.leave_out_own_sun();
+        let state = stage.state(0.0, &facing(5.0), &Lights::under(&sky));
+        assert!(state.sun() == Some(of_sky) && stage.sun_of_sky().is_none());
+    }
+    let level = Model { nodes: vec![node(Transform::IDENTITY); 2], ..lit_square(LightKind::Directional, 3.0, 0.0) };
+    let mut model = level;
+    (model.nodes[0].mesh, model.nodes[1].light) = (Some(0), Some(0));
+    let toward = stage_of(model).sun_of_sky().unwrap();
+    assert!((toward.z.asin().to_degrees() - 20.0).abs() < 1e-3 && toward.y < 0.0, "{toward}");
+}
+
+/// Grey is grey under the sky and lamps of any strength: the exposure makes up for the light that they add.
+#[test]
+fn lamps_of_a_file_do_not_overexpose() {
+    let sky = Sky::default();
+    for (candela, added) in [(0.0, 0.0), (3.14, 0.16), (54_000.0, 1.0)] {
+        let stage = stage_of(lit_square(LightKind::Point, candela, 2.5));
+        let state = stage.state(0.0, &facing(5.0), &Lights::under(&sky));
+        assert!((state.added_light - added).abs() < 0.01, "{candela}: {}", state.added_light);
+        assert_eq!(state.exposure(), exposure(&sky) / (1.0 + state.added_light));
+        let reaching: f32 = state.point_lights.iter().map(|lamp| lamp.intensity.x / (2.5 * 2.5)).sum();
+        assert!((reaching * exposure(&sky) - PI * added).abs() < 0.02 * PI, "{candela}: {reaching}");
+        assert!(state.sun() == Some(Sun::of(&sky)));
+    }
+}
+
+/// Ground is drawn below a model unless the model has a floor, and a floor on the ground lies above the soil.
+#[test]
+fn a_model_with_a_floor_has_no_other_ground() {
+    let upright = |at: Vec3, size: f32| Mat4::from_translation(at) * Mat4::from_scale(Vec3::splat(size));
+    let level = |at: Vec3, size: f32| upright(at, size) * Mat4::from_rotation_x(-0.5 * PI);
+    let of = |nodes: &[Mat4], ground: Ground| {
+        let nodes: Vec<Node> =
+            nodes.iter().map(|&matrix| Node { mesh: Some(0), ..node(Transform::Matrix(matrix)) }).collect();
+        let all: Vec<usize> = (0..nodes.len()).collect();
+        let scenes = vec![SceneRoots { name: String::new(), roots: all.clone() }];
+        let model = Model { nodes, order: all, scenes, ..square(matte(0.5)) };
+        let stage = stage(ModelChoice::new(model, None).unwrap().on(ground)).unwrap();
+        let state = stage.state(0.0, &facing(5.0), &Lights::default());
+        let Pose::Vertices(vertices) = &state.poses[0] else { panic!("a posed model") };
+        let lowest = vertices.positions.iter().map(|p| p.z).fold(f32::MAX, f32::min);
+        assert_eq!(state.poses.len(), stage.objects.len());
+        (stage.objects.len() == 2, lowest)
+    };
+    let (floor, card, shelf) = (level(Vec3::ZERO, 3.0), upright(Vec3::Y, 1.0), level(Vec3::new(0.0, 2.0, 0.0), 3.0));
+    assert_eq!(of(&[card], Ground::Auto), (true, 0.0));
+    assert_eq!(of(&[card], Ground::Off), (false, 0.0));
+    assert!(!of(&[floor, card], Ground::Auto).0);
+    let (is_drawn, lowest) = of(&[floor, card], Ground::On);
+    assert!(is_drawn && lowest > 0.05, "{lowest}");
+    assert!(of(&[card, shelf], Ground::Auto).0, "a shelf is no floor");
+    assert!(of(&[level(Vec3::ZERO, 0.4), card], Ground::Auto).0, "a base is no floor");
+    assert!(of(&[floor], Ground::Auto).0, "a flat model lies on the ground");
+    assert!(of(&[floor * Mat4::from_rotation_x(PI), card], Ground::Auto).0, "a ceiling at the bottom is no floor");
 }
 
 /// A file's camera has the correct view: the square ends at its angle, and an orthographic view has its width in metres.

@@ -472,6 +472,8 @@ pub struct FrameState {
     pub emission_scale: f32,
     /// The metered exposure factor, for a frame without a sky.
     pub metered: f32,
+    /// The irradiance that lamps add at the subject, relative to that of the environment. The exposure compensates it.
+    pub added_light: f32,
 }
 
 impl FrameState {
@@ -488,6 +490,7 @@ impl FrameState {
             height_scale: 1.0,
             emission_scale: 1.0,
             metered: 1.0,
+            added_light: 0.0,
         }
     }
 
@@ -503,9 +506,9 @@ impl FrameState {
     }
 
     /// Returns the exposure factor for displaying the image. The factor comes from the sun of the sky, or is the metered value
-    /// without a sky.
+    /// without a sky. Lamps that add light decrease it.
     pub fn exposure(&self) -> f32 {
-        self.sky.as_ref().map_or(self.metered, exposure::exposure)
+        self.sky.as_ref().map_or(self.metered, exposure::exposure) / (1.0 + self.added_light)
     }
 }
 

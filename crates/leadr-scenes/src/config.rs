@@ -6,6 +6,7 @@ use serde::{Serialize, Serializer};
 
 use super::fitted::material_of;
 use super::light::{EnvironmentChoice, SunDirection};
+use super::model::Ground;
 use super::model::displacement::Displacement;
 use super::model::measured::MeasuredMaterial;
 use super::ocean::waves::Waves;
@@ -368,6 +369,8 @@ pub struct SceneConfig {
     pub tiling: Tiling,
     /// Whether the plane or sphere is drawn without ground and plinth.
     pub bare: bool,
+    /// Whether ground is drawn below a model.
+    pub ground: Ground,
     /// The waves of the ocean.
     pub waves: Waves,
     /// The height difference between map values 0 and 1 on the plane or sphere, in metres, 0 or more; `None` uses the files' scale or the
@@ -382,8 +385,8 @@ pub struct SceneConfig {
     /// How lights are extracted from an environment image.
     #[serde(flatten)]
     pub environment_lights: LightExtraction,
-    /// The direction to the sun at time 0.
-    pub sun: SunDirection,
+    /// The direction to the sun at time 0; `None` uses the sun of the model, or [`DEFAULT_SUN`].
+    pub sun: Option<SunDirection>,
     /// The hour of the day at time 0; overrides `sun`.
     pub time_of_day: Option<f32>,
     /// The duration of an orbit of the sun, in seconds; `None` if the sun stands still.
@@ -439,13 +442,14 @@ impl Default for SceneConfig {
             material: MaterialFiles::default(),
             tiling: Tiling::default(),
             bare: false,
+            ground: Ground::Auto,
             waves: Waves::default(),
             height: None,
             repeat: None,
             environment: EnvironmentChoice::Sky,
             environment_rotation: 0.0,
             environment_lights: LightExtraction::default(),
-            sun: SunDirection { azimuth: -50.0, elevation: 38.0 },
+            sun: None,
             time_of_day: None,
             day_length: None,
             picture: Picture::default(),

@@ -103,6 +103,9 @@ impl SunDirection {
     }
 }
 
+/// The direction to the sun by default.
+pub const DEFAULT_SUN: SunDirection = SunDirection { azimuth: -50.0, elevation: 38.0 };
+
 impl FromStr for SunDirection {
     type Err = String;
 

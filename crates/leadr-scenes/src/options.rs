@@ -103,7 +103,7 @@ impl SceneOption {
 
 /// All options except the shading options.
 #[rustfmt::skip]
-const OPTIONS: [SceneOption; 57] = [
+const OPTIONS: [SceneOption; 58] = [
     option(SCENE, "scene", "NAME|FILE.glb|FILE.gltf", "Draw this scene, or a glTF model on open ground",
         Text(enter)).common().default(SCENES[0].name).panel(Panel::Own),
     option(SCENE, "animation", "NAME|NUMBER", "Play the animation of a model with this name or number, from 1",
@@ -133,6 +133,9 @@ const OPTIONS: [SceneOption; 57] = [
         Text(|c, text| text.parse().map(|material| c.measured.push(material)))).of(Choice::Model).repeats().panel(Panel::Own),
     option(SCENE, "bare", "", "Draw only the surface, without the ground, plinth or kerb around it",
         Flag(|c| c.bare = true)).of(Choice::Bare),
+    option(SCENE, "ground", "on|off|auto",
+        "Draw ground below a model: `on`, `off`, or `auto` for models without a floor of their own",
+        Text(|c, text| text.parse().map(|ground| c.ground = ground))).default("auto").of(Choice::Model),
     material("height-map", "FILE",
         "Displace the surface by this height map: a PNG, JPEG or EXR, or a KTX2 or EXR from `leadr bake`. The image \
          lies upright when seen from above: its top points to +y. The mean of its heights lies on the mesh",
@@ -247,7 +250,7 @@ const OPTIONS: [SceneOption; 57] = [
         Text(|c, text| positive(text).map(|factor| c.environment_lights.threshold = factor))).default("8").under(Under::Panorama),
     option(LIGHT, "sun", "AZIMUTH,ELEVATION",
         "Set the direction to the sun in degrees: AZIMUTH counter-clockwise from +x, ELEVATION above the horizon",
-        Text(|c, text| text.parse().map(|sun| c.sun = sun))).common().default("-50,38").under(Under::Sky).panel(Panel::Own),
+        Text(|c, text| text.parse().map(|sun| c.sun = Some(sun)))).common().default("-50,38, or the sun of a model").under(Under::Sky).panel(Panel::Own),
     option(LIGHT, "time-of-day", "HOURS",
         "Start the scene at this hour of the day, which sets the sun instead of --sun. The sun rises in the east (+x) at 5:30 \
          and sets at 18:30",

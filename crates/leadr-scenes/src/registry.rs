@@ -251,7 +251,7 @@ const IN_TILES: [Choice; 5] = [AtlasTile, Relief, Objects, Stretch, Roughness];
 pub static MODEL: NamedScene = scene(
     "model",
     "A glTF model on open ground",
-    &[Choice::Model, Choice::Folder, Relief, Objects, Stretch],
+    &[Choice::Model, Choice::Folder, Relief, Objects, Stretch, Bare],
     |options, _| match options.model {
         Some(choice) => model::stage(choice),
         None => Err(SceneError::Model("no model file is given; use --scene FILE.glb".into())),

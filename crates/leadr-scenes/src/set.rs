@@ -8,10 +8,10 @@ use super::daylight;
 use super::deform;
 use super::error::SceneError;
 use super::file_kind::{FileKind, IMAGE};
-use super::light::EnvironmentChoice;
-use super::model::ModelChoice;
+use super::light::{DEFAULT_SUN, EnvironmentChoice};
 use super::model::displacement::displace;
 use super::model::measured::measure;
+use super::model::{Ground, ModelChoice};
 use super::registry::SceneOptions;
 use super::stage::{BakedRelief, Lights, Views};
 use super::view::{Size, ViewChoice};
@@ -89,7 +89,8 @@ impl Inputs {
                 let named = |fault: SceneError| fault.of_file(file);
                 displace(&mut model, file, &config.displacements, links).map_err(named)?;
                 measure(&mut model, &config.measured).map_err(named)?;
-                let choice = ModelChoice::new(model, config.animation.as_deref()).map_err(named)?;
+                let ground = if config.bare { Ground::Off } else { config.ground };
+                let choice = ModelChoice::new(model, config.animation.as_deref()).map_err(named)?.on(ground);
                 let seen = config.view == ViewChoice::Model;
                 Some(if seen { choice.seen_by(config.model_camera.as_deref()).map_err(named)? } else { choice })
             }
@@ -260,7 +261,13 @@ pub fn set(
     if let Some(roughness) = config.roughness {
         stage.set_roughness(roughness);
     }
-    let start = config.time_of_day.map_or(config.sun.vector(), |hour| daylight::at_hour(f64::from(hour)));
+    if config.sun.is_some() || config.time_of_day.is_some() || config.day_length.is_some() {
+        stage.leave_out_own_sun();
+    }
+    let start = match config.time_of_day {
+        Some(hour) => daylight::at_hour(f64::from(hour)),
+        None => stage.sun_of_sky().unwrap_or(config.sun.unwrap_or(DEFAULT_SUN).vector()),
+    };
     let sky = Sky { sun_direction: start, ground_albedo: stage.below_horizon, ..Sky::default() };
     let surroundings = SkyOrPicture {
         sky,

@@ -1,11 +1,14 @@
 //! A scene that is ready to render, with its objects and their poses at any time.
 
-use glam::Vec3;
+use std::f32::consts::PI;
+
+use glam::{Vec2, Vec3};
 
 use super::plane::{even, plane};
 use super::sphere::displaced_sphere;
 use leadr_maps::cache::{MapCache, cached};
 use leadr_maps::{HeightMap, LeadrMap, procedural};
+use leadr_reflectance::color::luminance;
 use leadr_render::camera::Camera;
 use leadr_render::light::exposure::exposure;
 use leadr_render::light::sky::Sky;
@@ -88,6 +91,18 @@ impl Lights {
     }
 }
 
+/// The lights of a model file. An irradiance of π makes a surface of albedo 1 as bright as an emission of 1.
+#[derive(Clone, Debug, Default)]
+pub struct OwnLights {
+    /// The sun of the file, which replaces the sun of the sky.
+    pub sun: Option<Sun>,
+    /// The other lights.
+    pub points: Vec<PointLight>,
+}
+
+/// The lowest elevation, in degrees, to which the sun of a model file moves the sun of the sky.
+const LEAST_ELEVATION: f32 = 20.0;
+
 /// A function of the time in seconds.
 type Timed<T> = Box<dyn Fn(f64) -> T + Send>;
 
@@ -106,7 +121,11 @@ pub struct Stage {
     motion: Timed<Vec<Pose>>,
     anchor: Timed<Vec3>,
     relief: Timed<f32>,
-    lamps: Timed<Vec<PointLight>>,
+    own_lights: Timed<OwnLights>,
+    /// The irradiance of the own lights at the subject, at most π.
+    own_irradiance: f32,
+    /// Whether the sun of the own lights is lit.
+    own_sun: bool,
     /// The camera of the model file, which does not follow the anchor.
     pub own_camera: Option<Timed<Camera>>,
 }
@@ -129,7 +148,9 @@ impl Stage {
             motion: Box::new(motion),
             anchor: Box::new(anchor),
             relief: Box::new(|_| 1.0),
-            lamps: Box::new(|_| Vec::new()),
+            own_lights: Box::new(|_| OwnLights::default()),
+            own_irradiance: 0.0,
+            own_sun: true,
             own_camera: None,
         }
     }
@@ -178,11 +199,25 @@ impl Stage {
         Self { points, ..self }
     }
 
-    /// Adds lamps in units of emission: under an irradiance of π, a surface of albedo 1 is as bright as an emission of 1. The lamps are a
-    /// function of the time in seconds.
+    /// Adds the lights of a model file, as a function of the time in seconds. Together they have this `irradiance` at the subject, at most
+    /// π. Under a sky, the sun of the file replaces the sun of the sky: all lights are then scaled to the brightness of the sky's sun.
     #[must_use]
-    pub fn with_lamps(self, lamps: impl Fn(f64) -> Vec<PointLight> + Send + 'static) -> Self {
-        Self { lamps: Box::new(lamps), ..self }
+    pub fn with_own_lights(self, irradiance: f32, lights: impl Fn(f64) -> OwnLights + Send + 'static) -> Self {
+        Self { own_lights: Box::new(lights), own_irradiance: irradiance, ..self }
+    }
+
+    /// Leaves out the sun of the model file, so that the sun of the sky lights the scene.
+    pub fn leave_out_own_sun(&mut self) {
+        self.own_sun = false;
+    }
+
+    /// Returns the direction of the sky's sun that agrees with the sun of the model file, if there is one. It is at least
+    /// [`LEAST_ELEVATION`] high, because the sun of a file may be level or below the horizon.
+    pub fn sun_of_sky(&self) -> Option<Vec3> {
+        let toward = (self.own_lights)(0.0).sun.filter(|_| self.own_sun)?.direction;
+        let level = toward.truncate().try_normalize().unwrap_or(Vec2::NEG_Y);
+        let elevation = toward.z.clamp(-1.0, 1.0).asin().max(LEAST_ELEVATION.to_radians());
+        Some((level * elevation.cos()).extend(elevation.sin()))
     }
 
     /// Adds the camera of the model file.
@@ -217,20 +252,30 @@ impl Stage {
         // Emission and lamps are relative to the white of the picture. The radiance of white depends on the initial exposure, so lamps are
         // visible in the evening.
         let white = lights.sky.as_ref().map_or(lights.metered, exposure).recip();
-        let lamps = (self.lamps)(time).into_iter();
-        let lamps = lamps.map(|lamp| PointLight { intensity: lamp.intensity * white, ..lamp });
+        let mut own = (self.own_lights)(time);
+        own.sun = own.sun.filter(|_| self.own_sun && lights.sun.is_none());
+        let (unit, added_light) = match (own.sun, &lights.sky) {
+            (Some(_), Some(sky)) => {
+                let of_sky = luminance(Sun::of(sky).irradiance.as_dvec3()) as f32;
+                (of_sky / self.own_irradiance.max(1e-20), 0.0)
+            }
+            _ => (white, self.own_irradiance / PI),
+        };
+        let lamps = own.points.into_iter().map(|lamp| PointLight { intensity: lamp.intensity * unit, ..lamp });
         let points = self.points.iter().chain(&lights.points).copied().chain(lamps);
+        let own_sun = own.sun.map(|sun| Sun { irradiance: sun.irradiance * unit, ..sun });
         FrameState {
             time,
             camera: Camera { position: camera.position + anchor, target: camera.target + anchor, ..*camera },
             poses: (self.motion)(time),
             anchor,
             sky: lights.sky,
-            sun: lights.sun,
+            sun: lights.sun.or(own_sun),
             point_lights: points.take(MAX_POINT_LIGHTS).collect(),
             height_scale: (self.relief)(time),
             emission_scale: white,
             metered: lights.metered,
+            added_light,
         }
     }
 }

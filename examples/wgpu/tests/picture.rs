@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use glam::{DVec2, DVec3};
 use leadr_maps::bake::{Inputs, Kind, Ktx2File, Layout, Plan, Precision, Roughness, bake};
 use leadr_maps::baked::{BakedLevel, BakedMap};
+use leadr_maps::folders::OutsideLinks;
 use leadr_maps::material::{MaterialFolder, Role, RoughnessMeaning};
 use leadr_maps::{load_height_map, load_raster};
 use leadr_reflectance::frame::{Frame, from_frame};
@@ -24,7 +25,7 @@ fn root() -> PathBuf {
 
 /// Filters the bricks of `assets/` with `leadr bake`.
 fn baked(precision: Precision) -> (tempfile::TempDir, PathBuf) {
-    let material = MaterialFolder::open(root().join("assets/bricks")).unwrap();
+    let material = MaterialFolder::open(root().join("assets/bricks"), OutsideLinks::Refused).unwrap();
     let picture = |role| material.picture(role).unwrap();
     let roughness = load_raster(picture(Role::Roughness)).unwrap();
     let inputs = Inputs {

@@ -191,7 +191,7 @@ impl BenchArgs {
         given.set("--map-precision", self.map_precision.as_ref());
         let mut config = SceneArgs { given }.resolve()?;
         // The surroundings of a surface would add to the measured time.
-        config.bare = config.scene.offers(Choice::Bare);
+        config.bare = config.model.is_none() && config.scene.offers(Choice::Bare);
         Ok(config)
     }
 }

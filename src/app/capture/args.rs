@@ -317,6 +317,7 @@ pub mod tests {
     use clap::{CommandFactory, FromArgMatches, Parser};
     use leadr_reflectance::masking::shadowing::Shadowing;
     use leadr_render::settings::{Quadrature, Technique, Terms};
+    use leadr_scenes::light::SunDirection;
 
     #[derive(Parser)]
     struct Capture {
@@ -352,7 +353,7 @@ pub mod tests {
         let picture = scene.picture;
         assert_eq!((scene.scene.name, picture.technique), ("sphere", Technique::NormalMip));
         assert_eq!((scene.height_map.as_deref(), picture.height_scale), (Some("h.png".as_ref()), 0.5));
-        assert_eq!((scene.sun.azimuth, scene.sun.elevation), (-30.0, 60.0));
+        assert_eq!(scene.sun, Some(SunDirection { azimuth: -30.0, elevation: 60.0 }));
         let options = picture.options;
         assert_eq!((options.quadrature, options.shadowing), (Quadrature::Grid(7), Shadowing::None));
         assert_eq!((options.terms, picture.displacement), (Terms::DIFFUSE_LIGHTS, false));

@@ -5,74 +5,92 @@ use std::f32::consts::PI;
 use glam::{Mat4, Vec2, Vec3};
 
 use super::parts::{Placement, to_z_up};
-use leadr_models::{LightKind, Model, Pose, Projection};
+use crate::stage::OwnLights;
+use leadr_models::{Light, LightKind, Model, Pose, Projection};
 use leadr_render::camera::Camera;
-use leadr_render::scene::{Cone, MAX_POINT_LIGHTS, PointLight};
+use leadr_render::scene::{Cone, MAX_POINT_LIGHTS, PointLight, Sun};
 
 /// The distance of directional lights, as a multiple of the model's size. The rays of such a light differ by at most half a degree.
 const FAR: f32 = 100.0;
-/// The largest irradiance at the model. This irradiance makes a white surface five times as bright as the picture's white. Stronger lights
-/// are dimmed.
-const BRIGHTEST: f32 = 5.0 * PI;
+/// The largest irradiance at the model. This irradiance makes a white surface as bright as the picture's white. Stronger lights are dimmed.
+const BRIGHTEST: f32 = PI;
 /// The vertical field of view, in radians, that approximates an orthographic camera.
 const NEARLY_PARALLEL: f32 = 0.02;
 
 /// The lights of a model, dimmed to the range of the picture.
 #[derive(Clone, Debug)]
 pub struct Lamps {
+    /// The node of the brightest directional light.
+    sun: Option<usize>,
+    /// The nodes of the other lights, at most [`MAX_POINT_LIGHTS`].
     nodes: Vec<usize>,
     /// The factor that dims all intensities.
-    pub dimmed: f32,
+    dimmed: f32,
+    /// The irradiance of all lights at the centre of the model, at most π.
+    pub irradiance: f32,
+    /// The number of lights that are not lit.
+    pub unlit: usize,
     /// The size and the centre of the model in the world.
     size: f32,
     middle: Vec3,
 }
 
 impl Lamps {
-    /// Collects the lights of visible nodes, at most [`MAX_POINT_LIGHTS`]. `corners` has the bounds of the model in the world.
+    /// Collects the lights of visible nodes. `corners` has the bounds of the model in the world.
     pub fn of(model: &Model, pose: &Pose, placement: &Placement, corners: (Vec3, Vec3)) -> Self {
-        let nodes: Vec<usize> = model
-            .shown_nodes()
-            .into_iter()
-            .filter(|&n| model.nodes[n].light.is_some())
-            .take(MAX_POINT_LIGHTS)
-            .collect();
+        let light = |node: usize| model.nodes[node].light.map(|number| &model.lights[number]);
+        let brightness =
+            |node: usize| light(node).map_or(0.0, |light| light.intensity * Vec3::from(light.color).max_element());
+        let mut nodes: Vec<usize> = model.shown_nodes();
+        nodes.retain(|&node| brightness(node) > 0.0);
+        let suns = nodes.iter().copied().filter(|&n| light(n).is_some_and(|l| l.kind == LightKind::Directional));
+        let sun = suns.reduce(|a, b| if brightness(b) > brightness(a) { b } else { a });
+        nodes.retain(|&node| Some(node) != sun);
+        let unlit = nodes.len().saturating_sub(MAX_POINT_LIGHTS);
+        nodes.truncate(MAX_POINT_LIGHTS);
         let (size, middle) = (corners.0.distance(corners.1).max(1e-3), 0.5 * (corners.0 + corners.1));
-        let mut lamps = Self { nodes, dimmed: 1.0, size, middle };
+        let mut lamps = Self { sun, nodes, dimmed: 1.0, irradiance: 0.0, unlit, size, middle };
         let reaching = |lamp: &PointLight| {
             let distance = lamp.position.distance(middle).max(0.25 * size);
             lamp.intensity.max_element() / (distance * distance)
         };
-        let sum: f32 = lamps.at(model, pose, placement).iter().map(reaching).sum();
+        let own = lamps.at(model, pose, placement);
+        let sum =
+            own.points.iter().map(reaching).sum::<f32>() + own.sun.map_or(0.0, |sun| sun.irradiance.max_element());
         lamps.dimmed = (BRIGHTEST / sum.max(1e-20)).min(1.0);
+        lamps.irradiance = sum * lamps.dimmed;
         lamps
     }
 
     /// Returns the lights in a pose. Under an illuminance of π, a white surface facing the light is as bright as an emission of 1.
-    pub fn at(&self, model: &Model, pose: &Pose, placement: &Placement) -> Vec<PointLight> {
+    pub fn at(&self, model: &Model, pose: &Pose, placement: &Placement) -> OwnLights {
+        let power = |light: &Light| Vec3::from(light.color) * (light.intensity * self.dimmed);
+        let forward = |node: usize| along(&pose.world_from_node[node], Vec3::NEG_Z);
         let lamp = |&node: &usize| {
             let light = &model.lights[model.nodes[node].light?];
-            let matrix = pose.world_from_node[node];
-            let (position, forward) = (placement.to_world(matrix.w_axis.truncate()), along(&matrix, Vec3::NEG_Z));
-            let power = Vec3::from(light.color) * (light.intensity * self.dimmed);
+            let position = placement.to_world(pose.world_from_node[node].w_axis.truncate());
             // Intensities scale with the model, so that the illuminance on the model does not change.
             let square = placement.scale() * placement.scale();
             let lamp = PointLight {
                 range: light.range.map(|range| range * placement.scale()),
-                ..PointLight::new(position, power * square)
+                ..PointLight::new(position, power(light) * square)
             };
             Some(match light.kind {
                 LightKind::Point => lamp,
                 LightKind::Spot { inner_angle, outer_angle } => {
-                    PointLight { cone: Some(Cone { axis: forward, inner_angle, outer_angle }), ..lamp }
+                    PointLight { cone: Some(Cone { axis: forward(node), inner_angle, outer_angle }), ..lamp }
                 }
                 LightKind::Directional => {
                     let away = FAR * self.size;
-                    PointLight::new(self.middle - forward * away, power * (away * away))
+                    PointLight::new(self.middle - forward(node) * away, power(light) * (away * away))
                 }
             })
         };
-        self.nodes.iter().filter_map(lamp).collect()
+        let sun = |node: usize| {
+            let light = &model.lights[model.nodes[node].light?];
+            Some(Sun { direction: -forward(node), irradiance: power(light) })
+        };
+        OwnLights { sun: self.sun.and_then(sun), points: self.nodes.iter().filter_map(lamp).collect() }
     }
 }
 

@@ -4,6 +4,7 @@ mod budget;
 mod charts;
 pub mod displacement;
 mod dress;
+mod floor;
 mod instances;
 mod join;
 mod lights;
@@ -14,9 +15,11 @@ mod relief;
 mod remarks;
 mod welds;
 
+use std::str::FromStr;
 use std::sync::Arc;
 
-use glam::{Affine3A, Vec3};
+use glam::Vec3;
+use serde::Serialize;
 
 use super::error::SceneError;
 use super::ground::{RELIEF, ground};
@@ -25,7 +28,7 @@ use charts::Charts;
 use leadr_maps::material::Material;
 use leadr_models::Model;
 use leadr_render::camera::Camera;
-use leadr_render::scene::{Object, Pose};
+use leadr_render::scene::{MAX_POINT_LIGHTS, Object, Pose};
 use leadr_render::surfaces::numbering::MAX_OBJECTS;
 use lights::Lamps;
 use parts::{Parts, Placement};
@@ -40,6 +43,34 @@ pub struct ModelChoice {
     pub animation: Option<usize>,
     /// The node of the selected camera; `None` uses the standard views.
     pub camera: Option<usize>,
+    /// Whether ground is drawn below the model.
+    pub ground: Ground,
+}
+
+/// Whether ground is drawn below a model.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Ground {
+    /// Ground is drawn unless the model has a floor of its own.
+    #[default]
+    Auto,
+    /// Ground is drawn.
+    On,
+    /// No ground is drawn.
+    Off,
+}
+
+impl FromStr for Ground {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "auto" => Ok(Self::Auto),
+            "on" => Ok(Self::On),
+            "off" => Ok(Self::Off),
+            _ => Err("use 'on', 'off' or 'auto'".to_owned()),
+        }
+    }
 }
 
 impl ModelChoice {
@@ -61,7 +92,13 @@ impl ModelChoice {
                 }
             },
         };
-        Ok(Self { model, animation, camera: None })
+        Ok(Self { model, animation, camera: None, ground: Ground::Auto })
+    }
+
+    /// Sets whether ground is drawn below the model.
+    #[must_use]
+    pub fn on(self, ground: Ground) -> Self {
+        Self { ground, ..self }
     }
 
     /// Selects a camera of the file by its name or its number (from 1). `None` selects the first camera.
@@ -103,7 +140,7 @@ const MEASURED: u32 = 24;
 /// # Errors
 /// If nothing of the model is visible, its nodes need too much memory, or it has more materials than the renderer allows objects.
 pub fn stage(choice: ModelChoice) -> Result<Stage, SceneError> {
-    let ModelChoice { mut model, animation, camera } = choice;
+    let ModelChoice { mut model, animation, camera, ground: wanted } = choice;
     join::join_plain(&mut model);
     let mut parts = Parts::of(&model);
     if parts.objects.is_empty() {
@@ -131,11 +168,20 @@ pub fn stage(choice: ModelChoice) -> Result<Stage, SceneError> {
         return Err(SceneError::Model(fault.into()));
     }
     let placement = Placement::on_ground(low, high);
-    // Flat models lie on top of the soil's bumps. Other models may sink slightly into the soil.
-    let lies = high.y - low.y < 0.1 * (high.x - low.x).max(high.z - low.z);
-    let placement =
-        if lies { placement.lifted(0.5 * RELIEF + 0.005 * low.distance(high) * placement.scale()) } else { placement };
     let rest = model.pose(animation, 0.0);
+    // Flat models and floors lie on top of the soil's bumps. Other models may sink slightly into the soil.
+    let lies = high.y - low.y < 0.1 * (high.x - low.x).max(high.z - low.z);
+    let has_floor = lies || floor::has_floor(&model, &parts, &rest);
+    let has_ground = match wanted {
+        Ground::Auto => lies || !has_floor,
+        Ground::On => true,
+        Ground::Off => false,
+    };
+    let placement = if has_floor {
+        placement.lifted(0.5 * RELIEF + 0.005 * low.distance(high) * placement.scale())
+    } else {
+        placement
+    };
     let poses = || (0..times).map(|i| parts.all_posed(&model, &model.pose(animation, time(i)), &placement));
     let displaced = parts.are_displaced(&model);
     let corners = |(i, (charts, _)): (usize, &(Charts, Material))| parts.triangles(&model, i, charts).0;
@@ -155,16 +201,18 @@ pub fn stage(choice: ModelChoice) -> Result<Stage, SceneError> {
         dress::object(&model, &parts, &surface, charts, i, rest).with_instances(count as u32)
     };
     let mut objects: Vec<Object> = charts.iter().enumerate().map(&mut object).collect();
-    objects.push(ground());
+    if has_ground {
+        objects.push(ground());
+    }
     let (a, b) = (placement.to_world(low), placement.to_world(high));
     let corners = (a.min(b), a.max(b));
     let views = views(corners.0, corners.1);
     let lamps = Lamps::of(&model, &rest, &placement, corners);
-    if lamps.dimmed < 1.0 {
+    if lamps.unlit > 0 {
         tracing::warn!(
-            "{}: its lights are dimmed to {:.2e} of their intensity, because they are too bright for the picture",
+            "{}: {} of its lights are not lit; a scene has at most {MAX_POINT_LIGHTS} lamps and a sun",
             model.name,
-            lamps.dimmed
+            lamps.unlit
         );
     }
     let model = Arc::new(model);
@@ -179,10 +227,10 @@ pub fn stage(choice: ModelChoice) -> Result<Stage, SceneError> {
     let (seen, pose_of_camera) = (model.clone(), pose.clone());
     let motion = move |seconds: f64| {
         let posed = surface.posed(&model, &parts, &pose(seconds)).into_iter().map(Pose::Vertices);
-        posed.chain([Pose::Rigid(Affine3A::IDENTITY)]).collect()
+        posed.chain(has_ground.then_some(Pose::REST)).collect()
     };
     let stage = Stage::moving(objects, views, motion, |_| Vec3::ZERO)
-        .with_lamps(move |seconds| lamps.at(&lit, &pose_of_lamps(seconds), &placement));
+        .with_own_lights(lamps.irradiance, move |seconds| lamps.at(&lit, &pose_of_lamps(seconds), &placement));
     Ok(match camera {
         None => stage,
         Some(node) => stage

@@ -6,7 +6,6 @@ use super::charts::Charts;
 use super::parts::Parts;
 use leadr_maps::material::{Material, Opacity};
 use leadr_models::{Model, Projection};
-use leadr_render::scene::MAX_POINT_LIGHTS;
 
 /// Returns one sentence for each feature that is omitted or changed in the picture. `camera` is the node of the file's camera, if this
 /// camera is used.
@@ -29,10 +28,6 @@ pub fn of(model: &Model, parts: &Parts, charts: &[(Charts, Material)], camera: O
         if charts.compromise {
             say("some of its textures use the texture coordinates of its colours or heights instead of their own");
         }
-    }
-    let lamps = model.shown_nodes().into_iter().filter(|&node| model.nodes[node].light.is_some()).count();
-    if lamps > MAX_POINT_LIGHTS {
-        remarks.push(format!("only the first {MAX_POINT_LIGHTS} of its {lamps} lights are lit"));
     }
     let seen_by = camera.and_then(|node| model.nodes[node].camera).map(|number| model.cameras[number].projection);
     if matches!(seen_by, Some(Projection::Orthographic { .. })) {

@@ -107,7 +107,7 @@ impl Choices {
         state.height_scale *= self.picture.height_scale;
         deform::stretch(state, self.picture.stretch);
         if let (Some(sun), Some(sky)) = (self.sun, &mut state.sky) {
-            sky.sun_direction = sun.vector();
+            (sky.sun_direction, state.sun) = (sun.vector(), None);
         }
     }
 }

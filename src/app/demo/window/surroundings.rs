@@ -102,9 +102,18 @@ impl Surroundings {
     /// Adapts a state of the scene to the current environment. The function adds or removes the sky, and sets the exposure.
     pub fn light(&self, state: &mut FrameState) {
         match (&self.choices[self.shown], state.sky.is_some()) {
-            (EnvironmentChoice::Sky, false) => *state = state.clone().under(&self.made_with.sky),
+            (EnvironmentChoice::Sky, false) => {
+                // The sun of a model stands where the sun of the sky is.
+                state.added_light -= f32::from(u8::from(state.sun.is_some()));
+                *state = state.clone().under(&self.made_with.sky);
+            }
             (EnvironmentChoice::Studio | EnvironmentChoice::File(_), true) => {
-                (state.sky, state.emission_scale) = (None, 1.0);
+                state.added_light += f32::from(u8::from(state.sun.is_some()));
+                let white = self.metered.map_or(1.0, f32::recip);
+                if let Some(sun) = &mut state.sun {
+                    sun.irradiance *= white / state.emission_scale;
+                }
+                (state.sky, state.emission_scale) = (None, white);
             }
             _ => {}
         }
