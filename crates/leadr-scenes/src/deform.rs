@@ -157,10 +157,10 @@ pub fn stage(deformation: Deformation) -> Stage {
         };
         vec![pose_at(-1.0, upright), pose_at(0.0, Mat3::IDENTITY), pose_at(1.0, Mat3::IDENTITY)]
     };
-    let from = |distance: f32| {
-        Camera::looking_at(Vec3::new(0.05, -1.0, 0.24).normalize() * distance, Vec3::new(0.0, 0.0, -0.05), 26.0)
+    let from = |distance: f32, up: f32| {
+        Camera::looking_at(Vec3::new(0.05, -1.0, up).normalize() * distance, Vec3::new(0.0, 0.0, -0.05), 26.0)
     };
-    let views = Views { near: from(5.0), mid: from(12.5), far: from(60.0) };
+    let views = Views { near: from(5.0, 0.24), mid: from(12.5, 0.18), far: from(48.0, 0.13) };
     Stage::moving(objects, views, motion, |_| Vec3::ZERO).with_relief(move |time| deformation.relief(progress(time)))
 }
 

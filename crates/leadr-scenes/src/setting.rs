@@ -46,7 +46,7 @@ pub fn around_plane(stage: Stage) -> Stage {
     let from = |distance: f32, up: f32| {
         Camera::looking_at(Vec3::new(-0.36, -0.92, up).normalize() * distance, Vec3::ZERO, 35.0)
     };
-    let views = Views { near: from(2.0, 0.42), mid: from(6.4, 0.29), far: from(36.0, 0.29) };
+    let views = Views { near: from(2.0, 0.42), mid: from(6.4, 0.25), far: from(34.0, 0.18) };
     on_ground(stage.with_still(Object::new("kerb", kerb)).with_views(views), -0.2)
 }
 
