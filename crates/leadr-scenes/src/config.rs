@@ -385,7 +385,7 @@ pub struct SceneConfig {
     /// How lights are extracted from an environment image.
     #[serde(flatten)]
     pub environment_lights: LightExtraction,
-    /// The direction to the sun at time 0; `None` uses the sun of the model, or [`DEFAULT_SUN`].
+    /// The direction to the sun at time 0; `None` uses the sun of the model, or [`DEFAULT_SUN`](super::light::DEFAULT_SUN).
     pub sun: Option<SunDirection>,
     /// The hour of the day at time 0; overrides `sun`.
     pub time_of_day: Option<f32>,

@@ -27,6 +27,8 @@ pub fn after(direction: Vec3, hours: f64) -> Vec3 {
 pub fn pass(state: &mut FrameState, hours: f64) {
     if let Some(sky) = state.sky.as_mut().filter(|_| hours != 0.0) {
         sky.sun_direction = after(sky.sun_direction, hours);
+        // The sun of a model does not move with the sky.
+        state.sun = None;
     }
 }
 

@@ -211,8 +211,8 @@ impl Stage {
         self.own_sun = false;
     }
 
-    /// Returns the direction of the sky's sun that agrees with the sun of the model file, if there is one. It is at least
-    /// [`LEAST_ELEVATION`] high, because the sun of a file may be level or below the horizon.
+    /// Returns the direction of the sky's sun that agrees with the sun of the model file, if there is one. The direction is at least 20°
+    /// above the horizon, although the sun of a file may be level or below it.
     pub fn sun_of_sky(&self) -> Option<Vec3> {
         let toward = (self.own_lights)(0.0).sun.filter(|_| self.own_sun)?.direction;
         let level = toward.truncate().try_normalize().unwrap_or(Vec2::NEG_Y);

@@ -134,7 +134,7 @@ mod tests {
             view: ViewChoice::Pose(POSE),
             distance: None,
             time_of_day: None,
-            sun: SUN,
+            sun: Some(SUN),
             size: Size { width: 640, height: 360 },
             ..config.clone()
         };

@@ -115,6 +115,7 @@ impl Session<'_> {
             state.camera = self.viewer.camera(&state.camera, width as f32);
             self.viewer.choices.apply(&mut state);
             daylight::pass(&mut state, self.viewer.sun_hours);
+            self.has_own_sun = state.sky.is_some() && state.sun.is_some();
             self.sun = state.sky.as_ref().map(|sky| SunDirection::of(sky.sun_direction));
             self.exposure = self.viewer.choices.picture.exposure.exp2() * state.exposure();
             state

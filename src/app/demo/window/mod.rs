@@ -173,6 +173,7 @@ pub fn run(
             pace,
             exposure: 1.0,
             sun: None,
+            has_own_sun: false,
             options,
             modifiers: ModifiersState::empty(),
             report: WindowReport::default(),
@@ -236,6 +237,8 @@ struct Session<'p> {
     exposure: f32,
     /// The direction of the sun in the picture.
     sun: Option<SunDirection>,
+    /// Whether the sun is that of a model.
+    has_own_sun: bool,
     modifiers: ModifiersState,
     report: WindowReport,
     /// The first error that a screenshot caused.
@@ -293,7 +296,8 @@ impl Session<'_> {
             pose: self.viewer.orbit.pose(),
             time: self.viewer.time,
             size: [width, height],
-            sun: self.sun,
+            // The command draws the sun of a model by itself.
+            sun: self.sun.filter(|_| !self.has_own_sun),
         };
         if let Some(command) = self.program.command(&seen) {
             tracing::info!("{command}");
