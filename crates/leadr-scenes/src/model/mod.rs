@@ -271,5 +271,5 @@ fn views(low: Vec3, high: Vec3) -> Views {
         // The camera stays above the ground.
         Camera::looking_at(position.max(Vec3::new(f32::MIN, f32::MIN, 0.02 * fits)), centre, degrees)
     };
-    Views { near: from(0.55), mid: from(1.0), far: from(8.0) }
+    Views { near: from(0.55), mid: from(1.0), far: from(4.5) }
 }
