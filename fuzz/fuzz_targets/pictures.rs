@@ -1,4 +1,4 @@
-//! PNG and JPEG, as colours, heights and whatever else. Memory is reserved by the header, so the header must agree with the image.
+//! PNG, JPEG, TIFF, WebP, TGA, BMP, PNM, KTX2 and DDS, as colours, heights and whatever else. Memory is reserved by the header, so the header must agree with the image.
 #![no_main]
 
 use leadr_maps::{ImageHeader, decode_color, decode_color_srgb8, decode_height_map, decode_raster};

@@ -54,7 +54,20 @@ fn pictures(put: Put) -> Done {
     let mut jpeg = Vec::new();
     let pixels = colors().concat();
     JpegEncoder::new_with_quality(&mut jpeg, 80).encode(&pixels, SIDE, SIDE, image::ExtendedColorType::Rgb8)?;
-    put("pictures", "rgb.jpg", &jpeg)
+    put("pictures", "rgb.jpg", &jpeg)?;
+    let pixels = image::RgbImage::from_raw(SIDE, SIDE, pixels).ok_or("too few colours")?;
+    for (name, format) in [
+        ("rgb.tiff", image::ImageFormat::Tiff),
+        ("rgb.webp", image::ImageFormat::WebP),
+        ("rgb.tga", image::ImageFormat::Tga),
+        ("rgb.bmp", image::ImageFormat::Bmp),
+        ("rgb.ppm", image::ImageFormat::Pnm),
+    ] {
+        let mut bytes = Cursor::new(Vec::new());
+        pixels.write_to(&mut bytes, format)?;
+        put("pictures", name, &bytes.into_inner())?;
+    }
+    Ok(())
 }
 
 fn exr_files(put: Put) -> Done {

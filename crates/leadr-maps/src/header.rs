@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use super::foreign::unrecognised;
+use super::image_format::{ImageFormat, unrecognised};
 use super::limits::{MAX_FILE_BYTES, check_size, first_bytes, open};
-use super::raster_read::{self, is_raster};
+use super::raster_read::{self, EXPECTED, Size};
 use super::{MapFault, exr_read, hdr};
 
 /// Bytes at the start of a file that usually contain the header of an image.
@@ -17,38 +17,43 @@ pub struct ImageHeader {
     pub width: u32,
     /// Height in texels.
     pub height: u32,
-    /// Maximum bytes of a decoded texel, all channels together.
-    pub texel_bytes: u64,
+    /// Number of channels.
+    pub channels: usize,
+    /// Maximum bytes of a decoded sample.
+    pub sample_bytes: u64,
 }
 
 impl ImageHeader {
-    /// Reads the header of a PNG, JPEG, EXR or Radiance HDR from the first bytes of a file of `file_bytes` bytes.
+    /// Reads the header of an image in any [`ImageFormat`] from the first bytes of a file of `file_bytes` bytes.
     ///
     /// # Errors
     /// Fails if the format is unsupported, the header is damaged or continues after `start`, or the size exceeds
     /// [`limits`](crate::limits).
     pub fn read(start: &[u8], file_bytes: u64) -> Result<Self, MapFault> {
-        let sizes = if is_raster(start) {
-            vec![raster_read::declared_size(start)?]
-        } else if hdr::is_hdr(start) {
-            vec![hdr::declared_size(start)?]
-        } else if exr_read::is_exr(start) {
-            exr_read::declared_sizes(start)?
-        } else {
-            return Err(unrecognised(start, "a PNG, JPEG, EXR or HDR image", "FILE.png"));
+        let floats = |(width, height, texel_bytes): (u64, u64, u64)| Size {
+            width,
+            height,
+            channels: texel_bytes as usize / 4,
+            sample_bytes: 4,
+        };
+        let sizes = match ImageFormat::of(start) {
+            Some(ImageFormat::Hdr) => vec![floats(hdr::declared_size(start)?)],
+            Some(ImageFormat::Exr) => exr_read::declared_sizes(start)?.into_iter().map(floats).collect(),
+            Some(format) => vec![raster_read::declared_size(format, start)?],
+            None => return Err(unrecognised(start, EXPECTED, "FILE.png")),
         };
         let file_bytes = usize::try_from(file_bytes).unwrap_or(usize::MAX);
-        let check = |(width, height, texel_bytes)| check_size(width, height, texel_bytes, file_bytes);
+        let check = |size: &Size| check_size(size.width, size.height, size.texel_bytes(), file_bytes);
         // A part that is too large cannot be the one that is decoded.
-        let fitting = sizes.iter().copied().filter(|&size| check(size).is_ok());
-        let largest = fitting.max_by_key(|(width, height, texel_bytes)| width * height * texel_bytes);
-        let Some((width, height, texel_bytes)) = largest else {
+        let fitting = sizes.iter().filter(|size| check(size).is_ok());
+        let largest = fitting.max_by_key(|size| size.width * size.height * size.texel_bytes());
+        let Some(&Size { width, height, channels, sample_bytes }) = largest else {
             return Err(sizes
                 .first()
-                .and_then(|&size| check(size).err())
+                .and_then(|size| check(size).err())
                 .unwrap_or_else(|| MapFault::damaged("it has no part")));
         };
-        Ok(Self { width: width as u32, height: height as u32, texel_bytes })
+        Ok(Self { width: width as u32, height: height as u32, channels, sample_bytes })
     }
 
     /// Reads the header of an image file. Returns the header with the length of the file in bytes.
@@ -75,7 +80,7 @@ impl ImageHeader {
 
     /// Returns the maximum bytes of the decoded image.
     pub fn decoded_bytes(self) -> u64 {
-        self.texels() * self.texel_bytes
+        self.texels() * self.channels as u64 * self.sample_bytes
     }
 }
 
@@ -96,10 +101,10 @@ mod tests {
             .encode(&[9; 72], 6, 4, image::ExtendedColorType::Rgb8)
             .unwrap();
         let hdr = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 4 +X 6\n".to_vec();
-        for (bytes, texel_bytes) in [(png, 2), (jpeg, 3), (exr, 12), (hdr, 12)] {
+        for (bytes, channels, sample_bytes) in [(png, 1, 2), (jpeg, 3, 1), (exr, 3, 4), (hdr, 3, 4)] {
             let header = ImageHeader::read(&bytes, bytes.len() as u64).unwrap();
-            assert_eq!(header, ImageHeader { width: 6, height: 4, texel_bytes });
-            assert_eq!(header.decoded_bytes(), 24 * texel_bytes);
+            assert_eq!(header, ImageHeader { width: 6, height: 4, channels, sample_bytes });
+            assert_eq!(header.decoded_bytes(), 24 * channels as u64 * sample_bytes);
             assert!(ImageHeader::read(&bytes[..6], 6).is_err());
         }
     }

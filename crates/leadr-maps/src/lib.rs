@@ -13,13 +13,13 @@ pub mod derive;
 mod exr_read;
 mod fault;
 pub mod folders;
-mod foreign;
 mod guard;
 pub mod halves;
 mod hdr;
 mod header;
 pub mod horizon;
 mod image_class;
+mod image_format;
 pub mod limits;
 mod load;
 pub mod material;
@@ -34,15 +34,17 @@ pub mod reads;
 pub mod save;
 pub mod shown;
 pub mod srgb;
+mod tiff_read;
 pub mod tonemap;
 mod types;
 
 pub use fault::{MapError, MapFault};
 pub use header::ImageHeader;
+pub use image_format::ImageFormat;
 pub use load::{
     Picture, decode_color, decode_color_srgb8, decode_environment, decode_height_map, decode_picture, load_color,
     load_color_srgb8, load_environment, load_height_map, load_picture, load_raster,
 };
 pub use moments::{LeadrMap, MomentLevel, Moments, Wrap};
-pub use raster_read::decode_raster;
+pub use raster_read::{decode_raster, decode_raster_with_remarks};
 pub use types::{HeightMap, Image, Rgb8Image, RgbImage};

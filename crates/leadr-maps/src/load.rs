@@ -2,22 +2,24 @@
 
 use std::path::Path;
 
-use super::foreign::unrecognised;
 use super::image_class::{ImageClass, classify};
+use super::image_format::{ImageFormat, unrecognised};
 use super::material::{Raster, Samples};
-use super::raster_read::{decode_png, decode_raster, is_png, is_raster};
+use super::raster_read::{EXPECTED, decode_raster, decode_raster_with_remarks};
 use super::srgb::linear_from_srgb;
 use super::{HeightMap, MapError, MapFault, Rgb8Image, RgbImage, exr_read, hdr, limits};
 use crate::shown::shown_path;
 
-/// Loads a height map from PNG or JPEG (8 or 16 bits, normalised to 0..1) or EXR (values as stored, which may be negative).
+/// Loads a height map from an image of codes (such as PNG, JPEG or TIFF, normalised to 0..1), or of floats or signed integers
+/// (EXR and TIFF, values as stored, which may be negative).
 ///
-/// In PNG and JPEG, the first channel (grey or red) is the height and alpha is ignored. In EXR, the height is the only
+/// In all formats but EXR, the first channel (grey or red) is the height and alpha is ignored. In EXR, the height is the only
 /// channel, or else the first of `height`, `displacement`, `disp`, `Y`, `Z`, `R`. The names may be in upper or lower case
 /// and may have a layer prefix. Fails on unreadable files, files over [`limits`], values that are not finite, and images
 /// that look like normal maps. Coloured images only log a warning.
 pub fn load_height_map(path: impl AsRef<Path>) -> Result<HeightMap, MapError> {
-    let (map, class) = load(path.as_ref(), decode_heights)?;
+    let (map, class, remarks) = load(path.as_ref(), decode_heights)?;
+    remarks.iter().for_each(|text| remark(path.as_ref(), text));
     if class == ImageClass::Colors {
         remark(
             path.as_ref(),
@@ -42,13 +44,16 @@ pub fn load_environment(path: impl AsRef<Path>) -> Result<RgbImage, MapError> {
     Ok(image)
 }
 
-/// Loads a colour PNG as linear values from 0 to 1. The codes are decoded as sRGB, and a gamma chunk is ignored. Grey fills
-/// all three channels, and alpha is ignored. 16-bit files keep their precision.
+/// Loads a colour image of any format of [`decode_raster`] as linear values. The codes are decoded as sRGB, and a gamma chunk
+/// is ignored. Floats are linear. Grey fills all three channels, and alpha is ignored. 16-bit files keep their precision.
 pub fn load_color(path: impl AsRef<Path>) -> Result<RgbImage, MapError> {
     load(path.as_ref(), decode_color)
 }
 
-/// Loads a colour PNG as 8-bit sRGB codes, like [`load_color`]. 16-bit files are rounded to 8 bits.
+/// Loads a colour image as 8-bit sRGB codes, like [`load_color`]. 16-bit files are rounded to 8 bits.
+///
+/// # Errors
+/// Fails if the file is unreadable or over [`limits`], or contains floats.
 pub fn load_color_srgb8(path: impl AsRef<Path>) -> Result<Rgb8Image, MapError> {
     load(path.as_ref(), decode_color_srgb8)
 }
@@ -58,31 +63,33 @@ pub fn load_color_srgb8(path: impl AsRef<Path>) -> Result<Rgb8Image, MapError> {
 pub struct Picture {
     /// The image in linear Rec.709.
     pub image: RgbImage,
-    /// Whether the file contained display codes (PNG). [`crate::tonemap::Tonemap::Clamp`] at exposure 1 reproduces the
+    /// Whether the file contained display codes (such as PNG). [`crate::tonemap::Tonemap::Clamp`] at exposure 1 reproduces the
     /// codes. EXR and HDR files contain radiance instead, which needs tonemapping.
     pub display_referred: bool,
 }
 
-/// Loads a picture from a PNG (like [`load_color`]) or from an EXR or HDR file (with the channels of [`load_environment`]).
+/// Loads a picture from display codes (like [`load_color`]) or from an EXR or HDR file (with the channels of [`load_environment`]).
 /// Any value is accepted, because a render may contain NaN.
 pub fn load_picture(path: impl AsRef<Path>) -> Result<Picture, MapError> {
     load(path.as_ref(), decode_picture)
 }
 
-/// Loads the uninterpreted texels of a PNG, JPEG or EXR file. An EXR gives the channels R, G, B or a single Y as floats.
+/// Loads the uninterpreted texels of an EXR, or of a format of [`decode_raster`]. An EXR gives the channels R, G, B or a single Y as floats.
 ///
 /// # Errors
 /// Fails if the file is unreadable, over [`limits`], or has values that are not finite.
 pub fn load_raster(path: impl AsRef<Path>) -> Result<Raster, MapError> {
-    load(path.as_ref(), |bytes| {
+    let (raster, remarks) = load(path.as_ref(), |bytes| {
         if !exr_read::is_exr(bytes) {
-            return decode_raster(bytes);
+            return decode_raster_with_remarks(bytes);
         }
         let exr_read::Planes { width, height, planes } = exr_read::decode(bytes, choose_rgb, "R, G, B or Y")?;
         let channels = planes.len();
         let samples = (0..planes[0].len()).flat_map(|i| planes.iter().map(move |plane| plane[i])).collect();
-        Raster::new(width, height, channels, Samples::F32(samples))
-    })
+        Raster::new(width, height, channels, Samples::F32(samples)).map(|raster| (raster, Vec::new()))
+    })?;
+    remarks.iter().for_each(|text| remark(path.as_ref(), text));
+    Ok(raster)
 }
 
 fn remark(file: &Path, text: &str) {
@@ -95,10 +102,11 @@ fn load<T>(path: &Path, decode: fn(&[u8]) -> Result<T, MapFault>) -> Result<T, M
 
 /// Like [`load_height_map`], but from bytes in memory.
 pub fn decode_height_map(bytes: &[u8]) -> Result<HeightMap, MapFault> {
-    decode_heights(bytes).map(|(map, _)| map)
+    decode_heights(bytes).map(|(map, ..)| map)
 }
 
-fn decode_heights(bytes: &[u8]) -> Result<(HeightMap, ImageClass), MapFault> {
+/// Decodes heights. Also returns the class of the image, and remarks about repairs.
+fn decode_heights(bytes: &[u8]) -> Result<(HeightMap, ImageClass, Vec<String>), MapFault> {
     if exr_read::is_exr(bytes) {
         let image = exr_read::decode(bytes, choose_height, "named height, displacement, disp, Y, Z or R")?;
         let class = match &image.planes[..] {
@@ -106,12 +114,12 @@ fn decode_heights(bytes: &[u8]) -> Result<(HeightMap, ImageClass), MapFault> {
             _ => ImageClass::Grey,
         };
         let texels = image.planes.into_iter().next().unwrap_or_default();
-        return Ok((HeightMap::new(image.width, image.height, texels)?, refuse_normals(class)?));
+        return Ok((HeightMap::new(image.width, image.height, texels)?, refuse_normals(class)?, Vec::new()));
     }
     if !is_raster(bytes) {
-        return Err(unrecognised(bytes, "a PNG, JPEG or EXR height map", "-depth 16 FILE.png"));
+        return Err(unrecognised(bytes, EXPECTED, "-depth 16 FILE.png"));
     }
-    let raster = decode_raster(bytes)?;
+    let (raster, remarks) = decode_raster_with_remarks(bytes)?;
     let (width, height) = (raster.width(), raster.height());
     let color = |i: usize| {
         let [x, y] = [i % width as usize, i / width as usize].map(|k| k as u32);
@@ -121,7 +129,7 @@ fn decode_heights(bytes: &[u8]) -> Result<(HeightMap, ImageClass), MapFault> {
         if raster.channels() >= 3 { classify(width as usize * height as usize, color) } else { ImageClass::Grey };
     refuse_normals(class)?;
     let positions = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-    Ok((HeightMap::new(width, height, positions.map(|(x, y)| raster.value(x, y, 0)).collect())?, class))
+    Ok((HeightMap::new(width, height, positions.map(|(x, y)| raster.value(x, y, 0)).collect())?, class, remarks))
 }
 
 fn refuse_normals(class: ImageClass) -> Result<ImageClass, MapFault> {
@@ -164,9 +172,8 @@ fn decode_light(bytes: &[u8]) -> Result<(RgbImage, Option<String>), MapFault> {
 
 /// Like [`load_picture`], but from bytes in memory.
 pub fn decode_picture(bytes: &[u8]) -> Result<Picture, MapFault> {
-    let display_referred = is_png(bytes);
-    let image =
-        if display_referred { decode_color(bytes)? } else { decode_radiance(bytes, "a PNG, EXR or HDR picture")? };
+    let display_referred = is_raster(bytes);
+    let image = if display_referred { decode_color(bytes)? } else { decode_radiance(bytes, EXPECTED)? };
     Ok(Picture { image, display_referred })
 }
 
@@ -186,32 +193,38 @@ fn decode_radiance(bytes: &[u8], expected: &'static str) -> Result<RgbImage, Map
 
 /// Like [`load_color`], but from bytes in memory.
 pub fn decode_color(bytes: &[u8]) -> Result<RgbImage, MapFault> {
-    let png = decode_color_png(bytes)?;
-    let Samples::U16(codes) = png.samples() else { return Ok(srgb8_of(&png)?.to_linear()) };
-    let linear = |code: u16| linear_from_srgb(f32::from(code) / 65535.0);
-    RgbImage::new(png.width(), png.height(), colors(codes, png.channels()).map(|t| t.map(linear)).collect())
+    let raster = decode_raster(bytes)?;
+    let texels = match raster.samples() {
+        Samples::U8(_) => return Ok(srgb8_of(&raster)?.to_linear()),
+        Samples::U16(codes) => {
+            let linear = |code: u16| linear_from_srgb(f32::from(code) / 65535.0);
+            colors(codes, raster.channels()).map(|t| t.map(linear)).collect()
+        }
+        Samples::F32(values) => colors(values, raster.channels()).collect(),
+    };
+    RgbImage::new(raster.width(), raster.height(), texels)
 }
 
 /// Like [`load_color_srgb8`], but from bytes in memory.
 pub fn decode_color_srgb8(bytes: &[u8]) -> Result<Rgb8Image, MapFault> {
-    srgb8_of(&decode_color_png(bytes)?)
+    srgb8_of(&decode_raster(bytes)?)
 }
 
-fn decode_color_png(bytes: &[u8]) -> Result<Raster, MapFault> {
-    if is_png(bytes) { decode_png(bytes) } else { Err(unrecognised(bytes, "a PNG colour map", "FILE.png")) }
+fn is_raster(bytes: &[u8]) -> bool {
+    ImageFormat::of(bytes).is_some_and(ImageFormat::is_raster)
 }
 
-fn srgb8_of(png: &Raster) -> Result<Rgb8Image, MapFault> {
-    let texels = match png.samples() {
-        Samples::U8(codes) => colors(codes, png.channels()).collect(),
+fn srgb8_of(raster: &Raster) -> Result<Rgb8Image, MapFault> {
+    let texels = match raster.samples() {
+        Samples::U8(codes) => colors(codes, raster.channels()).collect(),
         // 65535 = 257 * 255, so the division rounds to the nearest 8-bit code.
         Samples::U16(codes) => {
             let nearest = |code: u16| ((u32::from(code) + 128) / 257) as u8;
-            colors(codes, png.channels()).map(|t| t.map(nearest)).collect()
+            colors(codes, raster.channels()).map(|t| t.map(nearest)).collect()
         }
-        Samples::F32(_) => unreachable!("PNG has no floats"),
+        Samples::F32(_) => return Err(MapFault::unsupported("its samples are floats", "save it as an 8-bit PNG")),
     };
-    Rgb8Image::new(png.width(), png.height(), texels)
+    Rgb8Image::new(raster.width(), raster.height(), texels)
 }
 
 /// Converts samples of grey or RGB images, with or without alpha, to RGB.

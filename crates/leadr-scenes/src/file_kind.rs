@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use leadr_maps::{MapError, MapFault};
+use leadr_maps::{ImageFormat, MapError, MapFault};
 
 /// Number of bytes that determine the kind of a file. The tables of a fit can come before its format.
 const HEAD: u64 = 4 << 20;
@@ -14,7 +14,7 @@ const HEAD: u64 = 4 << 20;
 pub enum FileKind {
     /// A folder, such as a downloaded material.
     Folder,
-    /// A PNG or JPEG.
+    /// A picture such as PNG, JPEG or TIFF.
     Picture,
     /// An OpenEXR picture or baked map.
     Exr,
@@ -45,17 +45,16 @@ impl FileKind {
         // A pipe would lose these bytes.
         let file = path.is_file().then(|| File::open(path).ok()).flatten()?;
         file.take(HEAD).read_to_end(&mut head).ok()?;
-        let signatures: [(&[u8], Self); 7] = [
-            (b"\x89PNG", Self::Picture),
-            (b"\xff\xd8\xff", Self::Picture),
-            (b"\x76\x2f\x31\x01", Self::Exr),
-            (b"#?RADIANCE", Self::Hdr),
-            (b"#?RGBE", Self::Hdr),
-            (b"\xabKTX 20", Self::Ktx2),
-            (b"glTF", Self::Model),
-        ];
-        if let Some((_, kind)) = signatures.into_iter().find(|(bytes, _)| head.starts_with(bytes)) {
-            return Some(kind);
+        if head.starts_with(b"glTF") {
+            return Some(Self::Model);
+        }
+        if let Some(format) = ImageFormat::of(&head) {
+            return Some(match format {
+                ImageFormat::Exr => Self::Exr,
+                ImageFormat::Hdr => Self::Hdr,
+                ImageFormat::Ktx2 => Self::Ktx2,
+                _ => Self::Picture,
+            });
         }
         let text = String::from_utf8_lossy(&head);
         if !text.trim_start_matches('\u{feff}').trim_start().starts_with('{') {
@@ -78,7 +77,7 @@ impl FileKind {
     fn name(self) -> &'static str {
         match self {
             Self::Folder => "a folder",
-            Self::Picture => "a PNG or JPEG picture",
+            Self::Picture => "a picture such as PNG or JPEG",
             Self::Exr => "an EXR picture",
             Self::Hdr => "a Radiance HDR picture",
             Self::Ktx2 => "a KTX2 map",
@@ -136,6 +135,7 @@ mod tests {
         };
         assert_eq!(kind("a.json", b"\x89PNG\r\n"), Some(FileKind::Picture), "the name does not matter");
         assert_eq!(kind("a.bin", b"\xff\xd8\xff\xe0"), Some(FileKind::Picture));
+        assert_eq!(kind("t", b"II*\0"), Some(FileKind::Picture));
         assert_eq!(kind("a", b"\x76\x2f\x31\x01\x02"), Some(FileKind::Exr));
         assert_eq!(kind("b", b"#?RADIANCE\n"), Some(FileKind::Hdr));
         assert_eq!(kind("c", b"\xabKTX 20\xbb"), Some(FileKind::Ktx2));

@@ -145,7 +145,7 @@ const OPTIONS: [SceneOption; 58] = [
          ...), or a measured material from `leadr fit`. The images lie upright when seen from above: their tops point to +y",
         Path(|c, file| c.material.folder = Some(file))).common().panel(Panel::Own),
     material("color-map", "FILE",
-        "Use the base colours of this image: an sRGB PNG or JPEG, or a linear EXR. The image lies upright when seen from \
+        "Use the base colours of this image: an sRGB PNG, JPEG, TIFF or WebP, or a linear EXR. The image lies upright when seen from \
          above: its top points to +y",
         Path(|c, file| c.material.color_map = Some(file))),
     material("normal-map", "FILE",

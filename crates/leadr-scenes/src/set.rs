@@ -367,7 +367,7 @@ mod tests {
             Inputs::load(&line.resolve().unwrap()).unwrap_err().to_string()
         };
         for (flag, file, kind, remedy) in [
-            ("--material", &picture, "a PNG or JPEG picture", "--color-map"),
+            ("--material", &picture, "a picture such as PNG or JPEG", "--color-map"),
             ("--material", &model, "a glTF model", "--scene"),
             ("--height-map", &fit, "a fit", "--material"),
             ("--height-map", &folder.path().to_path_buf(), "a folder", "--material"),

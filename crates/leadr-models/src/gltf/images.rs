@@ -10,7 +10,7 @@ use super::source::Source;
 use super::uri::{self, Contents};
 use crate::fault::{ModelFault, shown};
 use leadr_maps::material::Raster;
-use leadr_maps::{ImageHeader, MapFault, decode_raster};
+use leadr_maps::{ImageHeader, MapFault, decode_raster_with_remarks};
 
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 enum Origin<'a> {
@@ -54,10 +54,10 @@ pub(super) fn read<'a>(source: &Source<'a>) -> Read<Vec<Image>> {
             }
             Origin::View(view) => views[view].bytes().and_then(|bytes| entry.decode(bytes)),
         });
-        (origin, raster.map(Arc::new))
+        (origin, raster.map(|(raster, remarks)| (Arc::new(raster), remarks)))
     };
     // For a single image, waking other threads costs more than decoding it.
-    let mut results: HashMap<Origin<'a>, Read<Arc<Raster>>> = if reserved.len() > 1 {
+    let mut results: HashMap<Origin<'a>, Read<(Arc<Raster>, Vec<String>)>> = if reserved.len() > 1 {
         reserved.into_par_iter().map(decode).collect()
     } else {
         reserved.into_iter().map(decode).collect()
@@ -67,9 +67,15 @@ pub(super) fn read<'a>(source: &Source<'a>) -> Read<Vec<Image>> {
     if let Some(origin) = first_failed.filter(|_| !source.lenient) {
         return Err(results.remove(&origin).and_then(Result::err).expect("the key was found above"));
     }
+    for entry in &entries {
+        // Several images can have one origin, whose remarks are given once.
+        if let Some(Ok((_, remarks))) = entry.origin.and_then(|origin| results.get_mut(&origin)) {
+            remarks.drain(..).for_each(|text| source.remark(format!("{}: {text}", entry.label())));
+        }
+    }
     let image = |entry: Entry<'_>| {
         let raster = match entry.origin.and_then(|origin| results.get(&origin)) {
-            Some(Ok(raster)) => Some(raster.clone()),
+            Some(Ok((raster, _))) => Some(raster.clone()),
             Some(Err(fault)) => {
                 source.remark(format!("{fault}; a replacement is used"));
                 None
@@ -115,13 +121,17 @@ impl<'a> Entry<'a> {
         }
     }
 
-    fn decode(&self, bytes: &[u8]) -> Read<Raster> {
-        decode_raster(bytes).map_err(|fault| self.fault(fault))
+    fn decode(&self, bytes: &[u8]) -> Read<(Raster, Vec<String>)> {
+        decode_raster_with_remarks(bytes).map_err(|fault| self.fault(fault))
     }
 
     fn fault(&self, fault: MapFault) -> ModelFault {
+        ModelFault::Image { location: self.label(), fault }
+    }
+
+    /// Returns the position of the image in the file, with its name.
+    fn label(&self) -> String {
         let (location, name) = (self.item.location.to_string(), &self.name);
-        let location = if *name == location { location } else { format!("{location} ({name})") };
-        ModelFault::Image { location, fault }
+        if *name == location { location } else { format!("{location} ({name})") }
     }
 }
