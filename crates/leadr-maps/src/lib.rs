@@ -43,7 +43,7 @@ pub use header::ImageHeader;
 pub use image_format::ImageFormat;
 pub use load::{
     Picture, decode_color, decode_color_srgb8, decode_environment, decode_height_map, decode_picture, load_color,
-    load_color_srgb8, load_environment, load_height_map, load_picture, load_raster,
+    load_color_srgb8, load_environment, load_height_channel, load_height_map, load_picture, load_raster,
 };
 pub use moments::{LeadrMap, MomentLevel, Moments, Wrap};
 pub use raster_read::{decode_raster, decode_raster_with_remarks};

@@ -29,6 +29,15 @@ pub fn load_height_map(path: impl AsRef<Path>) -> Result<HeightMap, MapError> {
     Ok(map)
 }
 
+/// Loads heights from one channel, 0 to 3, of an image whose other channels have other meanings.
+///
+/// # Errors
+/// Fails if the file is unreadable, over [`limits`], or has values that are not finite.
+pub fn load_height_channel(path: impl AsRef<Path>, channel: usize) -> Result<HeightMap, MapError> {
+    let raster = load_raster(path.as_ref())?;
+    heights_of(&raster, channel).map_err(|fault| fault.in_file(path))
+}
+
 /// Loads an equirectangular environment (linear radiance) from Radiance HDR or EXR.
 ///
 /// EXR channels are `R`, `G`, `B`, or those of the first layer with all three, or a single `Y` as grey. Fails on unreadable
@@ -128,8 +137,13 @@ fn decode_heights(bytes: &[u8]) -> Result<(HeightMap, ImageClass, Vec<String>), 
     let class =
         if raster.channels() >= 3 { classify(width as usize * height as usize, color) } else { ImageClass::Grey };
     refuse_normals(class)?;
+    Ok((heights_of(&raster, 0)?, class, remarks))
+}
+
+fn heights_of(raster: &Raster, channel: usize) -> Result<HeightMap, MapFault> {
+    let [width, height] = raster.size();
     let positions = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-    Ok((HeightMap::new(width, height, positions.map(|(x, y)| raster.value(x, y, 0)).collect())?, class, remarks))
+    HeightMap::new(width, height, positions.map(|(x, y)| raster.value(x, y, channel)).collect())
 }
 
 fn refuse_normals(class: ImageClass) -> Result<ImageClass, MapFault> {

@@ -104,8 +104,8 @@ impl DetailFiles {
         let Some(path) = &self.detail else { return Ok(None) };
         let (material, colored) = if path.is_dir() {
             let folder = MaterialFolder::open(path, links)?;
-            folder.remarks.iter().for_each(|remark| tracing::warn!("{remark}"));
-            let colored = [Role::Color, Role::Roughness, Role::Gloss, Role::Packed];
+            folder.remark().iter().for_each(|remark| tracing::warn!("{remark}"));
+            let colored = [Role::Color, Role::Roughness, Role::Gloss];
             let colored = colored.iter().any(|&role| folder.picture(role).is_some());
             if folder.picture(Role::Metalness).is_some() {
                 tracing::warn!("{}: the metalness of a detail is not used", shown_path(path));
@@ -168,7 +168,7 @@ impl MaterialFiles {
             material.relief = relief;
         } else if let Some(folder) = &self.folder {
             let folder = MaterialFolder::open(folder, links)?;
-            folder.remarks.iter().for_each(|remark| tracing::warn!("{remark}"));
+            folder.remark().iter().for_each(|remark| tracing::warn!("{remark}"));
             let relief = material.relief.take();
             material = folder.load()?;
             material.relief = relief.or(material.relief);

@@ -8,9 +8,11 @@ use super::args::BakeArgs;
 use leadr_maps::bake::{DetailNormals, Inputs, Roughness};
 use leadr_maps::derive::{SlopeFaults, Slopes};
 use leadr_maps::folders::OutsideLinks;
-use leadr_maps::material::{GreenAxis, Material, MaterialFolder, NormalMap, Role, RoughnessMeaning, role_of};
+use leadr_maps::material::{
+    GreenAxis, Material, MaterialFolder, MaterialPicture, NormalMap, Role, RoughnessMeaning, role_of,
+};
 use leadr_maps::shown::shown_path;
-use leadr_maps::{load_height_map, load_raster};
+use leadr_maps::{load_height_channel, load_height_map, load_raster};
 use leadr_scenes::file_kind::{FileKind, IMAGE};
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::output::Output;
@@ -26,6 +28,9 @@ pub struct Sources {
     detail_gloss: Option<PathBuf>,
     #[serde(skip)]
     green: Option<GreenAxis>,
+    /// The channel of the heights, if other channels have other roles.
+    #[serde(skip)]
+    height_channel: Option<usize>,
     #[serde(skip)]
     channel: usize,
     #[serde(skip)]
@@ -124,31 +129,32 @@ impl Sources {
     }
 
     fn look_into(&mut self, folder: &Path, arguments: &BakeArgs, slopes_only: bool) -> Result<(), AppError> {
-        let material = MaterialFolder::open(folder, OutsideLinks::followed(arguments.follow_links))?;
-        self.remarks =
-            material.remarks.iter().filter(|remark| remark.contains("no role of a material")).cloned().collect();
-        for (role, file) in material.pictures {
-            let beside = matches!(role, Role::Color | Role::Roughness | Role::Gloss | Role::Packed);
+        let mut material = MaterialFolder::open(folder, OutsideLinks::followed(arguments.follow_links))?;
+        for MaterialPicture { role, channel, file } in std::mem::take(&mut material.pictures) {
+            let beside = matches!(role, Role::Color | Role::Roughness | Role::Gloss);
             if beside && slopes_only {
-                self.remarks.push(format!("{} is not baked: the layout has no channel for it", shown_path(file)));
+                material.leave_aside(file, "the layout has no channel for it");
                 continue;
             }
             match role {
-                Role::Height => self.height = Some(file),
+                Role::Height => (self.height, self.height_channel) = (Some(file), channel),
                 Role::Normal | Role::NormalUp | Role::NormalDown => {
                     (self.normal, self.green) = (Some(file), green_of(Some(role)));
                 }
                 Role::Color => self.color = Some(file),
-                Role::Roughness => self.roughness = Some(file),
+                Role::Roughness => (self.roughness, self.channel) = (Some(file), channel.unwrap_or(0)),
                 Role::Gloss => {
-                    (self.roughness, self.meaning) = (Some(file), RoughnessMeaning::Gloss(arguments.gloss_scale));
+                    (self.roughness, self.channel) = (Some(file), channel.unwrap_or(0));
+                    self.meaning = RoughnessMeaning::Gloss(arguments.gloss_scale);
                 }
-                Role::Packed => (self.roughness, self.channel) = (Some(file), 1),
                 Role::Metalness | Role::Occlusion | Role::Cones | Role::Opacity | Role::Emission => {
-                    self.remarks.push(format!("{} is not baked: it does not affect slopes", shown_path(file)));
+                    material.leave_aside(file, "it does not affect slopes");
                 }
             }
         }
+        let used: Vec<PathBuf> = self.files().map(Path::to_path_buf).collect();
+        material.aside.retain(|(file, _)| !used.contains(file));
+        self.remarks.extend(material.remark());
         if self.height.is_none() && self.normal.is_none() {
             let what = format!("'{}' holds neither a height map nor a normal map", shown_path(folder));
             return Err(AppError::Failed(format!(
@@ -185,7 +191,12 @@ impl Sources {
             Ok(Roughness { raster: load_raster(file)?, channel, meaning })
         };
         let mut inputs = Inputs {
-            heights: self.height.as_deref().map(load_height_map).transpose()?,
+            heights: (self.height.as_deref())
+                .map(|file| match self.height_channel {
+                    Some(channel) => load_height_channel(file, channel),
+                    None => load_height_map(file),
+                })
+                .transpose()?,
             normals: self.normal.as_deref().map(|file| normals_of(file, self.green)).transpose()?,
             roughness: (self.roughness.as_deref().map(|file| roughness_of(file, self.channel, self.meaning)))
                 .transpose()?,

@@ -5,10 +5,12 @@
 
 mod baked;
 mod folder;
+mod names;
 mod normals;
 mod raster;
 
-pub use folder::{MaterialFolder, Role, role_of};
+pub use folder::{MaterialFolder, MaterialPicture};
+pub use names::{Role, role_of};
 pub use normals::{Agreement, STEEPEST, agreement, green_axis};
 pub use raster::{Encoding, Raster, Samples, Texture, TextureWrap};
 
