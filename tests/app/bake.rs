@@ -271,7 +271,7 @@ fn downloaded_folders_of_every_kind_are_baked() {
         let out = folder.path().join("out.ktx2");
         let made =
             leadr(&["bake", reports.join(name).to_str().unwrap(), "--resample", "--json", "-o", out.to_str().unwrap()]);
-        let [stdout, stderr] = [&made.stdout, &made.stderr].map(|text| String::from_utf8_lossy(text).into_owned());
+        let [stdout, stderr] = [&made.stdout, &made.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned());
         assert!(made.status.success() && stdout.contains(used) && stderr.contains(aside), "{name}: {stdout} {stderr}");
     }
 }

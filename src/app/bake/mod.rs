@@ -211,17 +211,23 @@ fn check_flags(arguments: &BakeArgs) -> Result<(), AppError> {
     Ok(())
 }
 
-/// Returns a warning if the error of the slope variance exceeds the limit for pictures.
+/// Relative error of a channel that is not stored in any useful way.
+const LOST: f64 = 0.5;
+
+/// Returns a warning if a channel is lost, or if the error of the slope variance exceeds the limit for pictures.
 fn beyond_the_goal(precision: Precision, baked: &Report) -> Option<String> {
     let (most, remedy) = match precision {
         Precision::F32 => return None,
         Precision::F16 => (1e-3, "use --format f32"),
         Precision::Bc => (1e-2, "--format f16 is closer"),
     };
+    let name = precision.name();
+    if let Some(level) = baked.errors.iter().position(|error| error.channels > LOST) {
+        return Some(format!("warning: {name} cannot hold the range of a channel on level {level}: use --format f32"));
+    }
     let finite =
         baked.errors.iter().map(|error| error.variance).enumerate().filter(|(_, variance)| variance.is_finite());
     let (level, worst) = finite.max_by(|a, b| a.1.total_cmp(&b.1))?;
-    let name = precision.name();
     (worst > most).then(|| {
         format!("warning: {name} has an error of {worst:.1e} in the slope variance of level {level}, over {most:.0e}: {remedy}")
     })
@@ -252,6 +258,8 @@ mod tests {
         );
         assert_eq!(beyond_the_goal(Precision::Bc, &steep), None);
         assert_eq!(beyond_the_goal(Precision::F32, &report(&[1.0])), None);
+        let lost = Report { errors: vec![LevelError { channels: 1.0, variance: 0.0 }], ..report(&[]) };
+        assert!(beyond_the_goal(Precision::F16, &lost).unwrap().contains("f16 cannot hold the range of a channel"));
         // A flat level has no variance, so its relative error is infinite and ignored.
         assert_eq!(beyond_the_goal(Precision::F16, &report(&[f64::INFINITY])), None);
     }

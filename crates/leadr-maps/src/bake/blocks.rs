@@ -107,13 +107,22 @@ fn of_stored(kind: Kind, texel: &mut [f32]) {
     }
 }
 
-/// Returns the ranges of the stored quantities. Slopes are at most `slope`, heights lie in `heights`, and radiance is at
-/// most `light`.
-pub(super) fn ranges(kind: Kind, channels: &[&str], slope: f32, heights: [f32; 2], light: f32) -> Vec<[f32; 2]> {
+/// Returns the ranges of the stored quantities. Slopes are at most `slope`, heights lie in `heights`, the roughness is at most
+/// `alpha`, and radiance is at most `light`.
+pub(super) fn ranges(
+    kind: Kind,
+    channels: &[&str],
+    slope: f32,
+    heights: [f32; 2],
+    alpha: f32,
+    light: f32,
+) -> Vec<[f32; 2]> {
     let wide = |[low, high]: [f32; 2]| if high > low { [low, high] } else { [low - 1e-6, low + 1e-6] };
     let range = |name: &str| match (kind, name) {
         (_, "height") => heights,
-        (_, "alpha2" | "alpha4" | "gloss" | "occlusion") => [0.0, 1.0],
+        (_, "alpha2") => [0.0, alpha.powi(2)],
+        (_, "alpha4") => [0.0, alpha.powi(4)],
+        (_, "gloss" | "occlusion") => [0.0, 1.0],
         (_, "red" | "green" | "blue") => [0.0, light],
         (Kind::Toksvig | Kind::Normal | Kind::Gloss | Kind::Cones, _) | (_, "xy" | "M.xy") => [-1.0, 1.0],
         (_, "xx" | "yy" | "M.xx" | "M.yy") => [0.0, slope],
@@ -237,7 +246,7 @@ mod tests {
         };
         let rows: Vec<Vec<f32>> = (0..3).map(|y| (0..6).flat_map(|x| texel(6 * y + x)).collect()).collect();
         let names = ["x", "y", "xx", "yy", "xy", "height"];
-        let plan = BlockPlan::new(Kind::Leadr, &names, &ranges(Kind::Leadr, &names, 4.0, [0.0, 0.2], 1.0));
+        let plan = BlockPlan::new(Kind::Leadr, &names, &ranges(Kind::Leadr, &names, 4.0, [0.0, 0.2], 1.0, 1.0));
         let (layers, decoded) = plan.encode(&rows);
         assert_eq!((layers.len(), layers[0].len()), (9, 2 * 16));
         for (row, decoded) in rows.iter().zip(&decoded) {
@@ -297,7 +306,7 @@ mod tests {
             let most = |channel: usize| texels.iter().fold(0.0f32, |most, texel| most.max(texel[channel].abs()));
             let slope = most(0).max(most(1)).max(most(2).max(most(3)).sqrt());
             let [low, high] = [-most(5), most(5)];
-            let deviations = ranges(Kind::Leadr, &["x", "y", "xx", "yy", "xy", "height"], slope, [low, high], 1.0);
+            let deviations = ranges(Kind::Leadr, &["x", "y", "xx", "yy", "xy", "height"], slope, [low, high], 1.0, 1.0);
             let square = slope * slope;
             // The channels are stored unchanged.
             let raw = [[-slope, slope], [-slope, slope], [0.0, square], [0.0, square], [-square, square]];

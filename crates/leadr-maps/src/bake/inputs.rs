@@ -204,6 +204,14 @@ impl Inputs {
         }
     }
 
+    /// Returns the largest roughness `α`.
+    pub(super) fn roughest(&self) -> f64 {
+        let Some(roughness) = &self.roughness else { return 0.0 };
+        let [width, height] = roughness.raster.size();
+        let row = |y: u32| (0..width).fold(0.0, |most: f64, x| most.max(roughness.alpha(x, y)));
+        (0..height).into_par_iter().map(row).reduce(|| 0.0, f64::max)
+    }
+
     /// Returns two upper bounds: of the absolute slopes `dh/ds` and `dh/dt`, and of the absolute heights.
     pub(super) fn bounds(&self, scale: f64) -> [f64; 2] {
         let [width, height] = self.size().expect("checked before baking").map(f64::from);

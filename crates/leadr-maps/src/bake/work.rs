@@ -16,8 +16,8 @@ const SIDE: u32 = bc5::SIDE as u32;
 /// The maximum slope that the power-of-two factors aim at in 16-bit floats. The square of a slope then stays far below the
 /// format's maximum of 65504.
 const FULL_SLOPE: f64 = 128.0;
-/// The maximum height that the power-of-two factors aim at in 16-bit floats.
-const FULL_HEIGHT: f64 = 16384.0;
+/// The maximum height, `α²` and `α⁴` that the power-of-two factors aim at in 16-bit floats.
+const FULL_VALUE: f64 = 16384.0;
 
 /// The description of the baked map that is written to the file.
 #[derive(Clone, Debug, PartialEq)]
@@ -108,7 +108,9 @@ impl Plan {
             blocks: None,
         };
         match precision {
-            Precision::F16 if layout == Layout::Leadr => plan.fill_half_floats(inputs.bounds(height_scale.into())),
+            Precision::F16 if layout == Layout::Leadr => {
+                plan.fill_half_floats(inputs.bounds(height_scale.into()), inputs.roughest())
+            }
             Precision::Bc if layout == Layout::Oiio => {
                 let what = "the layout oiio is an EXR, which cannot hold blocks";
                 return Err(MapFault::unsupported(what, "use the format f16 or the layout leadr"));
@@ -119,17 +121,22 @@ impl Plan {
         Ok(plan)
     }
 
-    /// Sets the power-of-two factors, which bring the steepest slope and the greatest height near the maximum of 16-bit
-    /// floats.
-    fn fill_half_floats(&mut self, [slope, height]: [f64; 2]) {
+    /// Sets the power-of-two factors, which bring the steepest slope, the greatest height and the largest roughness near the
+    /// maximum of 16-bit floats.
+    fn fill_half_floats(&mut self, [slope, height]: [f64; 2], alpha: f64) {
         let aspect = f64::from(self.size[0]) / f64::from(self.size[1]);
         let slope = if self.kind == Kind::Leadr { slope } else { slope * aspect.max(1.0) };
         let factor = |full: f64, most: f64| {
             if most > 0.0 { (full / most).log2().floor().clamp(-60.0, 60.0).exp2() } else { 1.0 }
         };
-        let (slope, height) = (factor(FULL_SLOPE, slope), factor(FULL_HEIGHT, height));
+        let (slope, height) = (factor(FULL_SLOPE, slope), factor(FULL_VALUE, height));
         for channel in 0..self.kind.channels().len() {
             self.factors[channel] = self.kind.power(channel).map_or(height, |power| slope.powi(power));
+        }
+        for (name, power) in [("alpha2", 2), ("alpha4", 4)] {
+            if let Some(channel) = self.channels.iter().position(|other| *other == name) {
+                self.factors[channel] = factor(FULL_VALUE, alpha.powi(power));
+            }
         }
         if let Some((height, rest)) = self.height_and_rest() {
             self.factors[rest] = self.factors[height];
@@ -150,7 +157,7 @@ impl Plan {
             _ => inputs.steepest(self.height_scale) * aspect.max(1.0),
         };
         let scaled = inputs.height_range().map(|h| h * self.height_scale);
-        blocks::ranges(self.kind, &self.channels, slope, scaled, inputs.brightest())
+        blocks::ranges(self.kind, &self.channels, slope, scaled, inputs.roughest() as f32, inputs.brightest())
     }
 
     /// Returns a row of level 0, and the sums of the row's slopes and second moments in texture space.

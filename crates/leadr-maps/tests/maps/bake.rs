@@ -530,6 +530,29 @@ fn incompatible_inputs_are_refused() {
 }
 
 #[test]
+fn smooth_roughness_survives_every_format() {
+    // Perceptual roughness from 0.002 to 0.02, and none at all.
+    for most in [0.02f32, 0.0] {
+        let codes = (0..64 * 32).map(|i| most * (0.1 + 0.9 * (i % 97) as f32 / 96.0)).collect();
+        let raster = Raster::new(64, 32, 1, Samples::F32(codes)).unwrap();
+        let roughness = Some(Roughness { raster, channel: 0, meaning: RoughnessMeaning::Perceptual });
+        let inputs = Inputs { roughness, ..of_heights(&bumpy(64, 32)) };
+        let (exact, _) = baked(&inputs, Kind::Leadr, Precision::F32);
+        for (precision, tolerance) in [(Precision::F16, 1e-3), (Precision::Bc, 1e-2)] {
+            let (read, report) = baked(&inputs, Kind::Leadr, precision);
+            for name in ["alpha2", "alpha4"] {
+                let [a, b] = [&exact, &read].map(|map| map.channel(name).unwrap());
+                let greatest = a.iter().fold(0.0f32, |most, v| most.max(*v));
+                let worst = a.iter().zip(&b).fold(0.0f32, |most, (a, b)| most.max((a - b).abs()));
+                assert!(worst <= tolerance * greatest, "{precision:?} {name}: {worst} of {greatest}");
+            }
+            let worst = report.errors.iter().fold(0.0f64, |most, error| most.max(error.channels));
+            assert!(precision == Precision::Bc || worst < 1e-3, "{precision:?}: {worst}");
+        }
+    }
+}
+
+#[test]
 fn heights_fit_scanned_normals_at_the_known_scale() {
     let Some(folder) = shared_data("displacement") else { return };
     for (name, scale, correlation) in [("MetalWalkway006", 4.4, 0.945), ("SheetMetal001", 16.7, 0.99)] {
