@@ -1,4 +1,4 @@
-//! Maps derived from other maps: heights from normals, ambient visibility, and visibility cones (Chan 2018, "Material Advances
+//! Maps derived from other maps: heights from normals, heights between coarse codes, ambient visibility, and visibility cones (Chan 2018, "Material Advances
 //! in Call of Duty: WWII", section 4).
 //!
 //! Texels are square. Slopes are rise over run, along `s` and along `t`, which points down. Heights are in texture widths,
@@ -6,6 +6,7 @@
 
 mod heights;
 mod occlusion;
+pub mod quantisation;
 mod slopes;
 mod spectral;
 mod sweep;
