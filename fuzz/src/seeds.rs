@@ -67,6 +67,22 @@ fn pictures(put: Put) -> Done {
         pixels.write_to(&mut bytes, format)?;
         put("pictures", name, &bytes.into_inner())?;
     }
+    // Textures of one level of 4 x 4 texels: each format of a block of 16 bytes, with and without supercompression.
+    let block: Vec<u8> = (0..16).map(|i| i * 13 + 64).collect();
+    for (format, scheme) in [(146u32, 0u32), (138, 0), (152, 0), (156, 0), (158, 0), (9, 0), (146, 2), (146, 3)] {
+        let words = [format, 1, 4, 4, 0, 0, 1, 1, scheme, 0, 0, 0, 0, 0, 0, 0, 0];
+        let header = [&b"\xabKTX 20\xbb\r\n\x1a\n"[..], &words.map(u32::to_le_bytes).concat()].concat();
+        let index = [104u64, 16, 16].map(u64::to_le_bytes).concat();
+        put("pictures", &format!("{format}-{scheme}.ktx2"), &[header, index, block.clone()].concat())?;
+    }
+    for code in [*b"DXT1", *b"DXT5", *b"BC4U", *b"BC5S"] {
+        let mut words = [0u32; 31];
+        (words[0], words[2], words[3], words[18], words[19]) = (124, 4, 4, 32, 4);
+        words[20] = u32::from_le_bytes(code);
+        let name = String::from_utf8_lossy(&code).to_lowercase();
+        let file = [&b"DDS "[..], &words.map(u32::to_le_bytes).concat(), &block].concat();
+        put("pictures", &format!("{name}.dds"), &file)?;
+    }
     Ok(())
 }
 

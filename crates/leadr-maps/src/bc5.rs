@@ -53,10 +53,20 @@ fn between([first, second]: [f32; 2], step: u8) -> f32 {
     (first * f32::from(7 - step) + second * f32::from(step)) / 7.0
 }
 
-/// Decodes a block into 16 row-major values.
+/// Decodes a signed block into 16 row-major values from -1 to 1.
 pub fn decode(block: &[u8; BYTES]) -> [f32; 16] {
     // The format defines that -128 means -127.
     let ends = [block[0], block[1]].map(|end| f32::from(end.cast_signed().max(-127)));
+    decode_between(block, ends, [-127.0, 127.0])
+}
+
+/// Decodes an unsigned block (BC4_UNORM) into 16 row-major values from 0 to 1.
+pub fn decode_unsigned(block: &[u8; BYTES]) -> [f32; 16] {
+    decode_between(block, [block[0], block[1]].map(f32::from), [0.0, 255.0])
+}
+
+/// Decodes a block with the given endpoints. `limits` are the smallest and the largest value of the format.
+fn decode_between(block: &[u8; BYTES], ends: [f32; 2], limits: [f32; 2]) -> [f32; 16] {
     let [.., c0, c1, c2, c3, c4, c5] = *block;
     let bits = u64::from_le_bytes([c0, c1, c2, c3, c4, c5, 0, 0]);
     let eight = ends[0] > ends[1];
@@ -66,11 +76,11 @@ pub fn decode(block: &[u8; BYTES]) -> [f32; 16] {
             0 => ends[0],
             1 => ends[1],
             _ if eight => between(ends, index - 1),
-            6 => -127.0,
-            7 => 127.0,
+            6 => limits[0],
+            7 => limits[1],
             _ => (ends[0] * f32::from(6 - index) + ends[1] * f32::from(index - 1)) / 5.0,
         };
-        value / 127.0
+        value / limits[1]
     })
 }
 

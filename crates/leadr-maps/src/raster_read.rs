@@ -16,11 +16,11 @@ use super::fault::one_line;
 use super::guard::guarded;
 use super::image_format::{ImageFormat, unrecognised};
 use super::material::{Raster, Samples};
-use super::{MapFault, limits, tiff_read};
+use super::{MapFault, dds_read, ktx2_read, limits, tiff_read};
 
 const REMEDY: &str = "save it as an 8 or 16-bit grey or RGB PNG";
 /// The formats of [`decode_raster`] and EXR, for error messages.
-pub(super) const EXPECTED: &str = "a PNG, JPEG, TIFF, WebP, TGA, BMP, PNM or EXR image";
+pub(super) const EXPECTED: &str = "a PNG, JPEG, TIFF, WebP, TGA, BMP, PNM, KTX2, DDS or EXR image";
 
 /// The size in the header of an image.
 #[derive(Clone, Copy, Debug)]
@@ -38,7 +38,8 @@ impl Size {
     }
 }
 
-/// Decodes a PNG, JPEG, TIFF, WebP, TGA, BMP or PNM image. The first bytes determine the format. The orientation in EXIF data
+/// Decodes a PNG, JPEG, TIFF, WebP, TGA, BMP, PNM, KTX2 or DDS image. The first bytes determine the format. KTX2 and DDS
+/// textures must hold one image, of which the largest mip level is read; signed codes become codes from 0 to 1. The orientation in EXIF data
 /// is not applied: texture coordinates belong to the stored rows, as in glTF.
 ///
 /// # Errors
@@ -56,6 +57,8 @@ pub fn decode_raster_with_remarks(bytes: &[u8]) -> Result<(Raster, Vec<String>),
     let raster = match ImageFormat::of(bytes) {
         Some(ImageFormat::Jpeg) => guarded("JPEG", || decode_jpeg(bytes, &mut remarks)),
         Some(ImageFormat::Tiff) => guarded("TIFF", || tiff_read::decode(bytes, &mut remarks)),
+        Some(ImageFormat::Ktx2) => guarded("KTX2", || ktx2_read::decode(bytes)),
+        Some(ImageFormat::Dds) => guarded("DDS", || dds_read::decode(bytes)),
         Some(
             format @ (ImageFormat::Png | ImageFormat::WebP | ImageFormat::Bmp | ImageFormat::Pnm | ImageFormat::Tga),
         ) => guarded(format.short_name(), || unpack(opened(format, bytes)?, bytes.len(), format, &mut remarks)),
@@ -68,6 +71,8 @@ pub fn decode_raster_with_remarks(bytes: &[u8]) -> Result<(Raster, Vec<String>),
 pub(super) fn declared_size(format: ImageFormat, bytes: &[u8]) -> Result<Size, MapFault> {
     guarded(format.short_name(), || match format {
         ImageFormat::Tiff => tiff_read::declared_size(bytes),
+        ImageFormat::Ktx2 => ktx2_read::declared_size(bytes),
+        ImageFormat::Dds => dds_read::declared_size(bytes),
         _ => Ok(size_of(&*opened(format, bytes)?)),
     })
 }

@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
+use leadr_maps::baked::is_baked;
 use leadr_maps::{ImageFormat, MapError, MapFault};
 
 /// Number of bytes that determine the kind of a file. The tables of a fit can come before its format.
@@ -14,14 +15,14 @@ const HEAD: u64 = 4 << 20;
 pub enum FileKind {
     /// A folder, such as a downloaded material.
     Folder,
-    /// A picture such as PNG, JPEG or TIFF.
+    /// A picture such as PNG, JPEG, TIFF or KTX2.
     Picture,
     /// An OpenEXR picture or baked map.
     Exr,
     /// A Radiance HDR.
     Hdr,
-    /// A KTX2 file, such as a baked map.
-    Ktx2,
+    /// A baked map in a KTX2 file.
+    Baked,
     /// A glTF model, binary or JSON.
     Model,
     /// A fit of `leadr fit`.
@@ -52,7 +53,7 @@ impl FileKind {
             return Some(match format {
                 ImageFormat::Exr => Self::Exr,
                 ImageFormat::Hdr => Self::Hdr,
-                ImageFormat::Ktx2 => Self::Ktx2,
+                ImageFormat::Ktx2 if is_baked(path).unwrap_or(false) => Self::Baked,
                 _ => Self::Picture,
             });
         }
@@ -80,7 +81,7 @@ impl FileKind {
             Self::Picture => "a picture such as PNG or JPEG",
             Self::Exr => "an EXR picture",
             Self::Hdr => "a Radiance HDR picture",
-            Self::Ktx2 => "a KTX2 map",
+            Self::Baked => "a KTX2 map of leadr bake",
             Self::Model => "a glTF model",
             Self::Fit => "a fit of leadr fit",
             Self::Camera => "a camera (JSON)",
@@ -97,7 +98,7 @@ impl FileKind {
                 "--height-map, --color-map and --normal-map take an EXR, and --environment takes one with light"
             }
             Self::Hdr => "--environment takes it",
-            Self::Ktx2 => "--height-map takes a KTX2 of leadr bake",
+            Self::Baked => "--height-map takes it",
             Self::Model => "--scene takes a model",
             Self::Fit => "--material takes a fit, and --measured MATERIAL=FIT.json applies it to a model",
             Self::Camera => "--camera takes it",
@@ -138,7 +139,8 @@ mod tests {
         assert_eq!(kind("t", b"II*\0"), Some(FileKind::Picture));
         assert_eq!(kind("a", b"\x76\x2f\x31\x01\x02"), Some(FileKind::Exr));
         assert_eq!(kind("b", b"#?RADIANCE\n"), Some(FileKind::Hdr));
-        assert_eq!(kind("c", b"\xabKTX 20\xbb"), Some(FileKind::Ktx2));
+        assert_eq!(kind("c", b"\xabKTX 20\xbb"), Some(FileKind::Picture));
+        assert_eq!(kind("c", b"\xabKTX 20\xbb...leadr.kind\0leadr"), Some(FileKind::Baked));
         assert_eq!(kind("d", b"glTF\x02"), Some(FileKind::Model));
         assert_eq!(kind("e", b"{ \"asset\" : { \"version\": \"2.0\" } }"), Some(FileKind::Model));
         assert_eq!(kind("f", b"{\"position\": [1, 2, 3], \"target\": [0, 0, 0]}"), Some(FileKind::Camera));

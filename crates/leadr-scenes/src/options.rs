@@ -120,7 +120,7 @@ const OPTIONS: [SceneOption; 58] = [
          option only for folders that you trust",
         Flag(|c| c.follow_links = true)).of(Choice::Folder),
     option(SCENE, "displacement", "MATERIAL=FILE[,SCALE[,MIDDLE]]",
-        "Displace a material of a model (`*`: all materials) by a PNG, JPEG or EXR height map. SCALE is the height in metres \
+        "Displace a material of a model (`*`: all materials) by a height map (PNG, TIFF, EXR, KTX2 or another image format). SCALE is the height in metres \
          between the values 0 and 1 of the map [default: the scale that fits the normal map, else a typical scale]. MIDDLE is \
          the value of the map that leaves the mesh in place [default: the mean of the map]. You can repeat this option. \
          Without it, a map beside the model is used if it is named after the material or its colour image, such as \
@@ -137,7 +137,7 @@ const OPTIONS: [SceneOption; 58] = [
         "Draw ground below a model: `on`, `off`, or `auto` for models without a floor of their own",
         Text(|c, text| text.parse().map(|ground| c.ground = ground))).default("auto").of(Choice::Model),
     material("height-map", "FILE",
-        "Displace the surface by this height map: a PNG, JPEG or EXR, or a KTX2 or EXR from `leadr bake`. The image \
+        "Displace the surface by this height map: an image such as PNG, TIFF or EXR, or a KTX2 or EXR from `leadr bake`. The image \
          lies upright when seen from above: its top points to +y. The mean of its heights lies on the mesh",
         Path(|c, file| c.height_map = Some(file))).common(),
     material("material", "FOLDER|FIT.json",

@@ -108,14 +108,14 @@ impl Inputs {
 
 /// Checks that the file of each option is of a kind that the option takes, before a reader calls it damaged.
 fn check_kinds(config: &SceneConfig) -> Result<(), MapError> {
-    use FileKind::{Exr, Fit, Folder, Hdr, Ktx2, Model, Picture};
+    use FileKind::{Baked, Exr, Fit, Folder, Hdr, Model, Picture};
     let material = &config.material;
     let environment = match &config.environment {
         EnvironmentChoice::File(file) => Some(file),
         _ => None,
     };
     let options: [(&str, Option<&PathBuf>, &[FileKind]); 11] = [
-        ("--height-map", config.height_map.as_ref(), &[Picture, Exr, Ktx2]),
+        ("--height-map", config.height_map.as_ref(), &[Picture, Exr, Baked]),
         ("--material", material.folder.as_ref(), &[Folder, Fit]),
         ("--color-map", material.color_map.as_ref(), IMAGE),
         ("--normal-map", material.normal_map.as_ref(), IMAGE),

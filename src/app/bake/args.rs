@@ -35,7 +35,7 @@ Slopes are per unit of texture coordinate, with t pointing down. The unit of the
 /// Arguments of `leadr bake`.
 #[derive(Clone, Debug, Args)]
 pub struct BakeArgs {
-    /// A height map (PNG, JPEG or EXR), a normal map recognised by its name, or a material folder
+    /// A height map (PNG, TIFF, EXR or another image format), a normal map recognised by its name, or a material folder
     #[arg(value_name = "FILE|FOLDER", required_unless_present = "normal")]
     pub input: Option<PathBuf>,
     /// Read pictures of the folder through links that lead out of it. Use this option only for folders that you trust

@@ -61,7 +61,7 @@ pub struct BenchArgs {
     /// Measure only the rows of the paper's tables that the performance goals compare; takes seconds
     #[arg(long, help_heading = MEASURED, hide_short_help = true, requires = "paper")]
     pub goals: bool,
-    /// Use this height map for the plane or the sphere: a PNG, JPEG or EXR, or a KTX2 or EXR from `leadr bake`
+    /// Use this height map for the plane or the sphere: an image such as PNG, TIFF or EXR, or a KTX2 or EXR from `leadr bake`
     #[arg(long, help_heading = SCENES_OF, value_name = "FILE", requires = "scene")]
     pub height_map: Option<OsString>,
     /// Set the number of samples along an edge of each wave tile: 64, 128, 256 or 512 [default: 256]

@@ -10,6 +10,7 @@ use super::map::{BakedLevel, BakedMap, REMEDY};
 use crate::bake::blocks::BlockPlan;
 use crate::bake::ktx2_write::{FLOATS_16, FLOATS_32};
 use crate::bake::{Precision, packed};
+use crate::ktx2_read::format_name;
 use crate::{MapFault, bc5, limits};
 
 /// The maximum number of four-channel layers.
@@ -46,16 +47,17 @@ pub(super) fn read(mut file: impl Read + Seek, length: u64) -> Result<BakedMap, 
         start.try_into().map_err(|_| MapFault::damaged("it ends within its header (truncated?)"))?;
     // The scheme is read from the raw bytes, because the `ktx2` crate drops unknown values.
     let scheme = u32::from_le_bytes(header[44..48].try_into().expect("four bytes"));
-    let header = Header::from_bytes(&header).map_err(|e| MapFault::damaged(format!("its header is wrong ({e:?})")))?;
+    let header = Header::from_bytes(&header).map_err(|e| MapFault::damaged(format!("its header has {e}")))?;
     let of = |formats: [(usize, Format); 3]| formats.into_iter().find(|(_, format)| Some(*format) == header.format);
     // The file format determines the precision and the number of channels per layer.
     let (precision, channels) = match (of(FLOATS_32), of(FLOATS_16), header.format) {
         (Some((channels, _)), ..) => (Precision::F32, channels),
         (_, Some((channels, _)), _) => (Precision::F16, channels),
         (.., Some(Format::BC5_SNORM_BLOCK)) => (Precision::Bc, 2),
-        (.., other) => {
+        _ => {
+            let name = format_name(&header);
             let what =
-                format!("its texels are {other:?}; supported are 1, 2 or 4 floats of 32 or 16 bits, and signed BC5");
+                format!("its texels are {name}; supported are 1, 2 or 4 floats of 32 or 16 bits, and signed BC5");
             return Err(MapFault::unsupported(what, REMEDY));
         }
     };

@@ -11,21 +11,17 @@ use std::io::BufReader;
 use std::path::Path;
 
 use super::guard::guarded;
-use super::{MapError, MapFault, exr_read, limits, reads};
+use super::{ImageFormat, MapError, MapFault, exr_read, ktx2_read, limits, reads};
 
-/// Whether `leadr bake` may have written the file. True for any KTX2 file, and for an EXR file with a kind in its header.
+/// Whether `leadr bake` wrote the file. True for KTX2 and EXR files with a kind in their header.
 ///
 /// # Errors
 /// Fails if the file cannot be read.
 pub fn is_baked(path: impl AsRef<Path>) -> Result<bool, MapError> {
-    // An EXR file stores the kind in its header.
     let start = limits::open(path.as_ref()).and_then(|(file, _)| limits::first_bytes(&file, 1 << 16));
     let start = start.map_err(|fault| fault.in_file(path.as_ref()))?;
-    Ok(start.starts_with(&::ktx2::MAGIC) || exr_read::is_exr(&start) && contains(&start, b"leadr.kind\0string\0"))
-}
-
-fn contains(bytes: &[u8], wanted: &[u8]) -> bool {
-    bytes.windows(wanted.len()).any(|window| window == wanted)
+    let is_kind = matches!(ImageFormat::of(&start), Some(ImageFormat::Ktx2 | ImageFormat::Exr));
+    Ok(is_kind && ktx2_read::is_baked(&start))
 }
 
 impl BakedMap {

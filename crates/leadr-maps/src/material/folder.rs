@@ -3,10 +3,12 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::names::{self, Found, Meaning, Role};
-use super::normals::green_axis;
+use super::normals::{green_axis, packed_axes};
 use super::{Encoding, GreenAxis, Input, Material, NormalMap, Opacity, Relief, RoughnessMeaning, Samples, Texture};
+use crate::baked::is_baked;
 use crate::folders::{OutsideLinks, matching};
 use crate::limits::ImageBudget;
 use crate::load::{load_height_channel, load_height_map, load_raster};
@@ -90,7 +92,9 @@ impl MaterialFolder {
         aside.sort();
         let mut candidates = Vec::new();
         for (file, found) in roles(files) {
+            let is_baked = has_extension(&file, "ktx2 exr") && is_baked(&file).unwrap_or(false);
             match found {
+                _ if is_baked => aside.push((file, "a map of leadr bake".to_owned())),
                 None => unnamed.push(file),
                 Some((Found { meaning: Meaning::Aside(why), .. }, ..)) => aside.push((file, why.to_owned())),
                 Some((Found { meaning: Meaning::Whole(role), rank, .. }, base, siblings)) => {
@@ -372,7 +376,10 @@ impl Material {
     /// # Errors
     /// Fails if the picture is damaged, too large or has one channel.
     pub fn set_normals(&mut self, file: &Path, green: Option<GreenAxis>) -> Result<(), MapError> {
-        let texture = texture(file, Encoding::Linear)?;
+        let mut texture = texture(file, Encoding::Linear)?;
+        if let Some(axes) = packed_axes(&texture.raster) {
+            texture.raster = Arc::new(texture.raster.selected(&axes));
+        }
         if texture.raster.channels() == 1 {
             let what = "it is grey; normals need two or three channels";
             return Err(MapFault::unsupported(what, "if it holds heights, give it as a height map").in_file(file));
@@ -722,6 +729,23 @@ mod tests {
         assert_eq!(height().0, "a_height_4k.png");
         save("a_Displacement16.png", fine.into());
         assert_eq!(height().0, "a_Displacement16.png");
+    }
+
+    #[test]
+    fn baked_maps_in_the_folder_are_left_aside() {
+        use crate::bake::{Inputs, Kind, Ktx2File, Layout, Plan, Precision, bake};
+        let folder = tempfile::tempdir().unwrap();
+        let heights = Some(HeightMap::new(2, 2, vec![0.0, 0.5, 1.0, 0.2]).unwrap());
+        let inputs = Inputs { heights, ..Inputs::default() };
+        let plan = Plan::new(&inputs, Kind::Height, Layout::Leadr, Precision::F32).unwrap();
+        let mut file = std::fs::File::create(folder.path().join("a_height.ktx2")).unwrap();
+        let mut target = Ktx2File::new(&mut file, &plan).unwrap();
+        let report = bake(&inputs, &plan, &mut target, &|_| ()).unwrap();
+        target.finish(&report).unwrap();
+        image::GrayImage::new(2, 2).save(folder.path().join("a_height.png")).unwrap();
+        let found = MaterialFolder::open(folder.path(), OutsideLinks::Refused).unwrap();
+        assert_eq!(name_of(found.picture(Role::Height).unwrap()), "a_height.png");
+        assert!(found.remark().unwrap().contains("a_height.ktx2 (a map of leadr bake)"), "{:?}", found.remark());
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{Encoding, GreenAxis, NormalMap, Raster};
+use super::{Encoding, GreenAxis, NormalMap, Raster, Samples};
 use crate::moments::Wrap;
 use crate::types::HeightMap;
 
@@ -12,6 +12,25 @@ pub const STEEPEST: f64 = 8.0;
 /// Returns the channel that stores y. Two-channel images store y in the second channel.
 fn second(raster: &Raster) -> usize {
     if raster.channels() == 2 { 3 } else { 1 }
+}
+
+/// Returns the channels of x and y if an image of codes stores only these, in a layout of compressed textures: x in the colours
+/// and y in alpha, x in alpha and y in green with red 1 (DXT5nm), or x in red and y in green with blue 0.
+pub(super) fn packed_axes(raster: &Raster) -> Option<[usize; 2]> {
+    if matches!(raster.samples(), Samples::F32(_)) || raster.channels() < 3 {
+        return None;
+    }
+    let [width, height] = raster.size();
+    let texels = || (0..height).flat_map(|y| (0..width).map(move |x| [0, 1, 2, 3].map(|c| raster.value(x, y, c))));
+    let first = texels().next()?;
+    let varies = |channel: usize| texels().any(|texel| texel[channel] != first[channel]);
+    if texels().all(|[r, g, b, _]| r == g && g == b) {
+        return (raster.channels() == 4 && varies(3)).then_some([0, 3]);
+    }
+    if texels().all(|[r, ..]| r == 1.0) && varies(3) {
+        return Some([3, 1]);
+    }
+    texels().all(|[_, _, b, _]| b == 0.0).then_some([0, 1])
 }
 
 impl NormalMap {
@@ -119,7 +138,6 @@ pub fn green_axis(raster: &Raster) -> GreenAxis {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::material::Samples;
 
     /// Returns a normal map of waves as 8-bit codes.
     fn waves(up: f32) -> Raster {
@@ -150,6 +168,24 @@ mod tests {
             let (a, b) = (two.slope(x, y), three.slope(x, y));
             assert!((a[0] - b[0]).abs() < 0.01 && (a[1] - b[1]).abs() < 0.01, "{a:?} {b:?}");
         }
+    }
+
+    #[test]
+    fn layouts_of_compressed_textures_are_recognised() {
+        let raster = |texel: fn(u8, u8) -> [u8; 4]| {
+            let codes = (0..32 * 32).flat_map(|i| texel(100 + (i % 32) as u8, 90 + (i / 32) as u8)).collect();
+            Raster::new(32, 32, 4, Samples::U8(codes)).unwrap()
+        };
+        assert_eq!(packed_axes(&raster(|x, y| [x, x, x, y])), Some([0, 3]));
+        assert_eq!(packed_axes(&raster(|x, y| [255, y, 255, x])), Some([3, 1]));
+        assert_eq!(packed_axes(&raster(|x, y| [x, y, 0, 255])), Some([0, 1]));
+        assert_eq!(packed_axes(&raster(|x, y| [x, y, 250, x])), None);
+        assert_eq!(packed_axes(&raster(|_, _| [128, 128, 255, 255])), None);
+        let selected = raster(|x, y| [255, y, 255, x]).selected(&[3, 1]);
+        assert_eq!(
+            (selected.channels(), selected.value(5, 7, 0), selected.value(5, 7, 3)),
+            (2, 105.0 / 255.0, 97.0 / 255.0)
+        );
     }
 
     #[test]

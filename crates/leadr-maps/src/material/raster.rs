@@ -103,6 +103,19 @@ impl Raster {
         }
     }
 
+    /// Returns an image of the given stored channels.
+    pub(super) fn selected(&self, channels: &[usize]) -> Self {
+        fn select<T: Copy>(all: &[T], stored: usize, channels: &[usize]) -> Vec<T> {
+            all.chunks_exact(stored).flat_map(|texel| channels.iter().map(|&channel| texel[channel])).collect()
+        }
+        let samples = match &self.samples {
+            Samples::U8(all) => Samples::U8(select(all, self.channels, channels)),
+            Samples::U16(all) => Samples::U16(select(all, self.channels, channels)),
+            Samples::F32(all) => Samples::F32(select(all, self.channels, channels)),
+        };
+        Self { channels: channels.len(), samples, ..*self }
+    }
+
     /// Returns the linear colour of a texel. `encoding` applies to codes only, because floats are always linear.
     pub fn color(&self, x: u32, y: u32, encoding: Encoding) -> [f32; 3] {
         let codes = [0, 1, 2].map(|channel| self.value(x, y, channel));

@@ -135,7 +135,33 @@ fn valid_files() -> Vec<(&'static str, Vec<u8>, Decode)> {
         runs.extend([2, 2, 0, 40]);
         (0..4).for_each(|c| runs.extend([128 + 38, 120 + i + c, 2, 120, 130]));
     }
+    let colors = image::RgbImage::from_fn(64, 48, |x, y| image::Rgb([x as u8 * 3, (x * y) as u8, y as u8]));
+    let as_kind = |kind| {
+        let mut file = std::io::Cursor::new(Vec::new());
+        colors.write_to(&mut file, kind).unwrap();
+        file.into_inner()
+    };
+    let mut tiff = std::io::Cursor::new(Vec::new());
+    let mut encoder =
+        tiff::encoder::TiffEncoder::new(&mut tiff).unwrap().with_compression(tiff::encoder::Compression::Lzw);
+    encoder.write_image::<tiff::encoder::colortype::Gray32Float>(64, 48, &heights).unwrap();
+    let texels: Vec<u8> = (0..64 * 48 / 16 * 16).map(|i| (i * 31 % 253) as u8).collect();
+    let words = [145u32, 1, 64, 48, 0, 0, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0].map(u32::to_le_bytes).concat();
+    let index = [104, texels.len() as u64, texels.len() as u64].map(u64::to_le_bytes).concat();
+    let ktx2 = [&b"\xabKTX 20\xbb\r\n\x1a\n"[..], &words, &index, &texels].concat();
+    let mut words = [0u32; 31];
+    (words[0], words[2], words[3], words[18], words[19]) = (124, 48, 64, 32, 4);
+    words[20] = u32::from_le_bytes(*b"DXT5");
+    let dds = [&b"DDS "[..], &words.map(u32::to_le_bytes).concat(), &texels].concat();
+    let raster: Decode = |b| decode_raster(b).map(drop);
     vec![
+        ("tiff floats", tiff.into_inner(), |b| decode_height_map(b).map(drop)),
+        ("webp", as_kind(image::ImageFormat::WebP), raster),
+        ("tga", as_kind(image::ImageFormat::Tga), raster),
+        ("bmp", as_kind(image::ImageFormat::Bmp), raster),
+        ("ppm", as_kind(image::ImageFormat::Pnm), raster),
+        ("ktx2", ktx2, raster),
+        ("dds", dds, raster),
         ("png heights", encode_png_grey16(&map, 0.0, 1.0).unwrap(), |b| decode_height_map(b).map(drop)),
         ("png colours", encode_png_srgb8(&image).unwrap(), |b| decode_color(b).map(drop)),
         ("exr heights", encode_exr(64, 48, &[("Y", &heights)]).unwrap(), |b| decode_height_map(b).map(drop)),
@@ -255,10 +281,16 @@ fn altered_files_never_panic() {
 }
 
 fn png_with_size(width: u32, height: u32) -> Vec<u8> {
+    png_of_kind(width, height, 0)
+}
+
+/// Returns a grey PNG whose header declares a size and a kind of colours: 0 is grey, 2 is RGB.
+fn png_of_kind(width: u32, height: u32, kind: u8) -> Vec<u8> {
     let map = HeightMap::new(1, 1, vec![0.5]).unwrap();
     let mut bytes = encode_png_grey16(&map, 0.0, 1.0).unwrap();
     bytes[16..20].copy_from_slice(&width.to_be_bytes());
     bytes[20..24].copy_from_slice(&height.to_be_bytes());
+    bytes[25] = kind;
     let mut crc = 0xffff_ffffu32;
     for &byte in &bytes[12..29] {
         crc ^= u32::from(byte);
@@ -282,13 +314,13 @@ fn hdr_with_size(width: u64, height: u64) -> Vec<u8> {
     format!("#?RADIANCE\n\n-Y {height} +X {width}\n\u{8}\u{8}\u{8}\u{8}").into_bytes()
 }
 
-/// Each of these pictures is within the limits of one image, but all of them need 4.5 GiB.
+/// Each of these pictures is within the limits of one image, but all of them need 12 GiB.
 #[test]
 fn a_material_is_counted_before_it_is_decoded() {
     let _alone = alone();
     let folder = tempfile::tempdir().unwrap();
     // The length of the file makes its size plausible.
-    let png = [png_with_size(16384, 16384), vec![0; 430 << 10]].concat();
+    let png = [png_of_kind(16384, 16384, 2), vec![0; 1500 << 10]].concat();
     for role in ["Color", "Roughness", "Metalness", "NormalGL", "Displacement", "AO", "Cones", "Opacity", "Emission"] {
         fs::write(folder.path().join(format!("x_{role}.png")), &png).unwrap();
     }

@@ -130,7 +130,8 @@ fn beside(model: &Model, file: &Path, links: OutsideLinks) -> Result<Vec<(usize,
     let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let of_name = |map: &Path| {
         let extension = map.extension().and_then(|extension| extension.to_str()).map(str::to_ascii_lowercase);
-        let is_map = matches!(extension.as_deref(), Some("png" | "exr")) && role_of(map) == Some(Role::Height);
+        let is_map =
+            matches!(extension.as_deref(), Some("png" | "exr" | "tif" | "tiff")) && role_of(map) == Some(Role::Height);
         if is_map { without_role(map.file_stem()?.to_str()?).filter(|name| wanted.contains(name)) } else { None }
     };
     // A model of readable bytes needs no readable folder.
