@@ -255,7 +255,7 @@ fn unbakeable_input_gives_one_line() {
 fn downloaded_folders_of_every_kind_are_baked() {
     let Some(reports) = shared_data("reports") else { return };
     let folder = tempfile::tempdir().unwrap();
-    let none = "";
+    let (none, out) = ("", folder.path().join("out.ktx2"));
     for (name, used, aside) in [
         ("freepbr/worn-metal", "worn-metal_height.png", "worn-metal_preview.jpg (a preview)"),
         ("freepbr/smooth-stone", "smooth-stone_normal-ogl.png", "smooth-stone_preview.jpg (a preview)"),
@@ -268,10 +268,14 @@ fn downloaded_folders_of_every_kind_are_baked() {
         ("ambientcg/Metal055A", "Metal055A_1K-JPG_Roughness.jpg", "Metal055A.png (its name matches no role"),
         ("upper/mat", "MAT_NRM.PNG", "MAT_SPEC.PNG (specular maps"),
     ] {
-        let out = folder.path().join("out.ktx2");
-        let made =
-            leadr(&["bake", reports.join(name).to_str().unwrap(), "--resample", "--json", "-o", out.to_str().unwrap()]);
+        let made = bake(&[text(&reports.join(name)), "--resample", "--json", "-o", text(&out)]);
         let [stdout, stderr] = [&made.stdout, &made.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned());
         assert!(made.status.success() && stdout.contains(used) && stderr.contains(aside), "{name}: {stdout} {stderr}");
     }
+    // The roughness of a polished material is small.
+    let options = ["--height-scale", "0.02", "--format", "f16", "--json", "-o", text(&out)];
+    let polished = bake(&[&[text(&reports.join("f16/polished"))], &options[..]].concat());
+    let report: serde_json::Value = serde_json::from_slice(&polished.stdout).unwrap();
+    let errors: Vec<f64> = report["error"].as_array().unwrap().iter().map(|error| error.as_f64().unwrap()).collect();
+    assert!(errors.iter().all(|&error| error < 1e-3), "{errors:?}");
 }

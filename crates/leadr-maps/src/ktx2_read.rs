@@ -179,7 +179,9 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Raster, MapFault> {
 fn inflate(stored: &[u8], length: usize, scheme: u32) -> Result<Vec<u8>, MapFault> {
     let mut texels = limits::zeroed::<u8>(length)?;
     let read = if scheme == 2 {
-        let decoder = ruzstd::decoding::StreamingDecoder::new(stored);
+        // The window of a large level can be the whole level.
+        let window = (length as u64).max(ruzstd::decoding::DEFAULT_MAX_WINDOW_SIZE);
+        let decoder = ruzstd::decoding::StreamingDecoder::new_with_max_window_size(stored, window);
         decoder.ok().and_then(|mut decoder| decoder.read_exact(&mut texels).ok())
     } else {
         flate2::read::ZlibDecoder::new(stored).read_exact(&mut texels).ok()

@@ -198,6 +198,7 @@ fn has_end(bytes: &[u8]) -> bool {
 mod tests {
     use super::*;
     use crate::load::{decode_color, decode_height_map};
+    use crate::srgb::linear_from_srgb;
     use image::{DynamicImage, ImageFormat as Kind};
 
     fn encode(image: &DynamicImage, kind: Kind) -> Vec<u8> {
@@ -230,12 +231,14 @@ mod tests {
         }
     }
 
-    use crate::srgb::linear_from_srgb;
-
     #[test]
-    fn only_jpegs_with_all_rows_may_lack_the_end_marker() {
+    fn only_images_with_all_rows_may_lack_their_end() {
         let image = image::RgbImage::from_fn(64, 64, |x, y| image::Rgb([x as u8 * 4, y as u8 * 4, (x * y) as u8]));
-        let whole = encode(&image.into(), Kind::Jpeg);
+        let image = DynamicImage::from(image);
+        let png = encode(&image, Kind::Png);
+        assert_eq!(decode_raster(&png[..png.len() - 12]).unwrap(), decode_raster(&png).unwrap());
+        assert!(decode_raster(&png[..png.len() - 40]).is_err());
+        let whole = encode(&image, Kind::Jpeg);
         let (read, none) = decode_raster_with_remarks(&whole).unwrap();
         let (same, remarks) = decode_raster_with_remarks(&whole[..whole.len() - 2]).unwrap();
         assert_eq!((&read, none.len(), remarks.len()), (&same, 0, 1));

@@ -53,6 +53,8 @@ pub struct MaterialFolder {
 /// A picture that may have a role.
 struct Candidate {
     picture: MaterialPicture,
+    /// Whether the file may be opened.
+    is_inside: bool,
     /// The number of pictures with the same words before the role.
     siblings: usize,
     /// The words before the role.
@@ -91,22 +93,30 @@ impl MaterialFolder {
         })?;
         aside.sort();
         let mut candidates = Vec::new();
+        let check = |file: &Path| links.check(folder, Path::new(file.file_name().unwrap_or_default()));
         for (file, found) in roles(files) {
-            let is_baked = has_extension(&file, "ktx2 exr") && is_baked(&file).unwrap_or(false);
+            // A file behind a link out of the folder is not opened.
+            let is_inside = check(&file).is_ok();
+            let is_baked = is_inside && has_extension(&file, "ktx2 exr") && is_baked(&file).unwrap_or(false);
             match found {
                 _ if is_baked => aside.push((file, "a map of leadr bake".to_owned())),
                 None => unnamed.push(file),
                 Some((Found { meaning: Meaning::Aside(why), .. }, ..)) => aside.push((file, why.to_owned())),
                 Some((Found { meaning: Meaning::Whole(role), rank, .. }, base, siblings)) => {
                     let picture = MaterialPicture { role, channel: None, file };
-                    candidates.push(Candidate { picture, siblings, base, rank });
+                    candidates.push(Candidate { picture, is_inside, siblings, base, rank });
                 }
-                Some((Found { meaning: Meaning::Packed(packed), rank, .. }, base, siblings)) => {
-                    let channels = ImageHeader::of_file(&file).map_or(4, |(header, _)| header.channels);
+                Some((Found { meaning: Meaning::Packed(mut packed), rank, .. }, base, siblings)) => {
+                    let header = is_inside.then(|| ImageHeader::of_file(&file).ok()).flatten();
+                    let channels = header.map_or(4, |(header, _)| header.channels);
+                    if channels < 3 && matches!(packed[0], Some(Role::Normal | Role::NormalUp | Role::NormalDown)) {
+                        // A grey picture of a material that is named like a normal map.
+                        packed = [packed[3], None, None, None];
+                    }
                     for (channel, role) in packed.into_iter().enumerate() {
                         let Some(role) = role.filter(|_| has_channel(channels, channel)) else { continue };
                         let picture = MaterialPicture { role, channel: Some(channel), file: file.clone() };
-                        candidates.push(Candidate { picture, siblings, base: base.clone(), rank });
+                        candidates.push(Candidate { picture, is_inside, siblings, base: base.clone(), rank });
                     }
                 }
             }
@@ -119,9 +129,7 @@ impl MaterialFolder {
             let remedy = "name them NAME_Color.png, NAME_NormalGL.png, NAME_Roughness.png, NAME_Displacement.png";
             return Err(MapFault::unsupported("no picture in it has the name of a material role", remedy));
         }
-        for picture in &this.pictures {
-            links.check(folder, Path::new(picture.file.file_name().unwrap_or_default()))?;
-        }
+        this.pictures.iter().try_for_each(|picture| check(&picture.file))?;
         Ok(this)
     }
 
@@ -136,7 +144,8 @@ impl MaterialFolder {
         for (role, mut all) in of_role {
             if all.len() > 1 {
                 let key = |c: &Candidate| {
-                    let (bytes, lossless, texels) = quality(&c.picture.file);
+                    let quality = c.is_inside.then(|| quality(&c.picture.file));
+                    let (bytes, lossless, texels) = quality.unwrap_or_default();
                     let first = Reverse((c.siblings, c.picture.channel.is_none(), bytes));
                     (first, c.rank[0], Reverse((lossless, texels)), c.rank[1], c.picture.clone())
                 };

@@ -88,10 +88,10 @@ const WORDS: &[(Meaning, &str)] = &[
     (
         Whole(Color),
         "basecolor basecolour albedo color colour col diffuse diff diffusecolor diffusecolour dif alb basecol bcolor clr \
-         basemap base albedom",
+         basemap base",
     ),
-    (Whole(Roughness), "roughness rough rgh perceptualroughness"),
-    (Whole(Gloss), "glossiness gloss smoothness smooth glossy gls smth"),
+    (Whole(Roughness), "roughness rough rgh perceptualroughness specularroughness"),
+    (Whole(Gloss), "glossiness gloss smoothness smooth glossy gls smth reflectionglossiness reflectglossiness"),
     (Whole(Metalness), "metalness metallic metal metallness metallicness metalic mtl met"),
     (Whole(NormalUp), "normalgl norgl nrmgl normgl normalogl normalopengl nrmogl nrmopengl norogl noropengl"),
     (Whole(NormalDown), "normaldx nordx nrmdx normdx normaldirectx nrmdirectx nordirectx normald3d"),
@@ -248,8 +248,21 @@ pub(super) fn anywhere(words: &[String], from: usize) -> Option<Found> {
     (from..=words.len()).rev().find_map(|end| phrase(words, from..end, false))
 }
 
-/// Returns the role that the last words of a range spell. The longest phrase counts: `nor gl` before `nor`.
+/// Returns the role that the last words of a range spell. The longest phrase counts: `nor gl` before `nor`. After a word for
+/// normals, the alpha of the normals has the role: `normal_roughness`.
 fn phrase(words: &[String], range: Range<usize>, letters: bool) -> Option<Found> {
+    let found = single(words, range.clone(), letters)?;
+    let Whole(in_alpha @ (Roughness | Gloss | Height)) = found.meaning else { return Some(found) };
+    let normals = single(words, range.start..found.base.max(range.start), false);
+    Some(match normals {
+        Some(Found { meaning: Whole(role @ (Normal | NormalUp | NormalDown)), base, .. }) => {
+            Found { meaning: Packed([Some(role), None, None, Some(in_alpha)]), base, ..found }
+        }
+        _ => found,
+    })
+}
+
+fn single(words: &[String], range: Range<usize>, letters: bool) -> Option<Found> {
     let end = range.end;
     (1..=range.len().min(4)).rev().find_map(|count| {
         let base = end - count;
@@ -321,6 +334,7 @@ mod tests {
             ("rough_wood_spec_1k.jpg", None),
             ("smooth-stone_preview.jpg", None),
             ("wall_normal_roughness.png", Some(Normal)),
+            ("wall_NormalGL+Roughness.png", Some(NormalUp)),
             ("wall_normal_4096x4096_16bit_v3.1001.tif", Some(Normal)),
             ("T_Rock_N.png", Some(Normal)),
             ("plan_n.png", None),
