@@ -18,6 +18,7 @@ use super::image_format::{ImageFormat, unrecognised};
 use super::material::{Raster, Samples};
 use super::{MapFault, dds_read, ktx2_read, limits, tiff_read};
 
+const NO_END: &str = "its end marker is missing, but all its rows are complete";
 const REMEDY: &str = "save it as an 8 or 16-bit grey or RGB PNG";
 /// The formats of [`decode_raster`] and EXR, for error messages.
 pub(super) const EXPECTED: &str = "a PNG, JPEG, TIFF, WebP, TGA, BMP, PNM, KTX2, DDS or EXR image";
@@ -56,12 +57,13 @@ pub fn decode_raster_with_remarks(bytes: &[u8]) -> Result<(Raster, Vec<String>),
     let mut remarks = Vec::new();
     let raster = match ImageFormat::of(bytes) {
         Some(ImageFormat::Jpeg) => guarded("JPEG", || decode_jpeg(bytes, &mut remarks)),
+        Some(ImageFormat::Png) => guarded("PNG", || decode_png(bytes, &mut remarks)),
         Some(ImageFormat::Tiff) => guarded("TIFF", || tiff_read::decode(bytes, &mut remarks)),
         Some(ImageFormat::Ktx2) => guarded("KTX2", || ktx2_read::decode(bytes)),
         Some(ImageFormat::Dds) => guarded("DDS", || dds_read::decode(bytes)),
-        Some(
-            format @ (ImageFormat::Png | ImageFormat::WebP | ImageFormat::Bmp | ImageFormat::Pnm | ImageFormat::Tga),
-        ) => guarded(format.short_name(), || unpack(opened(format, bytes)?, bytes.len(), format, &mut remarks)),
+        Some(format @ (ImageFormat::WebP | ImageFormat::Bmp | ImageFormat::Pnm | ImageFormat::Tga)) => {
+            guarded(format.short_name(), || unpack(opened(format, bytes)?, bytes.len(), format, &mut remarks))
+        }
         _ => Err(unrecognised(bytes, EXPECTED, "FILE.png")),
     }?;
     Ok((raster, remarks))
@@ -104,6 +106,20 @@ fn opened<'a>(format: ImageFormat, bytes: &'a [u8]) -> Result<Box<dyn ImageDecod
     open().map_err(|error| fault(error, format))
 }
 
+fn decode_png(bytes: &[u8], remarks: &mut Vec<String>) -> Result<Raster, MapFault> {
+    const END: &[u8; 12] = b"\0\0\0\0IEND\xae\x42\x60\x82";
+    let decode = |bytes: &[u8], remarks: &mut Vec<String>| {
+        unpack(opened(ImageFormat::Png, bytes)?, bytes.len(), ImageFormat::Png, remarks)
+    };
+    let read = decode(bytes, remarks);
+    if read.is_ok() || bytes.windows(END.len()).any(|window| window == END) {
+        return read;
+    }
+    // Missing rows stay an error.
+    let ended = decode(&[bytes, END].concat(), &mut Vec::new());
+    ended.inspect(|_| remarks.push(NO_END.to_owned())).or(read)
+}
+
 fn decode_jpeg(bytes: &[u8], remarks: &mut Vec<String>) -> Result<Raster, MapFault> {
     let decode = |bytes: &[u8], remarks: &mut Vec<String>| {
         unpack(opened(ImageFormat::Jpeg, bytes)?, bytes.len(), ImageFormat::Jpeg, remarks)
@@ -121,7 +137,7 @@ fn decode_jpeg(bytes: &[u8], remarks: &mut Vec<String>) -> Result<Raster, MapFau
     if !complete {
         return Err(MapFault::damaged("its JPEG data end early"));
     }
-    remarks.push("its end marker is missing, but all its rows are complete".to_owned());
+    remarks.push(NO_END.to_owned());
     Ok(read)
 }
 
@@ -236,7 +252,8 @@ mod tests {
         let image = image::RgbImage::from_fn(64, 64, |x, y| image::Rgb([x as u8 * 4, y as u8 * 4, (x * y) as u8]));
         let image = DynamicImage::from(image);
         let png = encode(&image, Kind::Png);
-        assert_eq!(decode_raster(&png[..png.len() - 12]).unwrap(), decode_raster(&png).unwrap());
+        let (read, remarks) = decode_raster_with_remarks(&png[..png.len() - 12]).unwrap();
+        assert_eq!((read, remarks.len()), (decode_raster(&png).unwrap(), 1));
         assert!(decode_raster(&png[..png.len() - 40]).is_err());
         let whole = encode(&image, Kind::Jpeg);
         let (read, none) = decode_raster_with_remarks(&whole).unwrap();

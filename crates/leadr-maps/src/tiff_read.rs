@@ -22,8 +22,14 @@ fn fault(error: TiffError) -> MapFault {
     }
 }
 
-/// Opens a TIFF. Returns its channels and the bits of a sample.
-fn open(bytes: &[u8]) -> Result<(Decoder<Cursor<&[u8]>>, usize, u8), MapFault> {
+struct Opened<'a> {
+    decoder: Decoder<Cursor<&'a [u8]>>,
+    channels: usize,
+    /// The bits of a sample.
+    bits: u8,
+}
+
+fn open(bytes: &[u8]) -> Result<Opened<'_>, MapFault> {
     let mut most = Limits::default();
     most.decoding_buffer_size = limits::MAX_DECODED_BYTES as usize;
     most.intermediate_buffer_size = limits::MAX_DECODED_BYTES as usize;
@@ -38,12 +44,12 @@ fn open(bytes: &[u8]) -> Result<(Decoder<Cursor<&[u8]>>, usize, u8), MapFault> {
         ColorType::Lab(_) => return Err(MapFault::unsupported("its colours are CIE L*a*b*", REMEDY)),
         _ => return Err(MapFault::unsupported("its colours are a palette or CMYK with alpha", REMEDY)),
     };
-    Ok((decoder, channels, bits))
+    Ok(Opened { decoder, channels, bits })
 }
 
 /// Returns the size in the header of a TIFF. The tags may lie at the end of the file, so `bytes` must be the whole file.
 pub(super) fn declared_size(bytes: &[u8]) -> Result<Size, MapFault> {
-    let (mut decoder, channels, bits) = open(bytes)?;
+    let Opened { mut decoder, channels, bits } = open(bytes)?;
     let (width, height) = decoder.dimensions().map_err(fault)?;
     // Integers of 32 bits become floats, so the decoded image and the result exist together.
     let sample_bytes = u64::from(bits.div_ceil(8)) * if bits > 16 { 2 } else { 1 };
@@ -56,7 +62,7 @@ pub(super) fn declared_size(bytes: &[u8]) -> Result<Size, MapFault> {
 pub(super) fn decode(bytes: &[u8], remarks: &mut Vec<String>) -> Result<Raster, MapFault> {
     let size = declared_size(bytes)?;
     limits::check_size(size.width, size.height, size.texel_bytes(), bytes.len())?;
-    let (mut decoder, mut channels, bits) = open(bytes)?;
+    let Opened { mut decoder, mut channels, bits } = open(bytes)?;
     let kind = decoder.colortype().map_err(fault)?;
     let mut read = DecodingResult::U8(Vec::new());
     let layout = decoder.read_image_to_buffer(&mut read).map_err(fault)?;

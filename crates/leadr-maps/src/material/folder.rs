@@ -50,6 +50,15 @@ pub struct MaterialFolder {
     pub aside: Vec<(PathBuf, String)>,
 }
 
+/// A recognised name in a folder.
+struct Named {
+    found: Found,
+    /// The words before the role.
+    base: String,
+    /// The number of pictures with the same words before the role.
+    siblings: usize,
+}
+
 /// A picture that may have a role.
 struct Candidate {
     picture: MaterialPicture,
@@ -94,30 +103,34 @@ impl MaterialFolder {
         aside.sort();
         let mut candidates = Vec::new();
         let check = |file: &Path| links.check(folder, Path::new(file.file_name().unwrap_or_default()));
-        for (file, found) in roles(files) {
+        for (file, named) in roles(files) {
             // A file behind a link out of the folder is not opened.
             let is_inside = check(&file).is_ok();
-            let is_baked = is_inside && has_extension(&file, "ktx2 exr") && is_baked(&file).unwrap_or(false);
-            match found {
-                _ if is_baked => aside.push((file, "a map of leadr bake".to_owned())),
-                None => unnamed.push(file),
-                Some((Found { meaning: Meaning::Aside(why), .. }, ..)) => aside.push((file, why.to_owned())),
-                Some((Found { meaning: Meaning::Whole(role), rank, .. }, base, siblings)) => {
-                    let picture = MaterialPicture { role, channel: None, file };
-                    candidates.push(Candidate { picture, is_inside, siblings, base, rank });
-                }
-                Some((Found { meaning: Meaning::Packed(mut packed), rank, .. }, base, siblings)) => {
+            if is_inside && has_extension(&file, "ktx2 exr") && is_baked(&file).unwrap_or(false) {
+                aside.push((file, "a map of leadr bake".to_owned()));
+                continue;
+            }
+            let Some(Named { found: Found { meaning, rank, .. }, base, siblings }) = named else {
+                unnamed.push(file);
+                continue;
+            };
+            let candidate = |role, channel, file| {
+                let picture = MaterialPicture { role, channel, file };
+                Candidate { picture, is_inside, siblings, base: base.clone(), rank }
+            };
+            match meaning {
+                Meaning::Aside(why) => aside.push((file, why.to_owned())),
+                Meaning::Whole(role) => candidates.push(candidate(role, None, file)),
+                Meaning::Packed(mut packed) => {
                     let header = is_inside.then(|| ImageHeader::of_file(&file).ok()).flatten();
                     let channels = header.map_or(4, |(header, _)| header.channels);
                     if channels < 3 && matches!(packed[0], Some(Role::Normal | Role::NormalUp | Role::NormalDown)) {
                         // A grey picture of a material that is named like a normal map.
                         packed = [packed[3], None, None, None];
                     }
-                    for (channel, role) in packed.into_iter().enumerate() {
-                        let Some(role) = role.filter(|_| has_channel(channels, channel)) else { continue };
-                        let picture = MaterialPicture { role, channel: Some(channel), file: file.clone() };
-                        candidates.push(Candidate { picture, is_inside, siblings, base: base.clone(), rank });
-                    }
+                    let roles = packed.into_iter().enumerate().filter(|&(channel, _)| has_channel(channels, channel));
+                    let roles = roles.filter_map(|(channel, role)| Some((channel, role?)));
+                    candidates.extend(roles.map(|(channel, role)| candidate(role, Some(channel), file.clone())));
                 }
             }
         }
@@ -305,7 +318,7 @@ fn quality(file: &Path) -> (u64, bool, u64) {
 
 /// Finds the role of each file in a folder, the words before the role, and the number of files with these words. A name
 /// without words after those that all files share has no role: it is a preview.
-fn roles(files: Vec<PathBuf>) -> Vec<(PathBuf, Option<(Found, String, usize)>)> {
+fn roles(files: Vec<PathBuf>) -> Vec<(PathBuf, Option<Named>)> {
     let words: Vec<Vec<String>> = files.iter().map(|file| names::words_of(file)).collect();
     let is_letter_n = |words: &Vec<String>| {
         names::has_letters(words) || words.len() > 1 && words[names::without_skipped(words).max(1) - 1] == "n"
@@ -332,7 +345,7 @@ fn roles(files: Vec<PathBuf>) -> Vec<(PathBuf, Option<(Found, String, usize)>)> 
         let beside = [at.checked_sub(1), (at + 1 < sorted.len()).then_some(at + 1)];
         beside.into_iter().flatten().map(|i| common(&sorted[i])).max().unwrap_or(0)
     };
-    let role = |i: usize| -> Option<(Found, String, usize)> {
+    let role = |i: usize| -> Option<Named> {
         let all = &words[i];
         let bare = names::base_of(&all[..names::without_skipped(all)]);
         let as_base = starts.get(&bare).copied().unwrap_or(0);
@@ -349,7 +362,7 @@ fn roles(files: Vec<PathBuf>) -> Vec<(PathBuf, Option<(Found, String, usize)>)> 
         };
         let base = names::base_of(all.get(..found.base).unwrap_or(all));
         let siblings = bases.get(&base).copied().unwrap_or(1);
-        Some((found, base.join(" "), siblings))
+        Some(Named { found, base: base.join(" "), siblings })
     };
     let roles: Vec<_> = (0..files.len()).map(role).collect();
     files.into_iter().zip(roles).collect()
@@ -476,8 +489,9 @@ mod tests {
 
     #[test]
     fn folders_of_the_libraries_and_engines() {
+        type Names = &'static [&'static str];
         // The files of a folder, the roles that are found, and the files that are left aside.
-        let cases: &[(&str, &[&str], &[&str], &[&str])] = &[
+        let cases: &[(&str, Names, Names, Names)] = &[
             (
                 "ambientCG",
                 &[

@@ -18,6 +18,9 @@ enum Origin<'a> {
     View(usize),
 }
 
+/// A decoded image, and remarks about it.
+type Decoded = (Arc<Raster>, Vec<String>);
+
 struct Entry<'a> {
     item: Item<'a>,
     origin: Option<Origin<'a>>,
@@ -57,7 +60,7 @@ pub(super) fn read<'a>(source: &Source<'a>) -> Read<Vec<Image>> {
         (origin, raster.map(|(raster, remarks)| (Arc::new(raster), remarks)))
     };
     // For a single image, waking other threads costs more than decoding it.
-    let mut results: HashMap<Origin<'a>, Read<(Arc<Raster>, Vec<String>)>> = if reserved.len() > 1 {
+    let mut results: HashMap<Origin<'a>, Read<Decoded>> = if reserved.len() > 1 {
         reserved.into_par_iter().map(decode).collect()
     } else {
         reserved.into_iter().map(decode).collect()
