@@ -152,7 +152,6 @@ impl MaterialFiles {
         if let Some(file) = heights {
             material.set_heights(file)?;
         }
-        log_slope_agreement(&material);
         Ok(Some(material))
     }
 
@@ -240,7 +239,7 @@ impl MaterialFiles {
 const SAME_SURFACE: f64 = 0.5;
 
 /// Logs how well the heights and normals of a material agree.
-fn log_slope_agreement(material: &Material) {
+pub(super) fn log_slope_agreement(material: &Material) {
     let (Some(relief), Some(normals)) = (&material.relief, &material.normal_map) else { return };
     match agreement(&relief.map, normals, Wrap::Repeat) {
         Some(found) if found.correlation >= SAME_SURFACE => tracing::info!("heights and normals agree: {found}"),
@@ -355,6 +354,8 @@ pub struct SceneConfig {
     pub lenient: bool,
     /// Whether files of a model or a material may lie behind links out of its folder.
     pub follow_links: bool,
+    /// Whether heights keep the codes of coarse height maps.
+    pub heights_as_read: bool,
     /// Height maps for the model's materials.
     pub displacements: Vec<Displacement>,
     /// The measured materials that replace materials of the model.
@@ -436,6 +437,7 @@ impl Default for SceneConfig {
             model_camera: None,
             lenient: false,
             follow_links: false,
+            heights_as_read: false,
             displacements: Vec::new(),
             measured: Vec::new(),
             height_map: None,

@@ -163,6 +163,11 @@ impl CommandLine {
             "--normal-y is for a normal map: add --normal-map or --material"
         } else if config.follow_links && config.model.is_none() && !self.has("material") && !self.has("detail") {
             "--follow-links is for a folder: add --material or --detail, or draw a model"
+        } else if config.heights_as_read
+            && config.model.is_none()
+            && !["height-map", "material", "detail"].iter().any(|map| self.has(map))
+        {
+            "--heights-as-read is for height maps: add --height-map, --material or --detail, or draw a model"
         } else if config.msaa > 1 && options.edge_samples > 1 {
             "--msaa and --edge-samples both antialias edges: use one of them"
         } else if config.msaa > 1 && config.picture.technique.is_reference() {

@@ -1,6 +1,7 @@
 //! Scenes, as pure functions of time that produce the inputs of the renderer.
 
 pub mod camera_file;
+mod coarse_heights;
 pub mod config;
 pub mod cover;
 mod cutout;

@@ -191,6 +191,10 @@ const OPTIONS: [SceneOption; 58] = [
         "Show the detail only where this image is white. The image covers one repeat of the material. Without a mask, the \
          detail covers the whole surface, and its colours modulate the colours of the material",
         Path(|c, file| c.material.detail.detail_mask = Some(file))),
+    option(MATERIAL, "heights-as-read", "",
+        "Keep the steps between the codes of coarse height maps. Without this option, heights of 8, 10 or 12 bits or in whole \
+         metres become the smoothest heights within half a code; edges and rough areas remain",
+        Flag(|c| c.heights_as_read = true)).of(Choice::Folder),
     option(MATERIAL, "no-repeats", "",
         "Tile the maps without repetition by blending random pieces. The mean and the covariance of the slopes remain the \
          same. Use this option for ground, sand, plaster and other irregular maps",

@@ -65,7 +65,7 @@ impl Choice {
             Self::Bare => "cannot be drawn without its surroundings",
             Self::Waves => "has no sea",
             Self::Model => "is not a model",
-            Self::Folder => "reads no folder",
+            Self::Folder => "reads no folder and no height map",
         }
     }
 }

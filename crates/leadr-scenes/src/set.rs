@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::config::{MaterialFiles, Picture, SceneConfig};
+use super::coarse_heights::{restore_map, restore_material, restore_materials};
+use super::config::{MaterialFiles, Picture, SceneConfig, log_slope_agreement};
 use super::daylight;
 use super::deform;
 use super::error::SceneError;
@@ -19,6 +20,7 @@ use leadr_gpu::{Gpu, GpuError};
 use leadr_maps::baked::{BakedMap, HeightUnit};
 use leadr_maps::folders::OutsideLinks;
 use leadr_maps::material::{Input, Material, RoughnessMeaning};
+use leadr_maps::shown::shown_path;
 use leadr_maps::{HeightMap, MapError, MapFault, RgbImage};
 use leadr_models::{LoadOptions, Model};
 use leadr_render::camera::Camera;
@@ -75,6 +77,14 @@ impl Inputs {
                 }
             }
         }
+        if !config.heights_as_read {
+            let file = config.height_map.as_ref().or(config.material.folder.as_ref());
+            let name = file.map_or_else(|| "the material".to_owned(), shown_path);
+            // The slopes of a baked file are not those of its heights.
+            height_map.iter_mut().filter(|_| baked.is_none()).for_each(|map| restore_map(map, &name));
+            material.iter_mut().for_each(|material| restore_material(material, &name));
+        }
+        material.iter().for_each(log_slope_agreement);
         if let (Some(material), Some(alpha)) = (&mut material, config.roughness) {
             // The anisotropy is added to this roughness.
             material.roughness = Input::constant(alpha);
@@ -88,6 +98,10 @@ impl Inputs {
                 let mut model = Model::load(file, LoadOptions { lenient: config.lenient, links })?;
                 let named = |fault: SceneError| fault.of_file(file);
                 displace(&mut model, file, &config.displacements, links).map_err(named)?;
+                if !config.heights_as_read {
+                    let name = model.name.clone();
+                    restore_materials(&mut model.materials, &name);
+                }
                 measure(&mut model, &config.measured).map_err(named)?;
                 let ground = if config.bare { Ground::Off } else { config.ground };
                 let choice = ModelChoice::new(model, config.animation.as_deref()).map_err(named)?.on(ground);

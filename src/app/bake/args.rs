@@ -59,6 +59,9 @@ pub struct BakeArgs {
     /// Multiply heights by X; with a normal map, X is in texture widths per unit of height [default: 1; with a normal map, the best fit]
     #[arg(long, value_name = "X", value_parser = positive)]
     pub height_scale: Option<f32>,
+    /// Keep the steps between the codes of a coarse height map, instead of smoothing the heights within half a code
+    #[arg(long)]
+    pub heights_as_read: bool,
     /// Set the direction of the green channel of normal maps [default: given by the file name, else detected from the slopes]
     #[arg(long, value_name = "WAY", value_parser = one_of(NORMAL_Y))]
     pub normal_y: Option<GreenAxis>,

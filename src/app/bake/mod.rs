@@ -8,7 +8,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use self::args::BakeArgs;
-use self::report::{BakeReport, BakedSet};
+use self::report::{BakeReport, BakedSet, HeightFindings};
 use self::sources::Sources;
 use leadr_maps::MapFault;
 use leadr_maps::bake::{ExrFile, Inputs, Kind, Ktx2File, Layout, Plan, PngFile, Precision, Report, Texels, bake};
@@ -110,13 +110,14 @@ pub fn run(arguments: &BakeArgs, output: &Output) -> Result<(), AppError> {
     for remark in &sources.remarks {
         output.say(remark);
     }
-    let mut inputs = sources.load(arguments, output)?;
+    let (mut inputs, quantisation) = sources.load(arguments, output)?;
     inputs.size().map_err(|fault| fault.in_file(sources.main()))?;
     // The heights and the normals from the files are compared before heights are derived.
     let agreement = inputs.agree();
     if let Some(agreement) = &agreement {
         output.say(&format!("heights and normals: {agreement}"));
     }
+    let heights = HeightFindings { agreement, quantisation };
     derive(&mut inputs, &arguments.kind, &sources, output)?;
     let mut reports = Vec::new();
     for mut job in jobs {
@@ -135,7 +136,7 @@ pub fn run(arguments: &BakeArgs, output: &Output) -> Result<(), AppError> {
         let bytes = job.file.file.metadata().map_or(0, |metadata| metadata.len());
         job.file.finish()?;
         let time = if arguments.kind.len() == 1 { start.elapsed() } else { begun.elapsed() };
-        reports.push(BakeReport::new(&target, &sources, &plan, &baked, agreement, bytes, time));
+        reports.push(BakeReport::new(&target, &sources, &plan, &baked, heights, bytes, time));
     }
     match &reports[..] {
         [one] => output.result(one),

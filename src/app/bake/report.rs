@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::sources::Sources;
 use leadr_maps::bake::{Layout, Plan, Report};
+use leadr_maps::derive::quantisation::Quantisation;
 use leadr_maps::material::Agreement;
 use leadr_maps::shown::shown_path;
 use leadr_tools::program::memory_of_process;
@@ -33,6 +34,8 @@ pub struct BakeReport {
     height_range: [f64; 2],
     /// The agreement of heights and normals; null unless the input has both.
     agreement: Option<AgreementReport>,
+    /// The shares of the slope variance that come from coarse codes; null if the heights are fine or are kept as read.
+    quantisation: Option<QuantisationReport>,
     /// The error of the worst channel relative to 32-bit floats, for each level.
     error: Vec<f64>,
     /// The relative error of the slope variance, for each level.
@@ -52,17 +55,35 @@ struct AgreementReport {
     sentence: String,
 }
 
+#[derive(Debug, Serialize)]
+struct QuantisationReport {
+    step: f32,
+    share_before: f64,
+    share_after: f64,
+    #[serde(skip)]
+    sentence: String,
+}
+
+/// What the height map shows before the bake.
+#[derive(Clone, Copy, Debug)]
+pub struct HeightFindings {
+    /// The agreement with the normals, if there are both.
+    pub agreement: Option<Agreement>,
+    /// The result of restoring coarse heights.
+    pub quantisation: Option<Quantisation>,
+}
+
 impl BakeReport {
     pub fn new(
         file: &Path,
         sources: &Sources,
         plan: &Plan,
         baked: &Report,
-        agreement: Option<Agreement>,
+        heights: HeightFindings,
         bytes: u64,
         time: Duration,
     ) -> Self {
-        let agreement = agreement.map(|agreed| AgreementReport {
+        let agreement = heights.agreement.map(|agreed| AgreementReport {
             correlation: agreed.correlation,
             scale_texels: agreed.scale_texels,
             left_over: agreed.left_over,
@@ -84,6 +105,12 @@ impl BakeReport {
             slope_range: baked.slope_range,
             height_range: baked.height_range,
             agreement,
+            quantisation: heights.quantisation.map(|found| QuantisationReport {
+                step: found.step,
+                share_before: found.before,
+                share_after: found.after,
+                sentence: found.to_string(),
+            }),
             error: baked.errors.iter().map(|e| e.channels).collect(),
             variance_error: baked.errors.iter().map(|e| e.variance).collect(),
             bytes,
@@ -106,6 +133,9 @@ impl fmt::Display for BakeReport {
         )?;
         if let Some(agreement) = &self.agreement {
             writeln!(f, "normals         {}", agreement.sentence)?;
+        }
+        if let Some(quantisation) = &self.quantisation {
+            writeln!(f, "codes           {}", quantisation.sentence)?;
         }
         if self.format != "f32" {
             writeln!(f, "level   error     variance error")?;

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::args::BakeArgs;
 use leadr_maps::bake::{DetailNormals, Inputs, Roughness};
+use leadr_maps::derive::quantisation::{Quantisation, restore};
 use leadr_maps::derive::{SlopeFaults, Slopes};
 use leadr_maps::folders::OutsideLinks;
 use leadr_maps::material::{
@@ -115,6 +116,11 @@ impl Sources {
                 "--height-scale needs heights: add a height map, or leave --height-scale out".into(),
             ));
         }
+        if arguments.heights_as_read && found.height.is_none() {
+            return Err(AppError::Usage(
+                "--heights-as-read needs heights: add a height map, or leave --heights-as-read out".into(),
+            ));
+        }
         Ok(found)
     }
 
@@ -175,8 +181,8 @@ impl Sources {
         self.height.as_deref().or(self.normal.as_deref()).unwrap_or(Path::new(""))
     }
 
-    /// Reads the files, and prints remarks about invalid normals.
-    pub fn load(&self, arguments: &BakeArgs, output: &Output) -> Result<Inputs, AppError> {
+    /// Reads the files, restores coarse heights, and prints remarks about invalid normals.
+    pub fn load(&self, arguments: &BakeArgs, output: &Output) -> Result<(Inputs, Option<Quantisation>), AppError> {
         let normals_of = |file: &Path, green| -> Result<NormalMap, AppError> {
             let mut material = Material::new("normals");
             material.set_normals(file, green)?;
@@ -190,13 +196,16 @@ impl Sources {
         let roughness_of = |file: &Path, channel, meaning| -> Result<Roughness, AppError> {
             Ok(Roughness { raster: load_raster(file)?, channel, meaning })
         };
+        let mut heights = (self.height.as_deref())
+            .map(|file| match self.height_channel {
+                Some(channel) => load_height_channel(file, channel),
+                None => load_height_map(file),
+            })
+            .transpose()?;
+        let coarse = heights.as_mut().filter(|_| !arguments.heights_as_read);
+        let quantisation = coarse.and_then(|map| restore(map, arguments.wrap));
         let mut inputs = Inputs {
-            heights: (self.height.as_deref())
-                .map(|file| match self.height_channel {
-                    Some(channel) => load_height_channel(file, channel),
-                    None => load_height_map(file),
-                })
-                .transpose()?,
+            heights,
             normals: self.normal.as_deref().map(|file| normals_of(file, self.green)).transpose()?,
             roughness: (self.roughness.as_deref().map(|file| roughness_of(file, self.channel, self.meaning)))
                 .transpose()?,
@@ -221,6 +230,6 @@ impl Sources {
         if arguments.resample {
             inputs.resample().into_iter().for_each(|remark| output.say(&remark));
         }
-        Ok(inputs)
+        Ok((inputs, quantisation))
     }
 }

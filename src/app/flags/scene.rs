@@ -203,7 +203,7 @@ pub mod tests {
                         given.set("--detail", Some("a"))
                     }
                     "normal-y" => given.set("--normal-map", Some("a")),
-                    "follow-links" if *name != "model.glb" => given.set("--material", Some("a")),
+                    "follow-links" | "heights-as-read" if *name != "model.glb" => given.set("--material", Some("a")),
                     "relief-shadows" => given.set("--technique", Some("reference")),
                     _ => {}
                 }
