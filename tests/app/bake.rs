@@ -49,6 +49,42 @@ fn a_height_map_becomes_its_moments() {
 }
 
 #[test]
+fn heights_of_8_bits_lose_their_steps() {
+    let folder = tempfile::tempdir().unwrap();
+    let (fine, coarse) = (folder.path().join("fine.png"), folder.path().join("coarse.png"));
+    let wave = |i: u32| 0.5 + 0.02 * (std::f32::consts::TAU * ((i % 128) as f32 + (i / 128) as f32) / 128.0).sin();
+    let heights: Vec<f32> = (0..128 * 128).map(wave).collect();
+    for (file, codes) in [(&fine, 65535.0), (&coarse, 255.0)] {
+        let texels = heights.iter().map(|h| (h * codes).round() / codes).collect();
+        save_png_grey16(file, &HeightMap::new(128, 128, texels).unwrap(), 0.0, 1.0).unwrap();
+    }
+    let baked = |file: &Path, flags: &[&str]| -> serde_json::Value {
+        let out = folder.path().join("out.ktx2");
+        let output = bake(&[&[text(file), "--json", "-o", text(&out)], flags].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    let [relief, restored, raw] = [(&fine, [].as_slice()), (&coarse, &[]), (&coarse, &["--heights-as-read"])]
+        .map(|(file, flags)| baked(file, flags));
+    let variance = |report: &serde_json::Value| report["slope_variance"][0].as_f64().unwrap();
+    assert!(
+        (variance(&restored) / variance(&relief) - 1.0).abs() < 0.1,
+        "{} {}",
+        variance(&restored),
+        variance(&relief)
+    );
+    assert!(variance(&raw) > 2.0 * variance(&relief));
+    assert!(relief["quantisation"].is_null() && raw["quantisation"].is_null());
+    let share = |name: &str| restored["quantisation"][name].as_f64().unwrap();
+    assert!((share("share_before") - (1.0 - variance(&restored) / variance(&raw))).abs() < 0.02);
+    assert!((share("step") - 1.0 / 255.0).abs() < 1e-6 && share("share_after") < 0.1);
+    let table = bake(&[text(&coarse), "-o", text(&folder.path().join("o.exr"))]).stdout;
+    assert!(String::from_utf8(table).unwrap().contains("codes           the steps between its codes make"));
+    let refused = bake(&["--normal", text(&fine), "--heights-as-read", "-o", text(&folder.path().join("o.exr"))]);
+    assert_eq!(refused.status.code(), Some(2), "{}", String::from_utf8_lossy(&refused.stderr));
+}
+
+#[test]
 fn text_and_quiet() {
     let folder = tempfile::tempdir().unwrap();
     let heights = folder.path().join("bumps.png");

@@ -3,6 +3,8 @@
 mod bake;
 mod bench;
 mod cli;
+#[cfg(unix)]
+mod corpus;
 mod faults;
 mod fit;
 mod foreign;
