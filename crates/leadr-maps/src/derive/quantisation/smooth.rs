@@ -75,9 +75,9 @@ impl Level {
         mean.par_iter_mut().enumerate().for_each(|(i, sum)| *sum /= count(i));
         let mut weights = weights(grid, &mean);
         weights.par_iter_mut().enumerate().for_each(|(i, own)| {
-            for axis in 0..2 {
+            for (axis, own) in own.iter_mut().enumerate() {
                 let sum: u32 = area(i).map(|j| u32::from(self.weights[j][axis])).sum();
-                own[axis] = own[axis].min((sum as f32 / count(i)).round() as u8);
+                *own = (*own).min((sum as f32 / count(i)).round() as u8);
             }
         });
         Self { grid, mean, least: fold(&self.least, f32::min), largest: fold(&self.largest, f32::max), weights }
