@@ -95,7 +95,7 @@ fn all(map: &HeightMap, holds: impl Fn(f64) -> bool + Sync) -> bool {
 /// codes already are the best estimate.
 ///
 /// The heights of JPEG files are treated as 8-bit codes, although their errors are larger where the relief has fine detail.
-/// The result does not depend on the number of threads. The working memory is about 26 bytes per texel.
+/// The result does not depend on the number of threads. The working memory is about 40 bytes per texel.
 pub fn restore(map: &mut HeightMap, wrap: Wrap) -> Option<Quantisation> {
     let codes = Codes::of(map)?;
     let grid = Grid { width: map.width as usize, height: map.height as usize, wrap };
