@@ -2,8 +2,8 @@
 //! decompress.
 //!
 //! Offsets, block lengths and the image size are checked against the file length first. Blocks are decoded one at a time, and a
-//! panic in the crate becomes an error. Deep data, subsampled channels and High-Throughput JPEG 2000 are refused. Only the
-//! largest mip level is read, except for baked maps.
+//! panic in the crate becomes an error. Subsampled channels and High-Throughput JPEG 2000 are refused. Only the largest mip
+//! level is read, except for baked maps.
 
 use std::collections::HashSet;
 use std::io::Cursor;
@@ -19,7 +19,6 @@ use exr::prelude::SampleType;
 
 use super::fault::one_line;
 use super::guard::guarded;
-use super::shown::shown;
 use super::{MapFault, limits};
 
 /// The selected channels of one part of the file. Each has `width * height` values, with row 0 on top.
@@ -29,22 +28,8 @@ pub(crate) struct Planes {
     pub planes: Vec<Vec<f32>>,
 }
 
-/// A function that selects channel indices from the channel names of a part, or returns `None` to skip the part.
-pub(crate) type Choose = fn(&[String]) -> Option<Vec<usize>>;
-
 pub(crate) fn is_exr(bytes: &[u8]) -> bool {
     bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01])
-}
-
-/// Decodes the channels that `choose` selects from the first matching part. `wanted` names these channels in the error
-/// message.
-pub(crate) fn decode(bytes: &[u8], choose: Choose, wanted: &str) -> Result<Planes, MapFault> {
-    // Damaged blocks cause arithmetic overflow in the crate, for example with B44 compression.
-    guarded("EXR", || {
-        let file = Opened::new(bytes)?;
-        let (part, picked) = pick_part(&file.meta, choose, wanted)?;
-        file.level(part, &picked, 0)
-    })
 }
 
 /// Returns the header of the first part, which must be flat.
@@ -55,16 +40,16 @@ pub(crate) fn header(bytes: &[u8]) -> Result<Header, MapFault> {
     })
 }
 
-/// Returns the width, the height and the bytes per texel of each part.
+/// Returns the width, the height and the bytes per texel of the data window and of the display window of each part.
 pub(crate) fn declared_sizes(bytes: &[u8]) -> Result<Vec<(u64, u64, u64)>, MapFault> {
     guarded("EXR", || {
         let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(fault)?;
         let size = |header: &Header| {
-            let (size, channels) = (header.layer_size, &header.channels);
-            let texel_bytes = channels.bytes_per_pixel.max(4 * channels.list.len());
-            (size.width() as u64, size.height() as u64, texel_bytes as u64)
+            let texel_bytes = header.channels.bytes_per_pixel.max(4 * header.channels.list.len());
+            [header.layer_size, header.shared_attributes.display_window.size]
+                .map(|size| (size.width() as u64, size.height() as u64, texel_bytes as u64))
         };
-        Ok(meta.headers.iter().map(size).collect())
+        Ok(meta.headers.iter().flat_map(size).collect())
     })
 }
 
@@ -93,15 +78,15 @@ fn is_subsampled(header: &Header) -> bool {
 }
 
 /// An EXR file with a parsed header. The block offset tables are known to lie inside the file.
-struct Opened<'a> {
+pub(crate) struct Opened<'a> {
     bytes: &'a [u8],
-    meta: MetaData,
+    pub meta: MetaData,
     /// The byte offset of the block offset tables.
     tables: usize,
 }
 
 impl<'a> Opened<'a> {
-    fn new(bytes: &'a [u8]) -> Result<Self, MapFault> {
+    pub fn new(bytes: &'a [u8]) -> Result<Self, MapFault> {
         let mut cursor = Cursor::new(bytes);
         let meta = MetaData::read_from_buffered(&mut cursor, false).map_err(fault)?;
         let tables = cursor.position() as usize;
@@ -112,13 +97,49 @@ impl<'a> Opened<'a> {
         Ok(Self { bytes, meta, tables })
     }
 
+    /// Decodes channels of a flat part over the display window. Texels outside the data window are `outside`.
+    pub fn framed(&self, part: usize, picked: &[usize], outside: f32) -> Result<Planes, MapFault> {
+        let header = &self.meta.headers[part];
+        if is_subsampled(header) {
+            let what = "its channels are subsampled";
+            return Err(MapFault::unsupported(what, "save it with one sample per pixel in every channel"));
+        }
+        let (data, display) = (header.data_window(), header.shared_attributes.display_window);
+        let stored = self.level(part, picked, 0)?;
+        if data == display {
+            return Ok(stored);
+        }
+        let [width, height] = [display.size.width(), display.size.height()];
+        limits::check_size(width as u64, height as u64, 4 * picked.len() as u64, self.bytes.len())?;
+        // The column or row of the display window at which the data window starts.
+        let [left, top] = [0, 1].map(|axis| {
+            let of = |position: Vec2<i32>| i64::from(if axis == 0 { position.x() } else { position.y() });
+            of(data.position) - of(display.position)
+        });
+        let columns = left.max(0)..(left + i64::from(stored.width)).min(width as i64);
+        let rows = top.max(0)..(top + i64::from(stored.height)).min(height as i64);
+        let mut planes = Vec::with_capacity(picked.len());
+        for plane in &stored.planes {
+            let mut framed = limits::zeroed::<f32>(width * height)?;
+            framed.fill(outside);
+            for y in rows.clone().filter(|_| !columns.is_empty()) {
+                let from = ((y - top) * i64::from(stored.width) + columns.start - left) as usize;
+                let to = y as usize * width + columns.start as usize;
+                let count = (columns.end - columns.start) as usize;
+                framed[to..to + count].copy_from_slice(&plane[from..from + count]);
+            }
+            planes.push(framed);
+        }
+        Ok(Planes { width: width as u32, height: height as u32, planes })
+    }
+
     fn level(&self, part: usize, picked: &[usize], level: u32) -> Result<Planes, MapFault> {
         let header = &self.meta.headers[part];
         let (width, height) = (header.layer_size.width() as u64, header.layer_size.height() as u64);
         let texel_bytes = (header.channels.bytes_per_pixel as u64).max(4 * picked.len() as u64);
         limits::check_size(width, height, texel_bytes, self.bytes.len())?;
         // The size check comes first, so that zero and huge sizes get specific errors.
-        MetaData::validate(&self.meta.headers, false).map_err(fault)?;
+        header.validate(self.meta.headers.len() > 1, &mut false, false).map_err(fault)?;
 
         let before: usize = self.meta.headers[..part].iter().map(|h| h.chunk_count).sum();
         let (offsets, _) = self.bytes[self.tables + 8 * before..][..8 * header.chunk_count].as_chunks();
@@ -196,34 +217,6 @@ fn read_i32(rest: &mut &[u8]) -> Result<i32, MapFault> {
     Ok(i32::from_le_bytes(*value))
 }
 
-/// Finds the first flat part with channels that `choose` selects.
-fn pick_part(meta: &MetaData, choose: Choose, wanted: &str) -> Result<(usize, Vec<usize>), MapFault> {
-    let mut found = Vec::new();
-    for (part, header) in meta.headers.iter().enumerate() {
-        if header.deep {
-            found.push("deep data".to_string());
-            continue;
-        }
-        let names: Vec<String> = header.channels.list.iter().map(|c| c.name.to_string()).collect();
-        let holds = |name: &str| names.iter().any(|n| n.rsplit('.').next() == Some(name));
-        if ["Y", "RY", "BY"].into_iter().all(holds) {
-            let what = "it stores luminance and chroma (channels Y, RY and BY)";
-            return Err(MapFault::unsupported(what, "save it as plain RGB"));
-        }
-        let Some(picked) = choose(&names) else {
-            found.extend(names);
-            continue;
-        };
-        if is_subsampled(header) {
-            let what = "its channels are subsampled";
-            return Err(MapFault::unsupported(what, "save it with one sample per pixel in every channel"));
-        }
-        return Ok((part, picked));
-    }
-    let what = format!("it has no channel {wanted}, only: {}", shown(&found.join(", ")));
-    Err(MapFault::unsupported(what, "rename or re-export its channels"))
-}
-
 /// Checks the section sizes in the header of a DWA block. The crate allocates the declared sizes before decompression, and
 /// would abort if memory is short.
 fn check_dwa_claims(data: &[u8], header: &Header) -> Result<(), MapFault> {
@@ -279,18 +272,5 @@ fn fault(error: exr::error::Error) -> MapFault {
         }
         exr::error::Error::Invalid(reason) => MapFault::damaged(one_line(&reason)),
         other => MapFault::damaged(one_line(&other)),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_panic_while_decoding_is_an_error() {
-        let bytes = crate::save::encode_exr(1, 1, &[("Y", &[1.0])]).unwrap();
-        assert_eq!(decode(&bytes, |_| Some(vec![0]), "Y").unwrap().planes, [[1.0]]);
-        let message = decode(&bytes, |_| panic!("on purpose"), "Y").map(|_| ()).unwrap_err().to_string();
-        assert!(message.contains("internal panic"), "{message}");
     }
 }

@@ -28,3 +28,15 @@ pub(crate) fn guarded<T>(format: &str, decode: impl FnOnce() -> Result<T, MapFau
     QUIET.set(false);
     decoded.unwrap_or_else(|_| Err(MapFault::damaged(format!("the {format} decoder failed (internal panic)"))))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_while_decoding_is_an_error() {
+        assert_eq!(guarded("EXR", || Ok(1)).unwrap(), 1);
+        let message = guarded::<()>("EXR", || panic!("on purpose")).unwrap_err().to_string();
+        assert!(message.contains("the EXR decoder failed (internal panic)"), "{message}");
+    }
+}

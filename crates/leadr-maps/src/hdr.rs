@@ -5,6 +5,7 @@
 //! `EXPOSURE=`, as the format specifies. `PRIMARIES=`, `GAMMA=` and `COLORCORR=` are ignored, because Photoshop writes
 //! meaningless values. XYZE is converted to Rec.709 with a D65 white and clamped to 0 outside the gamut.
 
+use super::gamut::Conversion;
 use super::shown::shown;
 use super::{MapFault, RgbImage, limits};
 
@@ -14,15 +15,9 @@ const MAX_LINES: usize = 1024;
 /// Bytes of a decoded texel.
 const TEXEL_BYTES: u64 = 12;
 
-/// The matrix from CIE XYZ to linear Rec.709 (D65). The rows of the matrix are R, G and B.
-const RGB_FROM_XYZ: [[f32; 3]; 3] = [
-    [3.240_454_2, -1.537_138_5, -0.498_531_4],
-    [-0.969_266, 1.876_010_8, 0.041_556],
-    [0.055_643_4, -0.204_025_9, 1.057_225_2],
-];
-
+/// Whether the bytes start with the magic word of a Radiance picture. Programs write words of their own after `#?`.
 pub(crate) fn is_hdr(bytes: &[u8]) -> bool {
-    bytes.starts_with(b"#?RADIANCE") || bytes.starts_with(b"#?RGBE")
+    bytes.starts_with(b"#?")
 }
 
 /// Returns the width, the height and the bytes per texel in the header.
@@ -31,31 +26,21 @@ pub(crate) fn declared_size(bytes: &[u8]) -> Result<(u64, u64, u64), MapFault> {
     Ok((header.width(), header.height(), TEXEL_BYTES))
 }
 
-pub(crate) fn decode(bytes: &[u8]) -> Result<RgbImage, MapFault> {
-    let (header, mut body) = read_header(bytes)?;
-    let (major, minor) = (header.axes[0].len, header.axes[1].len);
+/// Decodes a picture, and adds remarks on header lines that are ignored.
+pub(crate) fn decode(bytes: &[u8], remarks: &mut Vec<String>) -> Result<RgbImage, MapFault> {
+    let (header, body) = read_header(bytes)?;
+    remarks.extend(header.remark.clone());
     limits::check_size(header.width(), header.height(), TEXEL_BYTES, bytes.len())?;
-    let (major, minor) = (major as usize, minor as usize);
-
-    let scales: Vec<f32> =
-        (0..256).map(|e| if e == 0 { 0.0 } else { (f64::powi(2.0, e - 136) / header.exposure) as f32 }).collect();
-    let mut texels: Vec<[f32; 3]> = Vec::new();
-    let mut line = Vec::with_capacity(minor);
-    for row in 0..major {
-        read_scanline(&mut body, minor, &mut line)
-            .map_err(|what| MapFault::damaged(format!("{what} in scanline {row} of {major}")))?;
-        texels.try_reserve(minor).map_err(|_| MapFault::too_large("no memory for its texels"))?;
-        texels.extend(line.iter().map(|&[r, g, b, e]| {
-            let value = [r, g, b].map(|m| f32::from(m) * scales[e as usize]);
-            if header.xyz { rgb_from_xyz(value) } else { value }
-        }));
-    }
-    let texels = header.upright(texels);
+    let texels = header.width() as usize * header.height() as usize;
+    let flat = body.get(..4 * texels).filter(|flat| flat.len() == body.len());
+    let decoded = match (header.read_runs(body), flat) {
+        (Ok((texels, [])), _) | (Ok((texels, _)), None) => texels,
+        // Texels of a flat picture can look like run lengths. Its length shows what it is.
+        (_, Some(flat)) => flat.as_chunks().0.iter().map(|texel| header.color(*texel)).collect(),
+        (Err(fault), None) => return Err(fault),
+    };
+    let texels = header.upright(decoded);
     RgbImage::new(header.width() as u32, header.height() as u32, texels)
-}
-
-fn rgb_from_xyz(xyz: [f32; 3]) -> [f32; 3] {
-    RGB_FROM_XYZ.map(|row| (row[0] * xyz[0] + row[1] * xyz[1] + row[2] * xyz[2]).max(0.0))
 }
 
 #[derive(Clone, Copy)]
@@ -67,13 +52,35 @@ struct Axis {
 }
 
 struct Header {
-    xyz: bool,
-    exposure: f64,
+    /// The conversion from CIE XYZ, if the texels are in XYZ.
+    conversion: Option<Conversion>,
+    /// The value of a mantissa of 1, for each exponent.
+    scales: Vec<f32>,
     /// The axes in file order. The slow axis comes first.
     axes: [Axis; 2],
+    remark: Option<String>,
 }
 
 impl Header {
+    fn color(&self, [r, g, b, e]: [u8; 4]) -> [f32; 3] {
+        let value = [r, g, b].map(|m| f32::from(m) * self.scales[e as usize]);
+        self.conversion.map_or(value, |conversion| conversion.apply(value))
+    }
+
+    /// Reads all scanlines. Returns the texels in file order, and the rest of the file.
+    fn read_runs<'a>(&self, mut body: &'a [u8]) -> Result<(Vec<[f32; 3]>, &'a [u8]), MapFault> {
+        let [major, minor] = self.axes.map(|axis| axis.len as usize);
+        let mut texels: Vec<[f32; 3]> = Vec::new();
+        let mut line = Vec::with_capacity(minor);
+        for row in 0..major {
+            read_scanline(&mut body, minor, &mut line)
+                .map_err(|what| MapFault::damaged(format!("{what} in scanline {row} of {major}")))?;
+            texels.try_reserve(minor).map_err(|_| MapFault::too_large("no memory for its texels"))?;
+            texels.extend(line.iter().map(|&texel| self.color(texel)));
+        }
+        Ok((texels, body))
+    }
+
     fn width(&self) -> u64 {
         if self.axes[0].is_y { self.axes[1].len } else { self.axes[0].len }
     }
@@ -120,7 +127,7 @@ fn take_line<'a>(rest: &mut &'a [u8]) -> Result<&'a [u8], MapFault> {
 fn read_header(bytes: &[u8]) -> Result<(Header, &[u8]), MapFault> {
     let mut rest = bytes;
     take_line(&mut rest)?;
-    let (mut xyz, mut exposure) = (false, 1.0f64);
+    let (mut xyz, mut exposure, mut remark) = (false, 1.0f64, None);
     for count in 0.. {
         if count == MAX_LINES {
             return Err(MapFault::damaged(format!("its header has more than {MAX_LINES} lines")));
@@ -130,8 +137,9 @@ fn read_header(bytes: &[u8]) -> Result<(Header, &[u8]), MapFault> {
             break;
         }
         let line = String::from_utf8_lossy(line);
-        if let Some(format) = line.strip_prefix("FORMAT=") {
-            xyz = match format.trim() {
+        let (name, value) = line.split_once('=').map_or(("", ""), |(name, value)| (name.trim(), value.trim()));
+        if name == "FORMAT" {
+            xyz = match value {
                 "32-bit_rle_rgbe" => false,
                 "32-bit_rle_xyze" => true,
                 other => {
@@ -139,12 +147,11 @@ fn read_header(bytes: &[u8]) -> Result<(Header, &[u8]), MapFault> {
                     return Err(MapFault::unsupported(what, "save it as 32-bit_rle_rgbe"));
                 }
             };
-        } else if let Some(value) = line.strip_prefix("EXPOSURE=") {
-            // The values of several EXPOSURE lines are multiplied.
-            exposure *= value.trim().parse::<f64>().unwrap_or(f64::NAN);
-            if !(1e-20..=1e20).contains(&exposure) {
-                let what = format!("EXPOSURE is `{}`, not a positive number", shown(value.trim()));
-                return Err(MapFault::damaged(what));
+        } else if name == "EXPOSURE" {
+            match value.parse::<f64>() {
+                // The values of several EXPOSURE lines are multiplied.
+                Ok(factor) if (1e-20..=1e20).contains(&(exposure * factor)) => exposure *= factor,
+                _ => remark = Some(format!("its EXPOSURE `{}` is not a positive number, and is ignored", shown(value))),
             }
         }
     }
@@ -153,7 +160,9 @@ fn read_header(bytes: &[u8]) -> Result<(Header, &[u8]), MapFault> {
         let line = shown(&line);
         MapFault::damaged(format!("its resolution line is `{line}`; it must look like `-Y 512 +X 1024`"))
     })?;
-    Ok((Header { xyz, exposure, axes }, rest))
+    let scale = |e: i32| if e == 0 { 0.0 } else { (f64::powi(2.0, e - 136) / exposure) as f32 };
+    let conversion = xyz.then(Conversion::from_xyz);
+    Ok((Header { conversion, scales: (0..256).map(scale).collect(), axes, remark }, rest))
 }
 
 fn parse_resolution(line: &str) -> Option<[Axis; 2]> {

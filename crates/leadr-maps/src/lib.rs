@@ -11,13 +11,17 @@ pub mod cache;
 pub mod checksum;
 mod dds_read;
 pub mod derive;
+mod exr_layers;
+mod exr_picture;
 mod exr_read;
 mod fault;
 pub mod folders;
+mod gamut;
 mod guard;
 pub mod halves;
 mod hdr;
 mod header;
+mod holes;
 pub mod horizon;
 mod image_class;
 mod image_format;
@@ -29,6 +33,9 @@ pub mod moments;
 pub mod new_file;
 pub mod noise;
 pub mod origin;
+mod panorama;
+mod picture;
+mod png_info;
 pub mod procedural;
 mod pyramid;
 mod raster_read;
@@ -45,9 +52,11 @@ pub use fault::{MapError, MapFault};
 pub use header::ImageHeader;
 pub use image_format::ImageFormat;
 pub use load::{
-    Picture, decode_color, decode_color_srgb8, decode_environment, decode_height_map, decode_picture, load_color,
-    load_color_srgb8, load_environment, load_height_channel, load_height_map, load_picture, load_raster,
+    decode_color, decode_color_srgb8, decode_environment, decode_height_map, decode_heights, decode_picture,
+    load_color, load_color_raster, load_color_srgb8, load_environment, load_environment_layer, load_height_channel,
+    load_height_map, load_picture, load_picture_layer, load_raster,
 };
 pub use moments::{LeadrMap, MomentLevel, Moments, Wrap};
+pub use picture::{Frame, Picture};
 pub use raster_read::{decode_raster, decode_raster_with_remarks};
 pub use types::{HeightMap, Image, Rgb8Image, RgbImage};

@@ -130,9 +130,13 @@ pub(crate) fn open(path: &Path) -> Result<(File, u64), MapFault> {
     Ok((File::open(path).map_err(MapFault::io("cannot be opened"))?, metadata.len()))
 }
 
-/// Reads up to `most` bytes of a file.
+/// Reads up to `most` bytes of a file. Refuses the pointers that Git LFS leaves in place of files.
 pub(crate) fn first_bytes(file: &File, most: u64) -> Result<Vec<u8>, MapFault> {
     let mut bytes = Vec::new();
     file.take(most).read_to_end(&mut bytes).map_err(MapFault::io("cannot be read"))?;
+    if bytes.starts_with(b"version https://git-lfs") || bytes.starts_with(b"version https://hawser") {
+        let what = "it is a pointer of Git LFS, and the file itself was not downloaded";
+        return Err(MapFault::unsupported(what, "run `git lfs pull` in its repository"));
+    }
     Ok(bytes)
 }

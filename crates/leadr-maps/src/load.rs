@@ -2,31 +2,32 @@
 
 use std::path::Path;
 
+use super::exr_layers::Wanted;
+use super::exr_picture::{self, ExrPicture};
 use super::image_class::{ImageClass, classify};
 use super::image_format::{ImageFormat, unrecognised};
 use super::material::{Raster, Samples};
 use super::raster_read::{EXPECTED, decode_raster, decode_raster_with_remarks};
 use super::srgb::linear_from_srgb;
-use super::{HeightMap, MapError, MapFault, Rgb8Image, RgbImage, exr_read, hdr, limits};
-use crate::shown::shown_path;
+use super::{
+    Frame, HeightMap, MapError, MapFault, Picture, Rgb8Image, RgbImage, exr_read, hdr, holes, limits, panorama,
+    png_info::{self, PngInfo},
+};
+use crate::shown::{shown, shown_path};
+
+/// Sentences on what was repaired, converted or left aside in a file.
+type Remarks = Vec<String>;
 
 /// Loads a height map from an image of codes (such as PNG, JPEG or TIFF, normalised to 0..1), or of floats or signed integers
 /// (EXR and TIFF, values as stored, which may be negative).
 ///
 /// In all formats but EXR, the first channel (grey or red) is the height and alpha is ignored. In EXR, the height is the only
 /// channel, or else the first of `height`, `displacement`, `disp`, `Y`, `Z`, `R`. The names may be in upper or lower case
-/// and may have a layer prefix. Fails on unreadable files, files over [`limits`], values that are not finite, and images
-/// that look like normal maps. Coloured images only log a warning.
+/// and may have a layer prefix. Heights of an EXR that are missing (NaN, infinite, marks such as -9999, or outside the data
+/// window) are filled from their neighbours. Fails on unreadable files, files over [`limits`], maps of which more than half is
+/// missing, and images that look like normal maps. Coloured images, holes and several layers only log a warning.
 pub fn load_height_map(path: impl AsRef<Path>) -> Result<HeightMap, MapError> {
-    let (map, class, remarks) = load(path.as_ref(), decode_heights)?;
-    remarks.iter().for_each(|text| remark(path.as_ref(), text));
-    if class == ImageClass::Colors {
-        remark(
-            path.as_ref(),
-            "it is coloured; its red channel is used as the height. Check that it is not a colour map",
-        );
-    }
-    Ok(map)
+    load(path.as_ref(), decode_heights)
 }
 
 /// Loads heights from one channel, 0 to 3, of an image whose other channels have other meanings.
@@ -40,23 +41,28 @@ pub fn load_height_channel(path: impl AsRef<Path>, channel: usize) -> Result<Hei
 
 /// Loads an equirectangular environment (linear radiance) from Radiance HDR or EXR.
 ///
-/// EXR channels are `R`, `G`, `B`, or those of the first layer with all three, or a single `Y` as grey. Fails on unreadable
-/// files, files over [`limits`], and values that are not finite or are negative. The error gives the channel and position of
-/// the value. Negative values within [`limits::NEGATIVE_NOISE`] come from lossy compression and become 0. Larger negative
-/// values come from resampling or gamut conversion. If the sum of negative values is at most [`limits::NEGATIVE_SHARE`] of
-/// the light, all become 0, and a warning is logged.
+/// EXR channels are `R`, `G`, `B` or `Y` of the unnamed layer, or else of a layer that is named as finished pictures are
+/// (`Combined`, `beauty`, ...), or else of the only layer with colour. Colours with `chromaticities` are converted to Rec.709.
+/// Texels outside the data window are black. Cube crosses and strips, and square light probes (angular maps), are converted to
+/// the equirectangular layout. Fails on unreadable files, files over [`limits`], several layers without such a name, and values
+/// that are not finite or are negative. The error gives the channel and position of the value. Negative values within
+/// [`limits::NEGATIVE_NOISE`] come from lossy compression and become 0. Larger negative values come from resampling or gamut
+/// conversion. If the sum of negative values is at most [`limits::NEGATIVE_SHARE`] of the light, all become 0. What was
+/// converted, repaired or left aside is logged as a warning.
 pub fn load_environment(path: impl AsRef<Path>) -> Result<RgbImage, MapError> {
-    let (image, clamped) = load(path.as_ref(), decode_light)?;
-    if let Some(clamped) = clamped {
-        remark(path.as_ref(), &clamped);
-    }
-    Ok(image)
+    load_environment_layer(path, None)
+}
+
+/// Like [`load_environment`], from the EXR layer of this name. Case and the first words of the name may be left out if they are
+/// not needed.
+pub fn load_environment_layer(path: impl AsRef<Path>, layer: Option<&str>) -> Result<RgbImage, MapError> {
+    load(path.as_ref(), |bytes, remarks| decode_light(bytes, layer, remarks))
 }
 
 /// Loads a colour image of any format of [`decode_raster`] as linear values. The codes are decoded as sRGB, and a gamma chunk
 /// is ignored. Floats are linear. Grey fills all three channels, and alpha is ignored. 16-bit files keep their precision.
 pub fn load_color(path: impl AsRef<Path>) -> Result<RgbImage, MapError> {
-    load(path.as_ref(), decode_color)
+    load(path.as_ref(), |bytes, _| decode_color(bytes))
 }
 
 /// Loads a colour image as 8-bit sRGB codes, like [`load_color`]. 16-bit files are rounded to 8 bits.
@@ -64,71 +70,95 @@ pub fn load_color(path: impl AsRef<Path>) -> Result<RgbImage, MapError> {
 /// # Errors
 /// Fails if the file is unreadable or over [`limits`], or contains floats.
 pub fn load_color_srgb8(path: impl AsRef<Path>) -> Result<Rgb8Image, MapError> {
-    load(path.as_ref(), decode_color_srgb8)
-}
-
-/// A picture for comparison or display, loaded from any supported format.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Picture {
-    /// The image in linear Rec.709.
-    pub image: RgbImage,
-    /// Whether the file contained display codes (such as PNG). [`crate::tonemap::Tonemap::Clamp`] at exposure 1 reproduces the
-    /// codes. EXR and HDR files contain radiance instead, which needs tonemapping.
-    pub display_referred: bool,
+    load(path.as_ref(), |bytes, _| decode_color_srgb8(bytes))
 }
 
 /// Loads a picture from display codes (like [`load_color`]) or from an EXR or HDR file (with the channels of [`load_environment`]).
 /// Any value is accepted, because a render may contain NaN.
+///
+/// # Errors
+/// Fails on unreadable files, files over [`limits`], animations, and several EXR layers of which none is the finished picture.
 pub fn load_picture(path: impl AsRef<Path>) -> Result<Picture, MapError> {
-    load(path.as_ref(), decode_picture)
+    load_picture_layer(path, None)
 }
 
-/// Loads the uninterpreted texels of an EXR, or of a format of [`decode_raster`]. An EXR gives the channels R, G, B or a single Y as floats.
+/// Like [`load_picture`], from the EXR layer of this name. Case and the first words of the name may be left out if they are not
+/// needed. A layer with one or three channels of another kind, such as a depth, is shown as grey or as red, green and blue.
+///
+/// # Errors
+/// Fails like [`load_picture`], and if the file has no such layer.
+pub fn load_picture_layer(path: impl AsRef<Path>, layer: Option<&str>) -> Result<Picture, MapError> {
+    load(path.as_ref(), |bytes, remarks| decode_picture_layer(bytes, layer, remarks))
+}
+
+/// Loads the uninterpreted texels of an EXR, or of a format of [`decode_raster`]. An EXR gives the channels R, G, B or Y (or its only channel) as
+/// floats, with its alpha if present.
 ///
 /// # Errors
 /// Fails if the file is unreadable, over [`limits`], or has values that are not finite.
 pub fn load_raster(path: impl AsRef<Path>) -> Result<Raster, MapError> {
-    let (raster, remarks) = load(path.as_ref(), |bytes| {
-        if !exr_read::is_exr(bytes) {
-            return decode_raster_with_remarks(bytes);
-        }
-        let exr_read::Planes { width, height, planes } = exr_read::decode(bytes, choose_rgb, "R, G, B or Y")?;
-        let channels = planes.len();
-        let samples = (0..planes[0].len()).flat_map(|i| planes.iter().map(move |plane| plane[i])).collect();
-        Raster::new(width, height, channels, Samples::F32(samples)).map(|raster| (raster, Vec::new()))
-    })?;
-    remarks.iter().for_each(|text| remark(path.as_ref(), text));
+    load(path.as_ref(), |bytes, remarks| raster(bytes, Wanted::Numbers, remarks))
+}
+
+/// Like [`load_raster`] for colours: those of an EXR with `chromaticities` are converted to Rec.709, and divided by its alpha.
+///
+/// # Errors
+/// Fails like [`load_raster`].
+pub fn load_color_raster(path: impl AsRef<Path>) -> Result<Raster, MapError> {
+    load(path.as_ref(), |bytes, remarks| raster(bytes, Wanted::Colors(None), remarks))
+}
+
+fn raster(bytes: &[u8], wanted: Wanted<'_>, remarks: &mut Remarks) -> Result<Raster, MapFault> {
+    if !exr_read::is_exr(bytes) {
+        return raster_of_codes(bytes, remarks);
+    }
+    let ExrPicture { width, height, mut colors, alpha, .. } = exr_picture::read(bytes, wanted, remarks)?;
+    if let (Wanted::Colors(_), Some(alpha)) = (wanted, &alpha) {
+        let texels = colors.iter_mut().flat_map(|plane| plane.iter_mut().zip(alpha));
+        texels.filter(|(_, alpha)| **alpha > 0.0).for_each(|(value, alpha)| *value /= alpha);
+    }
+    colors.extend(alpha);
+    let samples = (0..colors[0].len()).flat_map(|i| colors.iter().map(move |plane| plane[i])).collect();
+    Raster::new(width, height, colors.len(), Samples::F32(samples))
+}
+
+/// Like [`decode_raster`]. Adds the remarks.
+fn raster_of_codes(bytes: &[u8], remarks: &mut Remarks) -> Result<Raster, MapFault> {
+    let (raster, of_file) = decode_raster_with_remarks(bytes)?;
+    remarks.extend(of_file);
     Ok(raster)
 }
 
-fn remark(file: &Path, text: &str) {
-    tracing::warn!("{}: {text}", shown_path(file));
+fn load<T>(path: &Path, decode: impl FnOnce(&[u8], &mut Remarks) -> Result<T, MapFault>) -> Result<T, MapError> {
+    let mut remarks = Vec::new();
+    let decoded = limits::read_file(path).and_then(|bytes| decode(&bytes, &mut remarks));
+    let loaded = decoded.map_err(|fault| fault.in_file(path))?;
+    remarks.iter().for_each(|text| tracing::warn!("{}: {text}", shown_path(path)));
+    Ok(loaded)
 }
 
-fn load<T>(path: &Path, decode: fn(&[u8]) -> Result<T, MapFault>) -> Result<T, MapError> {
-    limits::read_file(path).and_then(|bytes| decode(&bytes)).map_err(|fault| fault.in_file(path))
-}
-
-/// Like [`load_height_map`], but from bytes in memory.
+/// Like [`load_height_map`], but from bytes in memory, and without warnings.
 pub fn decode_height_map(bytes: &[u8]) -> Result<HeightMap, MapFault> {
-    decode_heights(bytes).map(|(map, ..)| map)
+    decode_heights(bytes, &mut Vec::new())
 }
 
-/// Decodes heights. Also returns the class of the image, and remarks about repairs.
-fn decode_heights(bytes: &[u8]) -> Result<(HeightMap, ImageClass, Vec<String>), MapFault> {
+/// Like [`decode_height_map`]. Adds remarks on what was repaired or left aside.
+pub fn decode_heights(bytes: &[u8], remarks: &mut Vec<String>) -> Result<HeightMap, MapFault> {
     if exr_read::is_exr(bytes) {
-        let image = exr_read::decode(bytes, choose_height, "named height, displacement, disp, Y, Z or R")?;
-        let class = match &image.planes[..] {
+        let image = exr_picture::read(bytes, Wanted::Heights, remarks)?;
+        let class = match &image.colors[..] {
             [r, g, b] => classify(r.len(), |i| [r[i], g[i], b[i]]),
             _ => ImageClass::Grey,
         };
-        let texels = image.planes.into_iter().next().unwrap_or_default();
-        return Ok((HeightMap::new(image.width, image.height, texels)?, refuse_normals(class)?, Vec::new()));
+        check_class(class, remarks)?;
+        let mut texels = image.colors.into_iter().next().unwrap_or_default();
+        remarks.extend(holes::fill(image.width, &mut texels, image.missing, image.is_cropped)?);
+        return HeightMap::new(image.width, image.height, texels);
     }
     if !is_raster(bytes) {
         return Err(unrecognised(bytes, EXPECTED, "-depth 16 FILE.png"));
     }
-    let (raster, remarks) = decode_raster_with_remarks(bytes)?;
+    let raster = raster_of_codes(bytes, remarks)?;
     let (width, height) = (raster.width(), raster.height());
     let color = |i: usize| {
         let [x, y] = [i % width as usize, i / width as usize].map(|k| k as u32);
@@ -136,8 +166,12 @@ fn decode_heights(bytes: &[u8]) -> Result<(HeightMap, ImageClass, Vec<String>), 
     };
     let class =
         if raster.channels() >= 3 { classify(width as usize * height as usize, color) } else { ImageClass::Grey };
-    refuse_normals(class)?;
-    Ok((heights_of(&raster, 0)?, class, remarks))
+    check_class(class, remarks)?;
+    let mut map = heights_of(&raster, 0)?;
+    if matches!(raster.samples(), Samples::F32(_)) {
+        remarks.extend(holes::fill(width, &mut map.texels, None, false)?);
+    }
+    Ok(map)
 }
 
 fn heights_of(raster: &Raster, channel: usize) -> Result<HeightMap, MapFault> {
@@ -146,22 +180,29 @@ fn heights_of(raster: &Raster, channel: usize) -> Result<HeightMap, MapFault> {
     HeightMap::new(width, height, positions.map(|(x, y)| raster.value(x, y, channel)).collect())
 }
 
-fn refuse_normals(class: ImageClass) -> Result<ImageClass, MapFault> {
-    if class != ImageClass::Normals {
-        return Ok(class);
+fn check_class(class: ImageClass, remarks: &mut Remarks) -> Result<(), MapFault> {
+    match class {
+        ImageClass::Grey => {}
+        ImageClass::Colors => {
+            let text = "it is coloured; its red channel is used as the height. Check that it is not a colour map";
+            remarks.push(text.to_owned());
+        }
+        ImageClass::Normals => {
+            let remedy = "give it as --normal-map (leadr bake: --normal), or convert it to heights: leadr bake --normal FILE --kind height";
+            return Err(MapFault::unsupported("it looks like a normal map, and a height map is expected", remedy));
+        }
     }
-    let remedy = "give it as --normal-map (leadr bake: --normal), or convert it to heights: leadr bake --normal FILE --kind height";
-    Err(MapFault::unsupported("it looks like a normal map, and a height map is expected", remedy))
+    Ok(())
 }
 
-/// Like [`load_environment`], but from bytes in memory.
+/// Like [`load_environment`], but from bytes in memory, and without warnings.
 pub fn decode_environment(bytes: &[u8]) -> Result<RgbImage, MapFault> {
-    decode_light(bytes).map(|(image, _)| image)
+    decode_light(bytes, None, &mut Vec::new())
 }
 
-/// Decodes an environment. Also returns a warning if negative values exceed the noise limit.
-fn decode_light(bytes: &[u8]) -> Result<(RgbImage, Option<String>), MapFault> {
-    let mut image = decode_radiance(bytes, "a Radiance HDR (.hdr) or EXR environment")?;
+fn decode_light(bytes: &[u8], layer: Option<&str>, remarks: &mut Remarks) -> Result<RgbImage, MapFault> {
+    let expected = "a Radiance HDR (.hdr) or EXR environment";
+    let Radiance { mut image, is_cube, .. } = decode_radiance(bytes, layer, expected, remarks)?;
     let (mut light, mut missing, mut count, mut least) = (0.0f64, 0.0f64, 0u64, 0.0f32);
     for value in image.texels.as_flattened_mut() {
         if (limits::NEGATIVE_NOISE..0.0).contains(value) {
@@ -172,44 +213,98 @@ fn decode_light(bytes: &[u8]) -> Result<(RgbImage, Option<String>), MapFault> {
             light += f64::from(*value);
         }
     }
-    let mut clamped = None;
     if count > 0 && missing <= limits::NEGATIVE_SHARE * light {
         image.texels.as_flattened_mut().iter_mut().filter(|value| **value < 0.0).for_each(|value| *value = 0.0);
         let percent = 100.0 * missing / light;
-        clamped = Some(format!(
+        remarks.push(format!(
             "{count} negative values, down to {least}, are read as 0; their sum is {percent:.2} % of the light"
         ));
     }
     image.check_radiance()?;
-    Ok((image, clamped))
+    let (panorama, remark) = panorama::equirectangular(image, is_cube);
+    remarks.extend(remark);
+    Ok(panorama)
 }
 
-/// Like [`load_picture`], but from bytes in memory.
+/// Like [`load_picture`], but from bytes in memory, and without warnings.
 pub fn decode_picture(bytes: &[u8]) -> Result<Picture, MapFault> {
-    let display_referred = is_raster(bytes);
-    let image = if display_referred { decode_color(bytes)? } else { decode_radiance(bytes, EXPECTED)? };
-    Ok(Picture { image, display_referred })
+    decode_picture_layer(bytes, None, &mut Vec::new())
 }
 
-fn decode_radiance(bytes: &[u8], expected: &'static str) -> Result<RgbImage, MapFault> {
-    if hdr::is_hdr(bytes) {
-        hdr::decode(bytes)
-    } else if exr_read::is_exr(bytes) {
-        let exr_read::Planes { width, height, planes } = exr_read::decode(bytes, choose_rgb, "R, G, B or Y")?;
-        let plane = |c: usize| &planes[c.min(planes.len() - 1)];
-        let (r, g, b) = (plane(0), plane(1), plane(2));
-        let texels = (0..r.len()).map(|i| [r[i], g[i], b[i]]).collect();
-        RgbImage::new(width, height, texels)
+fn decode_picture_layer(bytes: &[u8], layer: Option<&str>, remarks: &mut Remarks) -> Result<Picture, MapFault> {
+    refuse_layer(bytes, layer)?;
+    let (image, alpha, frame, display_referred) = if is_raster(bytes) {
+        let raster = raster_of_codes(bytes, remarks)?;
+        let info = match ImageFormat::of(bytes) {
+            Some(ImageFormat::Png) => png_info::read(bytes),
+            _ => PngInfo::default(),
+        };
+        let PngInfo { color_space, pixel_aspect, orientation, frames } = info;
+        if frames > 1 {
+            let what = format!("it is an animation of {frames} frames");
+            return Err(MapFault::unsupported(what, "save the frames as single pictures"));
+        }
+        if color_space != "sRGB" {
+            remarks.push(format!("its colour space ({color_space}) is not applied; its codes are read as sRGB"));
+        }
+        let positions = (0..raster.height()).flat_map(|y| (0..raster.width()).map(move |x| (x, y)));
+        let alpha = raster.channels().is_multiple_of(2).then(|| positions.map(|(x, y)| raster.value(x, y, 3)).collect());
+        let frame = Frame { pixel_aspect, orientation, color_space, ..Frame::default() };
+        (color_of(&raster)?, alpha, frame, true)
     } else {
-        Err(unrecognised(bytes, expected, "FILE.exr"))
+        let Radiance { image, alpha, frame, .. } = decode_radiance(bytes, layer, EXPECTED, remarks)?;
+        (image, alpha, frame, false)
+    };
+    let alpha = alpha.filter(|alpha: &Vec<f32>| alpha.iter().any(|&a| a != 1.0));
+    Ok(Picture { image, display_referred, alpha, frame })
+}
+
+/// Refuses the name of a layer for a file of another format than EXR.
+fn refuse_layer(bytes: &[u8], layer: Option<&str>) -> Result<(), MapFault> {
+    let Some(layer) = layer.filter(|_| !exr_read::is_exr(bytes)) else { return Ok(()) };
+    let what = format!("only EXR files have layers, such as `{}`", shown(layer));
+    Err(MapFault::unsupported(what, "leave the name of the layer out"))
+}
+
+/// Linear radiance, as a file stores it.
+struct Radiance {
+    image: RgbImage,
+    alpha: Option<Vec<f32>>,
+    frame: Frame,
+    /// Whether the file declares the faces of a cube, or a panorama.
+    is_cube: Option<bool>,
+}
+
+fn decode_radiance(
+    bytes: &[u8],
+    layer: Option<&str>,
+    expected: &'static str,
+    remarks: &mut Remarks,
+) -> Result<Radiance, MapFault> {
+    refuse_layer(bytes, layer)?;
+    if hdr::is_hdr(bytes) {
+        let image = hdr::decode(bytes, remarks)?;
+        return Ok(Radiance { image, alpha: None, frame: Frame::default(), is_cube: None });
     }
+    if !exr_read::is_exr(bytes) {
+        return Err(unrecognised(bytes, expected, "FILE.exr"));
+    }
+    let picture = exr_picture::read(bytes, Wanted::Colors(layer), remarks)?;
+    let texels = (0..picture.colors[0].len()).map(|index| picture.color(index)).collect();
+    let image = RgbImage::new(picture.width, picture.height, texels)?;
+    let ExrPicture { alpha, origin, pixel_aspect, layer, view, is_cube, .. } = picture;
+    let frame = Frame { origin, pixel_aspect, layer, view, ..Frame::default() };
+    Ok(Radiance { image, alpha, frame, is_cube })
 }
 
 /// Like [`load_color`], but from bytes in memory.
 pub fn decode_color(bytes: &[u8]) -> Result<RgbImage, MapFault> {
-    let raster = decode_raster(bytes)?;
+    color_of(&decode_raster(bytes)?)
+}
+
+fn color_of(raster: &Raster) -> Result<RgbImage, MapFault> {
     let texels = match raster.samples() {
-        Samples::U8(_) => return Ok(srgb8_of(&raster)?.to_linear()),
+        Samples::U8(_) => return Ok(srgb8_of(raster)?.to_linear()),
         Samples::U16(codes) => {
             let linear = |code: u16| linear_from_srgb(f32::from(code) / 65535.0);
             colors(codes, raster.channels()).map(|t| t.map(linear)).collect()
@@ -244,29 +339,4 @@ fn srgb8_of(raster: &Raster) -> Result<Rgb8Image, MapFault> {
 /// Converts samples of grey or RGB images, with or without alpha, to RGB.
 fn colors<T: Copy>(samples: &[T], channels: usize) -> impl Iterator<Item = [T; 3]> {
     samples.chunks_exact(channels).map(move |t| if channels < 3 { [t[0]; 3] } else { [t[0], t[1], t[2]] })
-}
-
-/// Returns the channel name in lower case, without the layer prefix.
-fn last_part(name: &str) -> String {
-    name.rsplit('.').next().unwrap_or(name).to_ascii_lowercase()
-}
-
-fn choose_height(names: &[String]) -> Option<Vec<usize>> {
-    if names.len() == 1 {
-        return Some(vec![0]);
-    }
-    let wanted = ["height", "displacement", "disp", "y", "z", "r"];
-    let height = wanted.iter().find_map(|w| names.iter().position(|n| last_part(n) == *w))?;
-    // All three colours are selected, because they may form a normal map.
-    let colors = choose_rgb(names).filter(|rgb| rgb.first() == Some(&height));
-    Some(colors.unwrap_or(vec![height]))
-}
-
-fn choose_rgb(names: &[String]) -> Option<Vec<usize>> {
-    let rgb_of = |prefix: &str| -> Option<Vec<usize>> {
-        ["R", "G", "B"].iter().map(|c| names.iter().position(|n| *n == format!("{prefix}{c}"))).collect()
-    };
-    rgb_of("")
-        .or_else(|| names.iter().filter_map(|n| n.strip_suffix('R')).find_map(rgb_of))
-        .or_else(|| (names.len() == 1 && last_part(&names[0]) == "y").then(|| vec![0]))
 }

@@ -79,6 +79,15 @@ pub(super) fn declared_size(format: ImageFormat, bytes: &[u8]) -> Result<Size, M
     })
 }
 
+/// Reads the header of a PNG.
+pub(super) fn png_decoder(bytes: &[u8]) -> Result<PngDecoder<Cursor<&[u8]>>, MapFault> {
+    let mut most = Limits::no_limits();
+    most.max_image_width = Some(limits::MAX_SIDE as u32);
+    most.max_image_height = Some(limits::MAX_SIDE as u32);
+    most.max_alloc = Some(limits::MAX_DECODED_BYTES);
+    PngDecoder::with_limits(Cursor::new(bytes), most).map_err(|error| fault(error, ImageFormat::Png))
+}
+
 fn size_of(decoder: &dyn ImageDecoder) -> Size {
     let ((width, height), color) = (decoder.dimensions(), decoder.color_type());
     let channels = usize::from(color.channel_count());
@@ -88,10 +97,9 @@ fn size_of(decoder: &dyn ImageDecoder) -> Size {
 
 /// Reads the header of a file that the `image` crate decodes.
 fn opened<'a>(format: ImageFormat, bytes: &'a [u8]) -> Result<Box<dyn ImageDecoder + 'a>, MapFault> {
-    let mut most = Limits::no_limits();
-    most.max_image_width = Some(limits::MAX_SIDE as u32);
-    most.max_image_height = Some(limits::MAX_SIDE as u32);
-    most.max_alloc = Some(limits::MAX_DECODED_BYTES);
+    if format == ImageFormat::Png {
+        return Ok(Box::new(png_decoder(bytes)?));
+    }
     let file = Cursor::new(bytes);
     let open = || -> ImageResult<Box<dyn ImageDecoder + 'a>> {
         Ok(match format {
@@ -99,8 +107,7 @@ fn opened<'a>(format: ImageFormat, bytes: &'a [u8]) -> Result<Box<dyn ImageDecod
             ImageFormat::WebP => Box::new(WebPDecoder::new(file)?),
             ImageFormat::Bmp => Box::new(BmpDecoder::new(file)?),
             ImageFormat::Pnm => Box::new(PnmDecoder::new(file)?),
-            ImageFormat::Tga => Box::new(TgaDecoder::new(file)?),
-            _ => Box::new(PngDecoder::with_limits(file, most)?),
+            _ => Box::new(TgaDecoder::new(file)?),
         })
     };
     open().map_err(|error| fault(error, format))

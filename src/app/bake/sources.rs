@@ -13,7 +13,7 @@ use leadr_maps::material::{
     GreenAxis, Material, MaterialFolder, MaterialPicture, NormalMap, Role, RoughnessMeaning, role_of,
 };
 use leadr_maps::shown::shown_path;
-use leadr_maps::{load_height_channel, load_height_map, load_raster};
+use leadr_maps::{load_color_raster, load_height_channel, load_height_map, load_raster};
 use leadr_scenes::file_kind::{FileKind, IMAGE};
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::output::Output;
@@ -209,7 +209,7 @@ impl Sources {
             normals: self.normal.as_deref().map(|file| normals_of(file, self.green)).transpose()?,
             roughness: (self.roughness.as_deref().map(|file| roughness_of(file, self.channel, self.meaning)))
                 .transpose()?,
-            color: self.color.as_deref().map(load_raster).transpose()?,
+            color: self.color.as_deref().map(load_color_raster).transpose()?,
             height_scale: arguments.height_scale,
             wrap: arguments.wrap,
             smoothness: arguments.smoothness.map(f64::from),

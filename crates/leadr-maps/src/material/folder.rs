@@ -11,7 +11,7 @@ use super::{Encoding, GreenAxis, Input, Material, NormalMap, Opacity, Relief, Ro
 use crate::baked::is_baked;
 use crate::folders::{OutsideLinks, matching};
 use crate::limits::ImageBudget;
-use crate::load::{load_height_channel, load_height_map, load_raster};
+use crate::load::{load_color_raster, load_height_channel, load_height_map, load_raster};
 use crate::shown::shown_path;
 use crate::{HeightMap, ImageHeader, MapError, MapFault};
 use leadr_reflectance::facets::gloss::Gloss;
@@ -455,7 +455,7 @@ fn numbers(file: &Path) -> Result<Input<f32>, MapError> {
 }
 
 fn texture(file: &Path, encoding: Encoding) -> Result<Texture, MapError> {
-    let raster = load_raster(file)?;
+    let raster = if encoding == Encoding::Srgb { load_color_raster(file) } else { load_raster(file) }?;
     // Floats are always linear.
     let encoding = if matches!(raster.samples(), Samples::F32(_)) { Encoding::Linear } else { encoding };
     Ok(Texture::new(raster, shown_path(file), encoding))

@@ -5,6 +5,7 @@ mod bake;
 mod derive;
 mod images;
 mod not_a_number;
+mod pictures;
 mod quantisation;
 mod slope_variance;
 mod textures;

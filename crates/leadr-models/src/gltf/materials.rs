@@ -8,7 +8,7 @@ use super::uri;
 use crate::fault::{ModelFault, shown};
 use crate::limits::{COORDINATES, MAX_COORDINATE};
 use leadr_maps::material::{Anisotropy, GreenAxis, Input, Material, NormalMap, Opacity, Relief, RoughnessMeaning};
-use leadr_maps::{ImageHeader, decode_height_map};
+use leadr_maps::{ImageHeader, decode_heights};
 
 /// The key of the displacement map in a material's `extras`.
 const DISPLACEMENT: &str = "leadr_displacement";
@@ -163,7 +163,10 @@ impl<'a> Reader<'a> {
                 let heights = header.texels() * size_of::<f32>() as u64;
                 self.source.image_budget.take(length + header.decoded_bytes() + heights).map_err(fault)?;
             }
-            decode_height_map(&bytes).map_err(fault)
+            let mut remarks = Vec::new();
+            let map = decode_heights(&bytes, &mut remarks).map_err(fault);
+            remarks.iter().for_each(|text| self.source.remark(format!("{} ({}): {text}", item.location, shown(uri))));
+            map
         });
         match map {
             Ok(map) => Ok(Some(Relief { map, scale, in_widths: false, middle })),
