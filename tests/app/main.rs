@@ -10,4 +10,5 @@ mod fit;
 mod foreign;
 mod hard_times;
 mod models;
+mod pictures;
 mod readme;

@@ -12,6 +12,7 @@ use leadr_tools::metrics::Crop;
 pub const EXAMPLES: &str = "Examples:
   leadr compare reference.png test.png
   leadr compare reference.exr test.exr --max-flip 0.02 --error-image out/error.png && echo close enough
+  leadr compare reference.exr test.exr --layer Diffuse
   leadr compare reference.png test.png --crop 64,32,256,128
   leadr compare reference.exr test.exr --mask object.png --json";
 
@@ -22,6 +23,10 @@ pub struct CompareArgs {
     pub reference: PathBuf,
     /// The test picture, with the file format and size of the reference
     pub test: PathBuf,
+    /// Compare the layer of this name in two EXR files, such as Combined or ViewLayer.AO. Without it, the unnamed layer is compared, or
+    /// one named Combined, beauty or rgba, or the only layer with colour
+    #[arg(long, value_name = "NAME")]
+    pub layer: Option<String>,
     /// Measure only this rectangle of both pictures, in pixels from the top left corner
     #[arg(long, value_name = "X,Y,WIDTH,HEIGHT")]
     pub crop: Option<Crop>,

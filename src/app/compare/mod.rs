@@ -9,14 +9,14 @@ use serde::Serialize;
 
 use self::args::CompareArgs;
 use leadr_maps::save::encode_png_srgb8;
-use leadr_maps::shown::shown_path;
+use leadr_maps::shown::{shown, shown_path};
 use leadr_maps::tonemap::Tonemap;
-use leadr_maps::{load_color, load_environment};
+use leadr_maps::{MapFault, Picture, load_picture_layer};
 use leadr_scenes::file_kind::{FileKind, IMAGE};
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::{begin, extension, keep_inputs};
 use leadr_tools::command::output::Output;
-use leadr_tools::metrics::compare::compare_over;
+use leadr_tools::metrics::compare::{Comparison, compare_over};
 use leadr_tools::metrics::{Crop, Mask};
 
 /// The measured difference between two pictures.
@@ -32,6 +32,11 @@ pub struct CompareReport {
     crop: Option<Crop>,
     #[serde(skip_serializing_if = "Option::is_none")]
     mask: Option<PathBuf>,
+    /// The layer that `--layer` selects.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    layer: Option<String>,
+    /// Whether a picture has transparent pixels. The errors are then the larger ones over black and over white.
+    transparent: bool,
     /// Number of measured pixels.
     pixels: usize,
     /// Mean FLIP error, 0 to 1.
@@ -88,22 +93,53 @@ pub fn run(arguments: &CompareArgs, output: &Output) -> Result<(), AppError> {
     let inputs = [Some(&arguments.reference), Some(&arguments.test), arguments.mask.as_ref()];
     keep_inputs(arguments.error_image.as_deref(), inputs.into_iter().flatten().map(PathBuf::as_path))?;
     let error_image = arguments.error_image.as_deref().map(begin).transpose()?;
-    let load = |path: &Path| {
+    let load = |path: &Path| -> Result<Picture, AppError> {
         FileKind::check("leadr compare", path, IMAGE)?;
-        let picture = if is_radiance { load_environment(path) } else { load_color(path) }?;
-        let Some(crop) = arguments.crop else { return Ok(picture) };
-        crop.picture(&picture).map_err(|fault| AppError::from(fault.in_file(path)))
+        let picture = load_picture_layer(path, arguments.layer.as_deref())?;
+        if picture.display_referred == is_radiance {
+            let what = "its contents are of another format than its name";
+            return Err(MapFault::unsupported(what, "name it after its format").in_file(path).into());
+        }
+        Ok(picture)
     };
     let (reference, test) = (load(&arguments.reference)?, load(&arguments.test)?);
-    let mask = load_mask(arguments)?.unwrap_or_else(|| Mask::all(reference.width, reference.height));
+    test.check_same_frame(&reference).map_err(|fault| fault.in_file(&arguments.test))?;
+    let title = |layer: &str| {
+        if layer.is_empty() { "the unnamed layer".into() } else { format!("the layer `{}`", shown(layer)) }
+    };
+    let [of_reference, of_test] = [&reference, &test].map(|picture| title(&picture.frame.layer));
+    if of_reference != of_test {
+        output.say(&format!("{of_reference} of the reference is compared with {of_test} of the test"));
+    }
+    let mask = load_mask(arguments)?;
     // FLIP compares a PNG unchanged, and an EXR as `capture` would display it.
     let (exposure, tonemap) =
         if is_radiance { (arguments.exposure.exp2(), Tonemap::default()) } else { (1.0, Tonemap::Clamp) };
-    let wrong_file = match &arguments.mask {
-        Some(file) if (mask.width, mask.height) != (test.width, test.height) => file,
-        _ => &arguments.test,
+    let over = |background: f32| -> Result<Comparison, AppError> {
+        let cropped = |picture: &Picture, file: &Path| {
+            let picture = picture.over(background);
+            arguments
+                .crop
+                .map_or(Ok(picture.clone()), |crop| crop.picture(&picture))
+                .map_err(|fault| fault.in_file(file))
+        };
+        let (a, b) = (cropped(&reference, &arguments.reference)?, cropped(&test, &arguments.test)?);
+        let whole = || Mask::all(a.width, a.height);
+        let mask = mask.clone().unwrap_or_else(whole);
+        let wrong_file = match &arguments.mask {
+            Some(file) if (mask.width, mask.height) != (a.width, a.height) => file,
+            _ => &arguments.test,
+        };
+        Ok(compare_over(&a, &b, exposure, tonemap, &mask).map_err(|fault| fault.in_file(wrong_file))?)
     };
-    let measured = compare_over(&reference, &test, exposure, tonemap, &mask).map_err(|f| f.in_file(wrong_file))?;
+    let transparent = reference.is_transparent() || test.is_transparent();
+    let mut measured = over(0.0)?;
+    if transparent {
+        output.say(
+            "transparent pixels: the pictures are compared over black and over white, and the larger errors count",
+        );
+        measured = measured.larger(over(1.0)?);
+    }
     if let Some(file) = error_image {
         let png = encode_png_srgb8(&measured.error_image()).map_err(|fault| fault.in_file(file.target()))?;
         file.write(&png)?;
@@ -115,7 +151,9 @@ pub fn run(arguments: &CompareArgs, output: &Output) -> Result<(), AppError> {
         size: [measured.width, measured.height],
         crop: arguments.crop,
         mask: arguments.mask.clone(),
-        pixels: mask.count(),
+        layer: arguments.layer.clone(),
+        transparent,
+        pixels: mask.as_ref().map_or(measured.flip_map.len(), Mask::count),
         flip: measured.flip,
         rrmse: measured.rrmse,
         max_abs: measured.max_abs,

@@ -107,6 +107,16 @@ fn for_each_channel(
 }
 
 impl Comparison {
+    /// Returns the larger one of each error. Panics if the sizes differ.
+    #[must_use]
+    pub fn larger(self, other: Self) -> Self {
+        assert_eq!((self.width, self.height), (other.width, other.height), "pictures of two sizes");
+        let flip_map = self.flip_map.iter().zip(&other.flip_map).map(|(a, b)| a.max(*b)).collect();
+        let [flip, rrmse, max_abs] =
+            [(self.flip, other.flip), (self.rrmse, other.rrmse), (self.max_abs, other.max_abs)].map(|(a, b)| a.max(b));
+        Self { flip, rrmse, max_abs, flip_map, ..self }
+    }
+
     /// Returns the mean FLIP error over the pixels of `mask`, or 0 for an empty mask. FLIP blurs the whole pictures, so a few
     /// pixels around the mask still affect the mean. Panics if the sizes differ.
     pub fn flip_over(&self, mask: &Mask) -> f64 {
