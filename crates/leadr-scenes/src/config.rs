@@ -381,6 +381,8 @@ pub struct SceneConfig {
     pub repeat: Option<f32>,
     /// The environment light.
     pub environment: EnvironmentChoice,
+    /// The name of the layer of an EXR environment; `None` chooses the layer of the finished picture.
+    pub environment_layer: Option<String>,
     /// The counter-clockwise rotation of an environment image when seen from above, in degrees.
     pub environment_rotation: f32,
     /// How lights are extracted from an environment image.
@@ -449,6 +451,7 @@ impl Default for SceneConfig {
             height: None,
             repeat: None,
             environment: EnvironmentChoice::Sky,
+            environment_layer: None,
             environment_rotation: 0.0,
             environment_lights: LightExtraction::default(),
             sun: None,

@@ -139,6 +139,7 @@ mod tests {
         assert_eq!(kind("t", b"II*\0"), Some(FileKind::Picture));
         assert_eq!(kind("a", b"\x76\x2f\x31\x01\x02"), Some(FileKind::Exr));
         assert_eq!(kind("b", b"#?RADIANCE\n"), Some(FileKind::Hdr));
+        assert_eq!(kind("b", b"#?AUTOPANO\n"), Some(FileKind::Hdr));
         assert_eq!(kind("c", b"\xabKTX 20\xbb"), Some(FileKind::Picture));
         assert_eq!(kind("c", b"\xabKTX 20\xbb...leadr.kind\0leadr"), Some(FileKind::Baked));
         assert_eq!(kind("d", b"glTF\x02"), Some(FileKind::Model));

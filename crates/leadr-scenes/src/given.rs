@@ -116,6 +116,9 @@ impl CommandLine {
 
     /// Refuses options that the scene, light or technique does not support, and invalid combinations of options.
     fn check(&self, config: &SceneConfig) -> Result<(), String> {
+        if self.has("environment-layer") && config.environment == EnvironmentChoice::Studio {
+            return Err("--environment-layer is for an EXR file; the studio has no layers".into());
+        }
         let technique = config.picture.technique;
         for option in SceneOption::all() {
             let (name, flag) = (option.spec.name, option.spec.flag());

@@ -18,21 +18,21 @@ pub enum EnvironmentChoice {
     Sky,
     /// A generated photo studio, without a sun.
     Studio,
-    /// An equirectangular image in a `.hdr` or `.exr` file.
+    /// A panorama, cube or light probe in a `.hdr` or `.exr` file.
     File(PathBuf),
 }
 
 impl EnvironmentChoice {
-    /// Loads the equirectangular radiance, rotated by `degrees` counter-clockwise when seen from above. Returns `None` for the analytic
-    /// sky.
+    /// Loads the equirectangular radiance, rotated by `degrees` counter-clockwise when seen from above. `layer` is the name of the layer of
+    /// an EXR file. Returns `None` for the analytic sky.
     ///
     /// # Errors
-    /// If the file is missing, damaged, too large or of the wrong type.
-    pub fn load(&self, degrees: f32) -> Result<Option<RgbImage>, leadr_maps::MapError> {
+    /// If the file is missing, damaged, too large or of the wrong type, or has no such layer.
+    pub fn load(&self, degrees: f32, layer: Option<&str>) -> Result<Option<RgbImage>, leadr_maps::MapError> {
         let picture = match self {
             Self::Sky => return Ok(None),
             Self::Studio => studio(),
-            Self::File(path) => leadr_maps::load_environment(path)?,
+            Self::File(path) => leadr_maps::load_environment_layer(path, layer)?,
         };
         Ok(Some(rotated(picture, degrees)))
     }

@@ -241,8 +241,14 @@ const OPTIONS: [SceneOption; 58] = [
         })).default("f32").of(Choice::Objects)
         .values(|| vec![("f32", "32-bit floats"), ("f16", "16-bit floats: half the memory, less precise")]),
     option(LIGHT, "environment", "sky|studio|FILE.hdr|FILE.exr",
-        "Light the scene with the analytic sky, a studio, or an equirectangular image",
+        "Light the scene with the analytic sky, a studio, or an equirectangular image. Cube crosses, cube strips and square light probes \
+         are converted",
         Text(|c, text| text.parse().map(|choice| c.environment = choice))).common().default("sky").panel(Panel::Own),
+    option(LIGHT, "environment-layer", "NAME", "Light the scene with this layer of an EXR environment",
+        Text(|c, name| {
+            c.environment_layer = Some(name.into());
+            Ok(())
+        })).default("the unnamed layer, or one named Combined, beauty or rgba, or the only layer with colour").under(Under::Panorama),
     option(LIGHT, "environment-rotation", "DEGREES",
         "Rotate the environment image by this angle, counter-clockwise when seen from above",
         Text(|c, text| finite(text).map(|degrees| c.environment_rotation = degrees))).default("0").under(Under::Panorama),

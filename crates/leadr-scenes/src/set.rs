@@ -115,7 +115,7 @@ impl Inputs {
             baked,
             material,
             model,
-            environment: config.environment.load(config.environment_rotation)?,
+            environment: config.environment.load(config.environment_rotation, config.environment_layer.as_deref())?,
         })
     }
 }

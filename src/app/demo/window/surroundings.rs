@@ -83,7 +83,7 @@ impl Surroundings {
     ) -> impl FnOnce() -> Result<Lit, AppError> + Send + 'static {
         let (gpu, made_with) = (gpu.clone(), self.made_with.clone());
         move || {
-            let picture = choice.load(made_with.rotation)?;
+            let picture = choice.load(made_with.rotation, None)?;
             let environment = made_with.make(&gpu, picture.as_ref())?;
             Ok(Lit { metered: made_with.metered(picture.as_ref()), environment, choice })
         }
