@@ -42,6 +42,10 @@ fn pictures_that_look_different_never_pass() {
     assert!(
         one_line_error(&output, 1, "a missing layer").contains("env_plain.exr: cannot be used: it has no layer `AO`")
     );
+    for (a, b) in [("cmp_nan.exr", "cmp_grey.exr"), ("cmp_grey.exr", "cmp_nan.exr")] {
+        let line = one_line_error(&compare(&file(a), &file(b), &[]), 1, "NaN");
+        assert!(line.contains("cmp_nan.exr: holds NaN") && !line.contains("cmp_grey"), "{line}");
+    }
     let output = compare(&file("cmp_a.png"), &file("cmp_a.png"), &["--layer", "AO"]);
     assert!(one_line_error(&output, 1, "a PNG").contains("only EXR files have layers"));
 }
@@ -84,16 +88,25 @@ fn pointers_of_git_lfs_are_named_for_every_input() {
     let material = folder.path().join("material");
     fs::create_dir(&material).unwrap();
     fs::copy(&png, material.join("x_Displacement.png")).unwrap();
+    let model = folder.path().join("model.gltf");
+    let text = r#"{"asset": {"version": "2.0"}, "buffers": [{"uri": "b.bin", "byteLength": 36}], "nodes": [{"mesh": 0}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}], "scenes": [{"nodes": [0]}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}]}"#;
+    fs::write(&model, text).unwrap();
+    pointer("b.bin");
     for arguments in [
         &["compare", &png, &png][..],
         &["compare", &exr, &exr],
         &["capture", "--environment", &hdr],
         &["capture", "--scene", &glb],
         &["capture", "--scene", &gltf],
+        &["capture", "--scene", path(&model)],
+        &["capture", "--camera", &json],
         &["capture", "--scene", "plane", "--height-map", &ktx2],
         &["capture", "--scene", "plane", "--material", &json],
         &["capture", "--scene", "plane", "--material", path(&material)],
-        &["bake", &png],
+        &["bake", &png, "-o", path(&folder.path().join("out.ktx2"))],
         &["fit", &merl],
     ] {
         let line = one_line_error(&leadr(arguments).output().unwrap(), 1, arguments[0]);

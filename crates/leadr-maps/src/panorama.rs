@@ -21,9 +21,9 @@ use rayon::prelude::*;
 
 use super::RgbImage;
 
-/// The largest width of a converted panorama, four times finer than the cube that lights scenes.
-const WIDEST: usize = 4096;
-/// Directions along each side of a texel of the panorama.
+/// The largest width of a converted panorama, twice as fine as the cube that lights scenes.
+const WIDEST: usize = 2048;
+/// Directions along each side of a texel of the panorama, if it is as fine as the picture.
 const SAMPLES: usize = 4;
 /// The smallest side of the faces of a cube. A smaller picture is no use as a panorama.
 const SMALLEST: u32 = 4;
@@ -66,7 +66,7 @@ pub(crate) fn equirectangular(image: RgbImage, is_cube: Option<bool>) -> (RgbIma
         );
         return (image, ((ratio - 1.0).abs() > RATIO).then_some(remark));
     };
-    let converted = layout.converted(&image);
+    let converted = layout.converted(image);
     let (width, height) = (converted.width, converted.height);
     (
         converted,
@@ -192,10 +192,7 @@ impl Layout {
                     return 0.0;
                 }
                 let [x, y] = [x, y].map(|k| 2.0 * ((k as usize % side) as f64 + 0.5) / *side as f64 - 1.0);
-                let half = 1.0 / *side as f64;
-                let corner = |x: f64, y: f64| (x * y).atan2((x * x + y * y + 1.0).sqrt());
-                let [[a, b], [c, d]] = [[x - half, x + half], [y - half, y + half]];
-                corner(b, d) - corner(a, d) - corner(b, c) + corner(a, c)
+                (1.0 + x * x + y * y).powf(-1.5)
             }
             Self::Angular { side } => {
                 let radius = 0.5 * *side as f64;
@@ -225,28 +222,51 @@ impl Layout {
         if weights > 0.0 { sum / weights } else { DVec3::ZERO }
     }
 
-    /// Converts a picture. Each texel is the mean over its directions. The mean radiance over the sphere is kept.
-    fn converted(&self, image: &RgbImage) -> RgbImage {
-        let full = match self {
-            Self::Cube { side, .. } => 4 * side,
-            Self::Angular { side } => 2 * side,
+    /// Returns the width of a panorama as fine as the picture, and the side of a face or of the light probe.
+    fn resolution(&mut self) -> (usize, &mut usize) {
+        match self {
+            Self::Cube { side, .. } => (4 * *side, side),
+            Self::Angular { side } => (2 * *side, side),
+        }
+    }
+
+    /// Returns a picture of half the size, with the means of the light of 2 × 2 texels.
+    fn halved(&self, image: &RgbImage) -> RgbImage {
+        let (width, height) = (image.width / 2, image.height / 2);
+        let texel = |i: u32| {
+            let (x, y) = (2 * (i % width), 2 * (i / width));
+            let four = [(x, y), (x + 1, y), (x, y + 1), (x + 1, y + 1)];
+            let (sum, weights) = sum(four.into_iter().map(|(x, y)| (self.solid_angle(x, y), image.at(x, y))));
+            (sum / weights.max(f64::MIN_POSITIVE)).as_vec3().to_array()
         };
-        let width = full.min(WIDEST) & !1;
+        RgbImage { width, height, texels: (0..width * height).map(texel).collect() }
+    }
+
+    /// Converts a picture. Each texel is the mean over its directions. The mean radiance over the sphere is kept.
+    fn converted(mut self, mut image: RgbImage) -> RgbImage {
+        while self.resolution().0 > WIDEST && self.resolution().1.is_multiple_of(2) {
+            image = self.halved(&image);
+            *self.resolution().1 /= 2;
+        }
+        let full = self.resolution().0;
+        let (layout, image) = (&self, &image);
+        let width = full.min(WIDEST);
         let height = width / 2;
-        let step = 1.0 / SAMPLES as f64;
+        let samples = SAMPLES * full.div_ceil(width);
+        let step = 1.0 / samples as f64;
         let longitudes: Vec<(f64, f64)> =
-            (0..width * SAMPLES).map(|k| (((k as f64 + 0.5) * step / width as f64 - 0.5) * TAU).sin_cos()).collect();
+            (0..width * samples).map(|k| (((k as f64 + 0.5) * step / width as f64 - 0.5) * TAU).sin_cos()).collect();
         let row = |y: usize| -> Vec<[f32; 3]> {
-            let latitudes: Vec<(f64, f64)> = (0..SAMPLES)
+            let latitudes: Vec<(f64, f64)> = (0..samples)
                 .map(|k| ((0.5 - (y as f64 + (k as f64 + 0.5) * step) / height as f64) * PI).sin_cos())
                 .collect();
-            let area: f64 = latitudes.iter().map(|(_, cos)| cos).sum::<f64>() * SAMPLES as f64;
+            let area: f64 = latitudes.iter().map(|(_, cos)| cos).sum::<f64>() * samples as f64;
             let texel = |x: usize| {
                 let mut sum = DVec3::ZERO;
                 for &(up, across) in &latitudes {
-                    for &(right, front) in &longitudes[x * SAMPLES..(x + 1) * SAMPLES] {
+                    for &(right, front) in &longitudes[x * samples..(x + 1) * samples] {
                         let direction = DVec3::new(across * right, up, across * front);
-                        sum += across * self.color(image, direction);
+                        sum += across * layout.color(image, direction);
                     }
                 }
                 (sum / area).as_vec3().to_array()
@@ -255,7 +275,7 @@ impl Layout {
         };
         let mut texels: Vec<[f32; 3]> = (0..height).into_par_iter().flat_map_iter(row).collect();
         let positions = (0..image.height).flat_map(|y| (0..image.width).map(move |x| (x, y)));
-        let before = mean(positions.map(|(x, y)| (self.solid_angle(x, y), image.at(x, y))));
+        let before = mean(positions.map(|(x, y)| (layout.solid_angle(x, y), image.at(x, y))));
         let latitude = |index: usize| ((index / width) as f64 + 0.5) / height as f64 * PI;
         let after = mean(texels.iter().enumerate().map(|(index, &texel)| (latitude(index).sin(), texel)));
         let kept = DVec3::select(after.cmpgt(DVec3::ZERO), before / after, DVec3::ONE).as_vec3();
@@ -266,11 +286,16 @@ impl Layout {
 
 /// Returns the mean of weighted colours.
 fn mean(colors: impl Iterator<Item = (f64, [f32; 3])>) -> DVec3 {
+    let (sum, weights) = sum(colors);
+    sum / weights
+}
+
+/// Returns the weighted sum of colours, and the sum of their weights.
+fn sum(colors: impl Iterator<Item = (f64, [f32; 3])>) -> (DVec3, f64) {
     let add = |(sum, weights): (DVec3, f64), (weight, color): (f64, [f32; 3])| {
         (sum + weight * DVec3::from(color.map(f64::from)), weights + weight)
     };
-    let (sum, weights) = colors.fold((DVec3::ZERO, 0.0), add);
-    sum / weights
+    colors.fold((DVec3::ZERO, 0.0), add)
 }
 
 #[cfg(test)]
@@ -416,10 +441,26 @@ mod tests {
             let (x, y) = (image.width / 2 + 11, image.height / 2 - 7);
             image.texels[(y * image.width + x) as usize] = [1000.0; 3];
             let share = layout.solid_angle(x, y) / whole;
-            let found = layout.converted(&image);
+            let found = layout.converted(image);
             let weight = |i: usize| ((i as u32 / found.width) as f64 + 0.5) / f64::from(found.height) * PI;
             let mean = mean(found.texels.iter().enumerate().map(|(i, &texel)| (weight(i).sin(), texel))).x;
             assert!((mean / (1000.0 * share) - 1.0).abs() < 1e-3, "{name}: {mean} instead of {}", 1000.0 * share);
+        }
+    }
+
+    #[test]
+    fn large_pictures_are_halved() {
+        let side = 2 * WIDEST as u32;
+        let texel = |i: u32| {
+            let at = (center(i % side, i / side) / f64::from(side) * 2.0 - 1.0).length();
+            if at > 1.0 { [0.0; 3] } else { [2.0, 4.0 + (i % 2) as f32, 8.0] }
+        };
+        let image = RgbImage::new(side, side, (0..side * side).map(texel).collect()).unwrap();
+        let found = Layout::Angular { side: side as usize }.converted(image);
+        assert_eq!((found.width, found.height), (WIDEST as u32, WIDEST as u32 / 2));
+        for texel in found.texels {
+            let off = (glam::Vec3::from(texel) - glam::Vec3::new(2.0, 4.5, 8.0)).abs().max_element();
+            assert!(off < 0.1, "{texel:?}");
         }
     }
 

@@ -50,6 +50,7 @@ fn of_file(fault: MapFault) -> ModelFault {
     match fault {
         MapFault::Io { doing, source } => ModelFault::Io { doing, source },
         MapFault::NotAFile => ModelFault::NotAFile,
+        MapFault::Unsupported { what, remedy } => ModelFault::Unsupported { what, remedy },
         _ => ModelFault::too_large(format!("it has more than {}", format_bytes(MAX_FILE_BYTES))),
     }
 }

@@ -24,6 +24,7 @@ pub fn read(path: &Path) -> Result<CameraPose, String> {
     let bytes = read_start(path, MAX_BYTES + 1).map_err(|fault| match fault {
         MapFault::Io { doing, source } => format!("it {doing} ({source})"),
         MapFault::NotAFile => format!("it is not a regular file; give a JSON file such as {EXAMPLE}"),
+        MapFault::Unsupported { what, remedy } => format!("{what}; {remedy}"),
         _ => too_long(),
     });
     bytes

@@ -118,10 +118,9 @@ pub fn run(arguments: &CompareArgs, output: &Output) -> Result<(), AppError> {
     let over = |background: f32| -> Result<Comparison, AppError> {
         let cropped = |picture: &Picture, file: &Path| {
             let picture = picture.over(background);
-            arguments
-                .crop
-                .map_or(Ok(picture.clone()), |crop| crop.picture(&picture))
-                .map_err(|fault| fault.in_file(file))
+            let picture = arguments.crop.map_or(Ok(picture.clone()), |crop| crop.picture(&picture));
+            let checked = picture.and_then(|picture| picture.check_finite().map(|()| picture));
+            checked.map_err(|fault| fault.in_file(file))
         };
         let (a, b) = (cropped(&reference, &arguments.reference)?, cropped(&test, &arguments.test)?);
         let whole = || Mask::all(a.width, a.height);

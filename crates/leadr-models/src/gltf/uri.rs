@@ -47,6 +47,10 @@ pub(super) fn fetch(uri: &str, folder: Option<Folder<'_>>, location: Location, m
             let what = match fault {
                 MapFault::Io { doing, source } => format!("{doing} ({source})"),
                 MapFault::NotAFile => "is not a regular file".into(),
+                MapFault::Unsupported { what, remedy } => {
+                    let what = format!("{location}: the file \"{}\": {what}", shown(uri));
+                    return ModelFault::Unsupported { what, remedy };
+                }
                 _ => "is too large".into(),
             };
             missing(uri, location, what)
