@@ -75,7 +75,7 @@ fn flags_of_models_are_for_models() {
     let no_name = refusal(&capture(&file, &["--camera", "model:moon"]), 1, "--camera model:moon");
     assert!(no_name.contains("no camera is named moon; available: none"), "{no_name}");
     let plane = Path::new("plane");
-    for flags in [&["--camera", "model"][..], &["--lenient"], &["--animation", "Walk"]] {
+    for flags in [&["--camera", "model"][..], &["--strict"], &["--animation", "Walk"]] {
         let error = refusal(&capture(plane, flags), 2, flags[0]);
         assert!(error.contains("is for models: --scene FILE.glb"), "{error}");
     }

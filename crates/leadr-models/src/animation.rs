@@ -39,6 +39,19 @@ pub enum Property {
     Weights,
 }
 
+impl Property {
+    /// Returns the property of this name in glTF.
+    pub(crate) fn named(name: &str) -> Option<Self> {
+        Some(match name {
+            "translation" => Self::Translation,
+            "rotation" => Self::Rotation,
+            "scale" => Self::Scale,
+            "weights" => Self::Weights,
+            _ => return None,
+        })
+    }
+}
+
 /// How values between keys are interpolated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Interpolation {
@@ -56,7 +69,7 @@ pub enum Interpolation {
 pub struct Curve {
     /// How values between keys are interpolated.
     pub interpolation: Interpolation,
-    /// The times of the keys in seconds, in increasing order. There is at least one key, and no time is negative.
+    /// The times of the keys in seconds, in order. There is at least one key. If two keys have the same time, the value jumps.
     pub times: Vec<f32>,
     /// How many numbers form a value.
     pub width: usize,

@@ -1,6 +1,7 @@
 //! Faults of models. Each fault has a one-line message with the location in the file and the remedy.
 
 use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
 
 use leadr_maps::MapFault;
 pub(super) use leadr_maps::shown::shown;
@@ -108,5 +109,32 @@ impl ModelFault {
 
     pub(super) fn invalid(location: impl std::fmt::Display, what: impl Into<String>) -> Self {
         Self::Invalid { location: location.to_string(), what: what.into() }
+    }
+}
+
+/// The fault of a part that other parts may use. It is reported by each part that uses it.
+#[derive(Debug)]
+pub(super) struct Broken {
+    /// The fault, until it is reported first.
+    first: Mutex<Option<ModelFault>>,
+    location: String,
+    what: String,
+}
+
+impl Broken {
+    pub(super) fn new(fault: ModelFault) -> Self {
+        let (location, what) = match &fault {
+            ModelFault::Invalid { location, what } => (location.clone(), what.clone()),
+            ModelFault::Missing { location, .. } | ModelFault::Outside { location, .. } => {
+                (location.clone(), "cannot be read".into())
+            }
+            _ => ("the model".into(), "has parts that cannot be read".into()),
+        };
+        Self { first: Mutex::new(Some(fault)), location, what }
+    }
+
+    pub(super) fn fault(&self) -> ModelFault {
+        let first = self.first.lock().unwrap_or_else(PoisonError::into_inner).take();
+        first.unwrap_or_else(|| ModelFault::invalid(&self.location, self.what.clone()))
     }
 }

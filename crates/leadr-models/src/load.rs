@@ -10,12 +10,14 @@ use leadr_maps::folders::OutsideLinks;
 use leadr_maps::limits::{MAX_FILE_BYTES, format_bytes, read_file};
 
 /// Options for loading a model.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct LoadOptions {
-    /// Whether missing or damaged images are replaced, with a message in [`Model::remarks`]. Without `lenient`, the model is
-    /// refused. Colour images become a magenta checkerboard, and data images become the material's factor. Directions and
-    /// heights are omitted.
-    pub lenient: bool,
+    /// Whether violations of glTF are errors. Otherwise they are repaired, or the part is left out, with a message in
+    /// [`Model::remarks`]. A colour image that cannot be read becomes a magenta checkerboard, and a data image becomes the
+    /// material's factor. Directions and heights are omitted.
+    pub strict: bool,
+    /// The name of the variant of materials (`KHR_materials_variants`); `None` for the materials that primitives name.
+    pub variant: Option<String>,
     /// Treatment of links in the model's folder that lead out of it.
     pub links: OutsideLinks,
 }
@@ -25,15 +27,16 @@ impl Model {
     /// files in the model's folder or its subfolders. [`LoadOptions::links`] allows links out of the folder.
     ///
     /// # Errors
-    /// Fails if the model or one of its files cannot be read. Also fails if the model violates glTF beyond repair, requires
-    /// an extension outside [`super::EXTENSIONS_READ`], or exceeds [`super::limits`]. [`Model::remarks`] lists repairs.
+    /// Fails if the model cannot be read, violates glTF beyond repair, or exceeds [`super::limits`]. Also fails if nothing of its
+    /// meshes can be read. [`Model::remarks`] lists repairs. In strict mode, fails instead of repairing, and if the model requires
+    /// an extension outside [`super::EXTENSIONS_READ`].
     pub fn load(path: impl AsRef<Path>, options: LoadOptions) -> Result<Self, ModelError> {
         let path = path.as_ref();
         let folder = path.parent().unwrap_or(Path::new(""));
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
         let bytes = read_file(path).map_err(of_file);
         bytes
-            .and_then(|bytes| gltf::decode(&bytes, &name, Some(folder), options))
+            .and_then(|bytes| gltf::decode(&bytes, &name, Some(folder), &options))
             .map_err(|fault| ModelError { file: path.to_path_buf(), fault })
     }
 
@@ -42,7 +45,7 @@ impl Model {
     /// # Errors
     /// Returns the errors of [`Model::load`].
     pub fn decode(bytes: &[u8], name: &str, folder: Option<&Path>, options: LoadOptions) -> Result<Self, ModelFault> {
-        gltf::decode(bytes, name, folder, options)
+        gltf::decode(bytes, name, folder, &options)
     }
 }
 

@@ -350,8 +350,10 @@ pub struct SceneConfig {
     pub animation: Option<String>,
     /// The name or number of the camera in the file; `None` uses the first camera.
     pub model_camera: Option<String>,
-    /// Whether placeholders replace missing and damaged images of the model.
-    pub lenient: bool,
+    /// Whether the model is refused if it violates glTF.
+    pub strict: bool,
+    /// The name of the variant of the model's materials.
+    pub variant: Option<String>,
     /// Whether files of a model or a material may lie behind links out of its folder.
     pub follow_links: bool,
     /// Whether heights keep the codes of coarse height maps.
@@ -437,7 +439,8 @@ impl Default for SceneConfig {
             model: None,
             animation: None,
             model_camera: None,
-            lenient: false,
+            strict: false,
+            variant: None,
             follow_links: false,
             heights_as_read: false,
             displacements: Vec::new(),

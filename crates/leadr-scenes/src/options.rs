@@ -111,10 +111,16 @@ const OPTIONS: [SceneOption; 58] = [
             c.animation = Some(name.into());
             Ok(())
         })).default("the first animation").of(Choice::Model).panel(Panel::Own),
-    option(SCENE, "lenient", "",
-        "Accept a model with missing or damaged images. A magenta checkerboard replaces a colour image; the constant factor \
-         of the material replaces any other image",
-        Flag(|c| c.lenient = true)).of(Choice::Model),
+    option(SCENE, "variant", "NAME", "Draw this variant of the materials of a model. An unknown name lists the variants",
+        Text(|c, name| {
+            c.variant = Some(name.into());
+            Ok(())
+        })).of(Choice::Model),
+    option(SCENE, "strict", "",
+        "Refuse a model that violates glTF. Without this option, such parts are repaired or left out with a warning. A magenta \
+         checkerboard replaces a colour image that is missing or damaged; the constant factor of the material replaces any \
+         other image",
+        Flag(|c| c.strict = true)).of(Choice::Model),
     option(SCENE, "follow-links", "",
         "Read files of a model, or of a folder of --material or --detail, through links that lead out of the folder. Use this \
          option only for folders that you trust",

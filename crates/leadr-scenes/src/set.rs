@@ -95,7 +95,8 @@ impl Inputs {
         }
         let model = match &config.model {
             Some(file) => {
-                let mut model = Model::load(file, LoadOptions { lenient: config.lenient, links })?;
+                let options = LoadOptions { strict: config.strict, variant: config.variant.clone(), links };
+                let mut model = Model::load(file, options)?;
                 let named = |fault: SceneError| fault.of_file(file);
                 displace(&mut model, file, &config.displacements, links).map_err(named)?;
                 if !config.heights_as_read {

@@ -3,59 +3,80 @@
 use std::borrow::Cow;
 
 use super::json::{Item, Location, Read};
-use crate::fault::{ModelFault, shown};
+use super::log::Log;
+use crate::fault::{Broken, ModelFault, shown};
 use crate::limits::Budget;
 
-/// A buffer's declared length and its bytes. The bytes are `None` if an extension provides them.
+/// A buffer's declared length and its bytes, of which there may be more.
 pub(super) struct Buffer<'a> {
     pub(super) length: u64,
-    pub(super) bytes: Option<Cow<'a, [u8]>>,
+    pub(super) bytes: Result<Cow<'a, [u8]>, Broken>,
 }
 
 #[derive(Clone, Copy)]
 pub(super) struct BufferView<'a> {
-    location: Location,
+    offset: u64,
     length: u64,
-    bytes: Option<&'a [u8]>,
+    /// The bytes of the whole buffer.
+    buffer: Result<&'a [u8], &'a Broken>,
     /// The number of bytes from one element to the next, if specified.
     stride: Option<usize>,
 }
 
 impl<'a> BufferView<'a> {
-    pub(super) fn read(item: &Item<'_>, buffers: &'a [Buffer<'_>]) -> Read<Self> {
-        let buffer = item.index("buffer", "buffer", buffers.len())?;
-        let whole = &buffers[item.required("buffer", buffer)?];
-        let offset = item.whole("byteOffset")?.unwrap_or(0);
-        let length = item.required("byteLength", item.whole("byteLength")?)?;
+    pub(super) fn read(item: &Item<'_>, buffers: &'a [Buffer<'_>], log: &Log) -> Read<Self> {
+        let whole = &buffers[item.required("buffer", |item, key| item.index(key, "buffer", buffers.len()))?];
+        let offset = item.required("byteOffset", |item, key| Ok(Some(item.whole(key)?.unwrap_or(0))))?;
+        let mut length = item.required("byteLength", Item::whole)?;
         if length == 0 {
             return Err(item.fault("`byteLength` must be 1 or more"));
         }
         let end = offset.saturating_add(length);
+        let there = whole.bytes.as_ref().map_or(whole.length, |bytes| bytes.len() as u64);
         if end > whole.length {
-            return Err(item.fault(format!("needs bytes {offset} to {end}, but the buffer has {}", whole.length)));
+            let fault = item.fault(format!("needs bytes {offset} to {end}, but the buffer has {}", whole.length));
+            if offset >= there {
+                return Err(fault);
+            }
+            log.repair(fault, "it is read as far as it is there")?;
+            length = length.min(there - offset);
         }
         // A stride of 0 is invalid, but older exporters write 0 for "no stride".
         let stride = item.whole("byteStride")?.filter(|&stride| stride != 0);
         if stride.is_some_and(|s| !(4..=252).contains(&s) || s % 4 != 0) {
-            return Err(item.fault("`byteStride` must be a multiple of 4 from 4 to 252"));
+            log.repair(item.fault("`byteStride` must be a multiple of 4 from 4 to 252"), "it is used as it is")?;
         }
-        let bytes = whole.bytes.as_deref().and_then(|bytes| slice(bytes, offset, length));
-        Ok(Self { location: item.location, length, bytes, stride: stride.map(|s| s as usize) })
+        let stride = stride.map(|stride| usize::try_from(stride).unwrap_or(usize::MAX));
+        Ok(Self { offset, length, buffer: whole.bytes.as_deref(), stride })
     }
 
     /// Returns the bytes, or an error if the buffer has none.
     pub(super) fn bytes(&self) -> Read<&'a [u8]> {
-        self.bytes.ok_or_else(|| self.location.fault("is needed, but its buffer has no readable data"))
+        let bytes = self.buffer.map_err(Broken::fault)?;
+        Ok(slice(bytes, self.offset, self.length).unwrap_or_default())
     }
 
-    /// Returns a range of the view, or `None` if the view has no bytes. `what` describes the content in errors.
-    fn part(&self, item: &Item<'_>, offset: u64, length: u64, what: &str) -> Read<Option<&'a [u8]>> {
+    /// Returns a range of the view, or the fault of its buffer. `what` describes the content in errors.
+    fn part(
+        &self,
+        item: &Item<'_>,
+        offset: u64,
+        length: u64,
+        what: &str,
+        log: &Log,
+    ) -> Read<Result<&'a [u8], &'a Broken>> {
         let end = offset.saturating_add(length);
+        let bytes = self.buffer.map(|bytes| slice(bytes, self.offset.saturating_add(offset), length));
         if end > self.length {
             let all = self.length;
-            return Err(item.fault(format!("{what} need bytes {offset} to {end}, but the buffer view has {all}")));
+            let fault = item.fault(format!("{what} need bytes {offset} to {end}, but the buffer view has {all}"));
+            // Some exporters leave padding out of the length of a view.
+            if matches!(bytes, Ok(None)) || end - self.length >= 4 {
+                return Err(fault);
+            }
+            log.repair(fault, "the bytes after the view are read")?;
         }
-        Ok(self.bytes.and_then(|bytes| slice(bytes, offset, length)))
+        Ok(bytes.map(Option::unwrap_or_default))
     }
 }
 
@@ -120,11 +141,6 @@ impl Shape {
         found.map(|&(name, rows, columns)| Self { name, rows, columns })
     }
 
-    /// Returns the number of components per element.
-    pub(super) const fn numbers(self) -> usize {
-        self.rows * self.columns
-    }
-
     /// Returns the number of bytes from one element to the next. Matrix columns are aligned to four bytes.
     const fn stride(self, component: Component) -> usize {
         let column = self.rows * component.bytes();
@@ -152,7 +168,7 @@ enum Base<'a> {
     /// The bytes, starting at the first element.
     Bytes(&'a [u8]),
     /// The accessor's buffer has no data.
-    Absent,
+    Absent(&'a Broken),
 }
 
 pub(super) struct Accessor<'a> {
@@ -172,17 +188,22 @@ pub(super) struct Accessor<'a> {
 
 impl<'a> Accessor<'a> {
     /// Reads an accessor and checks that it lies inside its views.
-    pub(super) fn read(item: &Item<'_>, views: &[BufferView<'a>], budget: &Budget) -> Read<Self> {
-        let code = item.required("componentType", item.whole("componentType")?)?;
-        let kind = item.required("type", item.string("type")?)?;
-        let count = item.required("count", item.whole("count")?)?;
+    pub(super) fn read(
+        item: &Item<'_>,
+        views: &[Result<BufferView<'a>, Broken>],
+        budget: &Budget,
+        log: &Log,
+    ) -> Read<Self> {
+        let code = item.required("componentType", Item::whole)?;
+        let kind = item.required("type", Item::string)?;
+        let count = item.required("count", Item::whole)?;
         let (component, shape) = (Component::of_code(code), Shape::of_name(kind));
         let mut accessor = Self {
             location: item.location,
             count: usize::try_from(count).unwrap_or(usize::MAX),
             component,
             shape,
-            normalized: item.flag("normalized")?,
+            normalized: item.flag("normalized", false)?,
             base: Base::Zeros,
             stride: 0,
             sparse: None,
@@ -192,32 +213,37 @@ impl<'a> Accessor<'a> {
         }
         let (Some(component), Some(shape)) = (component, shape) else { return Ok(accessor) };
         accessor.stride = shape.stride(component);
-        if let Some(view) = item.index("bufferView", "buffer view", views.len())? {
-            accessor.attach_view(item, &views[view], shape.bytes(component))?;
+        if let Some(view) = item.exact_index("bufferView", "buffer view", views.len())? {
+            accessor.attach_view(item, views[view].as_ref().map_err(Broken::fault)?, shape.bytes(component), log)?;
         } else if item.has("byteOffset") {
-            return Err(item.fault("`byteOffset` needs a `bufferView`"));
+            log.repair(item.fault("`byteOffset` needs a `bufferView`"), "it is ignored")?;
         }
         if let Some(sparse) = item.item("sparse")? {
-            accessor.sparse = Sparse::read(&sparse, accessor.count, shape.stride(component), views)?;
+            match Sparse::read(&sparse, accessor.count, shape.stride(component), views, log)? {
+                Ok(sparse) => accessor.sparse = sparse,
+                Err(broken) => accessor.base = Base::Absent(broken),
+            }
             // Many accessors may share the indices, and each accessor unpacks them again.
             budget.take::<u32>(accessor.sparse.as_ref().map_or(0, |sparse| sparse.count))?;
-            if accessor.sparse.is_none() {
-                accessor.base = Base::Absent;
-            }
         }
         Ok(accessor)
     }
 
-    fn attach_view(&mut self, item: &Item<'_>, view: &BufferView<'a>, element: usize) -> Read<()> {
+    fn attach_view(&mut self, item: &Item<'_>, view: &BufferView<'a>, element: usize, log: &Log) -> Read<()> {
         self.stride = view.stride.unwrap_or(self.stride);
         if self.stride < element {
             return Err(item.fault(format!("an element has {element} bytes, but `byteStride` is {}", self.stride)));
         }
-        let offset = item.whole("byteOffset")?.unwrap_or(0);
+        let offset = item.required("byteOffset", |item, key| Ok(Some(item.whole(key)?.unwrap_or(0))))?;
         let length = (self.count as u64 - 1).saturating_mul(self.stride as u64).saturating_add(element as u64);
-        let bytes = view.part(item, offset, length, &format!("{} elements", self.count))?;
-        self.base = bytes.map_or(Base::Absent, Base::Bytes);
+        let bytes = view.part(item, offset, length, &format!("{} elements", self.count), log)?;
+        self.base = bytes.map_or_else(Base::Absent, Base::Bytes);
         Ok(())
+    }
+
+    /// Whether the accessor has neither data nor substitutions, and so consists of zeros.
+    pub(super) fn is_zeros(&self) -> bool {
+        matches!(self.base, Base::Zeros) && self.sparse.is_none()
     }
 
     pub(super) fn fault(&self, what: impl Into<String>) -> ModelFault {
@@ -234,6 +260,11 @@ impl<'a> Accessor<'a> {
         self.shape.is_some_and(|s| s.name == shape)
     }
 
+    /// Returns the number of components per element, or 0 for an unknown type.
+    pub(super) fn numbers(&self) -> usize {
+        self.shape.map_or(0, |shape| shape.rows * shape.columns)
+    }
+
     /// Fails unless `good` is true. In the message, `user` and `name` locate the reference, and `wanted` describes a valid
     /// accessor.
     pub(super) fn expect(&self, good: bool, user: Location, name: &str, wanted: &str) -> Read<()> {
@@ -244,10 +275,10 @@ impl<'a> Accessor<'a> {
         Err(user.fault(what))
     }
 
-    /// Reads all elements as floats. Integers keep their value. Normalised integers become 0..1 or -1..1. Fails if a value
-    /// is not finite. `N` must match the element type. Matrices of small integers are unsupported.
-    pub(super) fn floats<const N: usize>(&self, budget: &Budget) -> Read<Vec<[f32; N]>> {
-        assert!(self.shape.is_some_and(|s| s.numbers() == N), "{} is read as {N} numbers", self.format());
+    /// Reads all elements as floats, which may be NaN or infinite. Integers keep their value. Normalised integers become 0..1 or
+    /// -1..1. Of longer elements, the first `N` numbers are read, and shorter ones end in ones. Matrices of small integers are
+    /// unsupported.
+    pub(super) fn floats<const N: usize>(&self, normalized: bool, budget: &Budget) -> Read<Vec<[f32; N]>> {
         let (most, least) = match self.component {
             Some(Component::U8) => (255.0, 0.0),
             Some(Component::I8) => (127.0, -1.0),
@@ -256,17 +287,12 @@ impl<'a> Accessor<'a> {
             _ => (1.0, 0.0),
         };
         // The smallest signed code would be slightly below -1 and is defined as -1.
-        let (scale, least) = if self.normalized { (1.0 / most, least) } else { (1.0, f32::MIN) };
-        let zero = [0.0; N];
+        let (scale, least) = if normalized { (1.0 / most, least) } else { (1.0, f32::MIN) };
+        let mut zero = [0.0; N];
+        zero.iter_mut().skip(self.numbers()).for_each(|missing| *missing = 1.0);
         match self.component {
             None => Err(self.fault("has components of an unknown type")),
-            Some(Component::F32) => {
-                let all = self.elements(budget, zero, f32::from_le_bytes)?;
-                match all.as_flattened().iter().position(|v| !v.is_finite()) {
-                    None => Ok(all),
-                    Some(i) => Err(self.fault(format!("element {} holds {}", i / N, all.as_flattened()[i]))),
-                }
-            }
+            Some(Component::F32) => self.elements(budget, zero, f32::from_le_bytes),
             Some(Component::U8) => self.elements(budget, zero, |b: [u8; 1]| f32::from(b[0]) * scale),
             Some(Component::I8) => {
                 self.elements(budget, zero, |b| (f32::from(i8::from_le_bytes(b)) * scale).max(least))
@@ -277,6 +303,13 @@ impl<'a> Accessor<'a> {
             }
             Some(Component::U32) => self.elements(budget, zero, |b| u32::from_le_bytes(b) as f32),
         }
+    }
+
+    /// Returns the fault of the first value that is NaN or infinite.
+    pub(super) fn not_finite<const N: usize>(&self, values: &[[f32; N]]) -> Option<ModelFault> {
+        let values = values.as_flattened();
+        let i = values.iter().position(|v| !v.is_finite())?;
+        Some(self.fault(format!("element {} holds {}", i / N, values[i])))
     }
 
     /// Reads all elements as integers. Returns `None` if components are not unsigned integers.
@@ -301,18 +334,19 @@ impl<'a> Accessor<'a> {
         let short = |_| ModelFault::too_large(format!("no memory for {} elements", self.count));
         out.try_reserve_exact(self.count).map_err(short)?;
         let element = |bytes: &[u8]| {
-            let mut numbers = bytes.as_chunks::<B>().0.iter();
+            let mut numbers = bytes.as_chunks::<B>().0.iter().take(self.numbers());
             zero.map(|zero| numbers.next().map_or(zero, |b| convert(*b)))
         };
+        let size = self.numbers() * B;
         match self.base {
-            Base::Absent => return Err(self.fault("is needed, but its buffer has no readable data")),
+            Base::Absent(broken) => return Err(broken.fault()),
             Base::Zeros => out.resize(self.count, zero),
-            Base::Bytes(bytes) if self.stride == N * B => out.extend(bytes.chunks_exact(N * B).map(element)),
+            Base::Bytes(bytes) if self.stride == size => out.extend(bytes.chunks_exact(size).map(element)),
             // The last element may be shorter than the stride.
             Base::Bytes(bytes) => out.extend(bytes.chunks(self.stride).map(element)),
         }
         if let Some(sparse) = &self.sparse {
-            let values = sparse.values.chunks_exact(N * B);
+            let values = sparse.values.chunks_exact(size);
             for (index, value) in sparse.element_indices().zip(values) {
                 out[index] = element(value);
             }
@@ -322,43 +356,61 @@ impl<'a> Accessor<'a> {
 }
 
 impl<'a> Sparse<'a> {
-    /// Reads the sparse substitutions. Returns `None` if the buffers have no data.
-    fn read(item: &Item<'_>, count: usize, element: usize, views: &[BufferView<'a>]) -> Read<Option<Self>> {
-        let changed = item.required("count", item.whole("count")?)?;
+    /// Reads the sparse substitutions, or the fault of a buffer without data.
+    fn read(
+        item: &Item<'_>,
+        count: usize,
+        element: usize,
+        views: &[Result<BufferView<'a>, Broken>],
+        log: &Log,
+    ) -> Read<Result<Option<Self>, &'a Broken>> {
+        let changed = item.required("count", Item::whole)?;
         if changed == 0 || changed > count as u64 {
-            return Err(
-                item.fault(format!("`count` is {changed}, but must be from 1 to {count}, the number of elements"))
-            );
+            let what = format!("`count` is {changed}, but must be from 1 to {count}, the number of elements");
+            return if changed == 0 {
+                log.repair(item.fault(what), "nothing is substituted").map(|()| Ok(None))
+            } else {
+                Err(item.fault(what))
+            };
         }
         let index = {
-            let indices = item.required("indices", item.item("indices")?)?;
-            let code = indices.required("componentType", indices.whole("componentType")?)?;
+            let indices = item.required("indices", Item::item)?;
+            let code = indices.required("componentType", Item::whole)?;
             let unsigned = [Component::U8, Component::U16, Component::U32];
             let component = Component::of_code(code).filter(|c| unsigned.contains(c));
             component.ok_or_else(|| indices.fault("`componentType` must be 5121, 5123 or 5125 (unsigned)"))?
         };
-        let part = |key: &'static str, size: usize| -> Read<(Item<'_>, Option<&'a [u8]>)> {
-            let part = item.required(key, item.item(key)?)?;
-            let view = part.index("bufferView", "buffer view", views.len())?;
-            let view = &views[part.required("bufferView", view)?];
-            let offset = part.whole("byteOffset")?.unwrap_or(0);
-            let bytes =
-                view.part(&part, offset, changed.saturating_mul(size as u64), &format!("{changed} elements"))?;
+        let part = |key: &'static str, size: usize| -> Read<(Item<'_>, Result<&'a [u8], &'a Broken>)> {
+            let part = item.required(key, Item::item)?;
+            let view = part.required("bufferView", |part, key| part.index(key, "buffer view", views.len()))?;
+            let view = views[view].as_ref().map_err(Broken::fault)?;
+            let offset = part.required("byteOffset", |part, key| Ok(Some(part.whole(key)?.unwrap_or(0))))?;
+            let length = changed.saturating_mul(size as u64);
+            let bytes = view.part(&part, offset, length, &format!("{changed} elements"), log)?;
             Ok((part, bytes))
         };
         let (location, indices) = part("indices", index.bytes())?;
         let (_, values) = part("values", element)?;
-        let (Some(indices), Some(values)) = (indices, values) else { return Ok(None) };
+        let (indices, values) = match (indices, values) {
+            (Ok(indices), Ok(values)) => (indices, values),
+            (Err(broken), _) | (_, Err(broken)) => return Ok(Err(broken)),
+        };
         let sparse = Self { count: changed as usize, indices, index, values };
-        let mut least = 0;
+        let (mut least, mut sorted) = (0, true);
         for (i, at) in sparse.element_indices().enumerate() {
             if at < least || at >= count {
                 let what = format!("index {i} is {at}, but indices must increase and stay below {count}");
-                return Err(location.fault(what));
+                if at >= count {
+                    return Err(location.fault(what));
+                }
+                if sorted {
+                    log.repair(location.fault(what), "they are used in their order")?;
+                }
+                sorted = false;
             }
             least = at + 1;
         }
-        Ok(Some(sparse))
+        Ok(Ok(Some(sparse)))
     }
 
     fn element_indices(&self) -> impl Iterator<Item = usize> {

@@ -1,6 +1,8 @@
 //! Checks the glTF version, and lists the supported extensions.
 
 use super::json::{Item, Read};
+use super::log::Log;
+use super::value::Value;
 use crate::fault::{ModelFault, shown};
 
 pub(super) const QUANTIZATION: &str = "KHR_mesh_quantization";
@@ -16,29 +18,65 @@ pub(super) const UNLIT: &str = "KHR_materials_unlit";
 /// The extension for directional, point and spot lights.
 pub(super) const LIGHTS: &str = "KHR_lights_punctual";
 
+/// The extension for materials of which the user selects a set.
+pub(super) const VARIANTS: &str = "KHR_materials_variants";
+
 /// All supported extensions.
-pub const READ: [&str; 8] =
-    [QUANTIZATION, TEXTURE_TRANSFORM, EMISSIVE_STRENGTH, IOR, SPECULAR, ANISOTROPY, UNLIT, LIGHTS];
+pub const READ: [&str; 9] =
+    [QUANTIZATION, TEXTURE_TRANSFORM, EMISSIVE_STRENGTH, IOR, SPECULAR, ANISOTROPY, UNLIT, LIGHTS, VARIANTS];
 
 /// The maximum number of extensions in one message.
 const MAX_NAMES: usize = 12;
 
-/// Refuses unsupported glTF versions and required extensions. Returns the unsupported extensions that the model uses.
-pub(super) fn check(root: &Item<'_>) -> Read<Vec<String>> {
-    let asset = root.required("asset", root.item("asset")?)?;
-    let version = asset.required("version", asset.string("version")?)?;
-    let least = asset.string("minVersion")?;
-    let numbers = |text: &str| -> Read<(u32, u32)> {
-        let parsed = text.split_once('.').and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
-        parsed.ok_or_else(|| {
-            asset.fault(format!("`{}` is not a version; it must be two numbers separated by a point", shown(text)))
-        })
+const REMEDY: &str = "export it as glTF 2.0";
+
+/// Refuses other versions of glTF.
+pub(super) fn check_version(root: &Item<'_>, log: &Log) -> Read<()> {
+    let other = |version: &str| Err(ModelFault::unsupported(format!("it is glTF {}", shown(version)), REMEDY));
+    // Lists are objects in glTF 1.0, which may lack its version.
+    let named_parts = ["accessors", "bufferViews", "meshes", "nodes"]
+        .iter()
+        .any(|key| root.value(key).is_some_and(|list| list.as_object().is_some()));
+    let asset = root.required("asset", Item::item);
+    let version = asset.as_ref().ok().and_then(|asset| asset.value("version"));
+    let text = match version {
+        Some(Value::Text(text)) => Some(text.to_string()),
+        Some(number) => number.as_number().map(|number| format!("{number:?}")),
+        None => None,
     };
-    let too_new = numbers(least.unwrap_or(version))? > (2, 0) && (least.is_some() || numbers(version)?.0 != 2);
-    if numbers(version)?.0 != 2 || too_new {
-        let what = format!("it is glTF {}", shown(least.unwrap_or(version)));
-        return Err(ModelFault::unsupported(what, "export it as glTF 2.0"));
+    let major = |text: &str| text.split('.').next()?.trim().parse::<u32>().ok();
+    if named_parts {
+        return other(text.as_deref().filter(|text| major(text) == Some(1)).unwrap_or("1.0"));
     }
+    const REPAIR: &str = "it is read as glTF 2.0";
+    let asset = match asset {
+        Ok(asset) => asset,
+        Err(fault) => return log.repair(fault, REPAIR),
+    };
+    match text.as_deref().map(|text| (text, major(text))) {
+        Some((text, Some(1))) => return other(text),
+        Some((_, Some(2))) if matches!(version, Some(Value::Text(text)) if numbers(text).is_some()) => {}
+        Some((text, Some(found))) if found != 2 => return other(text),
+        Some((text, _)) => {
+            let what = format!("`{}` is not a version; it must be two numbers separated by a point", shown(text));
+            log.repair(asset.fault(what), REPAIR)?;
+        }
+        None => log.repair(asset.fault("`version` is missing"), REPAIR)?,
+    }
+    match asset.string("minVersion")? {
+        Some(least) if numbers(least).is_some_and(|least| least > (2, 0)) => other(least),
+        _ => Ok(()),
+    }
+}
+
+/// Returns the two numbers of a version.
+fn numbers(text: &str) -> Option<(u32, u32)> {
+    let (major, minor) = text.split_once('.')?;
+    Some((major.parse().ok()?, minor.parse().ok()?))
+}
+
+/// Returns the unsupported extensions that the model requires, and reports those that it uses.
+pub(super) fn unread(root: &Item<'_>, log: &Log) -> Read<Vec<String>> {
     let unread = |key| -> Read<Vec<String>> {
         let all = root.strings(key)?.into_iter().filter(|name| !READ.contains(name));
         Ok(all.take(MAX_NAMES).map(shown).collect())
@@ -47,7 +85,27 @@ pub(super) fn check(root: &Item<'_>) -> Read<Vec<String>> {
     if !required.is_empty() {
         let what = format!("it requires {}", required.join(", "));
         let remedy = format!("export it without; supported extensions are {}", READ.join(", "));
-        return Err(ModelFault::unsupported(what, remedy));
+        log.refuse(ModelFault::unsupported(what, remedy))?;
+        log.remark(format!("requires unsupported extensions, and is drawn without them: {}", required.join(", ")));
     }
-    unread("extensionsUsed")
+    let used: Vec<String> = unread("extensionsUsed")?.into_iter().filter(|name| !required.contains(name)).collect();
+    if !used.is_empty() {
+        log.remark(format!("uses unsupported extensions: {}", used.join(", ")));
+    }
+    Ok(required)
+}
+
+/// Returns the index of the variant of this name.
+pub(super) fn variant(root: &Item<'_>, name: &str) -> Read<usize> {
+    let mut names = Vec::new();
+    if let Some(extension) = root.extension(VARIANTS)? {
+        for variant in extension.items("variants", "variant")? {
+            names.push(variant.name()?);
+        }
+    }
+    names.iter().position(|known| known == name).ok_or_else(|| {
+        let all: Vec<String> = names.iter().take(MAX_NAMES).map(|name| shown(name)).collect();
+        let there = if all.is_empty() { "none".to_owned() } else { all.join(", ") };
+        ModelFault::unsupported(format!("it has no variant named {}", shown(name)), format!("available: {there}"))
+    })
 }

@@ -5,10 +5,11 @@ use std::sync::Arc;
 
 use rayon::prelude::*;
 
-use super::json::{Item, Read};
+use super::json::{Item, Location, Read};
+use super::log::Log;
 use super::source::Source;
 use super::uri::{self, Contents};
-use crate::fault::{ModelFault, shown};
+use crate::fault::{Broken, ModelFault, shown};
 use leadr_maps::material::Raster;
 use leadr_maps::{ImageHeader, MapFault, decode_raster_with_remarks};
 
@@ -22,88 +23,83 @@ enum Origin<'a> {
 type Decoded = (Arc<Raster>, Vec<String>);
 
 struct Entry<'a> {
-    item: Item<'a>,
+    location: Location,
     origin: Option<Origin<'a>>,
     name: String,
 }
 
 pub(super) struct Image {
     pub(super) name: String,
+    /// The texels, if the image is used and can be decoded.
     pub(super) raster: Option<Arc<Raster>>,
+    /// Whether the image has data, whose faults have been reported.
+    pub(super) found: bool,
 }
 
-/// Checks all images and decodes those that textures use.
-pub(super) fn read<'a>(source: &Source<'a>) -> Read<Vec<Image>> {
+/// Reads the list of images and decodes those in `used`.
+pub(super) fn read<'a>(source: &Source<'a>, used: &HashSet<usize>) -> Read<Vec<Image>> {
     let items = source.root.items("images", "image")?;
     let entries = items.into_iter().map(|item| Entry::read(item, source)).collect::<Read<Vec<_>>>()?;
-    let mut wanted = HashSet::new();
-    for texture in source.root.items("textures", "texture")? {
-        wanted.extend(texture.index("source", "image", entries.len())?.and_then(|image| entries[image].origin));
-    }
+    let used = entries.iter().enumerate().filter(|(number, _)| used.contains(number));
+    let mut wanted: HashSet<Origin<'_>> = used.filter_map(|(_, entry)| entry.origin).collect();
     // All memory is reserved before any image is decoded, so it does not depend on the number of threads.
     let mut reserved = Vec::new();
     for entry in &entries {
         if let Some(origin) = entry.origin.filter(|origin| wanted.remove(origin)) {
-            let room = entry.reserve(source);
-            reserved.push((origin, entry, if source.lenient { room } else { Ok(room?) }));
+            entry.reserve(source)?;
+            reserved.push((origin, entry));
         }
     }
-    // Other threads need these fields, since `Source` as a whole is not `Sync`.
-    let (views, folder) = (&source.views, source.folder);
-    let decode = |(origin, entry, room): (Origin<'a>, &Entry<'a>, Read<()>)| {
-        let raster = room.and_then(|()| match origin {
-            Origin::Uri(uri) => {
-                uri::fetch(uri, folder, entry.item.location, u64::MAX).and_then(|bytes| entry.decode(&bytes))
-            }
-            Origin::View(view) => views[view].bytes().and_then(|bytes| entry.decode(bytes)),
-        });
+    let decode = |(origin, entry): (Origin<'a>, &Entry<'a>)| {
+        let raster = match origin {
+            Origin::Uri(uri) => uri::fetch(uri, source.folder, entry.location, u64::MAX, source.log)
+                .and_then(|bytes| entry.decode(&bytes)),
+            Origin::View(view) => view_bytes(source, view).and_then(|bytes| entry.decode(bytes)),
+        };
         (origin, raster.map(|(raster, remarks)| (Arc::new(raster), remarks)))
     };
     // For a single image, waking other threads costs more than decoding it.
-    let mut results: HashMap<Origin<'a>, Read<Decoded>> = if reserved.len() > 1 {
+    let results: Vec<(Origin<'_>, Read<Decoded>)> = if reserved.len() > 1 {
         reserved.into_par_iter().map(decode).collect()
     } else {
         reserved.into_iter().map(decode).collect()
     };
-    let failed = |origin: &Origin<'_>| results.get(origin).is_some_and(Result::is_err);
-    let first_failed = entries.iter().filter_map(|entry| entry.origin).find(failed);
-    if let Some(origin) = first_failed.filter(|_| !source.lenient) {
-        return Err(results.remove(&origin).and_then(Result::err).expect("the key was found above"));
+    let mut rasters = HashMap::new();
+    for (origin, raster) in results {
+        match raster {
+            Ok(raster) => drop(rasters.insert(origin, raster)),
+            Err(fault) => source.log.repair(fault, "a replacement is used")?,
+        }
     }
     for entry in &entries {
         // Several images can have one origin, whose remarks are given once.
-        if let Some(Ok((_, remarks))) = entry.origin.and_then(|origin| results.get_mut(&origin)) {
-            remarks.drain(..).for_each(|text| source.remark(format!("{}: {text}", entry.label())));
+        if let Some((_, remarks)) = entry.origin.and_then(|origin| rasters.get_mut(&origin)) {
+            remarks.drain(..).for_each(|text| source.log.remark(format!("{}: {text}", entry.label())));
         }
     }
-    let image = |entry: Entry<'_>| {
-        let raster = match entry.origin.and_then(|origin| results.get(&origin)) {
-            Some(Ok((raster, _))) => Some(raster.clone()),
-            Some(Err(fault)) => {
-                source.remark(format!("{fault}; a replacement is used"));
-                None
-            }
-            None => None,
-        };
-        Image { name: entry.name, raster }
+    let image = |entry: &Entry<'_>| {
+        let raster = entry.origin.and_then(|origin| rasters.get(&origin)).map(|(raster, _)| raster.clone());
+        Image { name: entry.name.clone(), raster, found: entry.origin.is_some() }
     };
-    Ok(entries.into_iter().map(image).collect())
+    Ok(entries.iter().map(image).collect())
+}
+
+fn view_bytes<'a>(source: &Source<'a>, view: usize) -> Read<&'a [u8]> {
+    source.views[view].as_ref().map_err(Broken::fault)?.bytes()
 }
 
 impl<'a> Entry<'a> {
     fn read(item: Item<'a>, source: &Source<'_>) -> Read<Self> {
         let uri = item.string("uri")?;
         let view = item.index("bufferView", "buffer view", source.views.len())?;
-        let origin = match (uri, view) {
-            (Some(_), Some(_)) => return Err(item.fault("has both a `uri` and a `bufferView`")),
-            (Some(uri), None) => Some(Origin::Uri(uri)),
-            (None, Some(view)) => Some(Origin::View(view)),
-            (None, None) => None,
-        };
+        if uri.is_some() && view.is_some() {
+            source.log.repair(item.fault("has both a `uri` and a `bufferView`"), "the `bufferView` is used")?;
+        }
+        let origin = view.map(Origin::View).or(uri.map(Origin::Uri));
         let file = uri.filter(|uri| !uri.starts_with("data:")).map(shown);
         let name = Some(item.name()?).filter(|name| !name.is_empty()).map(|name| shown(&name));
         let name = name.or(file).unwrap_or_else(|| item.location.to_string());
-        Ok(Self { item, origin, name })
+        Ok(Self { location: item.location, origin, name })
     }
 
     /// Reserves the memory of the encoded and the decoded image. Decoding reports damaged headers.
@@ -116,8 +112,9 @@ impl<'a> Entry<'a> {
     fn header(&self, source: &Source<'_>) -> Option<(ImageHeader, u64)> {
         let in_memory = |bytes: &[u8]| Some((ImageHeader::read(bytes, bytes.len() as u64).ok()?, bytes.len() as u64));
         match self.origin? {
-            Origin::View(view) => in_memory(source.views[view].bytes().ok()?),
-            Origin::Uri(uri) => match uri::find(uri, source.folder, self.item.location).ok()? {
+            Origin::View(view) => in_memory(source.views[view].as_ref().ok()?.bytes().ok()?),
+            // Decoding reports what is wrong with the name.
+            Origin::Uri(uri) => match uri::find(uri, source.folder, self.location, &Log::default()).ok()? {
                 Contents::Data(bytes) => in_memory(&bytes),
                 Contents::File(file) => ImageHeader::of_file(&file).ok(),
             },
@@ -134,7 +131,7 @@ impl<'a> Entry<'a> {
 
     /// Returns the position of the image in the file, with its name.
     fn label(&self) -> String {
-        let (location, name) = (self.item.location.to_string(), &self.name);
+        let (location, name) = (self.location.to_string(), &self.name);
         if *name == location { location } else { format!("{location} ({name})") }
     }
 }

@@ -1,8 +1,10 @@
-//! Strict access to JSON. Every value is read with its type and range, and errors give the location of the value.
+//! Access to JSON. Every value is read with its type and range. An optional value that violates them is repaired, and the message
+//! gives its location.
 
 use std::fmt;
 use std::ops::RangeInclusive;
 
+use super::log::Log;
 use super::value::{Object, Value};
 use crate::fault::{ModelFault, shown};
 use crate::limits::MAX_COORDINATE;
@@ -54,11 +56,33 @@ impl fmt::Display for Location {
 pub(super) struct Item<'a> {
     object: &'a Object<'a>,
     pub(super) location: Location,
+    log: &'a Log,
+    /// Whether a violation is an error instead of a repair.
+    exact: bool,
 }
 
+/// The repair of an optional value of the wrong type.
+const IGNORED: &str = "it is ignored";
+
 impl<'a> Item<'a> {
-    pub(super) fn root(object: &'a Object<'a>) -> Self {
-        Self { object, location: Location::ROOT }
+    pub(super) fn root(object: &'a Object<'a>, log: &'a Log) -> Self {
+        Self { object, location: Location::ROOT, log, exact: false }
+    }
+
+    /// Returns the object with another place for its messages.
+    pub(super) fn quietly<'b>(&self, log: &'b Log) -> Item<'b>
+    where
+        'a: 'b,
+    {
+        Item { log, ..*self }
+    }
+
+    fn below(&self, object: &'a Object<'a>, location: Location) -> Self {
+        Self { object, location, log: self.log, exact: false }
+    }
+
+    fn exact(&self) -> Self {
+        Self { exact: true, ..*self }
     }
 
     pub(super) fn fault(&self, what: impl Into<String>) -> ModelFault {
@@ -69,9 +93,17 @@ impl<'a> Item<'a> {
         self.fault(format!("`{}` must be {wanted}", shown(key)))
     }
 
-    /// Fails if the property is missing.
-    pub(super) fn required<T>(&self, key: &str, value: Option<T>) -> Read<T> {
-        value.ok_or_else(|| self.fault(format!("`{key}` is missing")))
+    fn repair(&self, fault: ModelFault, repair: &str) -> Read<()> {
+        if self.exact { Err(fault) } else { self.log.repair(fault, repair) }
+    }
+
+    /// Reads a property by `read`. Fails if it is missing or violates its type.
+    pub(super) fn required<T>(
+        &self,
+        key: &'static str,
+        read: impl FnOnce(&Self, &'static str) -> Read<Option<T>>,
+    ) -> Read<T> {
+        read(&self.exact(), key)?.ok_or_else(|| self.fault(format!("`{key}` is missing")))
     }
 
     pub(super) fn has(&self, key: &str) -> bool {
@@ -82,15 +114,24 @@ impl<'a> Item<'a> {
         self.object.keys()
     }
 
+    /// Returns the value of a property, without a check of its type.
+    pub(super) fn value(&self, key: &str) -> Option<&'a Value<'a>> {
+        self.object.get(key)
+    }
+
     /// Reads a property and converts it by `read`. `wanted` describes the valid values.
     fn get<T>(&self, key: &str, wanted: &str, read: impl Fn(&'a Value<'a>) -> Option<T>) -> Read<Option<T>> {
-        let read = |value| read(value).ok_or_else(|| self.wrong(key, wanted));
-        self.object.get(key).map(read).transpose()
+        let Some(value) = self.object.get(key) else { return Ok(None) };
+        let converted = read(value);
+        if converted.is_none() {
+            self.repair(self.wrong(key, wanted), IGNORED)?;
+        }
+        Ok(converted)
     }
 
     /// Returns the values of an array, or an empty list if the array is missing.
     fn list(&self, key: &str, wanted: &str) -> Read<&'a [Value<'a>]> {
-        Ok(self.get(key, wanted, Value::as_list)?.unwrap_or_default())
+        Ok(self.exact().get(key, wanted, Value::as_list)?.unwrap_or_default())
     }
 
     pub(super) fn string(&self, key: &str) -> Read<Option<&'a str>> {
@@ -102,9 +143,9 @@ impl<'a> Item<'a> {
         Ok(self.string("name")?.unwrap_or_default().to_owned())
     }
 
-    /// Reads a boolean, which is false if it is missing.
-    pub(super) fn flag(&self, key: &str) -> Read<bool> {
-        Ok(self.get(key, "true or false", Value::as_bool)?.unwrap_or(false))
+    /// Reads a boolean, which is `default` if it is missing.
+    pub(super) fn flag(&self, key: &str, default: bool) -> Read<bool> {
+        Ok(self.get(key, "true or false", Value::as_bool)?.unwrap_or(default))
     }
 
     /// Reads a non-negative integer, which may be written as `2.0`.
@@ -112,61 +153,82 @@ impl<'a> Item<'a> {
         self.get(key, "a whole number, 0 or more", Value::as_whole)
     }
 
-    /// Reads a 32-bit number and checks its range.
+    /// Reads a 32-bit number. A number out of range becomes the nearest end.
     pub(super) fn number(&self, key: &str, range: RangeInclusive<f32>) -> Read<Option<f32>> {
-        let number = |value: &Value<'_>| {
-            let number = value.as_number().map(|v| v as f32).filter(|v| range.contains(v));
-            number.ok_or_else(|| self.wrong(key, &in_range(&range)))
-        };
-        self.object.get(key).map(number).transpose()
+        let wanted = in_range(&range);
+        let Some(number) = self.get(key, &wanted, Value::as_number)? else { return Ok(None) };
+        if !range.contains(&(number as f32)) {
+            self.repair(self.wrong(key, &wanted), "the nearest valid number is used")?;
+        }
+        Ok(Some((number as f32).clamp(*range.start(), *range.end())))
     }
 
-    /// Reads `N` numbers and checks the range of each.
+    /// Reads `N` numbers. Further numbers are ignored, and numbers out of range become the nearest end.
     pub(super) fn vector<const N: usize>(&self, key: &str, range: RangeInclusive<f32>) -> Read<Option<[f32; N]>> {
-        let Some(numbers) = self.numbers(key, range.clone())? else { return Ok(None) };
-        let vector = <[f32; N]>::try_from(numbers);
-        vector.map(Some).map_err(|_| self.wrong(key, &format!("an array of {N} numbers")))
+        let Some(numbers) = self.numbers(key, range)? else { return Ok(None) };
+        if numbers.len() != N {
+            let repair = if numbers.len() < N { IGNORED } else { "the further numbers are ignored" };
+            self.repair(self.wrong(key, &format!("an array of {N} numbers")), repair)?;
+        }
+        Ok(numbers.first_chunk::<N>().copied())
     }
 
-    /// Reads an array of numbers and checks the range of each.
+    /// Reads an array of numbers. Numbers out of range become the nearest end.
     pub(super) fn numbers(&self, key: &str, range: RangeInclusive<f32>) -> Read<Option<Vec<f32>>> {
-        let Some(value) = self.object.get(key) else { return Ok(None) };
-        let wrong = || self.wrong(key, &format!("an array of numbers, each {}", in_range(&range)));
-        let number =
-            |value: &Value<'_>| value.as_number().map(|v| v as f32).filter(|v| range.contains(v)).ok_or_else(wrong);
-        value.as_list().ok_or_else(wrong)?.iter().map(number).collect::<Read<_>>().map(Some)
+        let wanted = || format!("an array of numbers, each {}", in_range(&range));
+        let list = |value: &'a Value<'a>| {
+            value.as_list()?.iter().map(|v| v.as_number().map(|v| v as f32)).collect::<Option<Vec<f32>>>()
+        };
+        let Some(mut numbers) = self.get(key, &wanted(), list)? else { return Ok(None) };
+        if numbers.iter().any(|number| !range.contains(number)) {
+            self.repair(self.wrong(key, &wanted()), "the nearest valid numbers are used")?;
+            numbers.iter_mut().for_each(|number| *number = number.clamp(*range.start(), *range.end()));
+        }
+        Ok(Some(numbers))
     }
 
     /// Reads the index of another object, whose list has `count` objects.
     pub(super) fn index(&self, key: &str, kind: &str, count: usize) -> Read<Option<usize>> {
         let Some(index) = self.whole(key)? else { return Ok(None) };
-        self.in_list(key, index, kind, count).map(Some)
+        self.in_list(key, index, kind, count)
     }
 
+    /// Like [`Self::index`], but fails on an index that is out of range.
+    pub(super) fn exact_index(&self, key: &str, kind: &str, count: usize) -> Read<Option<usize>> {
+        self.exact().index(key, kind, count)
+    }
+
+    /// Reads a list of indices. Those out of range are left out.
     pub(super) fn indices(&self, key: &str, kind: &str, count: usize) -> Read<Vec<usize>> {
         let wanted = "an array of whole numbers";
-        let index = |value: &Value<'_>| {
-            let index = value.as_whole().ok_or_else(|| self.wrong(key, wanted))?;
-            self.in_list(key, index, kind, count)
-        };
-        self.list(key, wanted)?.iter().map(index).collect()
+        let mut all = Vec::new();
+        for value in self.get(key, wanted, Value::as_list)?.unwrap_or_default() {
+            match value.as_whole() {
+                Some(index) => all.extend(self.in_list(key, index, kind, count)?),
+                None => self.repair(self.wrong(key, wanted), IGNORED)?,
+            }
+        }
+        Ok(all)
     }
 
-    fn in_list(&self, key: &str, index: u64, kind: &str, count: usize) -> Read<usize> {
+    fn in_list(&self, key: &str, index: u64, kind: &str, count: usize) -> Read<Option<usize>> {
         let found = usize::try_from(index).ok().filter(|&i| i < count);
-        found
-            .ok_or_else(|| self.fault(format!("`{}` refers to {kind} {index}, but there are only {count}", shown(key))))
+        if found.is_none() {
+            let what = format!("`{}` refers to {kind} {index}, but there are only {count}", shown(key));
+            self.repair(self.fault(what), IGNORED)?;
+        }
+        Ok(found)
     }
 
     pub(super) fn item(&self, key: &'static str) -> Read<Option<Item<'a>>> {
         let object = self.get(key, "an object", Value::as_object)?;
-        Ok(object.map(|object| Item { object, location: self.location.below(key, None) }))
+        Ok(object.map(|object| self.below(object, self.location.below(key, None))))
     }
 
     /// Returns a nested object, or `None` if the value has another type.
     pub(super) fn object_or_nothing(&self, key: &'static str) -> Option<Item<'a>> {
         let object = self.object.get(key)?.as_object()?;
-        Some(Item { object, location: self.location.below(key, None) })
+        Some(self.below(object, self.location.below(key, None)))
     }
 
     /// Returns the objects of an array, or an empty list if the array is missing. Messages call the objects `kind 0`, `kind
@@ -174,8 +236,14 @@ impl<'a> Item<'a> {
     pub(super) fn items(&self, key: &str, kind: &'static str) -> Read<Vec<Item<'a>>> {
         let item = |(i, value): (usize, &'a Value<'a>)| {
             let location = self.location.below(kind, Some(i));
-            let object = value.as_object().ok_or_else(|| location.fault("must be an object"))?;
-            Ok(Item { object, location })
+            let object = match value.as_object() {
+                Some(object) => object,
+                None => {
+                    self.repair(location.fault("must be an object"), "it is read as an object without properties")?;
+                    Object::EMPTY
+                }
+            };
+            Ok(self.below(object, location))
         };
         self.list(key, "an array")?.iter().enumerate().map(item).collect()
     }
@@ -186,15 +254,28 @@ impl<'a> Item<'a> {
     }
 
     pub(super) fn strings(&self, key: &str) -> Read<Vec<&'a str>> {
-        let wanted = "an array of strings";
-        let text = |value: &'a Value<'a>| value.as_str().ok_or_else(|| self.wrong(key, wanted));
-        self.list(key, wanted)?.iter().map(text).collect()
+        let texts = |value: &'a Value<'a>| value.as_list()?.iter().map(Value::as_str).collect();
+        Ok(self.get(key, "an array of strings", texts)?.unwrap_or_default())
+    }
+
+    /// Returns the whole numbers that have this key in the object, or in an object below it.
+    pub(super) fn whole_numbers_below(&self, key: &str) -> Vec<usize> {
+        let mut found = Vec::new();
+        let mut objects = vec![self.object];
+        while let Some(object) = objects.pop() {
+            for (name, value) in object.entries() {
+                objects.extend(value.as_object());
+                let number = Some(value).filter(|_| name == key).and_then(Value::as_whole);
+                found.extend(number.and_then(|number| usize::try_from(number).ok()));
+            }
+        }
+        found
     }
 
     /// Returns the named extension of this object.
     pub(super) fn extension(&self, name: &'static str) -> Read<Option<Item<'a>>> {
         let Some(all) = self.item("extensions")? else { return Ok(None) };
-        Item { object: all.object, location: self.location }.item(name)
+        self.below(all.object, self.location).item(name)
     }
 }
 

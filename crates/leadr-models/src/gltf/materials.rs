@@ -1,22 +1,53 @@
 //! Materials. The reader supports core metallic-roughness, and extensions for dielectrics, emission and anisotropy.
 
+use std::collections::HashSet;
+
 use super::extensions::{ANISOTROPY, EMISSIVE_STRENGTH, IOR, SPECULAR, UNLIT};
 use super::json::{Item, Read};
+use super::log::Log;
+use super::meshes;
 use super::source::Source;
 use super::textures::{Purpose, Textures};
 use super::uri;
 use crate::fault::{ModelFault, shown};
 use crate::limits::{COORDINATES, MAX_COORDINATE};
 use leadr_maps::material::{Anisotropy, GreenAxis, Input, Material, NormalMap, Opacity, Relief, RoughnessMeaning};
-use leadr_maps::{ImageHeader, decode_heights};
+use leadr_maps::{HeightMap, ImageHeader, decode_heights};
 
 /// The key of the displacement map in a material's `extras`.
 const DISPLACEMENT: &str = "leadr_displacement";
 
+/// Reads the materials that primitives use. The others have only their names.
 pub(super) fn read(source: &Source<'_>) -> Read<Vec<Material>> {
     let items = source.root.items("materials", "material")?;
-    let textures = Textures::read(source)?;
-    items.iter().enumerate().map(|(i, item)| Reader { source, textures: &textures, item }.read(i)).collect()
+    let mut used = vec![source.log.strict; items.len()];
+    // The reader of meshes reports what is wrong with them.
+    let quiet = Log::default();
+    for mesh in source.root.items("meshes", "mesh")? {
+        for primitive in mesh.quietly(&quiet).items("primitives", "primitive").unwrap_or_default() {
+            if let Ok(Some(material)) = meshes::material(source, &primitive, items.len()) {
+                used[material] = true;
+            }
+        }
+    }
+    let mut textures = HashSet::new();
+    for (item, _) in items.iter().zip(&used).filter(|(_, used)| **used) {
+        textures.extend(item.whole_numbers_below("index"));
+    }
+    if source.log.strict {
+        textures.extend(0..source.root.length("textures")?);
+    }
+    let textures = Textures::read(source, &textures)?;
+    let read = |(number, (item, used)): (usize, (&Item<'_>, bool))| -> Read<Material> {
+        let mut material = default();
+        let name = item.name()?;
+        material.name = if name.is_empty() { format!("material {number}") } else { name };
+        if used {
+            Reader { source, textures: &textures, item }.read(&mut material)?;
+        }
+        Ok(material)
+    };
+    items.iter().zip(used).enumerate().map(read).collect()
 }
 
 /// Returns the material of primitives that have none.
@@ -36,14 +67,11 @@ struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    fn read(&self, number: usize) -> Read<Material> {
+    fn read(&self, material: &mut Material) -> Read<()> {
         let item = self.item;
-        let name = item.name()?;
-        let mut material = default();
-        material.name = if name.is_empty() { format!("material {number}") } else { name };
-        let opacity = self.base(&mut material)?;
+        let opacity = self.base(material)?;
         material.opacity = self.opacity(opacity)?;
-        material.double_sided = item.flag("doubleSided")?;
+        material.double_sided = item.flag("doubleSided", false)?;
         material.unlit = item.extension(UNLIT)?.is_some();
         material.normal_map = self.normal_map()?;
         if let Some((texture, info)) = self.textures.get(item, "occlusionTexture", Purpose::Number)? {
@@ -51,10 +79,10 @@ impl<'a> Reader<'a> {
             material.occlusion_strength = info.number("strength", 0.0..=1.0)?.unwrap_or(1.0);
         }
         material.emission = self.emission()?;
-        self.dielectric(&mut material)?;
+        self.dielectric(material)?;
         material.anisotropy = self.anisotropy()?;
         material.relief = self.relief()?;
-        Ok(material)
+        Ok(())
     }
 
     /// Reads base colour, metalness and roughness into `material`. Returns the opacity.
@@ -87,7 +115,8 @@ impl<'a> Reader<'a> {
             Some("BLEND") => Opacity::Blend { share: alpha },
             Some(other) => {
                 let (location, other) = (self.item.location, shown(other));
-                self.source.remark(format!("{location}: alpha mode {other} is unknown; it is drawn as opaque"));
+                let fault = location.fault(format!("alpha mode {other} is unknown"));
+                self.source.log.repair(fault, "it is drawn as opaque")?;
                 Opacity::Opaque
             }
         })
@@ -101,7 +130,13 @@ impl<'a> Reader<'a> {
     }
 
     fn emission(&self) -> Read<Input<[f32; 3]>> {
-        let factor = self.item.vector("emissiveFactor", 0.0..=1.0)?.unwrap_or([0.0; 3]);
+        let mut factor = self.item.vector::<3>("emissiveFactor", 0.0..=MAX_COORDINATE)?.unwrap_or([0.0; 3]);
+        if let Some(most) = factor.into_iter().find(|&factor| factor > 1.0) {
+            let fault = self.item.fault(format!("`emissiveFactor` is {most}, but must be at most 1"));
+            // A value just above 1 is a rounding error, and older exporters wrote the strength into the factor.
+            self.source.log.repair(fault, "it is read as the strength of the emission")?;
+            factor = factor.map(|factor| if factor < 1.0 + 1e-3 { factor.min(1.0) } else { factor });
+        }
         let strength = match self.item.extension(EMISSIVE_STRENGTH)? {
             Some(extension) => extension.number("emissiveStrength", 0.0..=MAX_COORDINATE)?.unwrap_or(1.0),
             None => 1.0,
@@ -115,9 +150,13 @@ impl<'a> Reader<'a> {
         if let Some(extension) = self.item.extension(IOR)? {
             let ior = extension.number("ior", 0.0..=MAX_COORDINATE)?.unwrap_or(1.5);
             // An index of refraction of 0 means that everything is reflected, which also follows from the formula.
-            if ior > 0.0 && ior < 1.0 {
-                return Err(extension.fault(format!("`ior` is {ior}, but must be 0, or at least 1")));
-            }
+            let ior = if ior > 0.0 && ior < 1.0 {
+                let fault = extension.fault(format!("`ior` is {ior}, but must be 0, or at least 1"));
+                self.source.log.repair(fault, "it is read as 1.5")?;
+                1.5
+            } else {
+                ior
+            };
             material.f0.factor = [((ior - 1.0) / (ior + 1.0)).powi(2); 3];
         }
         let Some(extension) = self.item.extension(SPECULAR)? else { return Ok(()) };
@@ -152,29 +191,31 @@ impl<'a> Reader<'a> {
         // Other programs also use `extras`, which need not be an object.
         let Some(extras) = self.item.object_or_nothing("extras") else { return Ok(None) };
         let Some(item) = extras.item(DISPLACEMENT)? else { return Ok(None) };
-        let uri = item.required("uri", item.string("uri")?)?;
-        let scale = item.number("scale", 0.0..=MAX_COORDINATE)?;
-        let middle = item.number("middle", COORDINATES)?.unwrap_or(0.5);
-        let map = uri::fetch(uri, self.source.folder, item.location, u64::MAX).and_then(|bytes| {
-            let fault = |fault| ModelFault::Image { location: format!("{} ({})", item.location, shown(uri)), fault };
-            let length = bytes.len() as u64;
-            // Decoding reports damaged headers.
-            if let Ok(header) = ImageHeader::read(&bytes, length) {
-                let heights = header.texels() * size_of::<f32>() as u64;
-                self.source.image_budget.take(length + header.decoded_bytes() + heights).map_err(fault)?;
-            }
-            let mut remarks = Vec::new();
-            let map = decode_heights(&bytes, &mut remarks).map_err(fault);
-            remarks.iter().for_each(|text| self.source.remark(format!("{} ({}): {text}", item.location, shown(uri))));
-            map
-        });
+        let map = item.required("uri", Item::string).and_then(|uri| self.heights(&item, uri));
         match map {
-            Ok(map) => Ok(Some(Relief { map, scale, in_widths: false, middle })),
-            Err(fault) if self.source.lenient => {
-                self.source.remark(format!("{fault}; the surface is not displaced"));
-                Ok(None)
-            }
-            Err(fault) => Err(fault),
+            Ok(map) => Ok(Some(Relief {
+                map,
+                scale: item.number("scale", 0.0..=MAX_COORDINATE)?,
+                in_widths: false,
+                middle: item.number("middle", COORDINATES)?.unwrap_or(0.5),
+            })),
+            Err(fault) => self.source.log.repair(fault, "the surface is not displaced").map(|()| None),
         }
+    }
+
+    fn heights(&self, item: &Item<'_>, uri: &str) -> Read<HeightMap> {
+        let bytes = uri::fetch(uri, self.source.folder, item.location, u64::MAX, self.source.log)?;
+        let fault = |fault| ModelFault::Image { location: format!("{} ({})", item.location, shown(uri)), fault };
+        let length = bytes.len() as u64;
+        // Decoding reports damaged headers.
+        if let Ok(header) = ImageHeader::read(&bytes, length) {
+            let heights = header.texels() * size_of::<f32>() as u64;
+            self.source.image_budget.take(length + header.decoded_bytes() + heights).map_err(fault)?;
+        }
+        let mut remarks = Vec::new();
+        let map = decode_heights(&bytes, &mut remarks).map_err(fault);
+        let place = format!("{} ({})", item.location, shown(uri));
+        remarks.iter().for_each(|text| self.source.log.remark(format!("{place}: {text}")));
+        map
     }
 }

@@ -1,9 +1,11 @@
-//! Meshes, with triangles and vertex attributes. Obvious defects are repaired, and other defects are refused.
+//! Meshes, with triangles and vertex attributes. An attribute, a triangle or a primitive that cannot be read is left out.
 
 use super::accessor::{Accessor, Component};
+use super::extensions::VARIANTS;
 use super::influences;
 use super::json::{Item, Read};
-use super::repair;
+use super::log::Log;
+use super::repair::{self, Finding};
 use super::source::Source;
 use super::topology::{Mode, per_corner};
 use crate::deform::flat_normals;
@@ -22,7 +24,13 @@ pub(super) fn read(source: &Source<'_>) -> Read<Meshes> {
     let mut all = Meshes { meshes: Vec::new(), weights: Vec::new(), use_default_material: false };
     let materials = source.root.length("materials")?;
     for item in source.root.items("meshes", "mesh")? {
-        let (mesh, weights) = read_mesh(source, &item, materials)?;
+        let (mesh, weights) = match read_mesh(source, &item, materials) {
+            Ok(mesh) => mesh,
+            Err(fault) => {
+                source.log.lose(fault, "the mesh is left out")?;
+                Default::default()
+            }
+        };
         all.use_default_material |= mesh.primitives.iter().any(|p| p.material == materials);
         all.meshes.push(mesh);
         all.weights.push(weights);
@@ -32,10 +40,17 @@ pub(super) fn read(source: &Source<'_>) -> Read<Meshes> {
 
 fn read_mesh(source: &Source<'_>, item: &Item<'_>, materials: usize) -> Read<(Mesh, Vec<f32>)> {
     let primitives = item.items("primitives", "primitive")?;
-    let Some(first) = primitives.first() else { return Err(item.fault("has no primitives")) };
-    let target_count = first.length("targets")?;
+    if primitives.is_empty() {
+        return Err(item.fault("has no primitives"));
+    }
+    let counts = primitives.iter().map(|primitive| primitive.length("targets")).collect::<Read<Vec<_>>>()?;
+    let target_count = counts.iter().copied().max().unwrap_or(0);
     if target_count > MAX_TARGETS {
         return Err(item.fault(format!("has {target_count} morph targets; the limit is {MAX_TARGETS}")));
+    }
+    if counts.iter().any(|&count| count != target_count) {
+        let fault = item.fault("has primitives with different numbers of morph targets");
+        source.log.repair(fault, "the missing targets move nothing")?;
     }
     // Target names are not part of the specification, but a convention of exporters.
     let names = item.object_or_nothing("extras").and_then(|extras| extras.strings("targetNames").ok());
@@ -43,24 +58,36 @@ fn read_mesh(source: &Source<'_>, item: &Item<'_>, materials: usize) -> Read<(Me
     let target_names = names.into_iter().map(str::to_owned).collect();
     let mut mesh = Mesh { name: item.name()?, primitives: Vec::new(), target_count, target_names };
     for primitive in &primitives {
-        if primitive.length("targets")? != target_count {
-            return Err(primitive.fault("does not have as many morph targets as the mesh's first primitive"));
+        match (Reader { source, item: primitive }).read(materials) {
+            Ok(read) => mesh.primitives.extend(read),
+            Err(fault) => source.log.lose(fault, "the primitive is left out")?,
         }
-        mesh.primitives.extend(Reader { source, item: primitive }.read(materials)?);
     }
-    let weights = morph_weights(item, target_count)?.unwrap_or_else(|| vec![0.0; target_count]);
+    let weights = morph_weights(item, target_count, source.log)?.unwrap_or_else(|| vec![0.0; target_count]);
     Ok((mesh, weights))
 }
 
-/// Reads the `weights` of a mesh or node. There is one weight per morph target.
-pub(super) fn morph_weights(item: &Item<'_>, targets: usize) -> Read<Option<Vec<f32>>> {
-    let weights = item.numbers("weights", COORDINATES)?;
-    match &weights {
-        Some(given) if given.len() != targets => {
-            Err(item.fault(format!("has {} weights for {targets} morph targets", given.len())))
+/// Returns the material of a primitive, of `count` materials, in the selected variant.
+pub(super) fn material(source: &Source<'_>, primitive: &Item<'_>, count: usize) -> Read<Option<usize>> {
+    if let (Some(variant), Some(extension)) = (source.variant, primitive.extension(VARIANTS)?) {
+        for mapping in extension.items("mappings", "mapping")? {
+            if mapping.indices("variants", "variant", usize::MAX)?.contains(&variant) {
+                return mapping.index("material", "material", count);
+            }
         }
-        _ => Ok(weights),
     }
+    primitive.index("material", "material", count)
+}
+
+/// Reads the `weights` of a mesh or node. There is one weight per morph target.
+pub(super) fn morph_weights(item: &Item<'_>, targets: usize, log: &Log) -> Read<Option<Vec<f32>>> {
+    let Some(mut weights) = item.numbers("weights", COORDINATES)? else { return Ok(None) };
+    if weights.len() != targets {
+        let fault = item.fault(format!("has {} weights for {targets} morph targets", weights.len()));
+        log.repair(fault, "the missing weights are 0")?;
+        weights.resize(targets, 0.0);
+    }
+    Ok(Some(weights))
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -69,6 +96,8 @@ enum Types {
     Float,
     /// Floats, normalised unsigned bytes, normalised unsigned 16-bit numbers, and quantised types.
     Unit,
+    /// Like `Unit`, but integers are always normalised.
+    Share,
     /// Floats, normalised signed bytes, normalised signed 16-bit numbers, and quantised types. Differences need a sign.
     Difference,
 }
@@ -78,52 +107,79 @@ struct Reader<'a> {
     item: &'a Item<'a>,
 }
 
+/// The repair of an attribute that cannot be read.
+const IGNORED: &str = "the attribute is ignored";
+
 impl Reader<'_> {
     /// Reads the primitive. Returns `None` for a primitive without triangles.
     fn read(&self, materials: usize) -> Read<Option<Primitive>> {
-        let attributes = self.item.required("attributes", self.item.item("attributes")?)?;
+        let attributes = self.item.required("attributes", Item::item)?;
         let code = self.item.whole("mode")?.unwrap_or(4);
         let mode =
             Mode::of_code(code).ok_or_else(|| self.item.fault(format!("`mode` is {code}, but must be 0 to 6")))?;
-        let material = self.item.index("material", "material", materials)?.unwrap_or(materials);
-        let mut primitive = Primitive { material, ..Primitive::default() };
-        let positions = self.attribute::<3>(&attributes, "POSITION", Types::Float, None)?;
-        let count = positions.as_ref().map(Vec::len);
-        self.check_unread(&attributes)?;
-        let Some(positions) = positions else {
-            self.remark("has no positions and is not drawn");
-            return Ok(None);
-        };
-        primitive.positions = self.bounded("POSITION", positions)?;
-        primitive.triangles = self.triangles(mode, primitive.positions.len())?;
         if matches!(mode, Mode::Points | Mode::Lines) {
             let what = if mode == Mode::Points { "points" } else { "lines" };
             self.remark(&format!("consists of {what}, which are not drawn"));
             return Ok(None);
         }
-        let normals = self.attribute::<3>(&attributes, "NORMAL", Types::Float, count)?;
-        let tangents = self.attribute::<4>(&attributes, "TANGENT", Types::Float, count)?;
+        let material = material(self.source, self.item, materials)?.unwrap_or(materials);
+        let mut primitive = Primitive { material, ..Primitive::default() };
+        let positions = self.attribute::<3>(&attributes, "POSITION", Types::Float, None)?;
+        if self.log().strict {
+            // Attributes that are not read must refer to accessors too.
+            for key in attributes.keys() {
+                self.source.accessor(&attributes, key)?;
+            }
+        }
+        let Some(positions) = positions else {
+            self.remark("has no positions and is not drawn");
+            return Ok(None);
+        };
+        let count = Some(positions.len());
+        primitive.positions = positions;
+        primitive.triangles = self.triangles(mode, primitive.positions.len())?;
+        self.drop_unplaced(&mut primitive)?;
+        let normals = self.optional(self.attribute::<3>(&attributes, "NORMAL", Types::Float, count))?;
+        let tangents = self.optional(self.attribute::<4>(&attributes, "TANGENT", Types::Float, count))?;
         primitive.texcoords = self.texcoords(&attributes, count)?;
-        primitive.colors = self.colors(&attributes, count)?;
-        primitive.influences = self.influences(&attributes, count)?;
+        primitive.colors = self.optional(self.colors(&attributes, count))?;
+        primitive.influences = self.optional(self.influences(&attributes, count))?;
         primitive.targets = self.targets(count, normals.is_some(), tangents.is_some())?;
         match normals {
             Some(normals) => {
                 primitive.normals = normals;
                 primitive.tangents = tangents;
-                for what in repair::directions(&mut primitive) {
-                    self.remark(&what);
-                }
+                self.report(repair::directions(&mut primitive))?;
             }
             None => self.flatten(&mut primitive)?,
         }
         Ok(Some(primitive))
     }
 
-    fn remark(&self, what: &str) {
-        self.source.remark(format!("{}: {what}", self.item.location));
+    fn log(&self) -> &Log {
+        self.source.log
     }
 
+    fn remark(&self, what: &str) {
+        self.log().remark(format!("{}: {what}", self.item.location));
+    }
+
+    fn report(&self, findings: Vec<Finding>) -> Read<()> {
+        findings.into_iter().try_for_each(|Finding { what, repair }| match repair {
+            Some(repair) => self.log().repair(self.item.fault(what), repair),
+            None => {
+                self.remark(&what);
+                Ok(())
+            }
+        })
+    }
+
+    /// Ignores an attribute that cannot be read.
+    fn optional<T>(&self, attribute: Read<Option<T>>) -> Read<Option<T>> {
+        attribute.or_else(|fault| self.log().repair(fault, IGNORED).map(|()| None))
+    }
+
+    /// Reads an attribute. Values that are not finite are refused in strict mode only.
     fn attribute<const N: usize>(
         &self,
         attributes: &Item<'_>,
@@ -132,52 +188,109 @@ impl Reader<'_> {
         count: Option<usize>,
     ) -> Read<Option<Vec<[f32; N]>>> {
         let Some(accessor) = self.source.accessor(attributes, name)? else { return Ok(None) };
-        self.check_type(accessor, attributes, name, types, N)?;
+        if name == "POSITION" && accessor.is_zeros() && !self.source.unread.is_empty() {
+            let unread = self.source.unread.join(", ");
+            return Err(accessor.fault(format!("has no data without {unread}, which is not supported")));
+        }
+        let normalized = self.check_type(accessor, attributes, name, types, N)?;
         self.check_count(accessor, attributes, name, count)?;
-        accessor.floats::<N>(&self.source.budget).map(Some)
+        let mut values = accessor.floats::<N>(normalized, &self.source.budget)?;
+        values.truncate(count.unwrap_or(usize::MAX));
+        if let Some(fault) = accessor.not_finite(&values) {
+            self.log().refuse(fault)?;
+        }
+        Ok(Some(values))
     }
 
-    fn check_type(&self, accessor: &Accessor<'_>, item: &Item<'_>, name: &str, types: Types, n: usize) -> Read<()> {
+    /// Checks the type of an attribute of `n` numbers. Returns whether integers are normalised.
+    fn check_type(&self, accessor: &Accessor<'_>, item: &Item<'_>, name: &str, types: Types, n: usize) -> Read<bool> {
         let shape = ["SCALAR", "VEC2", "VEC3", "VEC4"][n - 1];
-        let normalized = |of: Types| types == of && accessor.normalized;
+        let normalized = |of: bool| of && accessor.normalized;
+        let (unit, difference) = (matches!(types, Types::Unit | Types::Share), types == Types::Difference);
+        let quantized = self.source.quantized && types != Types::Share;
         let type_is_good = match accessor.component {
             Some(Component::F32) => true,
-            Some(Component::U8 | Component::U16) => normalized(Types::Unit) || self.source.quantized,
-            Some(Component::I8 | Component::I16) => normalized(Types::Difference) || self.source.quantized,
+            Some(Component::U8 | Component::U16) => normalized(unit) || quantized,
+            Some(Component::I8 | Component::I16) => normalized(difference) || quantized,
             Some(Component::U32) | None => false,
         };
-        let wanted = if types == Types::Unit { "floats or normalised bytes or 16-bit numbers" } else { "floats" };
-        let good = type_is_good && accessor.is_of(shape);
-        accessor.expect(good, item.location, name, &format!("{shape} of {wanted}"))
+        let wanted = if unit { "floats or normalised bytes or 16-bit numbers" } else { "floats" };
+        let wanted = format!("{shape} of {wanted}");
+        let expected = accessor.expect(type_is_good && accessor.is_of(shape), item.location, name, &wanted);
+        // Only the sign of a tangent, which is its last number, has a plain value if it is missing.
+        let least = if name == "TANGENT" { 3 } else { n };
+        let has_reading = !matches!(accessor.component, Some(Component::U32) | None)
+            && (least..=4).contains(&accessor.numbers())
+            && !accessor.shape.is_some_and(|shape| shape.name.starts_with("MAT"));
+        match expected {
+            Err(fault) if has_reading => {
+                let repair = if type_is_good {
+                    "its first numbers are read"
+                } else if accessor.normalized || types == Types::Share {
+                    "it is read as normalised numbers"
+                } else {
+                    "its numbers are read as they are"
+                };
+                self.log().repair(fault, repair)?;
+            }
+            other => other?,
+        }
+        Ok(accessor.normalized || types == Types::Share)
     }
 
     fn check_count(&self, accessor: &Accessor<'_>, item: &Item<'_>, name: &str, count: Option<usize>) -> Read<()> {
         match count {
             Some(count) if count != accessor.count => {
-                Err(item.fault(format!("`{name}` has {} elements, but `POSITION` has {count}", accessor.count)))
+                let what = format!("`{name}` has {} elements, but `POSITION` has {count}", accessor.count);
+                if accessor.count < count {
+                    return Err(item.fault(what));
+                }
+                self.log().repair(item.fault(what), "the further elements are ignored")
             }
             _ => Ok(()),
         }
     }
 
-    /// Checks that unused attributes refer to valid accessors.
-    fn check_unread(&self, attributes: &Item<'_>) -> Read<()> {
-        for key in attributes.keys() {
-            attributes.index(key, "accessor", self.source.accessors.len())?;
+    /// Replaces values that are not finite or too large by 0.
+    fn bounded<const N: usize>(&self, name: &str, values: &mut [[f32; N]]) -> Read<()> {
+        let bad = |values: &[f32; N]| !values.iter().all(|value| COORDINATES.contains(value));
+        if let Some(vertex) = values.iter().position(bad) {
+            let value = values[vertex].into_iter().find(|value| !COORDINATES.contains(value)).unwrap_or_default();
+            let what = format!("`{name}` of vertex {vertex} is {value}, but must be within ±{MAX_COORDINATE:e}");
+            self.log().repair(self.item.fault(what), "such values are read as 0")?;
+            values.iter_mut().filter(|values| bad(values)).for_each(|values| *values = [0.0; N]);
         }
         Ok(())
     }
 
-    fn bounded<const N: usize>(&self, name: &str, values: Vec<[f32; N]>) -> Read<Vec<[f32; N]>> {
-        match values.as_flattened().iter().position(|v| !COORDINATES.contains(v)) {
-            None => Ok(values),
-            Some(i) => {
-                let value = values.as_flattened()[i];
-                Err(self.item.fault(format!("`{name}` of vertex {} is {value}, beyond {MAX_COORDINATE}", i / N)))
-            }
+    /// Removes triangles with a corner that has no position or that does not exist.
+    fn drop_unplaced(&self, primitive: &mut Primitive) -> Read<()> {
+        let vertices = primitive.positions.len();
+        let all = primitive.triangles.len();
+        let missing = primitive.triangles.as_flattened().iter().find(|&&v| v as usize >= vertices).copied();
+        if let Some(vertex) = missing {
+            primitive.triangles.retain(|triangle| triangle.iter().all(|&v| (v as usize) < vertices));
+            let left_out = all - primitive.triangles.len();
+            let what = format!(
+                "{left_out} of {all} triangles refer to vertices such as {vertex}, but there are only {vertices}"
+            );
+            self.log().lose(self.item.fault(what), "these triangles are left out")?;
         }
+        let placed = |position: &[f32; 3]| position.iter().all(|value| COORDINATES.contains(value));
+        if let Some(vertex) = primitive.positions.iter().position(|position| !placed(position)) {
+            let value = primitive.positions[vertex].into_iter().find(|value| !COORDINATES.contains(value));
+            let value = value.unwrap_or_default();
+            let what = format!("`POSITION` of vertex {vertex} is {value}, but must be within ±{MAX_COORDINATE:e}");
+            self.log().lose(self.item.fault(what), "the triangles around such vertices are left out")?;
+            let positions = &primitive.positions;
+            primitive.triangles.retain(|triangle| triangle.iter().all(|&v| placed(&positions[v as usize])));
+            let first = positions.iter().find(|position| placed(position)).copied().unwrap_or_default();
+            primitive.positions.iter_mut().filter(|position| !placed(position)).for_each(|p| *p = first);
+        }
+        Ok(())
     }
 
+    /// Returns the triangles, whose vertices may not exist.
     fn triangles(&self, mode: Mode, vertices: usize) -> Read<Vec<[u32; 3]>> {
         let indices = match self.source.accessor(self.item, "indices")? {
             None => None,
@@ -188,12 +301,6 @@ impl Reader<'_> {
                 read
             }
         };
-        if let Some(indices) = &indices
-            && let Some(i) = indices.iter().position(|&[v]| v as usize >= vertices)
-        {
-            let what = format!("index {i} refers to vertex {}, but there are only {vertices}", indices[i][0]);
-            return Err(self.item.fault(what));
-        }
         let count = indices.as_ref().map_or(vertices, Vec::len);
         let (triangles, left) = mode.triangles(count);
         if left > 0 {
@@ -209,27 +316,39 @@ impl Reader<'_> {
 
     fn texcoords(&self, attributes: &Item<'_>, count: Option<usize>) -> Read<Vec<Vec<[f32; 2]>>> {
         let mut sets = Vec::new();
-        while let Some(set) =
-            self.attribute::<2>(attributes, &format!("TEXCOORD_{}", sets.len()), Types::Unit, count)?
-        {
-            sets.push(self.bounded(&format!("TEXCOORD_{}", sets.len()), set)?);
+        loop {
+            let name = format!("TEXCOORD_{}", sets.len());
+            if !attributes.has(&name) {
+                return Ok(sets);
+            }
+            match self.optional(self.attribute::<2>(attributes, &name, Types::Unit, count))? {
+                Some(mut set) => {
+                    self.bounded(&name, &mut set)?;
+                    sets.push(set);
+                }
+                // Further sets keep their numbers.
+                None => {
+                    let count = count.unwrap_or(0);
+                    self.source.budget.take::<[f32; 2]>(count)?;
+                    sets.push(vec![[0.0; 2]; count]);
+                }
+            }
         }
-        Ok(sets)
     }
 
     fn colors(&self, attributes: &Item<'_>, count: Option<usize>) -> Read<Option<Vec<[f32; 4]>>> {
         const NAME: &str = "COLOR_0";
         let opaque = self.source.accessor(attributes, NAME)?.is_some_and(|a| a.is_of("VEC3"));
         let mut colors = if opaque {
-            let colors = self.attribute::<3>(attributes, NAME, Types::Unit, count)?;
+            let colors = self.attribute::<3>(attributes, NAME, Types::Share, count)?;
             colors.map(|all| all.into_iter().map(|[r, g, b]| [r, g, b, 1.0]).collect())
         } else {
-            self.attribute::<4>(attributes, NAME, Types::Unit, count)?
+            self.attribute::<4>(attributes, NAME, Types::Share, count)?
         };
         if let Some(all) = &mut colors
             && repair::clamp(all)
         {
-            self.remark("has colours outside 0 to 1, which were clamped");
+            self.log().repair(self.item.fault("has colours outside 0 to 1"), "they are clamped")?;
         }
         Ok(colors)
     }
@@ -243,33 +362,44 @@ impl Reader<'_> {
             }
             let Some(accessor) = self.source.accessor(attributes, &joints)? else { break };
             self.check_count(accessor, attributes, &joints, count)?;
-            let component_is_good = matches!(accessor.component, Some(Component::U8 | Component::U16));
-            let good = component_is_good && accessor.is_of("VEC4") && !accessor.normalized;
-            accessor.expect(good, attributes.location, &joints, "VEC4 of unsigned bytes or 16-bit numbers")?;
-            let joints = accessor.whole_numbers::<4>(&self.source.budget)?.unwrap_or_default();
-            let weights = self.attribute::<4>(attributes, &weights, Types::Unit, count)?.unwrap_or_default();
+            let is_whole = |component| matches!(component, Some(Component::U8 | Component::U16));
+            let good = is_whole(accessor.component) && accessor.is_of("VEC4") && !accessor.normalized;
+            let wanted = "VEC4 of unsigned bytes or 16-bit numbers";
+            let expected = accessor.expect(good, attributes.location, &joints, wanted);
+            match (expected, accessor.component) {
+                // Other exporters write floats, 32-bit numbers or the normalised flag.
+                (Err(fault), Some(_)) if accessor.is_of("VEC4") => {
+                    self.log().repair(fault, "it is read as whole numbers")?;
+                }
+                (expected, _) => expected?,
+            }
+            let mut joints = accessor.floats::<4>(false, &self.source.budget)?;
+            joints.truncate(count.unwrap_or(usize::MAX));
+            // The conversion maps NaN and negative numbers to 0.
+            let joints = joints.into_iter().map(|four| four.map(|joint| joint as u32)).collect();
+            let weights = self.attribute::<4>(attributes, &weights, Types::Share, count)?.unwrap_or_default();
             sets.push((joints, weights));
         }
         if sets.is_empty() {
             return Ok(None);
         }
-        let (influences, remarks) = influences::strongest(&sets).map_err(|what| self.item.fault(what))?;
-        remarks.iter().for_each(|what| self.remark(what));
+        let (influences, findings) = influences::strongest(&sets);
+        self.report(findings)?;
         Ok(Some(influences))
     }
 
     fn targets(&self, count: Option<usize>, normals: bool, tangents: bool) -> Read<Vec<MorphTarget>> {
         let read = |item: Item<'_>| {
             let list = |name: &str, base: bool| -> Read<Vec<[f32; 3]>> {
-                let differences = self.attribute::<3>(&item, name, Types::Difference, count)?.unwrap_or_default();
+                let differences = self.optional(self.attribute::<3>(&item, name, Types::Difference, count))?;
+                let mut differences = differences.unwrap_or_default();
                 if !differences.is_empty() && !base {
-                    self.source.remark(format!(
-                        "{}: `{name}` is ignored, because the primitive itself has none",
-                        item.location
-                    ));
+                    let fault = item.fault(format!("has `{name}`, but the primitive itself has none"));
+                    self.log().repair(fault, IGNORED)?;
                     return Ok(Vec::new());
                 }
-                self.bounded(name, differences)
+                self.bounded(name, &mut differences)?;
+                Ok(differences)
             };
             Ok(MorphTarget {
                 positions: list("POSITION", true)?,

@@ -1,4 +1,5 @@
-//! Strict reader for glTF 2.0, which converts the bytes of a file to a [`Model`]. All data are checked before use.
+//! Reader for glTF 2.0, which converts the bytes of a file to a [`Model`]. All data are checked before use. What violates glTF is
+//! repaired or left out with a remark, or refused in strict mode.
 
 mod accessor;
 mod animations;
@@ -7,6 +8,7 @@ mod glb;
 mod images;
 mod influences;
 mod json;
+mod log;
 mod materials;
 mod meshes;
 mod nodes;
@@ -22,6 +24,7 @@ mod views;
 use std::path::Path;
 
 use self::json::{Item, Read};
+use self::log::Log;
 use self::source::Source;
 use self::uri::Folder;
 use super::fault::shown;
@@ -31,18 +34,24 @@ use super::model::Model;
 pub use extensions::READ as EXTENSIONS_READ;
 
 /// Decodes a model from the bytes of its file. Other files are read from `folder`.
-pub(super) fn decode(bytes: &[u8], name: &str, folder: Option<&Path>, options: LoadOptions) -> Read<Model> {
+pub(super) fn decode(bytes: &[u8], name: &str, folder: Option<&Path>, options: &LoadOptions) -> Read<Model> {
     let folder = folder.map(|path| Folder { path, links: options.links });
-    let container = glb::open(bytes)?;
+    let log = Log::new(options.strict);
+    let container = glb::open(bytes, &log)?;
     let json = value::parse(container.json)?;
-    let root = Item::root(&json);
-    // The scene is checked before other files are read, so that a fault of the model is reported before a missing file.
-    nodes::default_scene(&root)?;
-    let buffers = source::buffers(&root, container.binary, folder)?;
-    let source = Source::open(root, &buffers, folder, options.lenient)?;
+    let root = Item::root(&json, &log);
+    extensions::check_version(&root, &log)?;
+    let buffers = source::buffers(&root, container.binary, folder, &log)?;
+    let source = Source::open(root, &log, &buffers, folder, options.variant.as_deref())?;
     let mut model = Model { name: name.to_owned(), ..Model::default() };
     read_parts(&source, &mut model)?;
-    model.remarks = source.into_remarks();
+    let mut primitives = model.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    if primitives.all(|primitive| primitive.triangles.is_empty())
+        && let Some(fault) = log.first_loss()
+    {
+        return Err(fault);
+    }
+    model.remarks = log.into_remarks();
     Ok(model)
 }
 
@@ -61,8 +70,8 @@ fn read_parts(source: &Source<'_>, model: &mut Model) -> Read<()> {
     (model.scenes, model.default_scene) = nodes::scenes(source, &model.nodes)?;
     model.skins = skins::read(source)?;
     model.meshes = meshes.meshes;
-    skins::check_joints(source, &model.nodes, &model.meshes, &model.skins)?;
-    model.animations = animations::read(source, &model.nodes, &model.meshes)?;
+    skins::check_joints(source, &mut model.nodes, &mut model.meshes, &model.skins)?;
+    model.animations = animations::read(source, &mut model.nodes, &model.meshes)?;
     remark_on_coordinates(source, model);
     Ok(())
 }
@@ -75,7 +84,7 @@ fn remark_on_coordinates(source: &Source<'_>, model: &Model) {
             let (wanted, given) = (sets[primitive.material], primitive.texcoords.len());
             if wanted > given {
                 let name = shown(&model.materials[primitive.material].name);
-                source.remark(format!(
+                source.log.remark(format!(
                     "mesh {number}, primitive {part}: has {given} sets of texture coordinates, but its material {name:?} uses {wanted}"
                 ));
             }

@@ -19,12 +19,24 @@ pub(super) fn read(source: &Source<'_>, meshes: &Meshes, lights: usize) -> Read<
     let reader = Reader { source, meshes, lights, count: items.len() };
     let mut nodes = items.iter().map(|item| reader.read(item)).collect::<Read<Vec<_>>>()?;
     for parent in 0..nodes.len() {
-        for child in nodes[parent].children.clone() {
-            if let Some(other) = nodes[child].parent.replace(parent) {
-                let what = format!("is a child of node {other} and of node {parent}");
-                return Err(location(child).fault(what));
+        let mut children = std::mem::take(&mut nodes[parent].children);
+        let mut kept = Ok(());
+        children.retain(|&child| {
+            let what = match nodes[child].parent {
+                _ if child == parent => "is its own child".to_owned(),
+                Some(earlier) => format!("is a child of node {earlier} and of node {parent}"),
+                None => {
+                    nodes[child].parent = Some(parent);
+                    return true;
+                }
+            };
+            if kept.is_ok() {
+                kept = source.log.repair(location(child).fault(what), "only its first parent moves it");
             }
-        }
+            false
+        });
+        kept?;
+        nodes[parent].children = children;
     }
     Ok(nodes)
 }
@@ -54,10 +66,12 @@ impl Reader<'_> {
             Some(mesh) => {
                 let targets = self.meshes.meshes[mesh].target_count;
                 self.source.budget.take::<f32>(targets)?;
-                weights = morph_weights(item, targets)?.unwrap_or_else(|| self.meshes.weights[mesh].clone());
+                weights =
+                    morph_weights(item, targets, self.source.log)?.unwrap_or_else(|| self.meshes.weights[mesh].clone());
             }
             None if skin.is_some() || item.has("weights") => {
-                self.source.remark(format!("{}: has a skin or weights, but no mesh; they are ignored", item.location));
+                let fault = item.fault("has a skin or weights, but no mesh");
+                self.source.log.repair(fault, "they are ignored")?;
                 skin = None;
             }
             None => {}
@@ -76,17 +90,30 @@ impl Reader<'_> {
     }
 
     fn transform(&self, item: &Item<'_>) -> Read<Transform> {
+        let log = self.source.log;
         let parts = ["translation", "rotation", "scale"].iter().any(|part| item.has(part));
         if let Some(matrix) = item.vector::<16>("matrix", COORDINATES)? {
             if parts {
-                return Err(item.fault("has both a `matrix` and `translation`, `rotation` or `scale`"));
+                let fault = item.fault("has both a `matrix` and `translation`, `rotation` or `scale`");
+                log.repair(fault, "the matrix is used")?;
             }
-            return affine(&matrix).map(Transform::Matrix).map_err(|what| item.fault(format!("`matrix` {what}")));
+            let (matrix, fault) = affine(&matrix);
+            if let Some(what) = fault {
+                log.repair(item.fault(format!("`matrix` {what}")), "the row is replaced")?;
+            }
+            return Ok(Transform::Matrix(matrix));
         }
         let given = Quat::from_array(item.vector("rotation", COORDINATES)?.unwrap_or([0.0, 0.0, 0.0, 1.0]));
-        let rotation = unit_rotation(given).ok_or_else(|| item.fault("`rotation` has zero length"))?;
-        if (given.length() - 1.0).abs() > ROUNDING {
-            self.source.remark(format!("{}: its rotation is not of unit length; it was scaled", item.location));
+        let rotation = match unit_rotation(given) {
+            Some(rotation) => rotation,
+            None => {
+                log.repair(item.fault("`rotation` has zero length"), "the node is not rotated")?;
+                Quat::IDENTITY
+            }
+        };
+        if given.length() > 0.0 && (given.length() - 1.0).abs() > ROUNDING {
+            let what = format!("`rotation` has the length {}, which must be 1", given.length());
+            log.repair(item.fault(what), "it is scaled to unit length")?;
         }
         Ok(Transform::Parts {
             translation: Vec3::from(item.vector("translation", COORDINATES)?.unwrap_or([0.0; 3])),
@@ -103,18 +130,19 @@ pub(super) fn unit_rotation(given: Quat) -> Option<Quat> {
     (length > f64::from(f32::MIN_POSITIVE) * f64::from(SQRT_2)).then(|| (unit / length).as_quat())
 }
 
-/// Converts a column-major matrix, whose last row must be 0 0 0 1 up to rounding.
-pub(super) fn affine(columns: &[f32; 16]) -> Result<Mat4, String> {
+/// Converts a column-major matrix. Its last row is replaced by 0 0 0 1, and the fault of another row is returned.
+pub(super) fn affine(columns: &[f32; 16]) -> (Mat4, Option<String>) {
     const ROUNDING: f32 = 1e-3;
     let mut matrix = *columns;
+    let mut fault = None;
     for (column, wanted) in [0.0, 0.0, 0.0, 1.0].into_iter().enumerate() {
         let value = &mut matrix[4 * column + 3];
         if (*value - wanted).abs() > ROUNDING {
-            return Err(format!("has {value} in its last row, which must be 0 0 0 1"));
+            fault.get_or_insert(format!("has {value} in its last row, which must be 0 0 0 1"));
         }
         *value = wanted;
     }
-    Ok(Mat4::from_cols_array(&matrix))
+    (Mat4::from_cols_array(&matrix), fault)
 }
 
 /// Returns the node indices in an order with parents before children. Fails if a node is its own ancestor.
@@ -152,15 +180,12 @@ pub(super) fn scenes(source: &Source<'_>, nodes: &[Node]) -> Read<(Vec<SceneRoot
     for item in source.root.items("scenes", "scene")? {
         let mut roots = item.indices("nodes", "node", nodes.len())?;
         if let Some((&root, parent)) = roots.iter().find_map(|root| Some((root, nodes[*root].parent?))) {
-            return Err(item.fault(format!("lists node {root}, which is not a root but a child of node {parent}")));
+            let what = format!("lists node {root}, which is not a root but a child of node {parent}");
+            source.log.repair(item.fault(what), "the node is shown where its parent places it")?;
         }
         roots.sort_unstable();
         roots.dedup();
         scenes.push(SceneRoots { name: item.name()?, roots });
     }
-    Ok((scenes, default_scene(&source.root)?))
-}
-
-pub(super) fn default_scene(root: &Item<'_>) -> Read<Option<usize>> {
-    root.index("scene", "scene", root.length("scenes")?)
+    Ok((scenes, source.root.index("scene", "scene", source.root.length("scenes")?)?))
 }

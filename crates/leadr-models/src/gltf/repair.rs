@@ -9,43 +9,56 @@ use crate::mesh::Primitive;
 /// 0.7 %.
 const ROUNDING: f32 = 0.01;
 
-/// Normalises normals and tangents, and replaces vectors without a direction. Returns messages about repairs.
-pub(super) fn directions(primitive: &mut Primitive) -> Vec<String> {
-    let mut remarks = Vec::new();
+/// What is unusual in a primitive, and its repair if it violates glTF.
+pub(super) struct Finding {
+    pub(super) what: String,
+    pub(super) repair: Option<&'static str>,
+}
+
+/// Normalises normals and tangents, and replaces vectors without a direction. Returns what was repaired.
+pub(super) fn directions(primitive: &mut Primitive) -> Vec<Finding> {
+    let mut findings = Vec::new();
     let vertices = primitive.positions.len();
-    let mut note = |count: usize, what: &str| {
+    let mut note = |count: usize, what: &str, repair| {
         if count > 0 {
-            remarks.push(format!("{count} of {vertices} {what}"));
+            findings.push(Finding { what: format!("{count} of {vertices} {what}"), repair: Some(repair) });
         }
     };
     let (mut uneven, mut missing) = (0, Vec::new());
     for (vertex, normal) in primitive.normals.iter_mut().enumerate() {
         let given = Vec3::from(*normal);
-        uneven += usize::from((given.length() - 1.0).abs() > ROUNDING);
         match unit(given) {
-            Some(unit) => *normal = unit.to_array(),
+            Some(unit) => {
+                uneven += usize::from(differs(given.length()));
+                *normal = unit.to_array();
+            }
             None => missing.push(vertex),
         }
     }
-    note(uneven, "normals are not of unit length; they were scaled");
-    note(missing.len(), "normals have zero length; they were replaced by those of the adjacent triangles");
+    note(uneven, "normals are not of unit length", "they are scaled");
+    note(missing.len(), "normals have no direction", "they are replaced by those of the adjacent triangles");
     if !missing.is_empty() {
         let around = normals_around(primitive);
         missing.iter().for_each(|&vertex| primitive.normals[vertex] = around[vertex]);
     }
 
-    let Some(tangents) = &mut primitive.tangents else { return remarks };
+    let Some(tangents) = &mut primitive.tangents else { return findings };
     let (mut uneven, mut signs) = (0, 0);
     for (tangent, normal) in tangents.iter_mut().zip(&primitive.normals) {
         let given = Vec4::from(*tangent);
-        uneven += usize::from((given.xyz().length() - 1.0).abs() > ROUNDING);
-        signs += usize::from((given.w.abs() - 1.0).abs() > ROUNDING);
+        uneven += usize::from(differs(given.xyz().length()));
+        signs += usize::from(differs(given.w.abs()));
         let [x, y, z] = unit(given.xyz()).unwrap_or_else(|| Vec3::from(*normal).any_orthonormal_vector()).to_array();
         *tangent = [x, y, z, if given.w < 0.0 { -1.0 } else { 1.0 }];
     }
-    note(uneven, "tangents are not of unit length; they were scaled");
-    note(signs, "tangents have a sign that is neither 1 nor -1");
-    remarks
+    note(uneven, "tangents are not of unit length", "they are scaled or replaced");
+    note(signs, "tangents have a sign that is neither 1 nor -1", "its own sign is used");
+    findings
+}
+
+/// Whether a length is not 1, or not a number.
+fn differs(length: f32) -> bool {
+    length.is_nan() || (length - 1.0).abs() > ROUNDING
 }
 
 /// Returns the unit vector in a direction, if there is one. In 32 bits, squares of very small or very large vectors would
@@ -64,11 +77,11 @@ fn normals_around(primitive: &Primitive) -> Vec<[f32; 3]> {
     sums.into_iter().map(|sum| sum.normalize_or(DVec3::Z).as_vec3().to_array()).collect()
 }
 
-/// Clamps colours to 0..1. Returns whether any colour changed.
+/// Clamps colours to 0..1, and replaces NaN by 1. Returns whether any colour changed.
 pub(super) fn clamp(colors: &mut [[f32; 4]]) -> bool {
     let mut changed = false;
     for value in colors.as_flattened_mut() {
-        let clamped = value.clamp(0.0, 1.0);
+        let clamped = if value.is_nan() { 1.0 } else { value.clamp(0.0, 1.0) };
         changed |= clamped != *value;
         *value = clamped;
     }

@@ -1,6 +1,6 @@
 //! Skins, and the check of the vertices' joint indices.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 
 use glam::Mat4;
 
@@ -10,74 +10,118 @@ use super::nodes::affine;
 use super::source::Source;
 use crate::fault::ModelFault;
 use crate::limits::MAX_JOINTS;
-use crate::mesh::{Mesh, Primitive};
+use crate::mesh::{Influences, Mesh};
 use crate::model::{Node, Skin};
 
+/// Reads all skins. A skin without joints has no effect.
 pub(super) fn read(source: &Source<'_>) -> Read<Vec<Skin>> {
     source.root.items("skins", "skin")?.iter().map(|item| read_skin(source, item)).collect()
 }
 
 fn read_skin(source: &Source<'_>, item: &Item<'_>) -> Read<Skin> {
+    let log = source.log;
     let nodes = source.root.length("nodes")?;
     let count = item.length("joints")?;
     if count > MAX_JOINTS {
-        return Err(item.fault(format!("has {count} joints; the limit is {MAX_JOINTS}")));
+        return Err(ModelFault::too_large(format!("{} has {count} joints; the limit is {MAX_JOINTS}", item.location)));
     }
-    let joints = item.indices("joints", "node", nodes)?;
-    if joints.is_empty() {
-        return Err(item.fault("has no joints"));
+    let mut skin =
+        Skin { name: item.name()?, joints: item.indices("joints", "node", nodes)?, inverse_bind: Vec::new() };
+    if skin.joints.len() != count {
+        // The vertices refer to joints by their place in the list.
+        log.repair(item.fault("has joints that are not nodes"), "the skin is ignored")?;
+        skin.joints.clear();
+    } else if skin.joints.is_empty() {
+        log.repair(item.fault("has no joints"), "the skin is ignored")?;
     }
     let mut seen = HashSet::new();
-    if let Some(twice) = joints.iter().find(|&&joint| !seen.insert(joint)) {
-        return Err(item.fault(format!("has node {twice} as two of its joints")));
+    if let Some(twice) = skin.joints.iter().find(|&&joint| !seen.insert(joint)) {
+        log.repair(item.fault(format!("has node {twice} as two of its joints")), "both move with the node")?;
     }
     item.index("skeleton", "node", nodes)?;
-    let inverse_bind = match source.accessor(item, "inverseBindMatrices")? {
-        None => vec![Mat4::IDENTITY; count],
-        Some(accessor) => {
-            let good = accessor.component == Some(Component::F32) && accessor.is_of("MAT4");
-            accessor.expect(good, item.location, "inverseBindMatrices", "MAT4 of floats")?;
-            if accessor.count < count {
-                return Err(item.fault(format!("has {count} joints, but {} inverse bind matrices", accessor.count)));
-            }
-            let all = accessor.floats::<16>(&source.budget)?;
-            let matrix = |(i, columns): (usize, &[f32; 16])| {
-                affine(columns).map_err(|what| item.fault(format!("inverse bind matrix {i} {what}")))
-            };
-            all.iter().take(count).enumerate().map(matrix).collect::<Read<_>>()?
-        }
-    };
-    Ok(Skin { name: item.name()?, joints, inverse_bind })
+    match inverse_bind(source, item, skin.joints.len()) {
+        Ok(matrices) => skin.inverse_bind = matrices,
+        Err(fault) => log.repair(fault, "the joints are bound at the origin")?,
+    }
+    skin.inverse_bind.resize(skin.joints.len(), Mat4::IDENTITY);
+    Ok(skin)
 }
 
-/// Refuses vertices whose joint index is outside the node's skin, and reports skins that have no effect.
-pub(super) fn check_joints(source: &Source<'_>, nodes: &[Node], meshes: &[Mesh], skins: &[Skin]) -> Read<()> {
-    let mut known = HashMap::new();
-    for (number, node) in nodes.iter().enumerate() {
+/// Reads the inverse bind matrices of a skin. There may be fewer than joints.
+fn inverse_bind(source: &Source<'_>, item: &Item<'_>, joints: usize) -> Read<Vec<Mat4>> {
+    let Some(accessor) = source.accessor(item, "inverseBindMatrices")? else { return Ok(Vec::new()) };
+    let good = accessor.component == Some(Component::F32) && accessor.is_of("MAT4");
+    accessor.expect(good, item.location, "inverseBindMatrices", "MAT4 of floats")?;
+    if accessor.count < joints {
+        let what = format!("has {joints} joints, but {} inverse bind matrices", accessor.count);
+        source.log.repair(item.fault(what), "the other joints are bound at the origin")?;
+    }
+    let mut all = accessor.floats::<16>(false, &source.budget)?;
+    all.truncate(joints);
+    if let Some(fault) = accessor.not_finite(&all) {
+        source.log.repair(fault, "joints with such matrices are bound at the origin")?;
+    }
+    let mut matrices = Vec::with_capacity(all.len());
+    for (i, columns) in all.iter().enumerate() {
+        let (matrix, fault) = affine(columns);
+        if let Some(what) = fault {
+            source.log.repair(item.fault(format!("inverse bind matrix {i} {what}")), "the row is replaced")?;
+        }
+        matrices.push(if matrix.is_finite() { matrix } else { Mat4::IDENTITY });
+    }
+    Ok(matrices)
+}
+
+/// Removes skins without effect from nodes, and joints outside the skin from vertices.
+pub(super) fn check_joints(source: &Source<'_>, nodes: &mut [Node], meshes: &mut [Mesh], skins: &[Skin]) -> Read<()> {
+    // The smallest number of joints for which the vertices of each mesh have been checked.
+    let mut checked = vec![usize::MAX; meshes.len()];
+    for (number, node) in nodes.iter_mut().enumerate() {
         let (Some(mesh), Some(skin)) = (node.mesh, node.skin) else { continue };
         let joints = skins[skin].joints.len();
-        let most = *known.entry(mesh).or_insert_with(|| most_joint(&meshes[mesh]));
-        match most {
-            Some((most, primitive)) if usize::from(most) >= joints => {
-                let what = format!(
-                    "mesh {mesh}, primitive {primitive} follows joint {most}, but skin {skin} has {joints} joints"
-                );
-                return Err(ModelFault::invalid(format!("node {number}"), what));
-            }
-            Some(_) => {}
-            None => {
-                source.remark(format!("node {number}: has a skin, but mesh {mesh} has no joints; the skin is ignored"))
+        if joints == 0 {
+            node.skin = None;
+            continue;
+        }
+        if meshes[mesh].primitives.iter().all(|primitive| primitive.influences.is_none()) {
+            let fault =
+                ModelFault::invalid(format!("node {number}"), format!("has a skin, but mesh {mesh} has no joints"));
+            source.log.repair(fault, "the skin is ignored")?;
+            node.skin = None;
+        }
+        if checked[mesh] <= joints {
+            continue;
+        }
+        checked[mesh] = joints;
+        for (part, primitive) in meshes[mesh].primitives.iter_mut().enumerate() {
+            let all = primitive.influences.iter_mut().flatten();
+            let most = all.map(|influences| influences.without_others(joints)).max().unwrap_or(0);
+            if usize::from(most) >= joints {
+                let what =
+                    format!("mesh {mesh}, primitive {part} follows joint {most}, but skin {skin} has {joints} joints");
+                let fault = ModelFault::invalid(format!("node {number}"), what);
+                source.log.repair(fault, "joints outside the skin move nothing")?;
             }
         }
     }
     Ok(())
 }
 
-/// Returns the largest joint index in a mesh, and the index of the primitive that uses the joint.
-fn most_joint(mesh: &Mesh) -> Option<(u16, usize)> {
-    let of_primitive = |(number, primitive): (usize, &Primitive)| {
-        let influences = primitive.influences.as_ref()?;
-        Some((influences.iter().flat_map(|i| i.joints).max().unwrap_or(0), number))
-    };
-    mesh.primitives.iter().enumerate().filter_map(of_primitive).max()
+impl Influences {
+    /// Gives the weights of joints from `joints` on to the others, or to the first joint if there are none. Returns the largest
+    /// joint.
+    fn without_others(&mut self, joints: usize) -> u16 {
+        let most = self.joints.into_iter().max().unwrap_or(0);
+        if usize::from(most) < joints {
+            return most;
+        }
+        let mut kept: Vec<(u16, f32)> = self.joints.into_iter().zip(self.weights).collect();
+        kept.retain(|&(joint, weight)| usize::from(joint) < joints && weight > 0.0);
+        let sum: f32 = kept.iter().map(|(_, weight)| weight).sum();
+        *self = Self { joints: [0; 4], weights: [1.0, 0.0, 0.0, 0.0] };
+        for (i, (joint, weight)) in kept.into_iter().enumerate() {
+            (self.joints[i], self.weights[i]) = (joint, weight / sum);
+        }
+        most
+    }
 }

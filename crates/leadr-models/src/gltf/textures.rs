@@ -1,5 +1,6 @@
 //! Textures. Each has an image, addressing modes, a coordinate set and a transform.
 
+use std::collections::HashSet;
 use std::f32::consts::TAU;
 use std::sync::Arc;
 
@@ -32,20 +33,25 @@ struct Entry {
 }
 
 impl<'a> Textures<'a> {
-    pub(super) fn read(source: &'a Source<'a>) -> Read<Self> {
-        let images = images::read(source)?;
+    /// Reads all textures, and decodes the images of those in `used`.
+    pub(super) fn read(source: &'a Source<'a>, used: &HashSet<usize>) -> Read<Self> {
         let samplers = source.root.items("samplers", "sampler")?;
-        let wraps = samplers.iter().map(|sampler| Ok([wrap(sampler, "wrapS")?, wrap(sampler, "wrapT")?]));
+        let wraps =
+            samplers.iter().map(|sampler| Ok([wrap(source, sampler, "wrapS")?, wrap(source, sampler, "wrapT")?]));
         let wraps = wraps.collect::<Read<Vec<_>>>()?;
+        let images = source.root.length("images")?;
         let entry = |item: &Item<'_>| {
             let sampler = item.index("sampler", "sampler", wraps.len())?;
             Ok(Entry {
                 extended: item.has("extensions"),
-                image: item.index("source", "image", images.len())?,
+                image: item.index("source", "image", images)?,
                 wrap: sampler.map_or([TextureWrap::Repeat; 2], |sampler| wraps[sampler]),
             })
         };
-        let entries = source.root.items("textures", "texture")?.iter().map(entry).collect::<Read<_>>()?;
+        let items = source.root.items("textures", "texture")?;
+        let entries = items.iter().map(entry).collect::<Read<Vec<_>>>()?;
+        let used = entries.iter().enumerate().filter(|(number, _)| used.contains(number));
+        let images = images::read(source, &used.filter_map(|(_, entry)| entry.image).collect())?;
         Ok(Self { source, images, entries })
     }
 
@@ -57,18 +63,25 @@ impl<'a> Textures<'a> {
         key: &'static str,
         purpose: Purpose,
     ) -> Read<Option<(Texture, Item<'a>)>> {
+        let log = self.source.log;
         let Some(info) = material.item(key)? else { return Ok(None) };
-        let index = info.index("index", "texture", self.entries.len())?;
-        let index = info.required("index", index)?;
+        let index = match info.required("index", |info, key| info.index(key, "texture", self.entries.len())) {
+            Ok(index) => index,
+            Err(fault) => {
+                log.repair(fault, "the texture is ignored")?;
+                return Ok(None);
+            }
+        };
         let entry = &self.entries[index];
         let image = entry.image.map(|image| &self.images[image]);
         let raster = image.and_then(|image| image.raster.clone());
         if image.is_none() && !entry.extended {
-            self.source.remark(format!("{}: texture {index} has no image; it is ignored", info.location));
+            log.remark(format!("{}: texture {index} has no image; it is ignored", info.location));
             return Ok(None);
         }
-        if raster.is_none() && !self.source.lenient {
-            return Err(info.fault(format!("texture {index} has no image in a supported format (PNG or JPEG)")));
+        if image.is_none_or(|image| image.raster.is_none() && !image.found) {
+            let fault = info.fault(format!("texture {index} has no image in a supported format (PNG or JPEG)"));
+            log.repair(fault, "a replacement is used")?;
         }
         let raster = match (raster, purpose) {
             (Some(raster), _) => raster,
@@ -102,13 +115,17 @@ fn coordinates(info: &Item<'_>) -> Read<(u32, Affine2)> {
     Ok((set as u32, Affine2::from_mat2_translation(rotation * Mat2::from_diagonal(scale), offset)))
 }
 
-fn wrap(sampler: &Item<'_>, key: &str) -> Read<TextureWrap> {
-    match sampler.whole(key)? {
-        None | Some(10497) => Ok(TextureWrap::Repeat),
-        Some(33648) => Ok(TextureWrap::Mirror),
-        Some(33071) => Ok(TextureWrap::Clamp),
-        Some(other) => Err(sampler.fault(format!("`{key}` is {other}, but must be 10497, 33648 or 33071"))),
-    }
+fn wrap(source: &Source<'_>, sampler: &Item<'_>, key: &str) -> Read<TextureWrap> {
+    Ok(match sampler.whole(key)? {
+        None | Some(10497) => TextureWrap::Repeat,
+        Some(33648) => TextureWrap::Mirror,
+        Some(33071) => TextureWrap::Clamp,
+        Some(other) => {
+            let fault = sampler.fault(format!("`{key}` is {other}, but must be 10497, 33648 or 33071"));
+            source.log.repair(fault, "the texture repeats")?;
+            TextureWrap::Repeat
+        }
+    })
 }
 
 /// Returns the replacement for a missing colour image, a conspicuous checkerboard that is not too bright.

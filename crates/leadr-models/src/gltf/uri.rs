@@ -3,6 +3,7 @@
 use std::path::{Component, Path, PathBuf};
 
 use super::json::{Location, Read};
+use super::log::Log;
 use crate::fault::{ModelFault, shown};
 use leadr_maps::folders::OutsideLinks;
 use leadr_maps::{MapFault, limits};
@@ -24,21 +25,38 @@ pub(super) enum Contents {
 ///
 /// Other schemes, absolute paths, `..` and links out of the folder are refused, because an untrusted model must not read other
 /// files.
-pub(super) fn find(uri: &str, folder: Option<Folder<'_>>, location: Location) -> Read<Contents> {
+pub(super) fn find(uri: &str, folder: Option<Folder<'_>>, location: Location, log: &Log) -> Read<Contents> {
     if let Some(data) = uri.strip_prefix("data:") {
         return decode_data(data).map(Contents::Data).map_err(|what| location.fault(what));
     }
     let missing = |what: &str| missing(uri, location, what.to_owned());
-    let path = relative_path(uri).map_err(missing)?;
+    let (path, oddity) = relative_path(uri).map_err(missing)?;
     let folder = folder.ok_or_else(|| missing("cannot be found, because the model was not loaded from a folder"))?;
-    let location = format!("{location}: the file {:?}", shown(uri));
-    folder.links.check(folder.path, &path).map_err(|fault| ModelFault::Outside { location, fault })?;
-    Ok(Contents::File(folder.path.join(path)))
+    if let Some(oddity) = oddity {
+        log.repair(
+            location.fault(format!("the file {:?} {oddity}", shown(uri))),
+            "it is read as a path of this system",
+        )?;
+    }
+    let outside = |fault| ModelFault::Outside { location: format!("{location}: the file {:?}", shown(uri)), fault };
+    folder.links.check(folder.path, &path).map_err(outside)?;
+    let file = folder.path.join(path);
+    if !file.exists()
+        && uri.contains('%')
+        && let Ok(raw) = relative(uri)
+        && folder.path.join(&raw).exists()
+    {
+        folder.links.check(folder.path, &raw).map_err(outside)?;
+        let fault = location.fault(format!("the file {:?} has a name that is not percent-encoded", shown(uri)));
+        log.repair(fault, "it is read as it is written")?;
+        return Ok(Contents::File(folder.path.join(raw)));
+    }
+    Ok(Contents::File(file))
 }
 
 /// Fetches the first `most` bytes of what [`find`] returns.
-pub(super) fn fetch(uri: &str, folder: Option<Folder<'_>>, location: Location, most: u64) -> Read<Vec<u8>> {
-    match find(uri, folder, location)? {
+pub(super) fn fetch(uri: &str, folder: Option<Folder<'_>>, location: Location, most: u64, log: &Log) -> Read<Vec<u8>> {
+    match find(uri, folder, location, log)? {
         Contents::Data(mut bytes) => {
             bytes.truncate(usize::try_from(most).unwrap_or(usize::MAX));
             Ok(bytes)
@@ -62,18 +80,30 @@ fn missing(uri: &str, location: Location, what: String) -> ModelFault {
     ModelFault::Missing { location: location.to_string(), uri: shown(uri), what }
 }
 
-/// Returns the path of a URI, or the reason why the URI is refused.
-fn relative_path(uri: &str) -> Result<PathBuf, &'static str> {
+/// Returns the path of a URI and what is unusual in it, or the reason why the URI is refused.
+///
+/// Exporters forget to encode `%`, and write backslashes between folders.
+fn relative_path(uri: &str) -> Result<(PathBuf, Option<&'static str>), &'static str> {
     let decoded = percent_decoded(uri).and_then(|bytes| String::from_utf8(bytes).ok());
-    let decoded = decoded.ok_or("has a name that is not percent-encoded UTF-8")?;
-    let scheme = decoded.split_once(':').map(|(scheme, _)| scheme);
+    let mut oddity = decoded.is_none().then_some("has a name that is not percent-encoded UTF-8");
+    let mut text = decoded.unwrap_or_else(|| uri.to_owned());
+    if text.contains('\\') {
+        oddity = oddity.or(Some("has a backslash in its name"));
+        text = text.replace('\\', "/");
+    }
+    Ok((relative(&text)?, oddity))
+}
+
+/// Returns the path of a file inside the folder, or the reason why the name is refused.
+fn relative(name: &str) -> Result<PathBuf, &'static str> {
+    let scheme = name.split_once(':').map(|(scheme, _)| scheme);
     if scheme.is_some_and(|s| !s.contains('/')) {
         return Err("has a scheme; only relative paths are supported");
     }
-    if decoded.contains(['\0', '\\']) {
-        return Err("has a name with a backslash or a zero byte");
+    if name.contains('\0') {
+        return Err("has a name with a zero byte");
     }
-    let path = PathBuf::from(&decoded);
+    let path = PathBuf::from(name);
     if path.as_os_str().is_empty() {
         return Err("has no name");
     }
@@ -179,11 +209,23 @@ mod tests {
 
     #[test]
     fn only_names_inside_the_folder_are_paths() {
-        assert_eq!(relative_path("a%20b/c.png").unwrap(), Path::new("a b/c.png"));
-        assert_eq!(relative_path("./é.bin").unwrap(), Path::new("./é.bin"));
-        for wrong in
-            ["", "/etc/passwd", "../a", "a/../../b", "%2e%2e/a", "http://x/a", "file:a", "c:\\a", "a\\b", "%zz", "a%00"]
-        {
+        let path = |uri: &str| relative_path(uri).map(|(path, oddity)| (path, oddity.is_some()));
+        assert_eq!(path("a%20b/c.png").unwrap(), ("a b/c.png".into(), false));
+        assert_eq!(path("./é.bin").unwrap(), ("./é.bin".into(), false));
+        assert_eq!(path("maps\\50%.png").unwrap(), ("maps/50%.png".into(), true));
+        let wrong = [
+            "",
+            "/etc/passwd",
+            "../a",
+            "a/../../b",
+            "%2e%2e/a",
+            "http://x/a",
+            "file:a",
+            "c:\\a",
+            "a\\..\\..\\b",
+            "a%00",
+        ];
+        for wrong in wrong {
             assert!(relative_path(wrong).is_err(), "{wrong}");
         }
     }

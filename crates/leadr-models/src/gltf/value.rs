@@ -26,6 +26,9 @@ pub(super) struct Object<'a>(Vec<(Cow<'a, str>, Value<'a>)>);
 const FEW: usize = 16;
 
 impl<'a> Object<'a> {
+    /// An object without properties.
+    pub(super) const EMPTY: &'static Object<'static> = &Object(Vec::new());
+
     /// Creates the object, or returns `None` if two properties have the same name.
     fn new(mut all: Vec<(Cow<'a, str>, Value<'a>)>) -> Option<Self> {
         let twice = if all.len() > FEW {
@@ -46,7 +49,11 @@ impl<'a> Object<'a> {
     }
 
     pub(super) fn keys(&self) -> impl Iterator<Item = &str> {
-        self.0.iter().map(|(name, _)| &**name)
+        self.entries().map(|(name, _)| name)
+    }
+
+    pub(super) fn entries(&self) -> impl Iterator<Item = (&str, &Value<'a>)> {
+        self.0.iter().map(|(name, value)| (&**name, value))
     }
 }
 

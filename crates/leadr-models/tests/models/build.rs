@@ -87,10 +87,25 @@ impl Builder {
             Err(fault) => fault.to_string(),
         }
     }
+
+    /// Returns the repaired model and its only remark, and checks that strict loading refuses the model for the same reason.
+    pub fn repaired(&self) -> (Model, String) {
+        let model = self.model();
+        assert_eq!(model.remarks.len(), 1, "{:?}: {}", model.remarks, self.finished());
+        let remark = model.remarks[0].clone();
+        let fault = decode_strictly(&self.glb()).expect_err(&remark).to_string();
+        let what = |text: &str| text.split("; ").next().unwrap().to_owned();
+        assert!(what(&remark).contains(&what(&fault)), "{remark} / {fault}");
+        (model, remark)
+    }
 }
 
 pub fn decode(bytes: &[u8]) -> Result<Model, ModelFault> {
     Model::decode(bytes, "made", None, LoadOptions::default())
+}
+
+pub fn decode_strictly(bytes: &[u8]) -> Result<Model, ModelFault> {
+    Model::decode(bytes, "made", None, LoadOptions { strict: true, ..LoadOptions::default() })
 }
 
 /// Returns a GLB container around JSON and binary data.

@@ -6,6 +6,7 @@ use leadr_models::{Interpolation, LightKind, Model, Projection, Property, Transf
 use serde_json::json;
 
 use crate::build::{Builder, F32, I8, I16, U8, U16, everything, triangle};
+use crate::hostile::with_attribute;
 use leadr_testing::memory::unmeasured;
 
 fn close(a: f32, b: f32) -> bool {
@@ -177,12 +178,43 @@ fn component_types_follow_the_specification() {
     let view = made.json["accessors"][positions]["bufferView"].as_u64().unwrap() as usize;
     made.json["bufferViews"][view]["byteStride"] = json!(4);
     made.json["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = json!(positions);
-    assert!(
-        made.fault().contains("`POSITION` must be VEC3 of floats, but accessor 1 is VEC3 of normalised signed bytes")
-    );
+    let (model, remark) = made.repaired();
+    let wanted = "`POSITION` must be VEC3 of floats, but accessor 1 is VEC3 of normalised signed bytes; it is read as normalised";
+    assert!(remark.contains(wanted), "{remark}");
+    assert_eq!(model.meshes[0].primitives[0].positions[0], [-1.0, -1.0, 1.0]);
     made.json["extensionsUsed"] = json!(["KHR_mesh_quantization"]);
     made.json["extensionsRequired"] = json!(["KHR_mesh_quantization"]);
     assert_eq!(made.model().meshes[0].primitives[0].positions[0], [-1.0, -1.0, 1.0]);
+    // Without the flag, codes of positions are coordinates, and those of colours and weights are shares.
+    made.json["accessors"][positions]["normalized"] = json!(false);
+    assert_eq!(made.model().meshes[0].primitives[0].positions[0], [-128.0, -127.0, 127.0]);
+    for (name, value) in [("COLOR_0", 0.2), ("WEIGHTS_0", 1.0)] {
+        let mut made = triangle();
+        let bytes = made.accessor("VEC4", U8, 3, &[51, 0, 0, 0, 51, 0, 0, 0, 51, 0, 0, 0]);
+        let joints = made.accessor("VEC4", U8, 3, &[0; 12]);
+        let attributes = &mut made.json["meshes"][0]["primitives"][0]["attributes"];
+        attributes[name] = json!(bytes);
+        if name == "WEIGHTS_0" {
+            attributes["JOINTS_0"] = json!(joints);
+        }
+        let model = made.model();
+        assert!(model.remarks[0].contains("is VEC4 of bytes; it is read as normalised numbers"), "{:?}", model.remarks);
+        let primitive = &model.meshes[0].primitives[0];
+        let found = match &primitive.influences {
+            Some(influences) => influences[0].weights[0],
+            None => primitive.colors.as_ref().unwrap()[0][0],
+        };
+        assert!((found - value).abs() < 1e-6, "{name}: {found}");
+    }
+    // Further numbers of an attribute are ignored, and a missing sign of a tangent is 1.
+    let mut made = with_attribute("TEXCOORD_0", "VEC3", &[0.5, 0.25, 9.0].repeat(6));
+    let (model, remark) = made.repaired();
+    assert!(remark.contains("`TEXCOORD_0` must be VEC2") && remark.contains("its first numbers are read"), "{remark}");
+    assert_eq!(model.meshes[0].primitives[0].texcoords[0][1], [0.5, 0.25]);
+    made = with_attribute("TANGENT", "VEC3", &[1.0, 0.0, 0.0].repeat(6));
+    let normals = made.floats("VEC3", &[0.0, 0.0, 1.0].repeat(6));
+    made.json["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = json!(normals);
+    assert_eq!(made.repaired().0.meshes[0].primitives[0].tangents.as_ref().unwrap()[1], [1.0, 0.0, 0.0, 1.0]);
     // Morph targets may be normalised even without the extension.
     let mut made = triangle();
     let bytes: Vec<u8> = [32767i16, -32768, 0, 0, 0, 0, 0, 0, 0].iter().flat_map(|v| v.to_le_bytes()).collect();

@@ -6,7 +6,7 @@ use std::time::Duration;
 use leadr_models::Model;
 use serde_json::{Value, json};
 
-use crate::build::{decode, everything, glb};
+use crate::build::{decode, decode_strictly, everything, glb};
 use crate::samples::models_under;
 use leadr_testing::memory::{alone, measured};
 use leadr_testing::shared::shared_data;
@@ -103,29 +103,34 @@ fn altered_bytes_never_panic() {
         outcome.run(&|| format!("round {round}"), &altered);
     }
     outcome.print("altered bytes");
-    assert!(outcome.refused > 1000 && outcome.accepted > 1000);
+    assert!(outcome.refused > 500 && outcome.accepted > 1000);
 }
 
 #[test]
-fn truncated_models_are_refused() {
+fn truncated_models_are_read_as_far_as_possible() {
     let _alone = alone();
     let file = everything().glb();
     let json_end = 20 + u32::from_le_bytes(file[12..16].try_into().unwrap()) as usize;
     let mut outcome = Outcome::within(MEMORY_LIMIT);
     for end in (0..file.len()).step_by(7) {
         outcome.run(&|| format!("cut to {end}"), &file[..end]);
+        assert!(decode_strictly(&file[..end]).is_err(), "cut to {end}");
         // The same with a matching header.
         let mut honest = file[..end].to_vec();
         if end > 12 {
             honest[8..12].copy_from_slice(&(end as u32).to_le_bytes());
         }
         outcome.run(&|| format!("made to end at {end}"), &honest);
+        assert!(decode_strictly(&honest).is_err(), "made to end at {end}");
+        if end < json_end {
+            assert!(decode(&file[..end]).is_err(), "cut to {end}");
+        }
         if end > 20 && end < json_end {
             outcome.run(&|| format!("JSON cut to {end}"), &glb(&file[20..end], &file[json_end + 8..]));
         }
     }
     outcome.print("truncated");
-    assert_eq!(outcome.accepted, 0);
+    assert!(outcome.accepted > 10 && outcome.refused > 1000);
 }
 
 fn odd_value(random: &mut Random) -> Value {
@@ -222,7 +227,7 @@ fn altered_json_never_panics() {
         outcome.run(&|| edits.join(", "), &glb(json.to_string().as_bytes(), &made.binary));
     }
     outcome.print("altered JSON");
-    assert!(outcome.refused > 1000 && outcome.accepted > 500);
+    assert!(outcome.refused > 200 && outcome.accepted > 1000);
 }
 
 /// Changes to digits and brackets of the text may make the JSON invalid.
@@ -288,6 +293,6 @@ fn runs_over_the_limit_are_detected() {
     let mut made = everything();
     let view = made.view(&crate::build::png(1000, 1000, &vec![7; 4_000_000]));
     made.push("images", json!({ "bufferView": view }));
-    made.push("textures", json!({ "source": 2 }));
+    made.json["textures"][0] = json!({ "source": 2 });
     Outcome::within(3 << 20).run(&|| "a large image".into(), &made.glb());
 }
