@@ -50,6 +50,7 @@ fn square(mirrored: bool) -> Model {
         camera: None,
         light: None,
         weights: Vec::new(),
+        visible: true,
     };
     Model {
         name: "square".into(),

@@ -13,7 +13,7 @@ thread_local! {
 
 /// Runs a decoder. A panic becomes a `Damaged` fault and prints nothing. The panic hook is unchanged for other threads and
 /// after the call.
-pub(crate) fn guarded<T>(format: &str, decode: impl FnOnce() -> Result<T, MapFault>) -> Result<T, MapFault> {
+pub fn guarded<T>(format: &str, decode: impl FnOnce() -> Result<T, MapFault>) -> Result<T, MapFault> {
     static INSTALL: Once = Once::new();
     INSTALL.call_once(|| {
         let before = std::panic::take_hook();

@@ -17,7 +17,7 @@ mod exr_read;
 mod fault;
 pub mod folders;
 mod gamut;
-mod guard;
+pub mod guard;
 pub mod halves;
 mod hdr;
 mod header;

@@ -116,7 +116,7 @@ impl ModelFault {
 #[derive(Debug)]
 pub(super) struct Broken {
     /// The fault, until it is reported first.
-    first: Mutex<Option<ModelFault>>,
+    first: Mutex<Option<Box<ModelFault>>>,
     location: String,
     what: String,
 }
@@ -130,11 +130,11 @@ impl Broken {
             }
             _ => ("the model".into(), "has parts that cannot be read".into()),
         };
-        Self { first: Mutex::new(Some(fault)), location, what }
+        Self { first: Mutex::new(Some(Box::new(fault))), location, what }
     }
 
     pub(super) fn fault(&self) -> ModelFault {
         let first = self.first.lock().unwrap_or_else(PoisonError::into_inner).take();
-        first.unwrap_or_else(|| ModelFault::invalid(&self.location, self.what.clone()))
+        first.map_or_else(|| ModelFault::invalid(&self.location, self.what.clone()), |fault| *fault)
     }
 }

@@ -69,6 +69,8 @@ pub struct Node {
     pub light: Option<usize>,
     /// The default weights of the morph targets, one per target.
     pub weights: Vec<f32>,
+    /// Whether the node and its descendants are visible.
+    pub visible: bool,
 }
 
 /// The transform of a node relative to its parent.
@@ -180,13 +182,15 @@ impl Model {
     /// Returns the visible nodes, with parents before children: the nodes of the default scene, else of the first scene,
     /// else all nodes.
     pub fn shown_nodes(&self) -> Vec<usize> {
-        let Some(scene) = self.scenes.get(self.default_scene.unwrap_or(0)) else { return self.order.clone() };
-        let mut shown = vec![false; self.nodes.len()];
-        scene.roots.iter().for_each(|&root| shown[root] = true);
+        let scene = self.scenes.get(self.default_scene.unwrap_or(0));
+        let mut shown = vec![scene.is_none(); self.nodes.len()];
+        let mut visible = vec![true; self.nodes.len()];
+        scene.iter().flat_map(|scene| &scene.roots).for_each(|&root| shown[root] = true);
         let in_scene = |&node: &usize| {
             let parent = self.nodes[node].parent;
             shown[node] |= parent.is_some_and(|parent| shown[parent]);
-            shown[node]
+            visible[node] = self.nodes[node].visible && parent.is_none_or(|parent| visible[parent]);
+            shown[node] && visible[node]
         };
         self.order.iter().copied().filter(in_scene).collect()
     }

@@ -17,7 +17,7 @@ pub use raster::{Encoding, Raster, Samples, Texture, TextureWrap};
 use std::sync::Arc;
 
 use super::HeightMap;
-use leadr_reflectance::facets::gloss::Gloss;
+pub use leadr_reflectance::facets::gloss::Gloss;
 use leadr_reflectance::materials::fitted_table::FittedTable;
 
 /// A material property, which is a constant or a texture times a constant factor.

@@ -13,6 +13,9 @@ pub(super) struct Buffer<'a> {
     pub(super) bytes: Result<Cow<'a, [u8]>, Broken>,
 }
 
+/// The decompressed bytes of a buffer view, or the fault of compressed data. `None` for views without compression.
+pub(super) type Unpacked = Option<Result<Vec<u8>, Broken>>;
+
 #[derive(Clone, Copy)]
 pub(super) struct BufferView<'a> {
     offset: u64,
@@ -50,6 +53,14 @@ impl<'a> BufferView<'a> {
         Ok(Self { offset, length, buffer: whole.bytes.as_deref(), stride })
     }
 
+    /// Returns a view of decompressed bytes.
+    pub(super) fn unpacked(item: &Item<'_>, bytes: &'a Result<Vec<u8>, Broken>) -> Read<Self> {
+        let bytes = bytes.as_deref();
+        let stride = item.whole("byteStride")?.filter(|&stride| stride != 0);
+        let stride = stride.map(|stride| usize::try_from(stride).unwrap_or(usize::MAX));
+        Ok(Self { offset: 0, length: bytes.map_or(u64::MAX, |bytes| bytes.len() as u64), buffer: bytes, stride })
+    }
+
     /// Returns the bytes, or an error if the buffer has none.
     pub(super) fn bytes(&self) -> Read<&'a [u8]> {
         let bytes = self.buffer.map_err(Broken::fault)?;
@@ -71,7 +82,7 @@ impl<'a> BufferView<'a> {
             let all = self.length;
             let fault = item.fault(format!("{what} need bytes {offset} to {end}, but the buffer view has {all}"));
             // Some exporters leave padding out of the length of a view.
-            if matches!(bytes, Ok(None)) || end - self.length >= 4 {
+            if !matches!(bytes, Ok(Some(_))) || end - self.length >= 4 {
                 return Err(fault);
             }
             log.repair(fault, "the bytes after the view are read")?;

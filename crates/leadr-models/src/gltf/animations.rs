@@ -6,6 +6,7 @@ use std::collections::hash_map::Entry;
 use glam::Quat;
 
 use super::accessor::Component;
+use super::extensions::POINTER;
 use super::json::{Item, Read};
 use super::nodes::unit_rotation;
 use super::source::Source;
@@ -101,8 +102,16 @@ impl Reader<'_> {
 
     /// Returns the target of a channel. Returns `None` if the target is not a core property or has no effect.
     fn target(&mut self, target: &Item<'_>) -> Read<Option<(usize, Property)>> {
-        let node = target.exact_index("node", "node", self.nodes.len())?;
-        let path = target.required("path", Item::string)?;
+        let mut node = target.exact_index("node", "node", self.nodes.len())?;
+        let mut path = target.required("path", Item::string)?;
+        if let (Some(extension), "pointer") = (target.extension(POINTER)?, path) {
+            path = extension.required("pointer", Item::string)?;
+            let of_node = path.strip_prefix("/nodes/").and_then(|path| path.split_once('/'));
+            if let Some((number, property)) = of_node {
+                node = number.parse().ok().filter(|&node| node < self.nodes.len());
+                path = if node.is_some() { property } else { path };
+            }
+        }
         let Some(property) = Property::named(path) else {
             self.source.log.remark(format!("{}: animates `{}`, which is not supported", target.location, shown(path)));
             return Ok(None);

@@ -21,9 +21,48 @@ pub(super) const LIGHTS: &str = "KHR_lights_punctual";
 /// The extension for materials of which the user selects a set.
 pub(super) const VARIANTS: &str = "KHR_materials_variants";
 
-/// All supported extensions.
-pub const READ: [&str; 9] =
-    [QUANTIZATION, TEXTURE_TRANSFORM, EMISSIVE_STRENGTH, IOR, SPECULAR, ANISOTROPY, UNLIT, LIGHTS, VARIANTS];
+pub(super) const SPECULAR_GLOSSINESS: &str = "KHR_materials_pbrSpecularGlossiness";
+/// The extensions for images of other formats. The image of `source` may be another format of the same picture.
+pub(super) const WEBP: &str = "EXT_texture_webp";
+pub(super) const TEXTURES: [&str; 3] = ["KHR_texture_basisu", "EXT_texture_avif", "MSFT_texture_dds"];
+pub(super) const DRACO: &str = "KHR_draco_mesh_compression";
+pub(super) const MESHOPT: &str = "EXT_meshopt_compression";
+pub(super) const MESHOPT_KHR: &str = "KHR_meshopt_compression";
+/// The extension for copies of a mesh.
+pub(super) const INSTANCING: &str = "EXT_mesh_gpu_instancing";
+/// The extension for animations of other properties than those of nodes.
+pub(super) const POINTER: &str = "KHR_animation_pointer";
+pub(super) const VISIBILITY: &str = "KHR_node_visibility";
+/// The extension for coarser copies of a node.
+pub(super) const LEVELS: &str = "MSFT_lod";
+
+/// All supported extensions. Those from the last line on have no effect on the picture.
+pub const READ: [&str; 24] = [
+    QUANTIZATION,
+    TEXTURE_TRANSFORM,
+    EMISSIVE_STRENGTH,
+    IOR,
+    SPECULAR,
+    ANISOTROPY,
+    UNLIT,
+    LIGHTS,
+    VARIANTS,
+    SPECULAR_GLOSSINESS,
+    WEBP,
+    TEXTURES[0],
+    TEXTURES[1],
+    TEXTURES[2],
+    DRACO,
+    MESHOPT,
+    MESHOPT_KHR,
+    INSTANCING,
+    POINTER,
+    VISIBILITY,
+    LEVELS,
+    "KHR_xmp",
+    "KHR_xmp_json_ld",
+    "FB_ngon_encoding",
+];
 
 /// The maximum number of extensions in one message.
 const MAX_NAMES: usize = 12;
@@ -84,8 +123,7 @@ pub(super) fn unread(root: &Item<'_>, log: &Log) -> Read<Vec<String>> {
     let required = unread("extensionsRequired")?;
     if !required.is_empty() {
         let what = format!("it requires {}", required.join(", "));
-        let remedy = format!("export it without; supported extensions are {}", READ.join(", "));
-        log.refuse(ModelFault::unsupported(what, remedy))?;
+        log.refuse(ModelFault::unsupported(what, "export it without, or load it without --strict"))?;
         log.remark(format!("requires unsupported extensions, and is drawn without them: {}", required.join(", ")));
     }
     let used: Vec<String> = unread("extensionsUsed")?.into_iter().filter(|name| !required.contains(name)).collect();

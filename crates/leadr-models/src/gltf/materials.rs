@@ -1,8 +1,9 @@
 //! Materials. The reader supports core metallic-roughness, and extensions for dielectrics, emission and anisotropy.
 
 use std::collections::HashSet;
+use std::sync::Arc;
 
-use super::extensions::{ANISOTROPY, EMISSIVE_STRENGTH, IOR, SPECULAR, UNLIT};
+use super::extensions::{ANISOTROPY, EMISSIVE_STRENGTH, IOR, SPECULAR, SPECULAR_GLOSSINESS, UNLIT};
 use super::json::{Item, Read};
 use super::log::Log;
 use super::meshes;
@@ -11,7 +12,11 @@ use super::textures::{Purpose, Textures};
 use super::uri;
 use crate::fault::{ModelFault, shown};
 use crate::limits::{COORDINATES, MAX_COORDINATE};
-use leadr_maps::material::{Anisotropy, GreenAxis, Input, Material, NormalMap, Opacity, Relief, RoughnessMeaning};
+use leadr_maps::material::{
+    Anisotropy, Gloss, GreenAxis, Input, Material, NormalMap, Opacity, Raster, Relief, RoughnessMeaning, Samples,
+    Texture,
+};
+use leadr_maps::srgb::srgb8_from_linear;
 use leadr_maps::{HeightMap, ImageHeader, decode_heights};
 
 /// The key of the displacement map in a material's `extras`.
@@ -69,7 +74,10 @@ struct Reader<'a> {
 impl<'a> Reader<'a> {
     fn read(&self, material: &mut Material) -> Read<()> {
         let item = self.item;
-        let opacity = self.base(material)?;
+        let opacity = match item.extension(SPECULAR_GLOSSINESS)? {
+            Some(extension) => self.specular_glossiness(&extension, material)?,
+            None => self.base(material)?,
+        };
         material.opacity = self.opacity(opacity)?;
         material.double_sided = item.flag("doubleSided", false)?;
         material.unlit = item.extension(UNLIT)?.is_some();
@@ -103,6 +111,39 @@ impl<'a> Reader<'a> {
             (material.roughness.channel, material.metalness.channel) = (1, 2);
             material.roughness.texture = Some(texture.clone());
             material.metalness.texture = Some(texture);
+        }
+        Ok(alpha)
+    }
+
+    /// Reads diffuse colour, specular colour and gloss into `material`. Returns the opacity.
+    ///
+    /// The specular colour is the reflectance at normal incidence, and takes its strongest channel from the diffuse colour.
+    fn specular_glossiness(&self, extension: &Item<'a>, material: &mut Material) -> Read<Input<f32>> {
+        let mut alpha = Input::constant(1.0);
+        let [r, g, b, a] = extension.vector("diffuseFactor", 0.0..=1.0)?.unwrap_or([1.0; 4]);
+        (material.base_color.factor, alpha.factor) = ([r, g, b], a);
+        let specular: [f32; 3] = extension.vector("specularFactor", 0.0..=1.0)?.unwrap_or([1.0; 3]);
+        material.metalness = Input::constant(0.0);
+        material.f0.factor = specular;
+        material.roughness.factor = extension.number("glossinessFactor", 0.0..=1.0)?.unwrap_or(1.0);
+        material.roughness_meaning = RoughnessMeaning::Gloss(Gloss::Perceptual);
+        let diffuse = self.textures.get(extension, "diffuseTexture", Purpose::Color)?.map(|(texture, _)| texture);
+        alpha.texture = diffuse.clone();
+        alpha.channel = 3;
+        material.base_color.texture = diffuse;
+        match self.textures.get(extension, "specularGlossinessTexture", Purpose::Color)? {
+            Some((texture, _)) => {
+                let raster = dimmed(material.base_color.texture.as_ref(), &texture, specular, self.source)?;
+                let under = material.base_color.texture.as_ref().unwrap_or(&texture);
+                material.base_color.texture = Some(Texture { raster: Arc::new(raster), ..under.clone() });
+                material.roughness.channel = 3;
+                material.roughness.texture = Some(texture.clone());
+                material.f0.texture = Some(texture);
+            }
+            None => {
+                let rest = 1.0 - specular.into_iter().fold(0.0, f32::max);
+                material.base_color.factor = [r, g, b].map(|color| color * rest);
+            }
         }
         Ok(alpha)
     }
@@ -218,4 +259,22 @@ impl<'a> Reader<'a> {
         remarks.iter().for_each(|text| self.source.log.remark(format!("{place}: {text}")));
         map
     }
+}
+
+/// Returns the diffuse colours under a specular texture, which reflects its strongest channel.
+fn dimmed(diffuse: Option<&Texture>, specular: &Texture, factor: [f32; 3], source: &Source<'_>) -> Read<Raster> {
+    let size = &diffuse.unwrap_or(specular).raster;
+    let (width, height) = (size.width(), size.height());
+    let fault = |fault| ModelFault::Image { location: specular.name.clone(), fault };
+    source.image_budget.take(3 * u64::from(width) * u64::from(height)).map_err(fault)?;
+    let of = &specular.raster;
+    let mut texels = Vec::with_capacity(3 * width as usize * height as usize);
+    for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
+        let at = |i: u32, count: u32, others: u32| (u64::from(i) * u64::from(others) / u64::from(count)) as u32;
+        let reflected = of.color(at(x, width, of.width()), at(y, height, of.height()), specular.encoding);
+        let strongest = reflected.into_iter().zip(factor).map(|(color, factor)| color * factor).fold(0.0, f32::max);
+        let color = diffuse.map_or([1.0; 3], |diffuse| diffuse.raster.color(x, y, diffuse.encoding));
+        texels.extend(color.map(|color| srgb8_from_linear(color * (1.0 - strongest))));
+    }
+    Raster::new(width, height, 3, Samples::U8(texels)).map_err(fault)
 }

@@ -1,6 +1,7 @@
 //! Meshes, with triangles and vertex attributes. An attribute, a triangle or a primitive that cannot be read is left out.
 
 use super::accessor::{Accessor, Component};
+use super::draco::Draco;
 use super::extensions::VARIANTS;
 use super::influences;
 use super::json::{Item, Read};
@@ -58,7 +59,8 @@ fn read_mesh(source: &Source<'_>, item: &Item<'_>, materials: usize) -> Read<(Me
     let target_names = names.into_iter().map(str::to_owned).collect();
     let mut mesh = Mesh { name: item.name()?, primitives: Vec::new(), target_count, target_names };
     for primitive in &primitives {
-        match (Reader { source, item: primitive }).read(materials) {
+        let draco = Draco::read(source, primitive);
+        match draco.and_then(|draco| Reader { source, item: primitive, draco }.read(materials)) {
             Ok(read) => mesh.primitives.extend(read),
             Err(fault) => source.log.lose(fault, "the primitive is left out")?,
         }
@@ -105,6 +107,7 @@ enum Types {
 struct Reader<'a> {
     source: &'a Source<'a>,
     item: &'a Item<'a>,
+    draco: Option<Draco<'a>>,
 }
 
 /// The repair of an attribute that cannot be read.
@@ -188,6 +191,15 @@ impl Reader<'_> {
         count: Option<usize>,
     ) -> Read<Option<Vec<[f32; N]>>> {
         let Some(accessor) = self.source.accessor(attributes, name)? else { return Ok(None) };
+        if let Some(draco) = self.draco.as_ref().filter(|_| types != Types::Difference)
+            && let Some(values) = draco.floats::<N>(name, accessor.normalized || types == Types::Share)?
+        {
+            return if values.len() < count.unwrap_or(0) {
+                Err(attributes.fault(format!("`{name}` has fewer compressed values than `POSITION`")))
+            } else {
+                Ok(Some(values))
+            };
+        }
         if name == "POSITION" && accessor.is_zeros() && !self.source.unread.is_empty() {
             let unread = self.source.unread.join(", ");
             return Err(accessor.fault(format!("has no data without {unread}, which is not supported")));
@@ -292,6 +304,9 @@ impl Reader<'_> {
 
     /// Returns the triangles, whose vertices may not exist.
     fn triangles(&self, mode: Mode, vertices: usize) -> Read<Vec<[u32; 3]>> {
+        if let Some(draco) = &self.draco {
+            return Ok(draco.triangles());
+        }
         let indices = match self.source.accessor(self.item, "indices")? {
             None => None,
             Some(accessor) => {
@@ -361,6 +376,10 @@ impl Reader<'_> {
                 return Err(attributes.fault(format!("`{joints}` and `{weights}` must be given together")));
             }
             let Some(accessor) = self.source.accessor(attributes, &joints)? else { break };
+            let compressed = match &self.draco {
+                Some(draco) => draco.floats::<4>(&joints, false)?,
+                None => None,
+            };
             self.check_count(accessor, attributes, &joints, count)?;
             let is_whole = |component| matches!(component, Some(Component::U8 | Component::U16));
             let good = is_whole(accessor.component) && accessor.is_of("VEC4") && !accessor.normalized;
@@ -373,7 +392,10 @@ impl Reader<'_> {
                 }
                 (expected, _) => expected?,
             }
-            let mut joints = accessor.floats::<4>(false, &self.source.budget)?;
+            let mut joints = match compressed {
+                Some(joints) => joints,
+                None => accessor.floats::<4>(false, &self.source.budget)?,
+            };
             joints.truncate(count.unwrap_or(usize::MAX));
             // The conversion maps NaN and negative numbers to 0.
             let joints = joints.into_iter().map(|four| four.map(|joint| joint as u32)).collect();

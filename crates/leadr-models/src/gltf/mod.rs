@@ -3,6 +3,7 @@
 
 mod accessor;
 mod animations;
+mod draco;
 mod extensions;
 mod glb;
 mod images;
@@ -11,6 +12,7 @@ mod json;
 mod log;
 mod materials;
 mod meshes;
+mod meshopt;
 mod nodes;
 mod repair;
 mod skins;
@@ -42,7 +44,9 @@ pub(super) fn decode(bytes: &[u8], name: &str, folder: Option<&Path>, options: &
     let root = Item::root(&json, &log);
     extensions::check_version(&root, &log)?;
     let buffers = source::buffers(&root, container.binary, folder, &log)?;
-    let source = Source::open(root, &log, &buffers, folder, options.variant.as_deref())?;
+    let budget = source::budget(&buffers);
+    let unpacked = meshopt::views(&root, &buffers, &budget, &log)?;
+    let source = Source::open(root, &log, &buffers, &unpacked, budget, folder, options.variant.as_deref())?;
     let mut model = Model { name: name.to_owned(), ..Model::default() };
     read_parts(&source, &mut model)?;
     let mut primitives = model.meshes.iter().flat_map(|mesh| &mesh.primitives);

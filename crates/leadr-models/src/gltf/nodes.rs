@@ -4,7 +4,8 @@ use std::f32::consts::SQRT_2;
 
 use glam::{Mat4, Quat, Vec3};
 
-use super::extensions::LIGHTS;
+use super::accessor::Accessor;
+use super::extensions::{INSTANCING, LEVELS, LIGHTS, VISIBILITY};
 use super::json::{Item, Location, Read};
 use super::meshes::{Meshes, morph_weights};
 use super::source::Source;
@@ -38,7 +39,81 @@ pub(super) fn read(source: &Source<'_>, meshes: &Meshes, lights: usize) -> Read<
         kept?;
         nodes[parent].children = children;
     }
+    for (number, item) in items.iter().enumerate() {
+        if let Some(levels) = item.extension(LEVELS)? {
+            // The node itself is the finest level.
+            for level in levels.indices("ids", "node", items.len())? {
+                nodes[level].visible &= level == number;
+            }
+        }
+        if let Some(extension) = item.extension(INSTANCING)? {
+            match instances(source, &extension) {
+                Ok(transforms) => place_copies(source, &mut nodes, number, transforms)?,
+                Err(fault) => source.log.lose(fault, "its mesh is drawn once")?,
+            }
+        }
+    }
     Ok(nodes)
+}
+
+/// Reads the transforms of the copies of a node's mesh.
+fn instances(source: &Source<'_>, extension: &Item<'_>) -> Read<Vec<Transform>> {
+    let attributes = extension.required("attributes", Item::item)?;
+    let [translation, rotation, scale] =
+        ["TRANSLATION", "ROTATION", "SCALE"].map(|name| source.accessor(&attributes, name));
+    let (translation, rotation, scale) = (translation?, rotation?, scale?);
+    let counts = [translation, rotation, scale].into_iter().flatten().map(|accessor| accessor.count);
+    let Some(count) = counts.clone().min() else { return Err(attributes.fault("has no transforms")) };
+    if counts.max() != Some(count) {
+        let fault = attributes.fault("has attributes of different lengths");
+        source.log.repair(fault, "the shortest gives the number of copies")?;
+    }
+    fn values<const N: usize>(source: &Source<'_>, accessor: Option<&Accessor<'_>>) -> Read<Option<Vec<[f32; N]>>> {
+        accessor.map(|accessor| accessor.floats::<N>(accessor.normalized, &source.budget)).transpose()
+    }
+    let translations = values::<3>(source, translation)?;
+    let rotations = values::<4>(source, rotation)?;
+    let scales = values::<3>(source, scale)?;
+    source.budget.take::<Node>(count)?;
+    let transform = |i: usize| {
+        let rotation = rotations.as_ref().map_or(Quat::IDENTITY, |all| Quat::from_array(all[i]));
+        Transform::Parts {
+            translation: translations.as_ref().map_or(Vec3::ZERO, |all| Vec3::from(all[i])),
+            rotation: unit_rotation(rotation).unwrap_or(Quat::IDENTITY),
+            scale: scales.as_ref().map_or(Vec3::ONE, |all| Vec3::from(all[i])),
+        }
+    };
+    let all: Vec<Transform> = (0..count).map(transform).collect();
+    match all.iter().position(|transform| !transform.matrix().is_finite()) {
+        Some(i) => Err(attributes.fault(format!("has a transform {i} that is not a number"))),
+        None => Ok(all),
+    }
+}
+
+/// Replaces the mesh of a node by child nodes that draw it.
+fn place_copies(source: &Source<'_>, nodes: &mut Vec<Node>, number: usize, transforms: Vec<Transform>) -> Read<()> {
+    if nodes[number].mesh.is_none() {
+        return Ok(());
+    }
+    source.budget.take::<f32>(transforms.len().saturating_mul(nodes[number].weights.len()))?;
+    let first = nodes.len();
+    for transform in transforms {
+        let copy = Node {
+            parent: Some(number),
+            children: Vec::new(),
+            transform,
+            skin: None,
+            camera: None,
+            light: None,
+            visible: true,
+            ..nodes[number].clone()
+        };
+        nodes.push(copy);
+    }
+    let added = first..nodes.len();
+    nodes[number].children.extend(added);
+    nodes[number].mesh = None;
+    Ok(())
 }
 
 fn location(node: usize) -> Location {
@@ -86,6 +161,10 @@ impl Reader<'_> {
             camera: item.index("camera", "camera", root.length("cameras")?)?,
             light,
             weights,
+            visible: match item.extension(VISIBILITY)? {
+                Some(extension) => extension.flag("visible", true)?,
+                None => true,
+            },
         })
     }
 

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::accessor::{Accessor, Buffer, BufferView};
+use super::accessor::{Accessor, Buffer, BufferView, Unpacked};
 use super::json::{Item, Read};
 use super::log::Log;
 use super::uri::Folder;
@@ -69,6 +69,11 @@ pub(super) fn buffers<'a>(
     Ok(all)
 }
 
+/// Returns the budget for data that are unpacked from buffers.
+pub(super) fn budget(buffers: &[Buffer<'_>]) -> Budget {
+    Budget::for_buffers(buffers.iter().filter(|buffer| buffer.bytes.is_ok()).map(|buffer| buffer.length).sum())
+}
+
 /// Leaves the fault of a part to those that use it.
 fn lazily<T>(read: Read<T>, log: &Log) -> Read<Result<T, Broken>> {
     match read {
@@ -104,15 +109,19 @@ impl<'a> Source<'a> {
         root: Item<'a>,
         log: &'a Log,
         buffers: &'a [Buffer<'_>],
+        unpacked: &'a [Unpacked],
+        budget: Budget,
         folder: Option<Folder<'a>>,
         variant: Option<&str>,
     ) -> Read<Self> {
-        let there = buffers.iter().filter(|buffer| buffer.bytes.is_ok()).map(|buffer| buffer.length).sum();
-        let budget = Budget::for_buffers(there);
         let unread = extensions::unread(&root, log)?;
         let quantized = root.strings("extensionsUsed")?.contains(&extensions::QUANTIZATION);
-        let view = |item: &Item<'_>| lazily(BufferView::read(item, buffers, log), log);
-        let views = root.items("bufferViews", "buffer view")?.iter().map(view).collect::<Read<Vec<_>>>()?;
+        let view = |(item, unpacked): (&Item<'_>, &'a Unpacked)| match unpacked {
+            None => lazily(BufferView::read(item, buffers, log), log),
+            Some(bytes) => lazily(BufferView::unpacked(item, bytes), log),
+        };
+        let items = root.items("bufferViews", "buffer view")?;
+        let views = items.iter().zip(unpacked).map(view).collect::<Read<Vec<_>>>()?;
         let accessor = |item: &Item<'_>| lazily(Accessor::read(item, &views, &budget, log), log);
         let accessors = root.items("accessors", "accessor")?.iter().map(accessor).collect::<Read<_>>()?;
         let variant = variant.map(|name| extensions::variant(&root, name)).transpose()?;

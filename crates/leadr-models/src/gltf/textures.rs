@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use glam::{Affine2, Mat2, Vec2};
 
-use super::extensions::TEXTURE_TRANSFORM;
+use super::extensions::{TEXTURE_TRANSFORM, TEXTURES, WEBP};
 use super::images::{self, Image};
 use super::json::{Item, Read};
 use super::source::Source;
@@ -42,9 +42,20 @@ impl<'a> Textures<'a> {
         let images = source.root.length("images")?;
         let entry = |item: &Item<'_>| {
             let sampler = item.index("sampler", "sampler", wraps.len())?;
+            let of_extension = |name| -> Read<Option<usize>> {
+                match item.extension(name)? {
+                    Some(extension) => extension.index("source", "image", images),
+                    None => Ok(None),
+                }
+            };
+            // The other formats come after the plain image, which every program reads.
+            let mut image = of_extension(WEBP)?.or(item.index("source", "image", images)?);
+            for name in TEXTURES {
+                image = image.or(of_extension(name)?);
+            }
             Ok(Entry {
                 extended: item.has("extensions"),
-                image: item.index("source", "image", images)?,
+                image,
                 wrap: sampler.map_or([TextureWrap::Repeat; 2], |sampler| wraps[sampler]),
             })
         };

@@ -192,7 +192,7 @@ fn buffers_take_no_more_than_their_length() {
 fn images_of_other_formats_are_named() {
     let _unmeasured = unmeasured();
     let mut made = everything();
-    made.json["textures"][0] = json!({ "extensions": { "EXT_texture_webp": { "source": 0 } } });
+    made.json["textures"][0] = json!({ "extensions": { "XYZ_texture_jxl": { "source": 0 } } });
     let model = made.model();
     assert!(
         model.remarks[0].contains("texture 0 has no image in a supported format (PNG or JPEG)"),

@@ -18,8 +18,8 @@ const CASES: [Case; 61] = [
     Case("version in words", |m| m["asset"]["version"] = json!("two"), "asset: `two` is not a version"),
     Case(
         "required extension",
-        |m| m["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]),
-        "KHR_draco_mesh_compression; export it without",
+        |m| m["extensionsRequired"] = json!(["XYZ_shape"]),
+        "XYZ_shape; export it without, or load",
     ),
     Case("list of the wrong type", |m| m["skins"] = json!({}), "the model: `skins` must be an array"),
     Case("object of the wrong type", |m| m["nodes"][2] = json!(7), "node 2: must be an object"),

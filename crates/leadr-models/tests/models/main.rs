@@ -5,6 +5,7 @@ mod claims;
 mod contents;
 mod creatures;
 mod damaged;
+mod extensions;
 mod files;
 mod hostile;
 mod poses;

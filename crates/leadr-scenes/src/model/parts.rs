@@ -220,6 +220,7 @@ pub mod tests {
             camera,
             light,
             weights: Vec::new(),
+            visible: true,
         }
     }
 
