@@ -97,7 +97,12 @@ pub(super) fn check_version(root: &Item<'_>, log: &Log) -> Read<()> {
         Some((_, Some(2))) if matches!(version, Some(Value::Text(text)) if numbers(text).is_some()) => {}
         Some((text, Some(found))) if found != 2 => return other(text),
         Some((text, _)) => {
-            let what = format!("`{}` is not a version; it must be two numbers separated by a point", shown(text));
+            let what = match version {
+                Some(Value::Text(_)) => {
+                    format!("`{}` is not a version; it must be two numbers separated by a point", shown(text))
+                }
+                _ => "`version` must be a string".to_owned(),
+            };
             log.repair(asset.fault(what), REPAIR)?;
         }
         None => log.repair(asset.fault("`version` is missing"), REPAIR)?,

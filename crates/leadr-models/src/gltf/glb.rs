@@ -35,8 +35,8 @@ fn text<'a>(bytes: &'a [u8], log: &Log) -> Read<&'a [u8]> {
         log.repair(ModelFault::damaged("its JSON starts with a byte order mark"), "the mark is ignored")?;
         text = rest;
     }
-    let end = text.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1);
-    if end < text.len() {
+    let end = text.iter().rposition(|&byte| byte != 0 && !byte.is_ascii_whitespace()).map_or(0, |last| last + 1);
+    if text[end..].contains(&0) {
         log.repair(ModelFault::damaged("its JSON ends in zero bytes"), "the zero bytes are ignored")?;
     }
     Ok(&text[..end])

@@ -443,6 +443,28 @@ mod tests {
     }
 
     #[test]
+    fn damaged_data_never_panic() {
+        let data = bytes("a1a5559a152aaaaaaaaaaaaaaaaaaa00002a0666666666666666666666666666666666666666000000000f00");
+        let mut state = 1u32;
+        for round in 0..20_000 {
+            let mut altered = data.clone();
+            for byte in altered.iter_mut().skip(usize::from(round % 2 == 0)) {
+                state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                *byte = if state >> 28 == 0 { (state >> 8) as u8 } else { *byte };
+            }
+            for (mode, header) in [("ATTRIBUTES", 0xa0), ("ATTRIBUTES", 0xa1), ("TRIANGLES", 0xe1), ("INDICES", 0xd1)] {
+                altered[0] = header;
+                for (count, stride) in [(0, 4), (3, 4), (33, 8), (300, 4)] {
+                    for filter in ["NONE", "OCTAHEDRAL", "QUATERNION", "COLOR", "EXPONENTIAL"] {
+                        let decoded = decode(&altered, mode, filter, count, stride);
+                        assert!(decoded.is_none_or(|bytes| bytes.len() == count * stride));
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
     fn filters_agree_with_their_encoder() {
         assert_eq!(quaternion([-868, -1855, -289, 2045]), [-3271, 22926, -9825, -20997]);
         assert_eq!(quaternion([-1447, 1447, -1447, 2044]), [16399, -16378, 16378, -16378]);

@@ -10,7 +10,7 @@ use leadr_maps::save::encode_png_grey16;
 use leadr_models::{LoadOptions, Model, ModelFault};
 use serde_json::{Value, json};
 
-use crate::build::{everything, png, triangle};
+use crate::build::{F32, decode, decode_strictly, everything, glb, png, triangle};
 use leadr_testing::memory::{alone, measured, unmeasured};
 
 const STRICT: LoadOptions = LoadOptions { strict: true, variant: None, links: OutsideLinks::Refused };
@@ -296,4 +296,124 @@ fn pipes_are_refused_at_once() {
     assert!(matches!(error.fault, ModelFault::NotAFile));
     let message = Model::load(painted(folder.path(), "pipe.png"), STRICT).unwrap_err().to_string();
     assert!(message.contains("\"pipe.png\" is not a regular file"), "{message}");
+}
+
+/// Blemishes of the container and of its declaration do not change what the file says.
+#[test]
+fn containers_are_read_despite_blemishes() {
+    let _unmeasured = unmeasured();
+    let mut made = triangle();
+    made.binary.extend([0; 2]);
+    let json = made.finished().to_string();
+    let whole = made.glb();
+    let length = |change: i32| {
+        let mut file = whole.clone();
+        let declared = i32::from_le_bytes(file[8..12].try_into().unwrap()) + change;
+        file[8..12].copy_from_slice(&declared.to_le_bytes());
+        file
+    };
+    // The chunks as some exporters write them: the text ends in zeros, and no chunk is padded.
+    let unpadded = |json: &[u8], gap: usize| {
+        let mut file = b"glTF\x02\0\0\0\0\0\0\0".to_vec();
+        for (kind, body) in [(b"JSON", json), (b"BIN\0", &made.binary[..])] {
+            file.extend((body.len() as u32).to_le_bytes());
+            file.extend(kind);
+            file.extend(body);
+            file.resize(file.len() + gap.min(file.len().next_multiple_of(4) - file.len()), 0);
+        }
+        let length = file.len() as u32;
+        file[8..12].copy_from_slice(&length.to_le_bytes());
+        file
+    };
+    let padded = json.len().next_multiple_of(4) + 1;
+    let uneven = format!("{json:padded$}");
+    let zeros = [json.as_bytes(), &[0; 3]].concat();
+    let marked = [b"\xef\xbb\xbf", json.as_bytes()].concat();
+    let files = [
+        ("as it is", whole.clone(), 0, true),
+        ("trailing bytes", [&whole[..], b"trailing bytes"].concat(), 0, true),
+        ("declared too long", length(100), 1, false),
+        ("without padding", unpadded(uneven.as_bytes(), 0), 0, true),
+        ("padded after its length", unpadded(uneven.as_bytes(), 3), 0, true),
+        ("zeros after the JSON", glb(&zeros, &made.binary), 1, false),
+        ("byte order mark", glb(&marked, &made.binary), 1, false),
+        ("no padding of the buffer", whole[..whole.len() - 2].to_vec(), 2, false),
+    ];
+    for (name, file, remarks, is_strict) in files {
+        let model = decode(&file).unwrap_or_else(|fault| panic!("{name}: {fault}"));
+        assert_eq!(model.meshes[0].primitives[0].triangles.len(), 1, "{name}");
+        assert_eq!(model.remarks.len(), remarks, "{name}: {:?}", model.remarks);
+        assert_eq!(decode_strictly(&file).is_ok(), is_strict, "{name}");
+    }
+    for asset in [json!({ "version": 2 }), json!({ "version": 2.0 }), json!({ "version": "2" }), json!({}), json!(null)]
+    {
+        let mut odd = made.clone();
+        odd.json["asset"] = asset;
+        assert!(odd.repaired().1.contains("it is read as glTF 2.0"));
+    }
+    for old in
+        [json!({ "asset": { "version": "1.0" } }), json!({ "asset": { "version": 1.0 } }), json!({ "meshes": {} })]
+    {
+        let fault = decode(old.to_string().as_bytes()).unwrap_err().to_string();
+        assert!(fault.contains("it is glTF 1.0; export it as glTF 2.0"), "{fault}");
+    }
+    // The declared length of a buffer and of a view may lack their padding, and a file may be longer.
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("it.bin"), [&made.binary[..36], &[7; 5]].concat()).unwrap();
+    for (buffer, view, remarks) in [(36, 36, 0), (34, 36, 1), (36, 34, 1), (60, 36, 1)] {
+        let mut odd = made.clone();
+        odd.json["buffers"] = json!([{ "byteLength": buffer, "uri": "it.bin" }]);
+        odd.json["bufferViews"][0]["byteLength"] = json!(view);
+        let text = odd.finished().to_string();
+        let model = Model::decode(text.as_bytes(), "made", Some(folder.path()), LoadOptions::default()).unwrap();
+        assert_eq!(
+            (model.meshes[0].primitives[0].triangles.len(), model.remarks.len()),
+            (1, remarks),
+            "{buffer} {view}"
+        );
+        assert_eq!(model.meshes[0].primitives[0].positions[2], [0.0, 1.0, 0.0]);
+    }
+}
+
+/// Parts that nothing uses may be broken, and a broken part takes only those that use it with it.
+#[test]
+fn broken_parts_take_only_their_users_with_them() {
+    let _unmeasured = unmeasured();
+    let mut made = triangle();
+    made.push("images", json!({ "uri": "missing.png" }));
+    made.push("textures", json!({ "source": 0 }));
+    made.push("materials", json!({ "emissiveTexture": { "index": 0 } }));
+    made.push("accessors", json!({ "bufferView": 99, "componentType": F32, "type": "VEC3", "count": 3 }));
+    made.push("buffers", json!({ "byteLength": made.binary.len() }));
+    made.push("buffers", json!({ "byteLength": 12, "uri": "missing.bin" }));
+    made.push("bufferViews", json!({ "buffer": 1, "byteLength": 12 }));
+    assert!(made.model().remarks.is_empty(), "{:?}", made.model().remarks);
+    assert!(decode_strictly(&made.glb()).is_err());
+    let lost = made.push("accessors", json!({ "bufferView": 1, "componentType": F32, "type": "VEC3", "count": 1 }));
+    let broken = json!({ "primitives": [{ "attributes": { "POSITION": lost } }, { "attributes": { "POSITION": 1 } }] });
+    made.push("meshes", broken);
+    let sampler = json!({ "input": 1, "output": 0 });
+    let channel = json!({ "sampler": 0, "target": { "node": 0, "path": "translation" } });
+    made.push("animations", json!({ "samplers": [sampler], "channels": [channel] }));
+    made.push("animations", json!({ "samplers": [], "channels": [] }));
+    let model = made.model();
+    assert_eq!((model.meshes[0].primitives.len(), model.meshes[1].primitives.len()), (1, 0));
+    assert!(model.animations.is_empty());
+    let all = model.remarks.join("\n");
+    for wanted in
+        ["\"missing.bin\"", "refers to buffer view 99", "the channel is left out", "animation 1: has no channels"]
+    {
+        assert!(all.contains(wanted), "{wanted}: {all}");
+    }
+    // Primitives may have different numbers of morph targets.
+    let mut made = triangle();
+    let target = json!({ "POSITION": 0 });
+    let primitives = made.json["meshes"][0]["primitives"].as_array_mut().unwrap();
+    primitives.push(json!({ "attributes": { "POSITION": 0 }, "targets": [target, target] }));
+    made.json["meshes"][0]["weights"] = json!([0.0, 1.0]);
+    let (model, remark) = made.repaired();
+    assert!(remark.contains("different numbers of morph targets"), "{remark}");
+    let pose = model.pose(None, 0.0);
+    let corner = [0, 1].map(|primitive| model.posed_vertices(&pose, 0, primitive).positions[1]);
+    assert_eq!(corner, [[1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]);
 }
