@@ -44,15 +44,13 @@ fn triangle(changes: &[(&str, Value)]) -> Value {
 fn hostile_models_are_refused_in_one_line() {
     let folder = tempfile::tempdir().unwrap();
     let accessor = |count: u64| json!([{"bufferView": 0, "componentType": 5126, "count": count, "type": "VEC3"}]);
-    let camera = json!([{"type": "perspective", "perspective": {"yfov": 0, "znear": 0.1}}]);
     let points = json!([{"primitives": [{"attributes": {"POSITION": 0}, "mode": 0}]}]);
     let joints = json!([{"joints": vec![0; 1_000_000]}]);
     type Case = (&'static str, Vec<(&'static str, Value)>, &'static str);
-    let cases: [Case; 6] = [
+    let cases: [Case; 5] = [
         ("circle", vec![("nodes", json!([{"mesh": 0, "children": [1]}, {"children": [0]}]))], "ancestor"),
         ("claims", vec![("accessors", accessor(1 << 31))], "2147483648"),
         ("joints", vec![("skins", joints)], "joints"),
-        ("fov", vec![("cameras", camera)], "yfov"),
         ("points", vec![("meshes", points)], "points and lines are not drawn"),
         ("empty", vec![("scenes", json!([{"nodes": []}]))], "no triangles"),
     ];
@@ -62,6 +60,25 @@ fn hostile_models_are_refused_in_one_line() {
         let error = refusal(&capture(&file, &[]), 1, name);
         assert!(error.contains(&*file.to_string_lossy()) && error.contains(fault), "{name}: {error}");
     }
+}
+
+/// What violates glTF is repaired with one warning, or refused with `--strict`.
+#[test]
+fn blemishes_are_warnings_or_errors() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("blemished.gltf");
+    let camera = json!([{"type": "perspective", "perspective": {"yfov": 0, "znear": 0.1}}]);
+    fs::write(&file, triangle(&[("cameras", camera)]).to_string()).unwrap();
+    let picture = folder.path().join("picture.png");
+    let drawn = capture(&file, &["-o", picture.to_str().unwrap()]);
+    let said = String::from_utf8(drawn.stderr).unwrap();
+    assert!(drawn.status.success() && picture.is_file(), "{said}");
+    let warnings: Vec<&str> = said.lines().filter(|line| line.contains("WARN")).collect();
+    assert!(warnings.len() == 1 && warnings[0].contains("camera 0, perspective: `yfov` must be"), "{said}");
+    let error = refusal(&capture(&file, &["--strict"]), 1, "--strict");
+    assert!(error.contains("camera 0, perspective: `yfov` must be"), "{error}");
+    let error = refusal(&capture(&file, &["--variant", "Night"]), 1, "--variant");
+    assert!(error.contains("it has no variant named Night; available: none"), "{error}");
 }
 
 /// A flag with an unknown name lists the existing ones, and flags for models are refused elsewhere.
@@ -75,7 +92,7 @@ fn flags_of_models_are_for_models() {
     let no_name = refusal(&capture(&file, &["--camera", "model:moon"]), 1, "--camera model:moon");
     assert!(no_name.contains("no camera is named moon; available: none"), "{no_name}");
     let plane = Path::new("plane");
-    for flags in [&["--camera", "model"][..], &["--strict"], &["--animation", "Walk"]] {
+    for flags in [&["--camera", "model"][..], &["--strict"], &["--variant", "Day"], &["--animation", "Walk"]] {
         let error = refusal(&capture(plane, flags), 2, flags[0]);
         assert!(error.contains("is for models: --scene FILE.glb"), "{error}");
     }

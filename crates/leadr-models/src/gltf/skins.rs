@@ -83,7 +83,8 @@ pub(super) fn check_joints(source: &Source<'_>, nodes: &mut [Node], meshes: &mut
             node.skin = None;
             continue;
         }
-        if meshes[mesh].primitives.iter().all(|primitive| primitive.influences.is_none()) {
+        let primitives = &meshes[mesh].primitives;
+        if !primitives.is_empty() && primitives.iter().all(|primitive| primitive.influences.is_none()) {
             let fault =
                 ModelFault::invalid(format!("node {number}"), format!("has a skin, but mesh {mesh} has no joints"));
             source.log.repair(fault, "the skin is ignored")?;
