@@ -66,6 +66,11 @@ const uint DETAIL_COVERS = 2u;
 // The number of lattice edges per repeat of the map.
 const float TILING_CELLS = 2.5;
 
+// Tessellation
+
+// The largest tessellation factor. Vulkan allows 64, but fractional odd spacing can only use 63.
+const float MAX_FACTOR = 63.0;
+
 // Atlases
 
 // Marks a side of a patch that has no neighbouring patch.

@@ -103,7 +103,7 @@ impl SceneOption {
 
 /// All options except the shading options.
 #[rustfmt::skip]
-const OPTIONS: [SceneOption; 58] = [
+const OPTIONS: [SceneOption; 61] = [
     option(SCENE, "scene", "NAME|FILE.glb|FILE.gltf", "Draw this scene, or a glTF model on open ground",
         Text(enter)).common().default(SCENES[0].name).panel(Panel::Own),
     option(SCENE, "animation", "NAME|NUMBER", "Play the animation of a model with this name or number, from 1",

@@ -259,7 +259,7 @@ vec2 tiling_shift() {
 void filter_tiled_moments(Footprint footprint, OffsetVariants variants, const vec2 texcoord, const vec2 passing, inout Means means) {
     vec2 mean = vec2(0.0);
     vec3 second = vec3(0.0);
-    float part = FINEST_LEVEL ? 1.0 : tiling_part(variants, moments_a, footprint.lod);
+    float part = FINEST_LEVEL && footprint.lod <= 0.0 ? 1.0 : tiling_part(variants, moments_a, footprint.lod);
     variants = merged_at(variants, footprint.level);
     vec2 per_texel = 1.0 / vec2(textureSize(moments_a, 0)), middle = texcoord + tiling_shift();
     SlopeMoments blend = SlopeMoments(passing, vec3(0.0));
@@ -620,6 +620,14 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
     Means means = NO_MEANS;
     vec2 drawn = surface.texcoord;
     Footprint footprint = footprint_over(dx, dy, ATLAS ? tile_inner() : 1e9, OF_SLOPES, TAP_ROWS);
+    if (FINEST_LEVEL && DISPLACED && !ATLAS && !TRIANGLES) {
+        // Bumps between the vertices of a fully divided patch are not drawn, so a viewer does not see more of their facing sides. The slope
+        // statistics do this instead.
+        mat2 apart = texels * surface.texcoord_by_uv / MAX_FACTOR;
+        if (max(dot(apart[0], apart[0]), dot(apart[1], apart[1])) > 1.0) {
+            footprint = elliptical_footprint(apart[0], apart[1], 1e9, OF_SLOPES, 1);
+        }
+    }
     float color_lod = footprint.lod;
     OffsetVariants variants = NO_VARIANTS;
     vec2 passing = vec2(0.0);

@@ -9,8 +9,7 @@ use crate::constants::GUARD_BAND;
 use glam::{Mat4, Vec3, Vec4};
 use rayon::prelude::*;
 
-/// The largest tessellation factor. Vulkan allows 64, but fractional odd spacing can only use 63.
-pub const MAX_FACTOR: f32 = 63.0;
+pub use crate::constants::MAX_FACTOR;
 
 /// The position of the viewer, and the scale from world lengths to pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
