@@ -23,6 +23,7 @@ fn model(primitives: Vec<Primitive>) -> Model {
         camera: None,
         light: None,
         weights: Vec::new(),
+        visible: true,
     };
     let materials = (0..primitives.len()).map(|i| Material::new(format!("material {i}"))).collect();
     let primitives = (0..).zip(primitives).map(|(material, p)| Primitive { material, ..p }).collect();

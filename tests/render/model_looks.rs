@@ -29,6 +29,7 @@ fn node(transform: Transform) -> Node {
         camera: None,
         light: None,
         weights: Vec::new(),
+        visible: true,
     }
 }
 

@@ -41,6 +41,7 @@ mod pyramid;
 mod raster_read;
 pub mod reads;
 pub mod save;
+mod seams;
 pub mod shown;
 pub mod srgb;
 mod texels;

@@ -248,7 +248,8 @@ fn decode_picture_layer(bytes: &[u8], layer: Option<&str>, remarks: &mut Remarks
             remarks.push(format!("its colour space ({color_space}) is not applied; its codes are read as sRGB"));
         }
         let positions = (0..raster.height()).flat_map(|y| (0..raster.width()).map(move |x| (x, y)));
-        let alpha = raster.channels().is_multiple_of(2).then(|| positions.map(|(x, y)| raster.value(x, y, 3)).collect());
+        let alpha =
+            raster.channels().is_multiple_of(2).then(|| positions.map(|(x, y)| raster.value(x, y, 3)).collect());
         let frame = Frame { pixel_aspect, orientation, color_space, ..Frame::default() };
         (color_of(&raster)?, alpha, frame, true)
     } else {

@@ -1,5 +1,7 @@
 //! Restores the heights between the codes of coarse height maps, for all maps of a scene.
 
+use std::collections::HashMap;
+
 use leadr_maps::checksum::checksum;
 use leadr_maps::derive::quantisation::restore;
 use leadr_maps::material::{Material, Relief};
@@ -44,20 +46,18 @@ pub fn restore_materials(materials: &mut [Material], model: &str) {
         let map = &material.relief.as_ref()?.map;
         Some((map.width, checksum(bytemuck::cast_slice(&map.texels)), material.relief.as_ref()?.middle.to_bits()))
     };
-    let sums: Vec<_> = materials.iter().map(sum).collect();
+    let mut restored: HashMap<_, usize> = HashMap::new();
     for i in 0..materials.len() {
-        let earlier = sums[..i].iter().position(|sum| sum.is_some() && *sum == sums[i]);
-        match earlier {
-            Some(earlier) => {
-                let restored = materials[earlier].relief.as_ref().map(|relief| (relief.map.clone(), relief.middle));
-                if let (Some(relief), Some((map, middle))) = (&mut materials[i].relief, restored) {
-                    (relief.map, relief.middle) = (map, middle);
-                }
+        let Some(sum) = sum(&materials[i]) else { continue };
+        if let Some(&earlier) = restored.get(&sum) {
+            let same = materials[earlier].relief.as_ref().map(|relief| (relief.map.clone(), relief.middle));
+            if let (Some(relief), Some((map, middle))) = (&mut materials[i].relief, same) {
+                (relief.map, relief.middle) = (map, middle);
             }
-            None => {
-                let name = format!("{model}, material {}", materials[i].name);
-                restore_material(&mut materials[i], &name);
-            }
+        } else {
+            restored.insert(sum, i);
+            let name = format!("{model}, material {}", materials[i].name);
+            restore_material(&mut materials[i], &name);
         }
     }
 }

@@ -235,14 +235,11 @@ impl MaterialFiles {
     }
 }
 
-/// The correlation of the slopes of heights and normals below which the two maps probably show different surfaces.
-const SAME_SURFACE: f64 = 0.5;
-
 /// Logs how well the heights and normals of a material agree.
 pub(super) fn log_slope_agreement(material: &Material) {
     let (Some(relief), Some(normals)) = (&material.relief, &material.normal_map) else { return };
     match agreement(&relief.map, normals, Wrap::Repeat) {
-        Some(found) if found.correlation >= SAME_SURFACE => tracing::info!("heights and normals agree: {found}"),
+        Some(found) if found.is_of_one_surface() => tracing::info!("heights and normals agree: {found}"),
         Some(found) => tracing::warn!("heights and normals disagree: {found}; try --normal-y, or use only one of them"),
         None => tracing::warn!("heights or normals are flat: the height of the relief cannot be derived"),
     }

@@ -13,7 +13,7 @@ use super::light::{DEFAULT_SUN, EnvironmentChoice};
 use super::model::displacement::displace;
 use super::model::measured::measure;
 use super::model::{Ground, ModelChoice};
-use super::registry::SceneOptions;
+use super::registry::{Choice, SceneOptions};
 use super::stage::{BakedRelief, Lights, Views};
 use super::view::{Size, ViewChoice};
 use leadr_gpu::{Gpu, GpuError};
@@ -29,7 +29,7 @@ use leadr_render::light::environment::Environment;
 use leadr_render::light::exposure;
 use leadr_render::light::panorama::LightExtraction;
 use leadr_render::light::sky::Sky;
-use leadr_render::scene::FrameState;
+use leadr_render::scene::{FrameState, Tiling};
 use leadr_render::settings::RenderSettings;
 use leadr_render::surfaces::budget::Room;
 
@@ -85,6 +85,13 @@ impl Inputs {
             material.iter_mut().for_each(|material| restore_material(material, &name));
         }
         material.iter().for_each(log_slope_agreement);
+        let color = material.as_ref().and_then(|material| material.base_color.texture.as_ref());
+        let heights = height_map.as_ref().or(material.as_ref().and_then(|m| Some(&m.relief.as_ref()?.map)));
+        let has_seam = heights.is_some_and(HeightMap::has_seam) || color.is_some_and(|color| color.raster.has_seam());
+        if config.tiling == Tiling::Repeats && has_seam {
+            let remedy = if config.scene.offers(Choice::Tiling) { ", or add --no-repeats" } else { "" };
+            tracing::warn!("the edges of the maps do not match, so repeats show seams; use maps that tile{remedy}");
+        }
         if let (Some(material), Some(alpha)) = (&mut material, config.roughness) {
             // The anisotropy is added to this roughness.
             material.roughness = Input::constant(alpha);

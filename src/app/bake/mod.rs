@@ -115,7 +115,11 @@ pub fn run(arguments: &BakeArgs, output: &Output) -> Result<(), AppError> {
     // The heights and the normals from the files are compared before heights are derived.
     let agreement = inputs.agree();
     if let Some(agreement) = &agreement {
-        output.say(&format!("heights and normals: {agreement}"));
+        if agreement.is_of_one_surface() {
+            output.say(&format!("heights and normals agree: {agreement}"));
+        } else {
+            tracing::warn!("heights and normals disagree: {agreement}; try --normal-y, or bake only one of them");
+        }
     }
     let heights = HeightFindings { agreement, quantisation };
     derive(&mut inputs, &arguments.kind, &sources, output)?;

@@ -27,6 +27,9 @@ pub struct BakeReport {
     channels: Vec<&'static str>,
     /// The factor on the heights.
     height_scale: f32,
+    /// Whether heights are in texture widths.
+    #[serde(skip)]
+    in_widths: bool,
     mean_slope: [f64; 2],
     /// The slope variances along s and t, and the covariance of both slopes, per unit of texture coordinate.
     slope_variance: [f64; 3],
@@ -100,6 +103,7 @@ impl BakeReport {
             levels: baked.levels.len(),
             channels: plan.channels.clone(),
             height_scale: plan.height_scale,
+            in_widths: plan.in_widths,
             mean_slope: baked.mean_slope,
             slope_variance: baked.slope_variance,
             slope_range: baked.slope_range,
@@ -127,9 +131,10 @@ impl fmt::Display for BakeReport {
         writeln!(f, "slope variance  {xx:.6} {yy:.6}, covariance {xy:.6}; mean {x:.6} {y:.6}")?;
         let [[x0, x1], [y0, y1]] = self.slope_range;
         let [low, high] = self.height_range;
+        let unit = if self.in_widths { "texture widths" } else { "in the unit of the map" };
         writeln!(
             f,
-            "slopes          {x0:.4} to {x1:.4} along s, {y0:.4} to {y1:.4} along t; heights {low:.4} to {high:.4}"
+            "slopes          {x0:.4} to {x1:.4} along s, {y0:.4} to {y1:.4} along t; heights {low:.4} to {high:.4} {unit}"
         )?;
         if let Some(agreement) = &self.agreement {
             writeln!(f, "normals         {}", agreement.sentence)?;

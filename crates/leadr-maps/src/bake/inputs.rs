@@ -80,21 +80,22 @@ impl Inputs {
     /// Fails if both heights and normals are missing, or if the sizes differ.
     pub fn size(&self) -> Result<[u32; 2], MapFault> {
         let sizes = [
-            ("heights", self.heights.as_ref().map(|map| [map.width, map.height])),
-            ("normals", self.normals.as_ref().map(|map| map.texture.raster.size())),
+            ("height", self.heights.as_ref().map(|map| [map.width, map.height])),
+            ("normal", self.normals.as_ref().map(|map| map.texture.raster.size())),
             ("roughness", self.roughness.as_ref().map(|map| map.raster.size())),
-            ("colours", self.color.as_ref().map(Raster::size)),
+            ("colour", self.color.as_ref().map(Raster::size)),
         ];
         let mut given = sizes.into_iter().filter_map(|(name, size)| Some((name, size?)));
-        let Some((first, size)) = given.next().filter(|(name, _)| ["heights", "normals"].contains(name)) else {
+        let Some((first, size)) = given.next().filter(|(name, _)| ["height", "normal"].contains(name)) else {
             let what = "there are neither heights nor normals";
             return Err(MapFault::unsupported(what, "give a height map or a normal map"));
         };
         match given.find(|&(_, other)| other != size) {
             None => Ok(size),
             Some((name, [w, h])) => {
-                let what = format!("the {name} have {w} x {h} texels, the {first} {} x {}", size[0], size[1]);
-                Err(MapFault::SizeMismatch { what })
+                let what =
+                    format!("the {name} map has {w} x {h} texels, and the {first} map {} x {}", size[0], size[1]);
+                Err(MapFault::unsupported(what, "give maps of one size, or let leadr bake --resample change them"))
             }
         }
     }

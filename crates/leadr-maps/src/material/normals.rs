@@ -75,6 +75,16 @@ pub struct Agreement {
     pub left_over: f64,
 }
 
+/// The correlation below which two maps probably show different surfaces.
+const SAME_SURFACE: f64 = 0.5;
+
+impl Agreement {
+    /// Whether the two maps probably show the same surface.
+    pub fn is_of_one_surface(&self) -> bool {
+        self.correlation >= SAME_SURFACE
+    }
+}
+
 impl std::fmt::Display for Agreement {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { scale_texels, correlation, left_over } = self;
