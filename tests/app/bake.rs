@@ -270,7 +270,11 @@ fn unbakeable_input_gives_one_line() {
         (&[&bumps, "--layout", "oiio", "--color", &small, "-o", &exr], 2, "no channels for --roughness"),
         (&[&bumps, "--normal-y", "up", "-o", &out], 2, "--normal-y"),
         (&[&bumps, "--height-scale", "0", "-o", &out], 2, "--height-scale"),
-        (&[&bumps, "--roughness", &small, "-o", &out], 1, "2 x 2 texels, the heights 48 x 20"),
+        (
+            &[&bumps, "--roughness", &small, "-o", &out],
+            1,
+            "2 x 2 texels, and the height map 48 x 20; give maps of one size, or let leadr bake --resample",
+        ),
         (&[&nan, "-o", &out], 1, "NaN in channel height at x = 1, y = 0"),
         (&[&cut, "-o", &out], 1, "damaged"),
         (&[text(folder.path()), "-o", &out], 1, "NAME_Color.png"),

@@ -29,7 +29,7 @@ fn every_file_of_a_folder_is_drawn_or_refused() {
     assert!(row("-x \\| \\`y\\` z\\<b\\>.png").ends_with("| picture | drawn |  |"), "{table}");
     assert!(row("$(touch made).PNG").contains("| drawn |") && !folder.path().join("made").exists(), "{table}");
     assert!(
-        row("stone |").contains("| material | remarked |") && row("stone |").contains("odd.png is not used"),
+        row("stone |").contains("| material | remarked |") && row("stone |").contains("not used: old\\_odd.png"),
         "{table}"
     );
     assert!(row("damaged.glb").contains("| model | refused | ./damaged.glb: "), "{table}");

@@ -522,7 +522,7 @@ fn incompatible_inputs_are_refused() {
     let raster = |w, h| Raster::new(w, h, 1, Samples::U8(vec![9; (w * h) as usize])).unwrap();
     let wrong = Inputs { color: Some(raster(3, 4)), ..of_heights(&bumpy(4, 4)) };
     let error = Plan::new(&wrong, Kind::Leadr, Layout::Leadr, Precision::F32).unwrap_err().to_string();
-    assert!(error.contains("the colours have 3 x 4 texels, the heights 4 x 4"), "{error}");
+    assert!(error.contains("the colour map has 3 x 4 texels, and the height map 4 x 4"), "{error}");
     let none = Inputs { color: Some(raster(4, 4)), ..Inputs::default() };
     assert!(Plan::new(&none, Kind::Leadr, Layout::Leadr, Precision::F32).is_err());
     let colored = Inputs { color: Some(raster(4, 4)), ..of_heights(&bumpy(4, 4)) };

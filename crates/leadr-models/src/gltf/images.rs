@@ -122,7 +122,13 @@ impl<'a> Entry<'a> {
     }
 
     fn decode(&self, bytes: &[u8]) -> Read<(Raster, Vec<String>)> {
-        decode_raster_with_remarks(bytes).map_err(|fault| self.fault(fault))
+        let decoded = decode_raster_with_remarks(bytes).map_err(|fault| match fault {
+            MapFault::Unsupported { what, .. } if bytes.starts_with(b"\xabKTX 20") => {
+                MapFault::unsupported(what, "decompress it, for example: gltf-transform ktxdecompress IN.glb OUT.glb")
+            }
+            other => other,
+        });
+        decoded.map_err(|fault| self.fault(fault))
     }
 
     fn fault(&self, fault: MapFault) -> ModelFault {

@@ -261,7 +261,10 @@ fn textures_of_other_formats_have_an_image() {
             let view = made.view(&png(1, 1, &[texel, 0, 0, 255]));
             made.push("images", json!({ "bufferView": view }));
         }
-        let ktx2 = made.view(b"\xabKTX 20\xbb\r\n\x1a\n");
+        // A KTX2 texture of 4 × 4 texels with BasisLZ.
+        let words = [0u32, 1, 4, 4, 0, 0, 1, 1, 1].map(u32::to_le_bytes).concat();
+        let level = [104u64, 16, 16].map(u64::to_le_bytes).concat();
+        let ktx2 = made.view(&[b"\xabKTX 20\xbb\r\n\x1a\n", &words[..], &[0; 32], &level, &[0; 16]].concat());
         made.push("images", json!({ "bufferView": ktx2 }));
         let source = if wanted.is_none() { 2 } else { 1 };
         made.push("textures", json!({ "extensions": { extension: { "source": source } } }));
