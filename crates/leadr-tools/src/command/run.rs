@@ -5,6 +5,7 @@ use std::fmt::Display;
 use std::process::ExitCode;
 use std::sync::OnceLock;
 
+use clap::builder::Resettable;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Arg, ArgMatches, Args, FromArgMatches};
 
@@ -51,9 +52,7 @@ pub fn run<C: FromArgMatches>(
                 .map_or_else(|fault| fail(&name, &fault), |()| ExitCode::SUCCESS);
         }
         Err(fault) => {
-            let sentence = missing_sentence(&command, &arguments, &fault);
-            let sentence = sentence.unwrap_or_else(|| usage_sentence(&name, &fault));
-            return fail(&name, &AppError::Usage(sentence));
+            return fail(&name, &AppError::Usage(usage_fault(&command, &arguments, &fault)));
         }
     };
     let OutputArgs { json, quiet } = output(&cli);
@@ -87,28 +86,63 @@ fn fail(name: &str, error: &AppError) -> ExitCode {
     ExitCode::from(error.exit_code())
 }
 
-/// Returns a sentence for a missing argument, which names the given flags if one of them needs it.
+/// Returns the sentence for a command line that clap refuses.
+fn usage_fault(command: &clap::Command, arguments: &[OsString], fault: &clap::Error) -> String {
+    let sentence = missing_sentence(command, arguments, fault).or_else(|| elsewhere_sentence(fault));
+    sentence.unwrap_or_else(|| usage_sentence(command.get_name(), fault))
+}
+
+/// Returns a sentence for a missing argument, which names the given flags that need it.
 fn missing_sentence(command: &clap::Command, arguments: &[OsString], fault: &clap::Error) -> Option<String> {
-    let Some(ContextValue::Strings(missing)) = fault.get(ContextKind::InvalidArg) else { return None };
-    if fault.kind() != ErrorKind::MissingRequiredArgument {
-        return None;
-    }
+    let missing = missing_arguments(fault)?;
     let words: Vec<&str> = arguments.iter().filter_map(|word| word.to_str()).collect();
-    let command = words.iter().find_map(|word| command.find_subcommand(word)).unwrap_or(command);
-    let always = |argument: &&String| {
-        let required = command.get_arguments().filter(|known| known.is_required_set());
-        required.map(Arg::to_string).any(|known| known == **argument)
-    };
-    let list = |names: &[&String]| names.iter().map(|name| name.as_str()).collect::<Vec<_>>().join(" and ");
-    let (always, needed): (Vec<&String>, Vec<&String>) = missing.iter().partition(always);
+    let subcommand = words.iter().find_map(|word| command.find_subcommand(word));
+    let of_command = || subcommand.unwrap_or(command).get_arguments();
+    let list = |names: &[String]| names.join(" and ");
+    let always: Vec<String> = of_command().filter(|flag| flag.is_required_set()).map(Arg::to_string).collect();
+    let (always, needed): (Vec<String>, Vec<String>) = missing.into_iter().partition(|name| always.contains(name));
     if needed.is_empty() {
         return Some(format!("{} is missing: add it (see --help)", list(&always)));
     }
-    let flags = command.get_arguments().filter_map(|known| known.get_long().map(|long| format!("--{long}")));
-    let given = |flag: &String| words.iter().any(|word| word.split('=').next() == Some(flag));
-    let given: Vec<String> = flags.filter(given).collect();
-    let which = if given.len() > 1 { "one of " } else { "" };
-    Some(format!("{which}{} needs {}: add it (see --help)", given.join(", "), list(&needed)))
+    // clap does not tell which flag has the requirement, so each given flag is tried as the only flag with requirements.
+    let needs = |flag: &str| {
+        let alone = |known: Arg| if known.get_long() == Some(flag) { known } else { known.requires(Resettable::Reset) };
+        let trial = match subcommand {
+            Some(subcommand) => {
+                command.clone().mut_subcommand(subcommand.get_name(), |command| command.mut_args(alone))
+            }
+            None => command.clone().mut_args(alone),
+        };
+        let missing = trial.try_get_matches_from(arguments).err().and_then(|fault| missing_arguments(&fault));
+        missing.is_some_and(|missing| needed.iter().any(|name| missing.contains(name)))
+    };
+    let given = |flag: &&str| words.iter().any(|word| word.split('=').next() == Some(&format!("--{flag}")));
+    let flags = of_command().filter_map(Arg::get_long).filter(given).filter(|flag| needs(flag));
+    let flags: Vec<String> = flags.map(|flag| format!("--{flag}")).collect();
+    let need = if flags.len() > 1 { "need" } else { "needs" };
+    Some(format!("{} {need} {}: add it (see --help)", list(&flags), list(&needed)))
+}
+
+/// Returns the arguments that an error calls missing.
+fn missing_arguments(fault: &clap::Error) -> Option<Vec<String>> {
+    match fault.get(ContextKind::InvalidArg) {
+        Some(ContextValue::Strings(missing)) if fault.kind() == ErrorKind::MissingRequiredArgument => {
+            Some(missing.clone())
+        }
+        _ => None,
+    }
+}
+
+/// Subcommands that a build lacks or that belong to another program, and the remedy.
+const ELSEWHERE: [(&str, &str); 2] = [
+    ("demo", "this build has no window: use leadr capture, or build with cargo build --release --features window"),
+    ("report", "the report is a command of the laboratory: use cargo run --release -p leadr-lab -- report"),
+];
+
+/// Returns a sentence for a subcommand that exists elsewhere.
+fn elsewhere_sentence(fault: &clap::Error) -> Option<String> {
+    let Some(ContextValue::String(name)) = fault.get(ContextKind::InvalidSubcommand) else { return None };
+    ELSEWHERE.iter().find(|(known, _)| known == name).map(|(name, remedy)| format!("{name}: {remedy}"))
 }
 
 /// Returns clap's error message without colours, usage lines and line breaks.
@@ -120,5 +154,45 @@ fn usage_sentence(name: &str, fault: &clap::Error) -> String {
     if fault.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand {
         return format!("no command given (see {name} --help)");
     }
-    format!("{sentence} (see --help)")
+    format!("{} (see --help)", sentence.replace(" tip: ", "; "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sentence(line: &str) -> String {
+        let flag = |name: &'static str| Arg::new(name).long(name);
+        let draw = clap::Command::new("draw").args([
+            flag("size"),
+            flag("split").requires("beside"),
+            flag("label").requires("beside"),
+            flag("beside").value_name("NAME"),
+            flag("fps").requires("frames"),
+            flag("frames"),
+        ]);
+        let mut command = clap::Command::new("leadr").subcommand(draw);
+        let arguments: Vec<OsString> = line.split(' ').map(OsString::from).collect();
+        let fault = command.try_get_matches_from_mut(&arguments).unwrap_err();
+        usage_fault(&command, &arguments, &fault)
+    }
+
+    #[test]
+    fn only_flags_with_a_requirement_are_named() {
+        for (line, expected) in [
+            ("leadr draw --size 8 --split 1", "--split needs --beside <NAME>: add it (see --help)"),
+            ("leadr draw --fps=24 --size 8", "--fps needs --frames <frames>: add it (see --help)"),
+            ("leadr draw --split 1 --label 2 --size 8", "--split and --label need --beside <NAME>: add it (see --help)"),
+        ] {
+            assert_eq!(sentence(line), expected);
+        }
+    }
+
+    #[test]
+    fn tips_are_separate_and_commands_elsewhere_are_named() {
+        let misspelt = sentence("leadr draw --sise 8");
+        assert!(misspelt.contains("found; a similar argument exists: '--size' (see --help)"), "{misspelt}");
+        assert!(sentence("leadr demo").contains("leadr capture") && sentence("leadr demo").contains("window"));
+        assert!(sentence("leadr report --quick").contains("cargo run --release -p leadr-lab -- report"));
+    }
 }
