@@ -48,7 +48,7 @@ fn help_and_version_are_results() {
 
 #[test]
 fn wrong_usage_ends_with_2_and_names_the_flag() {
-    let cases: [(&[&str], &str); 67] = [
+    let cases: [(&[&str], &str); 72] = [
         (&["capture", "--scene", "ocean", "--height-scale", "1"], "--height-scale"),
         (&["capture", "--scene", "ocean", "--no-displacement"], "--smooth-geometry"),
         (&["capture", "--scene", "ocean", "--triangle-pixels", "8"], "--triangle-pixels"),
@@ -120,7 +120,12 @@ fn wrong_usage_ends_with_2_and_names_the_flag() {
         (&["bench", "--goals"], "--goals needs --paper"),
         (&["bench", "--measured", "a.json"], "--measured needs --against"),
         (&["capture", "--fps=24"], "--fps needs --frames"),
-        (&["capture", "--sweep", "1..2", "--samples", "2"], "one of --samples, --sweep needs --frames"),
+        (&["capture", "--sweep", "1..2", "--samples", "2"], "error: --sweep needs --frames"),
+        (&["capture", "--size", "64x64", "--split", "0.3"], "error: --split needs --beside <TECHNIQUE>"),
+        (&["capture", "--size", "64x64", "--sheet", "2x2"], "error: --sheet needs --frames"),
+        (&["capture", "--size", "64x64", "--turntable", "--fps", "9"], "error: --turntable and --fps need --frames"),
+        (&["capture", "--tecnique", "lean"], "found; a similar argument exists"),
+        (&["report"], "cargo run --release -p leadr-lab -- report"),
         (&["bake", "a.png", "--detail-gloss", "b.png", "-o", "c.ktx2"], "--detail-gloss needs --detail"),
         (&["bake", "a.png"], "--output <OUT.ktx2|OUT.exr|OUT.png|FOLDER> is missing"),
         (&["compare", "a.png", "b.png", "--max-flip", "2"], "from 0 to 1"),
@@ -133,6 +138,15 @@ fn wrong_usage_ends_with_2_and_names_the_flag() {
     for (arguments, named) in cases {
         let line = one_line_error(&run(arguments), 2, &format!("{arguments:?}"));
         assert!(line.contains(named), "{arguments:?}: {line}");
+    }
+}
+
+#[cfg(not(feature = "window"))]
+#[test]
+fn a_build_without_the_window_names_it() {
+    for arguments in [&["demo"][..], &["demo", "--scene", "ocean"], &["demo", "--help"], &["help", "demo"]] {
+        let line = one_line_error(&run(arguments), 2, &format!("{arguments:?}"));
+        assert!(line.contains("no window") && line.contains("leadr capture") && line.contains("cargo build"), "{line}");
     }
 }
 
@@ -149,6 +163,20 @@ fn completions_and_manual_pages_name_the_flags() {
     assert_eq!(run(&["man", path(&pages)]).status.code(), Some(0));
     let page = |name: &str| std::fs::read_to_string(pages.join(name)).unwrap();
     assert!(page("leadr.1").contains("capture") && page("leadr-capture.1").contains("height\\-map"));
+    for entry in std::fs::read_dir(&pages).unwrap() {
+        let file = entry.unwrap().path();
+        let text = std::fs::read_to_string(&file).unwrap();
+        let lines: Vec<&str> = text.lines().collect();
+        for (number, _) in lines.iter().enumerate().filter(|(_, line)| **line == ".TP") {
+            let [header, body] = [1, 2].map(|next| lines.get(number + next).copied().unwrap_or_default());
+            assert!(!body.is_empty() && !body.starts_with('.'), "{}: {header} has no text", file.display());
+        }
+        let (synopsis, version) = (text.split_once(".SH SYNOPSIS\n").unwrap().1, text.split_once(".SH VERSION\n"));
+        assert!(synopsis.lines().next().unwrap().len() < 100, "{}: {synopsis}", file.display());
+        assert!(version.is_none_or(|(_, version)| !version.contains("cache")), "{}: {version:?}", file.display());
+        assert!(!text.contains("help(1)"), "{}: the command help has no page", file.display());
+    }
+    assert!(page("leadr-capture.1").contains("\n.br\n\\- ocean: "), "one line per scene");
 }
 
 #[test]
