@@ -155,8 +155,8 @@ pub struct NamedScene {
     pub choices: &'static [Choice],
     /// The default sea of the scene, if it has one.
     pub sea: Option<fn() -> Waves>,
-    /// The label of the slow construction step, which is shown with its progress.
-    pub making: Option<&'static str>,
+    /// Returns the label of the slow construction step with atlas tiles of this size, which is shown with its progress.
+    pub making: Option<fn(u32) -> &'static str>,
     make: fn(SceneOptions, Progress<'_>) -> Result<Stage, SceneError>,
 }
 
@@ -172,7 +172,7 @@ const fn scene(
 /// All scenes in the order of the help. The first scene is the default.
 pub static SCENES: [NamedScene; 11] = [
     NamedScene {
-        making: MAKING_THE_TREX,
+        making: Some(making_the_trex),
         ..scene("trex", "A displaced T-rex walks over dry ground", &IN_TILES, |options, progress| {
             options.room_for_trex()?;
             trex_stage(options.atlas_tile, progress)
@@ -229,7 +229,7 @@ pub static SCENES: [NamedScene; 11] = [
     },
     NamedScene {
         sea: Some(shore::waves),
-        making: MAKING_THE_TREX,
+        making: Some(making_the_trex),
         ..scene(
             "shore",
             "The T-rex on a beach with the sea behind it",
@@ -260,7 +260,9 @@ pub static MODEL: NamedScene = scene(
 
 const FIRST_TILE: u32 = 8;
 
-const MAKING_THE_TREX: Option<&str> = Some("making the T-rex (once; then it is cached)");
+fn making_the_trex(tile: u32) -> &'static str {
+    if Trex::is_kept(tile) { "reading the T-rex" } else { "making the T-rex (once; then it is cached)" }
+}
 
 fn relief(options: SceneOptions) -> ReliefOptions {
     let SceneOptions { height_map: map, baked, height, repeat, atlas_tile: tile, .. } = options;
@@ -268,9 +270,9 @@ fn relief(options: SceneOptions) -> ReliefOptions {
 }
 
 impl NamedScene {
-    /// Finds a scene by name.
+    /// Finds a scene by name, in upper or lower case.
     pub fn find(name: &str) -> Option<&'static Self> {
-        SCENES.iter().find(|scene| scene.name == name)
+        SCENES.iter().find(|scene| scene.name.eq_ignore_ascii_case(name))
     }
 
     /// Whether the scene offers this choice.
@@ -352,12 +354,14 @@ mod tests {
         assert_eq!([first("plane", 64), first("sphere", FIRST_TILE)], [None, None]);
         // An atlas that is not cached is baked before the first picture. No cache has tiles of this size.
         assert_eq!(first("trex", 1024), None);
+        assert_eq!(making_the_trex(1024), "making the T-rex (once; then it is cached)");
     }
 
     #[test]
     fn names_are_unique_and_found() {
         for scene in &SCENES {
             assert_eq!(NamedScene::find(scene.name), Some(scene));
+            assert_eq!(NamedScene::find(&scene.name.to_uppercase()), Some(scene));
             assert_eq!(SCENES.iter().filter(|s| s.name == scene.name).count(), 1);
         }
         assert_eq!(NamedScene::find("cube"), None);

@@ -278,7 +278,7 @@ pub fn set(
         Some(file) => fault.of_file(file),
         None => fault,
     };
-    watch(SetUp::Begins(config.scene.making.unwrap_or("making the scene")));
+    watch(SetUp::Begins(config.scene.making.map_or("making the scene", |label| label(config.atlas_tile))));
     let mut stage = config.scene.stage(options, &|share| watch(SetUp::Share(share))).map_err(named)?;
     if let Some(roughness) = config.roughness {
         stage.set_roughness(roughness);

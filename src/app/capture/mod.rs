@@ -172,13 +172,8 @@ pub fn capture<'a>(
         let (file, origin) = (config.output.path(moment.frame), recipe.origin(moment));
         let samples = config.samples_of(moment);
         let tell = |done: u32| {
-            let sample = (done + 1).min(samples);
-            let drawn = moment.technique.map_or_else(String::new, |technique| format!("{}, ", technique.name()));
-            bar.message(&format!(
-                "{}: rendering {drawn}frame {} of {count}, sample {sample} of {samples}",
-                shown_path(&file),
-                index + 1
-            ));
+            // A narrow terminal cuts off the end.
+            bar.message(&format!("rendering {}: {}", part(index, count, moment, [done, samples]), shown_path(&file)));
             bar.at(before + done as usize);
         };
         tell(0);
@@ -209,6 +204,15 @@ pub fn capture<'a>(
     let seconds = start.elapsed().as_secs_f64();
     let FrameSource { device, lights, set_up_seconds, .. } = source;
     Ok(CaptureReport { command: "capture", device, settings: config, lights, frames, errors, set_up_seconds, seconds })
+}
+
+/// Returns the words for the frame and the sample that are being drawn.
+fn part(index: usize, count: usize, moment: Moment, [done, samples]: [u32; 2]) -> String {
+    let mut words = format!("frame {} of {count}", index + 1);
+    if samples > 1 {
+        words += &format!(", sample {} of {samples}", (done + 1).min(samples));
+    }
+    words + &moment.technique.map_or_else(String::new, |technique| format!(", {}", technique.name()))
 }
 
 /// Renders one moment and checks the size, the layers and the values of the frame.
@@ -338,6 +342,14 @@ pub mod tests {
             assert_ne!(bytes[1], bytes[2]);
         }
         assert_eq!(files(folder.path()), ["a.exr", "a.png"]);
+    }
+
+    #[test]
+    fn progress_names_the_frame_first() {
+        let config = configure(Path::new("out"), "a.webp", &["--frames", "0..24"]);
+        let moment = config.moments()[0];
+        assert_eq!(part(0, 24, moment, [0, 1]), "frame 1 of 24");
+        assert_eq!(part(2, 24, moment, [4, 4]), "frame 3 of 24, sample 4 of 4");
     }
 
     #[test]

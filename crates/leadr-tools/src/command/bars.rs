@@ -1,16 +1,22 @@
-//! Progress bars. Without a terminal, progress is printed as a line every few seconds.
+//! Progress bars. Without a terminal, progress is printed as lines at growing intervals.
 
+use std::fmt;
 use std::io::Write;
+use std::iter::{repeat, successors};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
 use leadr_maps::shown::shown_line;
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use console::{Term, measure_text_width};
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
-/// The interval between progress lines without a terminal.
+/// The time before the first progress line without a terminal. The intervals after it double.
 pub const EVERY: Duration = Duration::from_secs(5);
+
+/// The longest interval between progress lines.
+const MOST: Duration = Duration::from_secs(320);
 
 /// The thread that prints progress, and a sender that stops the thread when dropped.
 type Teller = (Sender<()>, JoinHandle<()>);
@@ -30,22 +36,23 @@ impl Bar {
     /// Creates a bar with this many steps on stderr. With 0 steps (unknown), it shows only the message `what` and the time.
     pub fn on_terminal(steps: usize, what: &str) -> Self {
         let bar = ProgressBar::with_draw_target(Some(steps as u64), ProgressDrawTarget::stderr());
-        bar.set_style(style(steps));
-        bar.set_message(what.to_owned());
         // The tick updates the elapsed time during long steps.
-        let teller = repeat(Duration::from_secs(1), {
+        let teller = tell(repeat(Duration::from_secs(1)), {
             let bar = bar.clone();
             move || bar.tick()
         });
-        Self { bar, teller }
+        let bar = Self { bar, teller };
+        bar.message(what);
+        bar
     }
 
-    /// Creates a bar with this many steps that writes a line with the message `what` to `target` after each interval `every`.
+    /// Creates a bar with this many steps that writes a line with the message `what` to `target` after the interval `every`,
+    /// and further lines at intervals that double.
     pub fn in_lines(steps: usize, what: &str, every: Duration, mut target: impl Write + Send + 'static) -> Self {
         let bar = ProgressBar::with_draw_target(Some(steps as u64), ProgressDrawTarget::hidden());
         bar.set_message(what.to_owned());
         let shared = bar.clone();
-        let teller = repeat(every, move || {
+        let teller = tell(doubling(every), move || {
             // A closed stderr is not an error.
             let _ = writeln!(target, "{}", line(&shared));
         });
@@ -54,7 +61,9 @@ impl Bar {
 
     /// Sets the message beside the bar.
     pub fn message(&self, text: &str) {
-        self.bar.set_message(shown_line(text));
+        let text = shown_line(text);
+        self.bar.set_style(style(self.bar.length().unwrap_or(0), Term::stderr().size().1, &text));
+        self.bar.set_message(text);
     }
 
     /// Advances by one step.
@@ -74,10 +83,11 @@ impl Bar {
 
     /// Restarts the bar with this many steps.
     pub fn restart(&self, steps: usize) {
-        self.bar.set_style(style(steps));
         self.bar.set_length(steps as u64);
         self.bar.set_position(0);
         self.bar.reset_elapsed();
+        self.bar.reset_eta();
+        self.message(&self.bar.message());
     }
 }
 
@@ -92,28 +102,61 @@ impl Drop for Bar {
     }
 }
 
-/// Calls `work` after each interval `every` in another thread. Without a thread there is no progress, which is not an error.
-fn repeat(every: Duration, mut work: impl FnMut() + Send + 'static) -> Option<Teller> {
+/// Calls `work` after each interval in another thread. Without a thread there is no progress, which is not an error.
+fn tell(
+    mut intervals: impl Iterator<Item = Duration> + Send + 'static,
+    mut work: impl FnMut() + Send + 'static,
+) -> Option<Teller> {
     let (alive, ended) = channel();
     let tell = move || {
-        while ended.recv_timeout(every) == Err(RecvTimeoutError::Timeout) {
+        while intervals.next().is_some_and(|time| ended.recv_timeout(time) == Err(RecvTimeoutError::Timeout)) {
             work();
         }
     };
     std::thread::Builder::new().spawn(tell).ok().map(|thread| (alive, thread))
 }
 
-fn style(steps: usize) -> ProgressStyle {
-    let template =
-        if steps == 0 { "{elapsed} {wide_msg}" } else { "{bar:32} {percent:>3} % {elapsed} {wide_msg} {eta} left" };
-    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
+/// Returns intervals that double up to [`MOST`].
+fn doubling(first: Duration) -> impl Iterator<Item = Duration> {
+    successors(Some(first), |time| Some((*time * 2).min(MOST)))
+}
+
+/// Columns of percentage, elapsed time and time left, with their spaces.
+const NUMBERS: usize = 26;
+
+/// Returns the length of the bar on a terminal of this many columns, 0 or 4 to 32. The bar becomes shorter, and is then left out,
+/// before the text `message` is cut off.
+fn gauge(columns: u16, message: &str) -> usize {
+    let free = usize::from(columns).saturating_sub(NUMBERS + measure_text_width(message));
+    if free < 4 { 0 } else { free.min(32) }
+}
+
+fn style(steps: u64, columns: u16, message: &str) -> ProgressStyle {
+    let template = match (steps, gauge(columns, message)) {
+        (0, _) => "{elapsed} {wide_msg}".to_owned(),
+        (_, 0) => "{percent:>3} % {elapsed} {wide_msg}{left}".to_owned(),
+        (_, length) => format!("{{bar:{length}}} {{percent:>3}} % {{elapsed}} {{wide_msg}}{{left}}"),
+    };
+    let left = |state: &ProgressState, to: &mut dyn fmt::Write| {
+        if let Some(time) = known(state.eta()) {
+            let _ = write!(to, " {:#} left", HumanDuration(time));
+        }
+    };
+    ProgressStyle::with_template(&template)
+        .map_or_else(|_| ProgressStyle::default_bar(), |style| style.with_key("left", left))
+}
+
+/// Returns an estimate of the time left if it is known. indicatif returns 0 until the first step.
+fn known(left: Duration) -> Option<Duration> {
+    (left.as_secs() > 0).then_some(left)
 }
 
 fn line(bar: &ProgressBar) -> String {
     let (message, seconds) = (bar.message(), bar.elapsed().as_secs());
+    let left = known(bar.eta()).map(|time| format!(", {} s left", time.as_secs())).unwrap_or_default();
     match 100 * bar.position() / bar.length().unwrap_or(0).max(1) {
-        0 => format!("leadr: {message} ({seconds} s)"),
-        percent => format!("leadr: {message} ({percent} %, {seconds} s)"),
+        0 => format!("leadr: {message} ({seconds} s{left})"),
+        percent => format!("leadr: {message} ({percent} %, {seconds} s{left})"),
     }
 }
 
@@ -158,7 +201,7 @@ mod tests {
         log.wait_for("leadr: baking (0 s)\n");
         bar.at(2);
         bar.step();
-        log.wait_for("leadr: baking (37 %, 0 s)\n");
+        log.wait_for("leadr: baking (37 %, 0 s");
         bar.restart(10);
         bar.message("drawing");
         log.wait_for("leadr: drawing (0 s)\n");
@@ -166,6 +209,27 @@ mod tests {
         let all = log.text();
         std::thread::sleep(Duration::from_millis(50));
         assert_eq!(log.text(), all, "nothing is printed afterwards");
+    }
+
+    #[test]
+    fn lines_become_rarer_and_have_the_time_left() {
+        let seconds: Vec<u64> = doubling(EVERY).take(9).map(|time| time.as_secs()).collect();
+        assert_eq!(seconds, [5, 10, 20, 40, 80, 160, 320, 320, 320]);
+        let log = Log::default();
+        let bar = Bar::in_lines(1000, "baking", Duration::from_millis(10), log.clone());
+        let start = Instant::now();
+        while !log.text().contains(" s left)") {
+            assert!(start.elapsed().as_secs() < 60, "{}", log.text());
+            std::thread::sleep(Duration::from_millis(100));
+            bar.step();
+        }
+        assert!(log.text().starts_with("leadr: baking (0 s)\n"), "unknown at the start: {}", log.text());
+    }
+
+    #[test]
+    fn the_bar_shrinks_before_the_text() {
+        let text = "rendering frame 1 of 24: tty.webp";
+        assert_eq!([120, 80, 72, 62, 40].map(|columns| gauge(columns, text)), [32, 21, 13, 0, 0]);
     }
 
     #[test]

@@ -182,7 +182,10 @@ mod tests {
         for (line, expected) in [
             ("leadr draw --size 8 --split 1", "--split needs --beside <NAME>: add it (see --help)"),
             ("leadr draw --fps=24 --size 8", "--fps needs --frames <frames>: add it (see --help)"),
-            ("leadr draw --split 1 --label 2 --size 8", "--split and --label need --beside <NAME>: add it (see --help)"),
+            (
+                "leadr draw --split 1 --label 2 --size 8",
+                "--split and --label need --beside <NAME>: add it (see --help)",
+            ),
         ] {
             assert_eq!(sentence(line), expected);
         }
