@@ -141,8 +141,8 @@ impl CommandLine {
                 && !row.applies_to(technique)
                 && row.neutral.is_none_or(|neutral| value != neutral)
             {
-                let (which, names) = (row.techniques.which, row.techniques.names());
-                return Err(format!("{flag} is for techniques {which} ({names}), not {}", technique.name()));
+                let names = row.techniques.names();
+                return Err(format!("{flag} is for the techniques {names}, not {}", technique.name()));
             }
             if let Some((_, other)) = NEEDS.iter().find(|(needs, other)| *needs == name && !self.has(other)) {
                 return Err(format!("{flag} needs --{other}"));

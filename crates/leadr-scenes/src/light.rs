@@ -7,6 +7,7 @@ use glam::Vec3;
 use serde::Serialize;
 
 use super::studio::studio;
+use super::text::similar;
 use leadr_maps::RgbImage;
 use leadr_render::settings::numbers::finite;
 
@@ -42,16 +43,19 @@ impl FromStr for EnvironmentChoice {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        if text == "sky" {
+        if text.eq_ignore_ascii_case("sky") {
             return Ok(Self::Sky);
         }
-        if text == "studio" {
+        if text.eq_ignore_ascii_case("studio") {
             return Ok(Self::Studio);
         }
         let path = PathBuf::from(text);
         match path.extension().and_then(|extension| extension.to_str()) {
             Some(kind) if kind.eq_ignore_ascii_case("hdr") || kind.eq_ignore_ascii_case("exr") => Ok(Self::File(path)),
-            _ => Err("use 'sky', 'studio' or a .hdr or .exr file".to_owned()),
+            _ => {
+                let similar = similar(text, ["sky", "studio"]);
+                Err(format!("no such environment{similar}; use 'sky', 'studio' or a .hdr or .exr file"))
+            }
         }
     }
 }

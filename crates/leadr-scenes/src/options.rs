@@ -8,13 +8,15 @@ use self::Sets::{Flag, Path, Text};
 use super::config::{NormalY, Picture, SceneConfig};
 use super::deform::FACTORS;
 use super::registry::{Choice, MODEL, NamedScene, SCENES};
-use super::text::see;
+use super::text::{see, similar};
 use leadr_reflectance::facets::metals::{METALS, Metal};
 use leadr_render::constants::MOST_MULTISAMPLES;
 use leadr_render::light::panorama::MAX_ENVIRONMENT_LIGHTS;
 use leadr_render::scene::Tiling;
 use leadr_render::settings::headings::{CAMERA, GEOMETRY, LIGHT, MATERIAL, QUALITY, SCENE, SEA, SHADING};
-use leadr_render::settings::numbers::{finite, not_negative, positive, power_of_two, share, whole, within};
+use leadr_render::settings::numbers::{
+    finite, not_negative, positive, positive_share, power_of_two, share, whole, within,
+};
 use leadr_render::settings::{
     Json, Named, Panel, ShadingOption, ShadingOptions, Slider, Spec, Subject, Technique, Value,
 };
@@ -175,7 +177,7 @@ const OPTIONS: [SceneOption; 61] = [
         .values(|| METALS.iter().map(|metal| (metal.name, "")).collect()),
     option(MATERIAL, "roughness", "A",
         "Set the Beckmann roughness of displaced surfaces, above 0 and at most 1, instead of the roughness in the scene",
-        Text(|c, text| positive(text).and_then(|_| within(text, 0.0, 1.0)).map(|alpha| c.roughness = Some(alpha as f32))))
+        Text(|c, text| positive_share(text).map(|alpha| c.roughness = Some(alpha))))
         .common().of(Choice::Roughness).panel(Panel::Own),
     material("anisotropy", "X",
         "Make the material rougher along one direction with strength X, 0 to 1. Alpha along this direction becomes alpha + (1 \
@@ -216,7 +218,7 @@ const OPTIONS: [SceneOption; 61] = [
         Text(|c, text| within(text, 1.0, 40.0).map(|speed| c.waves.wind = speed))).default("8; 6 in the scene shore").key("waves/wind"),
     sea("wind-direction", "DEGREES", "Set the direction in which the wind blows, in degrees counter-clockwise from +x",
         Text(|c, text| within(text, -360.0, 360.0).map(|degrees| c.waves.wind_direction = degrees)))
-        .default("34; -20 in the scene shore").key("waves/wind_direction"),
+        .default("34.4; -20 in the scene shore").key("waves/wind_direction"),
     sea("fetch", "METRES", "Set the distance over which the wind has blown, 1000 to 5000000",
         Text(|c, text| within(text, 1e3, 5e6).map(|metres| c.waves.fetch = metres))).default("120000; 40000 in the scene shore").key("waves/fetch"),
     sea("depth", "METRES", "Set the depth of the water, 1 to 11000",
@@ -397,7 +399,9 @@ impl SceneOption {
         if let Some(choice) = self.choice.filter(|choice| !matches!(choice, Choice::Model | Choice::Folder)) {
             let (with, without): (Vec<_>, Vec<_>) = SCENES.iter().partition(|scene| scene.offers(choice));
             let few = with.len() <= without.len();
-            let names: Vec<_> = if few { with } else { without }.iter().map(|scene| scene.name).collect();
+            let names = if few { with } else { without }.into_iter().map(|scene| scene.name);
+            // Models are on the list if they are like the scenes on it.
+            let names: Vec<_> = names.chain((MODEL.offers(choice) == few).then_some("models")).collect();
             help += &format!(" ({}{})", if few { "" } else { "not for " }, names.join(", "));
         }
         if let Sets::Shading(ShadingOption { techniques, .. }) = self.sets
@@ -427,7 +431,8 @@ fn enter(config: &mut SceneConfig, name: &str) -> Result<(), String> {
         (config.scene, config.model) = (&MODEL, Some(file));
     } else {
         let names = || SCENES.iter().map(|scene| scene.name).collect::<Vec<_>>().join(", ");
-        let unknown = || format!("no such scene; use {}, or a .glb or .gltf file", names());
+        let similar = || similar(name, SCENES.iter().map(|scene| scene.name));
+        let unknown = || format!("no such scene{}; use {}, or a .glb or .gltf file", similar(), names());
         (config.scene, config.model) = (NamedScene::find(name).ok_or_else(unknown)?, None);
     }
     config.waves = config.scene.waves();

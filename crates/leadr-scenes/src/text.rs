@@ -1,10 +1,20 @@
-//! The command-line syntax of camera views.
+//! The command-line syntax of camera views, and suggestions for misspelt names.
 
 use std::path::PathBuf;
 
 use super::config::SceneConfig;
 use super::view::{CameraPose, ViewChoice};
 use leadr_render::settings::numbers::finite;
+
+/// Returns `; a similar name exists: 'NAME'` for the known name that is most like `name`, or an empty text if none is. Upper and lower case
+/// are alike.
+pub fn similar<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> String {
+    let name = name.to_lowercase();
+    let alike = |known: &str| strsim::jaro_winkler(&name, &known.to_lowercase());
+    let rated = known.into_iter().map(|known| (alike(known), known)).filter(|(alike, _)| *alike > 0.8);
+    let best = rated.max_by(|a, b| a.0.total_cmp(&b.0));
+    best.map(|(_, best)| format!("; a similar name exists: '{best}'")).unwrap_or_default()
+}
 
 /// Parses `X,Y,Z:X,Y,Z` with `:DEGREES` as an optional suffix. Returns `None` if `text` has another form.
 fn pose(text: &str) -> Option<Result<CameraPose, String>> {
@@ -68,6 +78,15 @@ mod tests {
     }
 
     #[test]
+    fn misspelt_names_have_a_suggestion() {
+        let known = ["trex", "plane", "sphere", "spheres", "snake", "Crawl"];
+        for (name, wanted) in [("spere", "'sphere'"), ("T-Rex", "'trex'"), ("crawl", "'Crawl'"), ("plain", "'plane'")] {
+            assert!(similar(name, known).ends_with(wanted), "{name}: {}", similar(name, known));
+        }
+        assert!(["cube", "", "snail.obj", "walk"].iter().all(|name| similar(name, known).is_empty()));
+    }
+
+    #[test]
     fn sizes() {
         assert_eq!("1x1".parse(), Ok(Size { width: 1, height: 1 }));
         for text in ["1280x720", "1280X720", "1280×720"] {
@@ -87,7 +106,9 @@ mod tests {
     fn file_extension_selects_the_format() {
         assert_eq!("a.HDR".parse(), Ok(EnvironmentChoice::File("a.HDR".into())));
         assert_eq!("sky".parse(), Ok(EnvironmentChoice::Sky));
-        refused::<EnvironmentChoice>(&["a.png", "Sky", ""]);
+        assert_eq!("Studio".parse(), Ok(EnvironmentChoice::Studio));
+        assert!("stduio".parse::<EnvironmentChoice>().unwrap_err().contains("; a similar name exists: 'studio'"));
+        refused::<EnvironmentChoice>(&["a.png", "skies", ""]);
         let mut config = SceneConfig::default();
         for text in ["close", "a.txt", "", "1,2,3", "1,2:3,4,5", "1,2,3:1,2,3", "1,2,3:0,0,0:200", "1,2,x:0,0,0"] {
             assert!(see(&mut config, text).is_err(), "'{text}' must be refused");

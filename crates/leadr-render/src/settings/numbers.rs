@@ -26,6 +26,12 @@ pub fn share(text: &str) -> Result<f32, String> {
     finite(text).and_then(|v| if (0.0..=1.0).contains(&v) { Ok(v) } else { Err("must be from 0 to 1".to_owned()) })
 }
 
+/// Parses a fraction above 0 and at most 1.
+pub fn positive_share(text: &str) -> Result<f32, String> {
+    let fault = || "must be above 0 and at most 1".to_owned();
+    finite(text).and_then(|v| if v > 0.0 && v <= 1.0 { Ok(v) } else { Err(fault()) })
+}
+
 /// Parses a number in the range from `low` to `high`.
 pub fn within<T: FromStr + PartialOrd + fmt::Display>(text: &str, low: T, high: T) -> Result<T, String> {
     in_range(text, "number", low, high)
@@ -65,6 +71,10 @@ mod tests {
         assert!(
             within("nan", 0.0, 1.0).is_err() && within("41", 1.0, 40.0).is_err() && within("40", 1.0, 40.0).is_ok()
         );
+        for outside in ["0", "-0.1", "2"] {
+            assert_eq!(positive_share(outside), Err("must be above 0 and at most 1".to_owned()));
+        }
+        assert_eq!((positive_share("1"), positive_share("0.001")), (Ok(1.0), Ok(0.001)));
         assert!(positive("0").is_err() && not_negative("0").is_ok() && not_negative("-1").is_err());
     }
 }

@@ -265,8 +265,6 @@ pub fn on_off(text: &str) -> Result<bool, String> {
 pub struct Techniques {
     /// Whether the set contains a technique.
     pub has: fn(Technique) -> bool,
-    /// A description of the set that continues "techniques …".
-    pub which: &'static str,
 }
 
 impl Techniques {

@@ -79,18 +79,14 @@ impl ShadingOption {
     }
 }
 
-const fn techniques(has: fn(Technique) -> bool, which: &'static str) -> Techniques {
-    Techniques { has, which }
-}
-
-const LIT: Techniques = techniques(Technique::is_lit, "with light");
-const INTEGRALS: Techniques = techniques(Technique::integrates, "that integrate over slopes");
-const BECKMANN: Techniques = techniques(Technique::has_base_frame, "that integrate over a Beckmann base");
-const KERNEL: Techniques = techniques(Technique::has_pixel_kernel, "with a pixel kernel");
-const COVARIANCE: Techniques = techniques(Technique::has_relief_color, "that integrate over a covariance");
-const ENERGY: Techniques = techniques(Technique::has_multiscattering, "with energy tables for their base");
-const FILTERING: Techniques = techniques(|technique| !technique.is_reference(), "that filter");
-const RAYS: Techniques = techniques(Technique::has_relief_shadows, "that sample every texel");
+const LIT: Techniques = Techniques { has: Technique::is_lit };
+const INTEGRALS: Techniques = Techniques { has: Technique::integrates };
+const BECKMANN: Techniques = Techniques { has: Technique::has_base_frame };
+const KERNEL: Techniques = Techniques { has: Technique::has_pixel_kernel };
+const COVARIANCE: Techniques = Techniques { has: Technique::has_relief_color };
+const ENERGY: Techniques = Techniques { has: Technique::has_multiscattering };
+const FILTERING: Techniques = Techniques { has: |technique| !technique.is_reference() };
+const RAYS: Techniques = Techniques { has: Technique::has_relief_shadows };
 
 /// Declares each field once, with its type, its default and its flags.
 macro_rules! shading_options {

@@ -24,6 +24,7 @@ use serde::Serialize;
 use super::error::SceneError;
 use super::ground::{RELIEF, ground};
 use super::stage::{Stage, Views};
+use super::text::similar;
 use charts::Charts;
 use leadr_maps::material::Material;
 use leadr_models::Model;
@@ -88,7 +89,10 @@ impl ModelChoice {
                 None => {
                     let names: Vec<&str> = model.animations.iter().map(|a| a.name.as_str()).collect();
                     let there = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
-                    return Err(SceneError::Model(format!("no animation is named {name}; available: {there}")));
+                    let similar = similar(name, names);
+                    return Err(SceneError::Model(format!(
+                        "no animation is named {name}{similar}; available: {there}"
+                    )));
                 }
             },
         };
@@ -124,7 +128,10 @@ impl ModelChoice {
                 .map(|(i, &n)| format!("{} {}", i + 1, name(n)).trim_end().to_owned())
                 .collect();
             let there = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
-            let wanted = camera.map_or("it has no camera".to_owned(), |name| format!("no camera is named {name}"));
+            let similar = |wanted| similar(wanted, nodes.iter().map(|&n| name(n)));
+            let wanted = camera.map_or("it has no camera".to_owned(), |wanted| {
+                format!("no camera is named {wanted}{}", similar(wanted))
+            });
             return Err(SceneError::Model(format!("{wanted}; available: {there}")));
         };
         Ok(Self { camera: Some(node), ..self })
