@@ -3,10 +3,12 @@
 use std::io::{self, Write};
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::builder::PossibleValuesParser;
+use clap::{Arg, Args};
 use clap_complete::{Shell, generate};
 
 use leadr_maps::new_file::write_atomic;
+use leadr_scenes::registry::SCENES;
 use leadr_tools::command::error::AppError;
 
 /// Arguments of `leadr completions`.
@@ -25,12 +27,44 @@ pub struct ManArgs {
 }
 
 /// Prints the completion script of a shell.
-pub fn completions(mut command: clap::Command, arguments: &CompletionsArgs) -> Result<(), AppError> {
+pub fn completions(command: clap::Command, arguments: &CompletionsArgs) -> Result<(), AppError> {
     let mut script = Vec::new();
+    let mut command = command.mut_subcommands(|command| command.mut_args(with_words));
     generate(arguments.shell, &mut command, "leadr", &mut script);
+    let script = String::from_utf8_lossy(&script).lines().map(with_files).collect::<String>();
     // A reader that closes the pipe early has all that it wants.
-    let _ = io::stdout().write_all(&script);
+    let _ = io::stdout().write_all(script.as_bytes());
     Ok(())
+}
+
+/// Stands for all files among the words that complete a value.
+const FILES: &str = "FILE";
+
+/// Lets a flag complete the words in the name of its value, such as `sky` and `studio` of `sky|studio|FILE.hdr`, and the names of scenes.
+fn with_words(flag: Arg) -> Arg {
+    let Some([forms]) = flag.get_value_names().filter(|_| flag.get_possible_values().is_empty()) else { return flag };
+    let is_word = |form: &&str| form.chars().all(|c| c.is_ascii_lowercase() || c == '-');
+    let (mut words, others): (Vec<&str>, Vec<&str>) = forms.split('|').partition(is_word);
+    if flag.get_long() == Some("scene") {
+        words.extend(SCENES.iter().map(|scene| scene.name));
+    }
+    if others.iter().any(|form| form.starts_with(FILES)) {
+        words.push(FILES);
+    } else if !others.is_empty() {
+        return flag;
+    }
+    if words == [FILES] {
+        return flag;
+    }
+    let words: Vec<String> = words.into_iter().map(str::to_owned).collect();
+    flag.value_parser(PossibleValuesParser::new(words))
+}
+
+/// Replaces the word [`FILES`] in a line of a completion script by the files of the shell.
+fn with_files(line: &str) -> String {
+    let bash = line.replace(&format!(" {FILES}\" -- \"${{cur}}\"))"), "\" -- \"${cur}\") $(compgen -f -- \"${cur}\"))");
+    let fish = bash.replace(&format!("\\n{FILES}\\t''"), "").replace(&format!("\n{FILES}\t''"), "");
+    fish + "\n"
 }
 
 /// Writes the manual pages of all commands.

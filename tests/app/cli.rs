@@ -48,7 +48,7 @@ fn help_and_version_are_results() {
 
 #[test]
 fn wrong_usage_ends_with_2_and_names_the_flag() {
-    let cases: [(&[&str], &str); 72] = [
+    let cases: [(&[&str], &str); 76] = [
         (&["capture", "--scene", "ocean", "--height-scale", "1"], "--height-scale"),
         (&["capture", "--scene", "ocean", "--no-displacement"], "--smooth-geometry"),
         (&["capture", "--scene", "ocean", "--triangle-pixels", "8"], "--triangle-pixels"),
@@ -123,8 +123,12 @@ fn wrong_usage_ends_with_2_and_names_the_flag() {
         (&["capture", "--sweep", "1..2", "--samples", "2"], "error: --sweep needs --frames"),
         (&["capture", "--size", "64x64", "--split", "0.3"], "error: --split needs --beside <TECHNIQUE>"),
         (&["capture", "--size", "64x64", "--sheet", "2x2"], "error: --sheet needs --frames"),
-        (&["capture", "--size", "64x64", "--turntable", "--fps", "9"], "error: --turntable and --fps need --frames"),
+        (&["capture", "--size", "64x64", "--turntable", "--fps", "9"], "error: --fps and --turntable need --frames"),
         (&["capture", "--tecnique", "lean"], "found; a similar argument exists"),
+        (&["capture", "--scene", "spere"], "a similar name exists: 'sphere'"),
+        (&["capture", "--environment", "stduio"], "a similar name exists: 'studio'"),
+        (&["capture", "--roughness", "2"], "must be above 0 and at most 1"),
+        (&["capture", "--technique", "lean", "--multiscattering", "on"], "is for the techniques normal-mip, gloss, leadr, reference, not lean"),
         (&["report"], "cargo run --release -p leadr-lab -- report"),
         (&["bake", "a.png", "--detail-gloss", "b.png", "-o", "c.ktx2"], "--detail-gloss needs --detail"),
         (&["bake", "a.png"], "--output <OUT.ktx2|OUT.exr|OUT.png|FOLDER> is missing"),
@@ -158,7 +162,20 @@ fn completions_and_manual_pages_name_the_flags() {
         let script = String::from_utf8(output.stdout).unwrap();
         assert!(script.contains("capture") && script.contains("height-map"), "{shell}");
     }
+    // What bash offers after these words: names and files.
     let folder = tempfile::tempdir().unwrap();
+    let offered = |flag: &str, start: &str| {
+        let words = format!("COMP_WORDS=(leadr capture {flag} {start}); COMP_CWORD=3; _leadr leadr '{start}' {flag}");
+        let script =
+            format!("eval \"$('{}' completions bash)\"; {words}; echo ${{COMPREPLY[*]}}", env!("CARGO_BIN_EXE_leadr"));
+        let output = Command::new("bash").current_dir(&folder).args(["-c", &script]).output().expect("bash");
+        String::from_utf8(output.stdout).unwrap().trim().to_owned()
+    };
+    std::fs::write(folder.path().join("spoon.glb"), "").unwrap();
+    std::fs::write(folder.path().join("street.hdr"), "").unwrap();
+    assert_eq!(offered("--scene", "sp"), "sphere spheres spoon.glb");
+    assert_eq!(offered("--environment", "st"), "studio street.hdr");
+    assert_eq!(offered("--ground", "o"), "on off");
     let pages = folder.path().join("man1");
     assert_eq!(run(&["man", path(&pages)]).status.code(), Some(0));
     let page = |name: &str| std::fs::read_to_string(pages.join(name)).unwrap();
