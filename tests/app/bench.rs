@@ -64,7 +64,10 @@ fn a_scene_is_measured_near_and_far() {
     let csv = std::fs::read_to_string(&table).unwrap();
     let rows = report["rows"].as_array().unwrap();
     assert!(
-        csv.starts_with("table,row,pass,technique,") && csv.contains(",distance_m,") && csv.contains(",median_ms,")
+        csv.starts_with("table,row,pass,technique,")
+            && csv.contains(",probes,")
+            && csv.contains(",distance_m,")
+            && csv.contains(",median_ms,")
     );
     assert_eq!(csv.lines().count(), rows.len() + 1, "{csv}");
     for (line, row) in csv.lines().skip(1).zip(rows) {

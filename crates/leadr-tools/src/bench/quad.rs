@@ -332,8 +332,7 @@ mod tests {
     fn the_papers_rows_are_there() {
         let rows = all_rows();
         assert_eq!(rows.iter().filter(|r| paper_ms(r).is_some()).count(), 12);
-        let samples =
-            |table: &str| -> Vec<u32> { rows.iter().filter(|r| r.table == table).map(Row::samples).collect() };
+        let samples = |table: &str| -> Vec<u32> { rows.iter().filter(|r| r.table == table).map(Row::probes).collect() };
         for table in FIGURE_11 {
             assert_eq!(samples(table), (1..=16).map(|n| n * n).collect::<Vec<_>>());
         }

@@ -56,11 +56,12 @@ pub struct RowReport {
     technique: &'static str,
     /// The sampling rule of the integrals over slopes.
     rule: &'static str,
-    /// The number of slope samples (or probes) per pixel and environment term.
-    samples: u32,
+    /// The number of slopes per pixel and environment term: probes of the environment, or samples of the grid.
+    #[serde(rename = "samples")]
+    probes: u32,
     visibility: &'static str,
     /// The distance in metres from the camera to its target, for tables with several distances.
-    distance: Option<f32>,
+    distance: Option<f64>,
     size: [u32; 2],
     /// The upper bound on the number of triangles in a frame, including shadow maps, for rows of whole frames.
     triangles: Option<u64>,
@@ -162,7 +163,7 @@ const COLUMNS: [&str; 17] = [
     "pass",
     "technique",
     "rule",
-    "samples",
+    "probes",
     "visibility",
     "width_px",
     "height_px",
@@ -189,7 +190,7 @@ fn csv(rows: &[RowReport]) -> String {
     let line = |row: &RowReport| {
         let texts = [&row.table, &row.row, &row.pass, row.technique, row.rule].map(quoted);
         let settings =
-            [row.samples.to_string(), quoted(row.visibility), row.size[0].to_string(), row.size[1].to_string()];
+            [row.probes.to_string(), quoted(row.visibility), row.size[0].to_string(), row.size[1].to_string()];
         let counts = [number(row.distance), number(row.triangles), number(row.patches)];
         let times = [row.median_ms, row.p95_ms, row.min_ms].map(|ms| format!("{ms:.6}"));
         let rounds = [row.repeats.to_string(), row.measurements.to_string()];
@@ -217,7 +218,7 @@ fn rows(measured: &Measured) -> Vec<RowReport> {
             compared: row.compared,
             technique: row.settings.shading.technique().name(),
             rule: row.rule(),
-            samples: row.samples(),
+            probes: row.probes(),
             visibility: row.shadowing(),
             distance: row.distance(),
             size: [row.settings.size.0, row.settings.size.1],
@@ -246,7 +247,7 @@ fn ratio(measured: &Measured, base: &Measured, pass: &'static str) -> Option<Rat
 
 fn line(table: &str, measured: &[Measured]) -> Option<LineReport> {
     let rows = measured.iter().filter(|m| m.row.table == table);
-    let points: Vec<(f64, f64)> = rows.map(|m| (f64::from(m.row.samples()), median(&m.series.times(PIXELS)))).collect();
+    let points: Vec<(f64, f64)> = rows.map(|m| (f64::from(m.row.probes()), median(&m.series.times(PIXELS)))).collect();
     Some(LineReport { table: table.to_owned(), line: least_squares(&points)? })
 }
 
@@ -329,7 +330,7 @@ impl BenchReport {
         let mut names: Vec<&str> = rows.iter().map(|r| r.row.as_str()).collect();
         names.dedup();
         let width = names.iter().map(|name| name.len()).max().unwrap_or(0).max(24);
-        write!(f, "  {:width$} {:>7}", "", "samples")?;
+        write!(f, "  {:width$} {:>7}", "", "probes")?;
         for pass in &passes {
             write!(f, " {:>12}", title(pass))?;
         }
@@ -337,7 +338,7 @@ impl BenchReport {
         writeln!(f, " {:>9}  {} against {}", "p95", title(compared), base.unwrap_or("nothing"))?;
         for name in &names {
             let cells: Vec<&&RowReport> = rows.iter().filter(|r| r.row == **name).collect();
-            write!(f, "  {name:width$} {:>7}", cells[0].samples)?;
+            write!(f, "  {name:width$} {:>7}", cells[0].probes)?;
             for pass in &passes {
                 let cell = cells.iter().find(|c| c.pass == *pass).map_or(String::new(), |c| ms(c.median_ms));
                 write!(f, " {cell:>12}")?;
@@ -373,7 +374,7 @@ impl BenchReport {
         for line in self.lines.iter().filter(|l| l.table == table) {
             let Line { intercept, slope, r_squared, worst } = line.line;
             let (a, b) = (ms(intercept), ms(slope));
-            writeln!(f, "  {a} ms + {b} ms per sample; R² {r_squared:.5}, largest deviation {:.1} %", 100.0 * worst)?;
+            writeln!(f, "  {a} ms + {b} ms per probe; R² {r_squared:.5}, largest deviation {:.1} %", 100.0 * worst)?;
         }
         Ok(())
     }

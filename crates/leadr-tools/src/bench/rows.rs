@@ -47,8 +47,9 @@ impl Row {
         self.settings.shading.quadrature().unwrap_or(Quadrature::Grid(1))
     }
 
-    /// Returns the number of slope samples (or probes) per pixel, which is 1 for techniques with a single slope.
-    pub fn samples(&self) -> u32 {
+    /// Returns the number of slopes per pixel at which the environment is looked up (probes, or samples of the grid), which is 1 for
+    /// techniques with a single slope.
+    pub fn probes(&self) -> u32 {
         self.forward.map_or_else(|| self.quadrature().samples(), Forward::samples)
     }
 
@@ -63,10 +64,11 @@ impl Row {
         if shading.technique().integrates() { shading.options().shadowing } else { Shadowing::None }.name()
     }
 
-    /// Returns the distance in metres from the camera to its target, for tables with several distances.
-    pub fn distance(&self) -> Option<f32> {
+    /// Returns the distance in metres from the camera to its target, to a tenth of a millimetre, for tables with several distances.
+    pub fn distance(&self) -> Option<f64> {
         let camera = &self.state.camera;
-        self.is_of_a_frame().then(|| camera.position.distance(camera.target))
+        let metres = || f64::from(camera.position.distance(camera.target));
+        self.is_of_a_frame().then(|| (metres() * 1e4).round() / 1e4)
     }
 
     /// Whether the row measures whole frames, with triangles and CPU time, instead of pixels only.
