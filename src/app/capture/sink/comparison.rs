@@ -25,6 +25,9 @@ use leadr_tools::metrics::compare::{Comparison, compare};
 /// Lines of text above each picture: technique, FLIP, relative RMSE, device time.
 const LINES: u32 = 4;
 
+/// The space around text, pixels, before magnification.
+const PADDING: u32 = 4;
+
 /// The measured difference of a technique from the one that it is compared with, in one frame.
 #[derive(Clone, Debug, Serialize)]
 pub struct TechniqueErrors {
@@ -52,9 +55,14 @@ fn label_scale(cell: Size) -> u32 {
     (cell.width / (60 * CHARACTER)).max(1)
 }
 
+/// Returns the height of the labels above a picture.
+fn label_height(cell: Size) -> u32 {
+    (LINES * LINE + 2 * PADDING) * label_scale(cell)
+}
+
 /// Returns the height of a row: labels, picture, gutter, error image.
 fn row_height(cell: Size) -> u32 {
-    LINES * LINE * label_scale(cell) + 2 * cell.height + GUTTER
+    label_height(cell) + 2 * cell.height + GUTTER
 }
 
 /// Returns the size of the sheet, or an error if it is over the limits.
@@ -72,6 +80,12 @@ fn baseline(techniques: &[Technique]) -> usize {
 /// Returns the sum of the device times of all passes, milliseconds.
 fn device_time(frame: &Frame) -> f64 {
     frame.passes.iter().map(|pass| pass.ms).sum()
+}
+
+/// Formats the time of a single run in milliseconds, with three significant digits.
+fn one_run(ms: f64) -> String {
+    let digits = [100.0, 10.0, 1.0].into_iter().filter(|power| ms < *power).count();
+    format!("{ms:.digits$} ms, one run")
 }
 
 /// Returns where a row stands in the sequence; empty for a still.
@@ -101,7 +115,9 @@ impl<'a> ComparisonSheet<'a> {
         let moment = self.moments[done * techniques.len()];
         let top = done as u32 * (row_height(cell) + GUTTER);
         let scale = label_scale(cell);
-        let under = top + LINES * LINE * scale;
+        let under = top + label_height(cell);
+        let padding = PADDING * scale;
+        let width = cell.width.saturating_sub(2 * padding);
         let base = baseline(techniques);
         let factor = display_factor(&self.row[base], picture);
         let linear = |frame: &Frame| {
@@ -117,8 +133,8 @@ impl<'a> ComparisonSheet<'a> {
             if column == base {
                 lines.extend(["others are".to_owned(), "against this".to_owned()]);
                 let legend = ["FLIP error:", "black 0", "yellow 1"].map(str::to_owned);
-                let fitting = (cell.height / (LINE * scale)).min(3) as usize;
-                write_lines(&mut self.whole, below, cell.width, scale, &legend[..fitting]);
+                let fitting = (cell.height.saturating_sub(2 * padding) / (LINE * scale)).min(3) as usize;
+                write_lines(&mut self.whole, below.map(|side| side + padding), width, scale, &legend[..fitting]);
             } else {
                 let found: Comparison = compare(&truth, &linear(frame), factor, picture.tonemap)
                     .map_err(|fault| fault.in_file(self.file.target()))?;
@@ -133,8 +149,8 @@ impl<'a> ComparisonSheet<'a> {
                     max_abs: found.max_abs,
                 });
             }
-            lines.push(format!("{:.2} ms", device_time(frame)));
-            write_lines(&mut self.whole, [left, top], cell.width, scale, &lines);
+            lines.push(one_run(device_time(frame)));
+            write_lines(&mut self.whole, [left + padding, top + padding], width, scale, &lines);
         }
         self.row.clear();
         Ok(())
@@ -180,7 +196,7 @@ mod tests {
         // The double draws each technique brighter than the one before.
         assert!(errors.iter().all(|error| error["flip"].as_f64().unwrap() > 0.0), "{errors:?}");
         let sheet = load_color_srgb8(config.output.path(0)).unwrap();
-        let label = LINES * LINE;
+        let label = LINES * LINE + 2 * PADDING;
         assert_eq!([sheet.width, sheet.height], [3 * 24 + 2 * 4, 2 * (label + 64) + 4]);
         let texel = |x: u32, y: u32| sheet.texels[(y * sheet.width + x) as usize];
         for (index, moment) in config.moments().into_iter().enumerate() {
@@ -188,12 +204,24 @@ mod tests {
             let (left, top) = (28 * (index as u32 % 3), (label + 68) * (index as u32 / 3));
             let words = (0..label * 24).any(|i| texel(left + i % 24, top + i / 24) != GUTTER_COLOR);
             assert!(words, "picture {index} has a label");
+            let margin = |i: u32| i % 24 < PADDING || i % 24 >= 24 - PADDING || i / 24 < PADDING;
+            let edge = (0..label * 24).filter(|&i| margin(i)).map(|i| texel(left + i % 24, top + i / 24));
+            assert!(
+                edge.into_iter().all(|texel| texel == GUTTER_COLOR),
+                "the label of picture {index} touches the edge"
+            );
             for (i, &expected) in (0..).zip(&display(&frame, &config.scene.picture).texels) {
                 assert_eq!(texel(left + i % 24, top + label + i / 24), expected, "picture {index}");
             }
             let below = texel(left, top + label + 33);
             assert!(index % 3 == 1 || below == GUTTER_COLOR, "the gutter is between picture and error");
         }
+    }
+
+    #[test]
+    fn times_have_three_digits() {
+        let texts = [0.1234, 1.5, 45.678, 234.5, 1234.5].map(one_run);
+        assert_eq!(texts, ["0.123 ms", "1.50 ms", "45.7 ms", "234 ms", "1234 ms"].map(|ms| format!("{ms}, one run")));
     }
 
     #[test]
