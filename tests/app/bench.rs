@@ -74,6 +74,9 @@ fn a_scene_is_measured_near_and_far() {
         let texts = [&row["pass"], &row["technique"]].map(|text| format!(",{},", text.as_str().unwrap()));
         let median: f64 = line.rsplit(',').nth(4).unwrap().parse().unwrap();
         assert!(texts.iter().all(|text| line.contains(text)), "{line}");
+        // Decimals of single precision, such as 2.1999998, are not printed.
+        let distance = row["distance"].as_f64().map(|metres| metres.to_string()).unwrap_or_default();
+        assert!(line.contains(&format!(",{distance},")) && distance.len() <= 9, "{line}");
         assert!((median - row["median_ms"].as_f64().unwrap()).abs() < 1e-6, "{line}");
     }
     check(&report);

@@ -128,7 +128,10 @@ fn wrong_usage_ends_with_2_and_names_the_flag() {
         (&["capture", "--scene", "spere"], "a similar name exists: 'sphere'"),
         (&["capture", "--environment", "stduio"], "a similar name exists: 'studio'"),
         (&["capture", "--roughness", "2"], "must be above 0 and at most 1"),
-        (&["capture", "--technique", "lean", "--multiscattering", "on"], "is for the techniques normal-mip, gloss, leadr, reference, not lean"),
+        (
+            &["capture", "--technique", "lean", "--multiscattering", "on"],
+            "is for the techniques normal-mip, gloss, leadr, reference, not lean",
+        ),
         (&["report"], "cargo run --release -p leadr-lab -- report"),
         (&["bake", "a.png", "--detail-gloss", "b.png", "-o", "c.ktx2"], "--detail-gloss needs --detail"),
         (&["bake", "a.png"], "--output <OUT.ktx2|OUT.exr|OUT.png|FOLDER> is missing"),

@@ -438,3 +438,20 @@ fn enter(config: &mut SceneConfig, name: &str) -> Result<(), String> {
     config.waves = config.scene.waves();
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_help_names_models_and_true_defaults() {
+        let help = |name: &str| SceneOption::find(name).unwrap().help();
+        assert!(help("bare").ends_with("(plane, sphere, models)"), "{}", help("bare"));
+        assert!(help("roughness").ends_with("(not for ocean, models)"), "{}", help("roughness"));
+        assert!(help("height-scale").ends_with("(not for ocean) [default: 1]"), "{}", help("height-scale"));
+        let default = help("wind-direction");
+        let degrees = default.split("[default: ").nth(1).and_then(|text| text.split(';').next()).unwrap();
+        let own = NamedScene::find("ocean").unwrap().waves().wind_direction;
+        assert!((degrees.parse::<f64>().unwrap() - own).abs() < 0.05, "{default}: {own}");
+    }
+}
