@@ -31,7 +31,7 @@ pub fn completions(command: clap::Command, arguments: &CompletionsArgs) -> Resul
     let mut script = Vec::new();
     let mut command = command.mut_subcommands(|command| command.mut_args(with_words));
     generate(arguments.shell, &mut command, "leadr", &mut script);
-    let script = String::from_utf8_lossy(&script).lines().map(with_files).collect::<String>();
+    let script = with_files(arguments.shell, &String::from_utf8_lossy(&script));
     // A reader that closes the pipe early has all that it wants.
     let _ = io::stdout().write_all(script.as_bytes());
     Ok(())
@@ -43,6 +43,9 @@ const FILES: &str = "FILE";
 /// Lets a flag complete the words in the name of its value, such as `sky` and `studio` of `sky|studio|FILE.hdr`, and the names of scenes.
 fn with_words(flag: Arg) -> Arg {
     let Some([forms]) = flag.get_value_names().filter(|_| flag.get_possible_values().is_empty()) else { return flag };
+    let forms = forms.to_string();
+    // A colon ends the name of a value in the script of zsh, which alone prints the name.
+    let flag = flag.value_name(forms.replace(':', "\\:"));
     let is_word = |form: &&str| form.chars().all(|c| c.is_ascii_lowercase() || c == '-');
     let (mut words, others): (Vec<&str>, Vec<&str>) = forms.split('|').partition(is_word);
     if flag.get_long() == Some("scene") {
@@ -60,11 +63,24 @@ fn with_words(flag: Arg) -> Arg {
     flag.value_parser(PossibleValuesParser::new(words))
 }
 
-/// Replaces the word [`FILES`] in a line of a completion script by the files of the shell.
-fn with_files(line: &str) -> String {
-    let bash = line.replace(&format!(" {FILES}\" -- \"${{cur}}\"))"), "\" -- \"${cur}\") $(compgen -f -- \"${cur}\"))");
-    let fish = bash.replace(&format!("\\n{FILES}\\t''"), "").replace(&format!("\n{FILES}\t''"), "");
-    fish + "\n"
+/// Replaces the word [`FILES`] in a completion script by the files of the shell.
+fn with_files(shell: Shell, script: &str) -> String {
+    let (last, open, files, close) = match shell {
+        Shell::Bash => (" FILE\" -- \"${cur}\"))", "", "", "\" -- \"${cur}\") $(compgen -f -- \"${cur}\"))"),
+        Shell::Zsh => (" FILE)' \\", ":(", ":{compadd - ", "; _files}' \\"),
+        Shell::Fish => ("\nFILE\\t''\"", " -r -f -a ", " -r -a ", "\""),
+        // The scripts of other shells complete no values.
+        _ => return script.to_owned(),
+    };
+    let mut parts: Vec<String> = script.split(last).map(str::to_owned).collect();
+    let ends = parts.len() - 1;
+    for part in parts.iter_mut().take(ends) {
+        // The list of words begins at the last `open`.
+        if let Some(start) = part.rfind(open).filter(|_| !open.is_empty()) {
+            part.replace_range(start..start + open.len(), files);
+        }
+    }
+    parts.join(close)
 }
 
 /// Writes the manual pages of all commands.

@@ -164,7 +164,15 @@ fn completions_and_manual_pages_name_the_flags() {
         assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
         let script = String::from_utf8(output.stdout).unwrap();
         assert!(script.contains("capture") && script.contains("height-map"), "{shell}");
+        assert!(script.contains("sphere") && script.contains("studio"), "{shell}");
+        let left = |line: &&str| ["FILE)'", "FILE\\t", " FILE\" --"].iter().any(|word| line.contains(word));
+        assert_eq!(script.lines().find(left), None, "{shell}: a word that stands for files");
     }
+    let zsh = String::from_utf8(run(&["completions", "zsh"]).stdout).unwrap();
+    assert!(
+        zsh.contains("model\\:NAME|FILE.json|") && zsh.contains(":{compadd - near mid far model; _files}'"),
+        "{zsh}"
+    );
     // What bash offers after these words: names and files.
     let folder = tempfile::tempdir().unwrap();
     let offered = |flag: &str, start: &str| {
