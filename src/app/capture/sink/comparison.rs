@@ -82,10 +82,13 @@ fn device_time(frame: &Frame) -> f64 {
     frame.passes.iter().map(|pass| pass.ms).sum()
 }
 
-/// Formats the time of a single run in milliseconds, with three significant digits.
+/// Formats the time of a single run with three significant digits, in milliseconds or, from one second, in seconds.
 fn one_run(ms: f64) -> String {
-    let digits = [100.0, 10.0, 1.0].into_iter().filter(|power| ms < *power).count();
-    format!("{ms:.digits$} ms, one run")
+    // The exponential format rounds to significant digits.
+    let ms = format!("{ms:.2e}").parse().unwrap_or(ms);
+    let (value, unit) = if ms < 1000.0 { (ms, "ms") } else { (ms / 1000.0, "s") };
+    let digits = [100.0, 10.0, 1.0].into_iter().filter(|power| value < *power).count();
+    format!("{value:.digits$} {unit}, one run")
 }
 
 /// Returns where a row stands in the sequence; empty for a still.
@@ -220,8 +223,9 @@ mod tests {
 
     #[test]
     fn times_have_three_digits() {
-        let texts = [0.1234, 1.5, 45.678, 234.5, 1234.5].map(one_run);
-        assert_eq!(texts, ["0.123 ms", "1.50 ms", "45.7 ms", "234 ms", "1234 ms"].map(|ms| format!("{ms}, one run")));
+        let texts = [0.1234, 1.5, 9.996, 45.678, 234.4, 1851.0, 240_929.0].map(one_run);
+        let expected = ["0.123 ms", "1.50 ms", "10.0 ms", "45.7 ms", "234 ms", "1.85 s", "241 s"];
+        assert_eq!(texts, expected.map(|time| format!("{time}, one run")));
     }
 
     #[test]
