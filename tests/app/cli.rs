@@ -148,6 +148,13 @@ fn wrong_usage_ends_with_2_and_names_the_flag() {
     }
 }
 
+#[test]
+fn a_misspelt_animation_is_answered_with_the_nearest() {
+    let snail = concat!(env!("CARGO_MANIFEST_DIR"), "/assets/snail.glb");
+    let line = one_line_error(&run(&["capture", "--scene", snail, "--animation", "crawl"]), 1, "crawl");
+    assert!(line.contains("a similar name exists: 'Crawl'"), "{line}");
+}
+
 #[cfg(not(feature = "window"))]
 #[test]
 fn a_build_without_the_window_names_it() {
