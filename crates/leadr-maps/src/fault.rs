@@ -18,7 +18,7 @@ pub struct MapError {
 #[derive(Debug, thiserror::Error)]
 pub enum MapFault {
     /// The operating system reported an error. `doing` is a verb phrase such as "cannot be opened".
-    #[error("{doing} ({source}); check the path, the permissions and the free space")]
+    #[error("{doing} ({source}); {}", advice(doing))]
     Io {
         /// The failed operation.
         doing: &'static str,
@@ -121,6 +121,14 @@ impl MapFault {
     /// Returns a conversion from errors of the operating system. `doing` is described at [`Self::Io`].
     pub fn io(doing: &'static str) -> impl Fn(std::io::Error) -> Self + Copy {
         move |source| Self::Io { doing, source }
+    }
+}
+
+/// Returns what to check after a failed operation of [`MapFault::Io`].
+fn advice(doing: &str) -> &'static str {
+    match doing {
+        "cannot be written" => "check the path, the permissions and the free space",
+        _ => "check the path and the permissions",
     }
 }
 
