@@ -4,6 +4,7 @@
 //! Texels are square. Slopes are rise over run, along `s` and along `t`, which points down. Heights are in texture widths,
 //! or are converted by a factor. Directions are `[x along s, y along t, z out of the surface]`.
 
+mod classes;
 mod heights;
 mod occlusion;
 pub mod quantisation;
@@ -11,6 +12,7 @@ mod slopes;
 mod spectral;
 mod sweep;
 
+pub use classes::{Classes, classes};
 pub use heights::{Integrated, Integration, heights_of_slopes};
 pub use occlusion::{About, SLICES, VisibilityMap, visibility};
 pub use slopes::{Difference, SlopeFaults, Slopes, slopes_of_heights};
