@@ -62,7 +62,7 @@ mod tests {
         assert!(!noise.has_seam() && !procedural::rock(96, 64, 3).has_seam());
         let cut: Vec<f32> = (0..128).flat_map(|y| (0..80).map(move |x| (x, y))).map(|(x, y)| noise.at(x, y)).collect();
         assert!(HeightMap { width: 80, height: 128, texels: cut }.has_seam());
-        let stripes = |x: u32| if x / 8 % 2 == 0 { 0.0 } else { 1.0 };
+        let stripes = |x: u32| if (x / 8).is_multiple_of(2) { 0.0 } else { 1.0 };
         let texels = (0..64 * 64).map(|i| stripes(i % 64)).collect();
         assert!(!HeightMap { width: 64, height: 64, texels }.has_seam(), "an edge of the pattern lies on the edge");
         assert!(!HeightMap { width: 1, height: 1, texels: vec![0.5] }.has_seam());
