@@ -4,9 +4,9 @@
 //! codes per texel with the fraction `f` becomes differences with the mean square `s² + f (1 - f)`. [`restore`] chooses
 //! heights within half a code of each code:
 //!
-//! 1. [`smooth`] finds the surface with the least bending energy. It is free to bend at edges, where the second difference of
+//! 1. `smooth` finds the surface with the least bending energy. It is free to bend at edges, where the second difference of
 //!    the codes is larger than rounding explains.
-//! 2. [`roughness`] adds the roughness that the codes show and the smoothest surface lacks. It compares the squared
+//! 2. `roughness` adds the roughness that the codes show and the smoothest surface lacks. It compares the squared
 //!    differences of the codes with those that the smoothest surface would have after rounding.
 
 mod roughness;
