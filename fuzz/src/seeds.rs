@@ -68,7 +68,7 @@ fn pictures(put: Put) -> Done {
         put("pictures", name, &bytes.into_inner())?;
     }
     // Textures of one level of 4 x 4 texels: each format of a block of 16 bytes, with and without supercompression.
-    let block: Vec<u8> = (0..16).map(|i| i * 13 + 64).collect();
+    let block: Vec<u8> = (0..16u8).map(|i| i.wrapping_mul(13).wrapping_add(64)).collect();
     for (format, scheme) in [(146u32, 0u32), (138, 0), (152, 0), (156, 0), (158, 0), (9, 0), (146, 2), (146, 3)] {
         let words = [format, 1, 4, 4, 0, 0, 1, 1, scheme, 0, 0, 0, 0, 0, 0, 0, 0];
         let header = [&b"\xabKTX 20\xbb\r\n\x1a\n"[..], &words.map(u32::to_le_bytes).concat()].concat();

@@ -38,7 +38,6 @@ const SIGNATURES: &[(ImageFormat, usize, &[u8])] = &[
     (ImageFormat::Tiff, 0, b"MM\0*"),
     (ImageFormat::Tiff, 0, b"II+\0"),
     (ImageFormat::Tiff, 0, b"MM\0+"),
-    (ImageFormat::WebP, 8, b"WEBP"),
     (ImageFormat::Dds, 0, b"DDS "),
     (ImageFormat::Ktx2, 0, b"\xabKTX 20"),
 ];
@@ -72,6 +71,8 @@ impl ImageFormat {
                 Some(Self::Exr)
             } else if hdr::is_hdr(bytes) {
                 Some(Self::Hdr)
+            } else if bytes.starts_with(b"RIFF") && begins(bytes, 8, b"WEBP") {
+                Some(Self::WebP)
             } else if is_bmp(bytes) {
                 Some(Self::Bmp)
             } else if is_pnm(bytes) {
@@ -159,6 +160,7 @@ mod tests {
             (b"\xff\xd8\xff\xe0", Some(ImageFormat::Jpeg)),
             (b"MM\0*", Some(ImageFormat::Tiff)),
             (b"RIFF\0\0\0\0WEBPVP8 ", Some(ImageFormat::WebP)),
+            (b"\x76\x2f\x31\x01\x02\0\0\0WEBP", Some(ImageFormat::Exr)),
             (&bmp, Some(ImageFormat::Bmp)),
             (b"P5\n2 2 255\n", Some(ImageFormat::Pnm)),
             (&tga, Some(ImageFormat::Tga)),
