@@ -172,7 +172,7 @@ const OPTIONS: [SceneOption; 61] = [
         "Use this PNG of ambient occlusion cones from `leadr bake --kind cones`. The sphere uses only the occlusion of each \
          cone, not its direction",
         Path(|c, file| c.material.cone_map = Some(file))),
-    material("metal", "NAME", "Replace the colours and the metalness of the material by those of this metal",
+    material("metal", "NAME", "Replace the colours and the metalness of the material by those of this metal. Without a height map or a material, the surface is smooth",
         Text(|c, name| Metal::named(name).map(|metal| c.material.metal = Some(metal.name)).ok_or("no such metal".into())))
         .values(|| METALS.iter().map(|metal| (metal.name, "")).collect()),
     option(MATERIAL, "roughness", "A",

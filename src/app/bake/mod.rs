@@ -122,6 +122,11 @@ pub fn run(arguments: &BakeArgs, output: &Output) -> Result<(), AppError> {
         }
     }
     let heights = HeightFindings { agreement, quantisation };
+    let in_proportion = [Kind::Toksvig, Kind::Normal, Kind::Gloss, Kind::Occlusion, Kind::Cones];
+    let has_scale = inputs.height_scale.is_some() || inputs.normals.is_some() || inputs.heights.is_none();
+    if !has_scale && arguments.kind.iter().any(|kind| in_proportion.contains(kind)) {
+        output.say("heights from 0 to 1 are taken as one width of the map: give their true range by --height-scale, such as 0.06");
+    }
     derive(&mut inputs, &arguments.kind, &sources, output)?;
     let mut reports = Vec::new();
     for mut job in jobs {
