@@ -411,6 +411,7 @@ fn suns_of_a_file_are_exposed_like_the_skys() {
         stage.leave_out_own_sun();
         let state = stage.state(0.0, &facing(5.0), &Lights::under(&sky));
         assert!(state.sun() == Some(of_sky) && stage.sun_of_sky().is_none());
+        assert_eq!(state.exposure(), exposure(&sky), "a sun that is left out adds no light");
     }
     let level = Model { nodes: vec![node(Transform::IDENTITY); 2], ..lit_square(LightKind::Directional, 3.0, 0.0) };
     let mut model = level;

@@ -36,7 +36,8 @@ pub fn load_height_map(path: impl AsRef<Path>) -> Result<HeightMap, MapError> {
 /// Fails if the file is unreadable, over [`limits`], or has values that are not finite.
 pub fn load_height_channel(path: impl AsRef<Path>, channel: usize) -> Result<HeightMap, MapError> {
     let raster = load_raster(path.as_ref())?;
-    heights_of(&raster, channel).map_err(|fault| fault.in_file(path))
+    let map = HeightMap::new(raster.width(), raster.height(), channel_of(&raster, channel));
+    map.map_err(|fault| fault.in_file(path))
 }
 
 /// Loads an equirectangular environment (linear radiance) from Radiance HDR or EXR.
@@ -167,17 +168,17 @@ pub fn decode_heights(bytes: &[u8], remarks: &mut Vec<String>) -> Result<HeightM
     let class =
         if raster.channels() >= 3 { classify(width as usize * height as usize, color) } else { ImageClass::Grey };
     check_class(class, remarks)?;
-    let mut map = heights_of(&raster, 0)?;
+    let mut texels = channel_of(&raster, 0);
     if matches!(raster.samples(), Samples::F32(_)) {
-        remarks.extend(holes::fill(width, &mut map.texels, None, false)?);
+        remarks.extend(holes::fill(width, &mut texels, None, false)?);
     }
-    Ok(map)
+    HeightMap::new(width, height, texels)
 }
 
-fn heights_of(raster: &Raster, channel: usize) -> Result<HeightMap, MapFault> {
+fn channel_of(raster: &Raster, channel: usize) -> Vec<f32> {
     let [width, height] = raster.size();
     let positions = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-    HeightMap::new(width, height, positions.map(|(x, y)| raster.value(x, y, channel)).collect())
+    positions.map(|(x, y)| raster.value(x, y, channel)).collect()
 }
 
 fn check_class(class: ImageClass, remarks: &mut Remarks) -> Result<(), MapFault> {

@@ -124,8 +124,6 @@ pub struct Stage {
     own_lights: Timed<OwnLights>,
     /// The irradiance of the own lights at the subject, at most π.
     own_irradiance: f32,
-    /// Whether the sun of the own lights is lit.
-    own_sun: bool,
     /// The camera of the model file, which does not follow the anchor.
     pub own_camera: Option<Timed<Camera>>,
 }
@@ -150,7 +148,6 @@ impl Stage {
             relief: Box::new(|_| 1.0),
             own_lights: Box::new(|_| OwnLights::default()),
             own_irradiance: 0.0,
-            own_sun: true,
             own_camera: None,
         }
     }
@@ -208,13 +205,16 @@ impl Stage {
 
     /// Leaves out the sun of the model file, so that the sun of the sky lights the scene.
     pub fn leave_out_own_sun(&mut self) {
-        self.own_sun = false;
+        let own = std::mem::replace(&mut self.own_lights, Box::new(|_| OwnLights::default()));
+        let of_sun = own(0.0).sun.map_or(0.0, |sun| sun.irradiance.max_element());
+        self.own_irradiance = (self.own_irradiance - of_sun).max(0.0);
+        self.own_lights = Box::new(move |time| OwnLights { sun: None, ..own(time) });
     }
 
     /// Returns the direction of the sky's sun that agrees with the sun of the model file, if there is one. The direction is at least 20°
     /// above the horizon, although the sun of a file may be level or below it.
     pub fn sun_of_sky(&self) -> Option<Vec3> {
-        let toward = (self.own_lights)(0.0).sun.filter(|_| self.own_sun)?.direction;
+        let toward = (self.own_lights)(0.0).sun?.direction;
         let level = toward.truncate().try_normalize().unwrap_or(Vec2::NEG_Y);
         let elevation = toward.z.clamp(-1.0, 1.0).asin().max(LEAST_ELEVATION.to_radians());
         Some((level * elevation.cos()).extend(elevation.sin()))
@@ -252,8 +252,7 @@ impl Stage {
         // Emission and lamps are relative to the white of the picture. The radiance of white depends on the initial exposure, so lamps are
         // visible in the evening.
         let white = lights.sky.as_ref().map_or(lights.metered, exposure).recip();
-        let mut own = (self.own_lights)(time);
-        own.sun = own.sun.filter(|_| self.own_sun && lights.sun.is_none());
+        let own = (self.own_lights)(time);
         let (unit, added_light) = match (own.sun, &lights.sky) {
             (Some(_), Some(sky)) => {
                 let of_sky = luminance(Sun::of(sky).irradiance.as_dvec3()) as f32;

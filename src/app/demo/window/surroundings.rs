@@ -1,5 +1,6 @@
 //! The environments of the window: the environment of the scene, the sky, the studio, and panoramas that the user drops on the window.
 
+use std::f32::consts::PI;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -103,17 +104,17 @@ impl Surroundings {
     pub fn light(&self, state: &mut FrameState) {
         match (&self.choices[self.shown], state.sky.is_some()) {
             (EnvironmentChoice::Sky, false) => {
-                // The sun of a model stands where the sun of the sky is.
-                state.added_light -= f32::from(u8::from(state.sun.is_some()));
+                // The sun of the sky replaces the sun of a model.
+                state.added_light = (state.added_light - light_of_sun(state)).max(0.0);
                 *state = state.clone().under(&self.made_with.sky);
             }
             (EnvironmentChoice::Studio | EnvironmentChoice::File(_), true) => {
-                state.added_light += f32::from(u8::from(state.sun.is_some()));
                 let white = self.metered.map_or(1.0, f32::recip);
                 if let Some(sun) = &mut state.sun {
                     sun.irradiance *= white / state.emission_scale;
                 }
                 (state.sky, state.emission_scale) = (None, white);
+                state.added_light += light_of_sun(state);
             }
             _ => {}
         }
@@ -121,6 +122,11 @@ impl Surroundings {
             (state.metered, state.emission_scale) = (metered, metered.recip());
         }
     }
+}
+
+/// Returns the irradiance of the sun of a model, relative to that of an environment with the state's white.
+fn light_of_sun(state: &FrameState) -> f32 {
+    state.sun.map_or(0.0, |sun| sun.irradiance.max_element()) / (PI * state.emission_scale)
 }
 
 #[cfg(test)]
