@@ -158,6 +158,15 @@ mod tests {
     }
 
     #[test]
+    fn missing_heights_are_filled() {
+        for missing in [-9999.0, f32::MIN] {
+            let file = encode::<colortype::Gray32Float>(Compression::Lzw, &[200.0, 201.0, 202.0, missing]);
+            let map = crate::decode_height_map(&file).unwrap();
+            assert!(map.texels[..3] == [200.0, 201.0, 202.0] && (200.0..=202.0).contains(&map.texels[3]), "{map:?}");
+        }
+    }
+
+    #[test]
     fn every_sample_format_keeps_its_values() {
         use Compression::{Deflate, Lzw, Packbits, Uncompressed};
         use colortype::{Gray8, Gray16, Gray32, Gray32Float, GrayI16, RGB8, RGB16, RGBA8};

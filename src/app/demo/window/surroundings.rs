@@ -134,6 +134,7 @@ mod tests {
     use super::*;
     use leadr_render::camera::Camera;
     use leadr_render::light::sky::Sky;
+    use leadr_render::scene::Sun;
 
     fn surroundings(first: EnvironmentChoice) -> Surroundings {
         Surroundings::new(first, SkyOrPicture::under(Sky::default()))
@@ -160,6 +161,24 @@ mod tests {
         chosen.shown = 1;
         chosen.light(&mut state);
         assert!(state.sky.is_some() && state.sun().is_some());
+    }
+
+    /// The exposure makes up for a model's sun in a panorama, where it adds light, and not under the sky, whose sun it replaces.
+    #[test]
+    fn the_sun_of_a_model_adds_light_to_panoramas_alone() {
+        let camera = Camera::looking_at(glam::Vec3::X, glam::Vec3::ZERO, 40.0);
+        let sun = |irradiance: f32| Sun { direction: glam::Vec3::Z, irradiance: glam::Vec3::splat(irradiance) };
+        let mut chosen = surroundings(EnvironmentChoice::Studio);
+        let mut state = FrameState::new(camera, Vec::new()).under(&Sky::default());
+        state.sun = Some(sun(PI));
+        chosen.light(&mut state);
+        assert!((state.added_light - 1.0).abs() < 1e-6 && (state.exposure() - 0.5).abs() < 1e-6);
+        chosen.shown = 1;
+        for weak in [0.05, PI] {
+            let mut state = FrameState { sun: Some(sun(weak)), added_light: weak / PI, ..state.clone() };
+            chosen.light(&mut state);
+            assert!(state.added_light.abs() < 1e-6 && state.sun.is_none() && state.exposure() > 0.5, "{weak}");
+        }
     }
 
     #[test]
