@@ -4,7 +4,7 @@
 //! paper. [`classes`] chooses the number of classes by the error of the filtered slopes.
 
 use glam::{DMat3, DVec2, DVec3};
-use leadr_reflectance::masking::layers::{Class, MOST_CLASSES};
+use leadr_reflectance::masking::classes::{Class, MOST_CLASSES};
 use leadr_reflectance::random::Random;
 use rayon::prelude::*;
 

@@ -1,7 +1,7 @@
 //! Masking hides facets from the viewer, and shadowing hides them from the light.
 
+pub mod classes;
 pub mod correlated;
-pub mod layers;
 pub mod occlusion;
 pub mod shadowing;
 pub mod smith;

@@ -1,5 +1,6 @@
 mod antialias;
 mod brdf;
+mod classes;
 mod comparator;
 mod energy;
 mod extremes;
