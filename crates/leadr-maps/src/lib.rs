@@ -9,6 +9,7 @@ pub mod baked;
 mod bc5;
 pub mod cache;
 pub mod checksum;
+mod class_map;
 mod dds_read;
 pub mod derive;
 mod exr_layers;
@@ -49,6 +50,7 @@ mod tiff_read;
 pub mod tonemap;
 mod types;
 
+pub use class_map::{ClassLevel, ClassMap};
 pub use fault::{MapError, MapFault};
 pub use header::ImageHeader;
 pub use image_format::ImageFormat;

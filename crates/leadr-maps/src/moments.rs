@@ -89,6 +89,17 @@ impl Moments {
 /// One mip level.
 pub type MomentLevel = Image<Moments>;
 
+impl MomentLevel {
+    /// Returns the finest level of [`LeadrMap::new`].
+    pub fn of_heights(map: &HeightMap, wrap: Wrap) -> Self {
+        let mut texels = vec![Moments::default(); map.texels.len()];
+        texels.par_chunks_mut(map.width as usize).zip(0..map.height).for_each(|(texels, y)| {
+            texels.copy_from_slice(bytemuck::cast_slice(&row_moments(map, wrap, 1.0, y)));
+        });
+        Self { width: map.width, height: map.height, texels }
+    }
+}
+
 /// The moments of a height map with all mip levels down to 1 x 1. Each level has half the width and height of the previous
 /// one, rounded down, as in Vulkan.
 #[derive(Clone, Debug, PartialEq)]

@@ -12,7 +12,8 @@ mod slopes;
 mod spectral;
 mod sweep;
 
-pub use classes::{Classes, classes};
+pub(crate) use classes::{Cell, Facet};
+pub use classes::{Classes, Facets, classes};
 pub use heights::{Integrated, Integration, heights_of_slopes};
 pub use occlusion::{About, SLICES, VisibilityMap, visibility};
 pub use slopes::{Difference, SlopeFaults, Slopes, slopes_of_heights};

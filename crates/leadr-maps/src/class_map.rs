@@ -1,0 +1,340 @@
+//! Slope and height moments per class of facets, with all mip levels.
+//!
+//! A texel holds the weight of each class, and its weighted moments. All values are linear, so every filter of a texture keeps
+//! them. The sums over the classes are the moments of a [`LeadrMap`].
+//!
+//! Values are 16-bit floats. Each class has its own centre, so the variance of a narrow class is not the difference of two large
+//! numbers.
+//!
+//! [`LeadrMap`]: crate::LeadrMap
+
+use std::ops::Range;
+
+use glam::DVec3;
+use half::f16;
+use leadr_reflectance::limits::{at_least, within};
+use leadr_reflectance::masking::classes::{Class, MOST_CLASSES};
+use rayon::prelude::*;
+
+use crate::Moments;
+use crate::derive::{Cell, Classes, Facet, Facets};
+use crate::halves::half;
+use crate::pyramid::{Pyramid, Row, level_sizes};
+
+/// The number of rows that are filtered together.
+const BAND: u32 = 64;
+/// The largest deviation from a class centre, in units. Its square is below the maximum of 16-bit floats.
+const MOST_UNITS: f64 = 200.0;
+
+/// The moments of each class of texels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ClassMap {
+    /// The centre of each class: the slopes per unit of texture coordinate `s` and `t`, and the height in the unit of the map.
+    pub centers: Vec<[f32; 3]>,
+    /// The units of the stored values: slope `s`, slope `t`, height. All are positive.
+    pub units: [f32; 3],
+    /// The mip levels, with the sizes of the levels of a [`LeadrMap`](crate::LeadrMap). Level 0 comes first.
+    pub levels: Vec<ClassLevel>,
+}
+
+/// A mip level of a [`ClassMap`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct ClassLevel {
+    /// The width in texels.
+    pub width: u32,
+    /// The height in texels.
+    pub height: u32,
+    /// Two layers of row-major texels per class. Layer `2k` holds `(w, w x, w y, w z)`, and layer `2k + 1` holds
+    /// `(w xx, w yy, w xy, w zz)`. `w` is the share of class `k` in the texel. `x`, `y` and `z` are the deviations of the slopes and of
+    /// the height from the centre, in units. Double letters are their second moments.
+    pub layers: Vec<Vec<[f16; 4]>>,
+}
+
+impl ClassMap {
+    /// Creates the map. The classes must be those of the facets. The result does not depend on the number of threads.
+    pub fn new(facets: Facets<'_>, classes: &Classes) -> Self {
+        let count = classes.count();
+        let (centers, units) = frame(facets, classes);
+        let size = facets.size();
+        let empty = |[width, height]: [u32; 2]| {
+            let layer = || Vec::with_capacity(width as usize * height as usize);
+            ClassLevel { width, height, layers: (0..2 * count).map(|_| layer()).collect() }
+        };
+        let mut levels: Vec<ClassLevel> = level_sizes(size).into_iter().map(empty).collect();
+        let mut pyramid = Pyramid::new(size, 8 * count);
+        for first in (0..size[1]).step_by(BAND as usize) {
+            let band = stored(facets, classes, &centers, units, first..size[1].min(first + BAND));
+            let filtered = pyramid.push(band, &mut |level, _, rows| {
+                levels[level].layers.par_iter_mut().enumerate().for_each(|(layer, texels)| {
+                    texels.extend(rows.iter().flat_map(|row| row.chunks_exact(8 * count)).map(|values| {
+                        // Most texels of the finest level have a single class.
+                        let values: [f32; 4] = std::array::from_fn(|i| values[4 * layer + i]);
+                        if values == [0.0; 4] { [f16::ZERO; 4] } else { values.map(half) }
+                    }));
+                });
+                Ok(())
+            });
+            filtered.expect("the callback never fails");
+        }
+        Self { centers: centers.iter().map(|c| c.as_vec3().into()).collect(), units: units.as_vec3().into(), levels }
+    }
+
+    /// Returns the number of classes.
+    pub fn count(&self) -> usize {
+        self.centers.len()
+    }
+
+    /// Returns the classes of the whole map, from the smallest level.
+    pub fn mean(&self) -> Vec<Class> {
+        self.classes_of_texel(self.levels.len() - 1, 0)
+    }
+
+    /// Returns the classes in a texel of a level: slopes per unit of texture coordinate, and heights in the unit of the map. A class
+    /// with share 0 is at its centre.
+    ///
+    /// # Panics
+    /// Panics if the level or the texel does not exist.
+    pub fn classes_of_texel(&self, level: usize, texel: usize) -> Vec<Class> {
+        let layers = &self.levels[level].layers;
+        let unit = DVec3::from(self.units.map(f64::from));
+        let class = |(k, center): (usize, &[f32; 3])| {
+            let [first, second] = [2 * k, 2 * k + 1].map(|layer| layers[layer][texel].map(f64::from));
+            let share = first[0];
+            let part = at_least(share, f64::MIN_POSITIVE).recip();
+            let [x, y, z] = [1, 2, 3].map(|i| first[i] * part);
+            let [xx, yy, xy, zz] = second.map(|v| v * part);
+            let (xx, yy, zz) = (at_least(xx - x * x, 0.0), at_least(yy - y * y, 0.0), at_least(zz - z * z, 0.0));
+            let xy = within(xy - x * y, (xx * yy).sqrt());
+            let mean = DVec3::from(center.map(f64::from)) + unit * DVec3::new(x, y, z);
+            Class {
+                share,
+                mean: mean.truncate(),
+                covariance: DVec3::new(xx, yy, xy) * DVec3::new(unit.x * unit.x, unit.y * unit.y, unit.x * unit.y),
+                height: mean.z,
+                height_variance: zz * unit.z * unit.z,
+            }
+        };
+        self.centers.iter().enumerate().map(class).collect()
+    }
+}
+
+/// Returns rows of the finest level.
+fn stored(facets: Facets<'_>, classes: &Classes, centers: &[DVec3], unit: DVec3, rows: Range<u32>) -> Vec<Row> {
+    let channels = 8 * centers.len();
+    let part = |facet: &Facet, height: f64, class: usize| moments_about(facet, height, centers[class], unit);
+    match facets {
+        Facets::OfTexels(level) => {
+            let row = |y: u32| {
+                let width = level.width as usize;
+                let mut values = vec![0.0; channels * width];
+                let texels = &level.texels[y as usize * width..][..width];
+                for (texel, values) in texels.iter().zip(values.chunks_exact_mut(channels)) {
+                    let facet = Facet::of_texel(texel);
+                    let class = classes.of(&facet);
+                    values[8 * class..][..8].copy_from_slice(&part(&facet, facet.point.z, class).map(|v| v as f32));
+                }
+                values
+            };
+            rows.into_par_iter().map(row).collect()
+        }
+        Facets::OfHeights(map, wrap) => {
+            let cell = |x: i64, y: i64| Cell::new(map, wrap, x, y);
+            let first = i64::from(rows.start) - 1;
+            let width = i64::from(map.width);
+            // The classes of the four triangles of each cell, from the cell above and left of the first texel.
+            let cells = (first..i64::from(rows.end)).into_par_iter().map(|y| {
+                let of = |x| TRIANGLES.map(|[row, column]| classes.of(&cell(x, y).facet(row, column)) as u8);
+                (-1..width).map(of).collect()
+            });
+            let cells: Vec<Vec<[u8; 4]>> = cells.collect();
+            let row = |y: u32| {
+                let mut values = vec![0.0; channels * width as usize];
+                for (x, values) in values.chunks_exact_mut(channels).enumerate() {
+                    let height = f64::from(map.texels[y as usize * width as usize + x]);
+                    let mut sums = [0.0; 8 * MOST_CLASSES];
+                    // The texel consists of four quarters. Each contains parts of three triangles.
+                    for [below, right] in TRIANGLES {
+                        let of_cell = cells[(i64::from(y) - 1 - first) as usize + below][x + right];
+                        let cell = cell(x as i64 - 1 + right as i64, i64::from(y) - 1 + below as i64);
+                        let [row, column] = [1 - below, 1 - right];
+                        let triangles = [(row, column, 0.125), (row, 1 - column, 0.0625), (1 - row, column, 0.0625)];
+                        for (row, column, weight) in triangles {
+                            let class = usize::from(of_cell[2 * row + column]);
+                            let moments = part(&cell.facet(row, column), height, class);
+                            sums[8 * class..][..8].iter_mut().zip(moments).for_each(|(sum, v)| *sum += weight * v);
+                        }
+                    }
+                    values.iter_mut().zip(sums).for_each(|(value, sum)| *value = sum as f32);
+                }
+                values
+            };
+            rows.into_par_iter().map(row).collect()
+        }
+    }
+}
+
+/// The rows and columns of the right angles of the triangles of a cell.
+const TRIANGLES: [[usize; 2]; 4] = [[0, 0], [0, 1], [1, 0], [1, 1]];
+
+/// Returns the moments of a facet of weight 1 about a centre, in the order of the layers.
+fn moments_about(facet: &Facet, height: f64, center: DVec3, unit: DVec3) -> [f64; 8] {
+    let off = (facet.point.truncate().extend(height) - center) / unit;
+    let spread = facet.spread / DVec3::new(unit.x * unit.x, unit.y * unit.y, unit.x * unit.y);
+    let (x, y, z) = (off.x, off.y, off.z);
+    [1.0, x, y, z, x * x + spread.x, y * y + spread.y, x * y + spread.z, z * z]
+}
+
+/// Returns the centres of the classes as 32-bit floats, and the units.
+///
+/// The unit of an axis is the RMS deviation from the centres. It is larger if a single facet deviates so much that its square exceeds
+/// the range of 16-bit floats.
+fn frame(facets: Facets<'_>, classes: &Classes) -> (Vec<DVec3>, DVec3) {
+    let (centers, square) = classes.centers();
+    // The centres are rounded as they are stored, so the moments are about the stored centres.
+    let centers: Vec<DVec3> = centers.into_iter().map(|center| center.as_vec3().as_dvec3()).collect();
+    let [width, height] = facets.size();
+    let most_of_row = |y: u32| {
+        let of_texel = |x: u32| match facets {
+            Facets::OfHeights(map, wrap) => {
+                let cell = Cell::new(map, wrap, x.into(), y.into());
+                cell.facet(0, 0).point.truncate().extend(map.texels[(y * width + x) as usize].into()).abs()
+            }
+            Facets::OfTexels(level) => {
+                let Moments { second: [xx, yy], height, .. } = level.texels[(y * width + x) as usize];
+                DVec3::new(f64::from(xx).sqrt(), f64::from(yy).sqrt(), f64::from(height).abs())
+            }
+        };
+        (0..width).map(of_texel).fold(DVec3::ZERO, DVec3::max)
+    };
+    let most = (0..height).into_par_iter().map(most_of_row).reduce(|| DVec3::ZERO, DVec3::max);
+    let most = most + centers.iter().fold(DVec3::ZERO, |most, center| most.max(center.abs()));
+    let unit = |square: f64, most: f64| {
+        let unit = at_least(square, 0.0).sqrt().max(most / MOST_UNITS) as f32;
+        if unit > 1e-30 { f64::from(unit) } else { 1.0 }
+    };
+    (centers, DVec3::new(unit(square.x, most.x), unit(square.y, most.y), unit(square.z, most.z)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::derive::classes;
+    use crate::{HeightMap, LeadrMap, MomentLevel, Wrap, procedural};
+
+    /// Returns the moments of all classes, in the order of [`Moments`].
+    fn joined(classes: &[Class]) -> [f64; 7] {
+        let mut sums = [0.0; 7];
+        for c in classes {
+            let values = [
+                1.0,
+                c.mean.x,
+                c.mean.y,
+                c.covariance.x + c.mean.x * c.mean.x,
+                c.covariance.y + c.mean.y * c.mean.y,
+                c.covariance.z + c.mean.x * c.mean.y,
+                c.height,
+            ];
+            sums.iter_mut().zip(values).for_each(|(sum, v)| *sum += c.share * v);
+        }
+        sums
+    }
+
+    /// Returns ramps between two plateaus, with ripples, and their facets' classes.
+    fn ramps(width: u32, height: u32) -> HeightMap {
+        let mut map = procedural::fbm(width, height, 3, 4, 3, 0.5);
+        map.texels.iter_mut().for_each(|h| *h = (4.0 * *h - 1.5).clamp(0.0, 1.0) + 0.05 * *h);
+        map
+    }
+
+    #[test]
+    fn sums_over_classes_are_leadr_moments_on_every_level() {
+        for (width, height, wrap) in [
+            (64, 64, Wrap::Repeat),
+            (37, 23, Wrap::Repeat),
+            (40, 9, Wrap::Clamp),
+            (1, 19, Wrap::Clamp),
+            (1, 1, Wrap::Repeat),
+        ] {
+            let relief = ramps(width, height);
+            let leadr = LeadrMap::new(&relief, wrap);
+            for facets in [Facets::OfHeights(&relief, wrap), Facets::OfTexels(&leadr.levels[0])] {
+                let found = classes(facets, [1.0; 2]);
+                assert!(width < 64 || found.count() > 1, "{:?}", found.errors);
+                let map = ClassMap::new(facets, &found);
+                assert_eq!(map.levels.len(), leadr.levels.len());
+                let steepest = leadr.levels[0].texels.iter().flat_map(|t| t.second).fold(0.0, f32::max).sqrt();
+                let steepest = f64::from(steepest).max(1e-6);
+                for (i, level) in leadr.levels.iter().enumerate() {
+                    assert_eq!([map.levels[i].width, map.levels[i].height], [level.width, level.height]);
+                    for (at, texel) in level.texels.iter().enumerate() {
+                        let [share, x, y, xx, yy, xy, z] = joined(&map.classes_of_texel(i, at));
+                        let errors = [
+                            share - 1.0,
+                            (x - f64::from(texel.mean_slope[0])) / steepest,
+                            (y - f64::from(texel.mean_slope[1])) / steepest,
+                            (xx - f64::from(texel.second[0])) / (steepest * steepest),
+                            (yy - f64::from(texel.second[1])) / (steepest * steepest),
+                            (xy - f64::from(texel.cross)) / (steepest * steepest),
+                            z - f64::from(texel.height),
+                        ];
+                        let worst = errors.into_iter().fold(0.0, |worst: f64, e| worst.max(e.abs()));
+                        assert!(worst < 1e-3, "{width}x{height} {wrap:?} level {i} texel {at}: {errors:?}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn narrow_classes_keep_their_variance() {
+        // The ground is nearly flat, and a ramp has a slope of 40 with a fine ripple.
+        let height = |i: u32| {
+            let x = i % 256;
+            let ripple = 0.02 * (std::f32::consts::TAU * x as f32 / 8.0).sin();
+            if x < 192 { 0.02 * ripple } else { 40.0 * (x - 192) as f32 / 256.0 + ripple }
+        };
+        let relief = HeightMap { width: 256, height: 4, texels: (0..1024).map(height).collect() };
+        let leadr = LeadrMap::new(&relief, Wrap::Clamp);
+        let facets = Facets::OfHeights(&relief, Wrap::Clamp);
+        let map = ClassMap::new(facets, &classes(facets, [1.0; 2]));
+        // Sixteen texels in the middle of each part.
+        for texel in [6, 14] {
+            let truth = leadr.levels[4].texels[texel];
+            let [xx, ..] = truth.slope_covariance();
+            let found = map.classes_of_texel(4, texel).into_iter().find(|class| class.share == 1.0).unwrap();
+            assert!(
+                (found.mean.x - f64::from(truth.mean_slope[0])).abs() < 2e-3 * found.mean.x.abs().max(1.0),
+                "{found:?}"
+            );
+            assert!(
+                xx > 1e-3 && (found.covariance.x / xx - 1.0).abs() < 0.02,
+                "{texel}: {} of {xx}",
+                found.covariance.x
+            );
+        }
+    }
+
+    #[test]
+    fn threads_and_extreme_heights_are_harmless() {
+        let relief = ramps(64, 32);
+        let facets = Facets::OfHeights(&relief, Wrap::Repeat);
+        let map = || ClassMap::new(facets, &classes(facets, [1.0; 2]));
+        let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        assert_eq!(map(), one.install(map));
+
+        for (low, high) in [(0.0, 0.0), (-1e12, 1e12), (1e-30, 2e-30), (1e12, 1e12)] {
+            let texels = (0..64).map(|i| if i == 9 { high } else { low }).collect();
+            let spike = HeightMap { width: 8, height: 8, texels };
+            let level = MomentLevel::of_heights(&spike, Wrap::Repeat);
+            for facets in [Facets::OfHeights(&spike, Wrap::Repeat), Facets::OfTexels(&level)] {
+                for scale in [0.0, 1.0, -1e6] {
+                    let map = ClassMap::new(facets, &classes(facets, [scale; 2]));
+                    let values = map.levels.iter().flat_map(|level| level.layers.iter().flatten().flatten());
+                    assert!(values.into_iter().all(|v| v.is_finite()), "{low} {high} {scale}");
+                    let share: f64 = map.mean().iter().map(|class| class.share).sum();
+                    assert!((share - 1.0).abs() < 1e-3, "{low} {high} {scale}: {share}");
+                }
+            }
+        }
+    }
+}
