@@ -10,21 +10,22 @@
 
 use std::ops::Range;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use half::f16;
+use half::slice::HalfFloatSliceExt;
 use leadr_reflectance::limits::{at_least, within};
-use leadr_reflectance::masking::classes::{Class, MOST_CLASSES};
+use leadr_reflectance::masking::classes::Class;
 use rayon::prelude::*;
 
-use crate::Moments;
 use crate::derive::{Cell, Classes, Facet, Facets};
-use crate::halves::half;
 use crate::pyramid::{Pyramid, Row, level_sizes};
 
 /// The number of rows that are filtered together.
 const BAND: u32 = 64;
 /// The largest deviation from a class centre, in units. Its square is below the maximum of 16-bit floats.
 const MOST_UNITS: f64 = 200.0;
+/// The largest 16-bit float.
+const MOST: f32 = 65504.0;
 
 /// The moments of each class of texels.
 #[derive(Clone, Debug, PartialEq)]
@@ -65,12 +66,15 @@ impl ClassMap {
         for first in (0..size[1]).step_by(BAND as usize) {
             let band = stored(facets, classes, &centers, units, first..size[1].min(first + BAND));
             let filtered = pyramid.push(band, &mut |level, _, rows| {
+                let half = |row: &Row| {
+                    let row: Vec<f32> = row.iter().map(|v| v.clamp(-MOST, MOST)).collect();
+                    let mut halves = vec![f16::ZERO; row.len()];
+                    halves.convert_from_f32_slice(&row);
+                    halves
+                };
+                let rows: Vec<Vec<f16>> = rows.par_iter().map(half).collect();
                 levels[level].layers.par_iter_mut().enumerate().for_each(|(layer, texels)| {
-                    texels.extend(rows.iter().flat_map(|row| row.chunks_exact(8 * count)).map(|values| {
-                        // Most texels of the finest level have a single class.
-                        let values: [f32; 4] = std::array::from_fn(|i| values[4 * layer + i]);
-                        if values == [0.0; 4] { [f16::ZERO; 4] } else { values.map(half) }
-                    }));
+                    texels.extend(rows.iter().flat_map(|row| row.as_chunks().0.iter().skip(layer).step_by(2 * count)));
                 });
                 Ok(())
             });
@@ -120,53 +124,64 @@ impl ClassMap {
 
 /// Returns rows of the finest level.
 fn stored(facets: Facets<'_>, classes: &Classes, centers: &[DVec3], unit: DVec3, rows: Range<u32>) -> Vec<Row> {
-    let channels = 8 * centers.len();
-    let part = |facet: &Facet, height: f64, class: usize| moments_about(facet, height, centers[class], unit);
+    let row_of = |sums: &[Sums]| -> Row {
+        let count = centers.len();
+        let mut row = vec![0.0; 8 * sums.len()];
+        for (i, (sums, values)) in sums.iter().zip(row.as_chunks_mut().0).enumerate() {
+            if sums.weight > 0.0 {
+                *values = sums.about(centers[i % count], unit);
+            }
+        }
+        row
+    };
     match facets {
         Facets::OfTexels(level) => {
             let row = |y: u32| {
                 let width = level.width as usize;
-                let mut values = vec![0.0; channels * width];
+                let mut sums = vec![Sums::default(); width * centers.len()];
                 let texels = &level.texels[y as usize * width..][..width];
-                for (texel, values) in texels.iter().zip(values.chunks_exact_mut(channels)) {
-                    let facet = Facet::of_texel(texel);
-                    let class = classes.of(&facet);
-                    values[8 * class..][..8].copy_from_slice(&part(&facet, facet.point.z, class).map(|v| v as f32));
+                for (texel, sums) in texels.iter().zip(sums.chunks_exact_mut(centers.len())) {
+                    let class = classes.of(&Facet::of_texel(texel));
+                    let [x, y] = texel.mean_slope.map(f64::from);
+                    let [xx, yy] = texel.second.map(f64::from);
+                    let [xy, height] = [texel.cross, texel.height].map(f64::from);
+                    sums[class] = Sums { weight: 1.0, slopes: [x, y, xx, yy, xy], height };
                 }
-                values
+                row_of(&sums)
             };
             rows.into_par_iter().map(row).collect()
         }
         Facets::OfHeights(map, wrap) => {
-            let cell = |x: i64, y: i64| Cell::new(map, wrap, x, y);
+            let count = centers.len();
             let first = i64::from(rows.start) - 1;
-            let width = i64::from(map.width);
-            // The classes of the four triangles of each cell, from the cell above and left of the first texel.
+            // The triangles of each cell and their classes, from the cell above and left of the first texel.
             let cells = (first..i64::from(rows.end)).into_par_iter().map(|y| {
-                let of = |x| TRIANGLES.map(|[row, column]| classes.of(&cell(x, y).facet(row, column)) as u8);
-                (-1..width).map(of).collect()
+                let of_cell = |cell: Cell| {
+                    let class = |[row, column]: [usize; 2]| classes.of(&cell.facet(row, column)) as u8;
+                    (cell.s, cell.t, TRIANGLES.map(class))
+                };
+                Cell::row(map, wrap, y).map(of_cell).collect()
             });
-            let cells: Vec<Vec<[u8; 4]>> = cells.collect();
+            let cells: Vec<Vec<([f64; 2], [f64; 2], [u8; 4])>> = cells.collect();
             let row = |y: u32| {
-                let mut values = vec![0.0; channels * width as usize];
-                for (x, values) in values.chunks_exact_mut(channels).enumerate() {
-                    let height = f64::from(map.texels[y as usize * width as usize + x]);
-                    let mut sums = [0.0; 8 * MOST_CLASSES];
+                let width = map.width as usize;
+                let mut sums = vec![Sums::default(); width * count];
+                let above = (i64::from(y) - 1 - first) as usize;
+                for (x, sums) in sums.chunks_exact_mut(count).enumerate() {
                     // The texel consists of four quarters. Each contains parts of three triangles.
                     for [below, right] in TRIANGLES {
-                        let of_cell = cells[(i64::from(y) - 1 - first) as usize + below][x + right];
-                        let cell = cell(x as i64 - 1 + right as i64, i64::from(y) - 1 + below as i64);
-                        let [row, column] = [1 - below, 1 - right];
-                        let triangles = [(row, column, 0.125), (row, 1 - column, 0.0625), (1 - row, column, 0.0625)];
-                        for (row, column, weight) in triangles {
-                            let class = usize::from(of_cell[2 * row + column]);
-                            let moments = part(&cell.facet(row, column), height, class);
-                            sums[8 * class..][..8].iter_mut().zip(moments).for_each(|(sum, v)| *sum += weight * v);
+                        let (s, t, of_cell) = &cells[above + below][x + right];
+                        let (row, column) = (1 - below, 1 - right);
+                        for (row, column, weight) in
+                            [(row, column, 0.125), (row, 1 - column, 0.0625), (1 - row, column, 0.0625)]
+                        {
+                            sums[usize::from(of_cell[2 * row + column])].add(weight, s[row], t[column]);
                         }
                     }
-                    values.iter_mut().zip(sums).for_each(|(value, sum)| *value = sum as f32);
+                    let height = f64::from(map.texels[y as usize * width + x]);
+                    sums.iter_mut().for_each(|sums| sums.height = height);
                 }
-                values
+                row_of(&sums)
             };
             rows.into_par_iter().map(row).collect()
         }
@@ -176,12 +191,41 @@ fn stored(facets: Facets<'_>, classes: &Classes, centers: &[DVec3], unit: DVec3,
 /// The rows and columns of the right angles of the triangles of a cell.
 const TRIANGLES: [[usize; 2]; 4] = [[0, 0], [0, 1], [1, 0], [1, 1]];
 
-/// Returns the moments of a facet of weight 1 about a centre, in the order of the layers.
-fn moments_about(facet: &Facet, height: f64, center: DVec3, unit: DVec3) -> [f64; 8] {
-    let off = (facet.point.truncate().extend(height) - center) / unit;
-    let spread = facet.spread / DVec3::new(unit.x * unit.x, unit.y * unit.y, unit.x * unit.y);
-    let (x, y, z) = (off.x, off.y, off.z);
-    [1.0, x, y, z, x * x + spread.x, y * y + spread.y, x * y + spread.z, z * z]
+/// Sums over the facets of a class in a texel, which has one height.
+#[derive(Clone, Copy, Default)]
+struct Sums {
+    weight: f64,
+    /// Weighted `x`, `y`, `xx`, `yy` and `xy`.
+    slopes: [f64; 5],
+    height: f64,
+}
+
+impl Sums {
+    fn add(&mut self, weight: f64, x: f64, y: f64) {
+        self.weight += weight;
+        let values = [x, y, x * x, y * y, x * y];
+        self.slopes.iter_mut().zip(values).for_each(|(sum, v)| *sum += weight * v);
+    }
+
+    /// Returns the weighted moments about a centre, in the order of the layers.
+    fn about(&self, center: DVec3, unit: DVec3) -> [f32; 8] {
+        let (weight, [x, y, xx, yy, xy]) = (self.weight, self.slopes);
+        let z = (self.height - center.z) / unit.z;
+        let square = |second: f64, first: f64, center: f64, unit: f64| {
+            at_least(second - center * (2.0 * first - center * weight), 0.0) / (unit * unit)
+        };
+        let values = [
+            weight,
+            (x - weight * center.x) / unit.x,
+            (y - weight * center.y) / unit.y,
+            weight * z,
+            square(xx, x, center.x, unit.x),
+            square(yy, y, center.y, unit.y),
+            (xy - center.x * y - center.y * x + weight * center.x * center.y) / (unit.x * unit.y),
+            weight * z * z,
+        ];
+        values.map(|v| v as f32)
+    }
 }
 
 /// Returns the centres of the classes as 32-bit floats, and the units.
@@ -192,21 +236,23 @@ fn frame(facets: Facets<'_>, classes: &Classes) -> (Vec<DVec3>, DVec3) {
     let (centers, square) = classes.centers();
     // The centres are rounded as they are stored, so the moments are about the stored centres.
     let centers: Vec<DVec3> = centers.into_iter().map(|center| center.as_vec3().as_dvec3()).collect();
-    let [width, height] = facets.size();
-    let most_of_row = |y: u32| {
-        let of_texel = |x: u32| match facets {
-            Facets::OfHeights(map, wrap) => {
-                let cell = Cell::new(map, wrap, x.into(), y.into());
-                cell.facet(0, 0).point.truncate().extend(map.texels[(y * width + x) as usize].into()).abs()
-            }
-            Facets::OfTexels(level) => {
-                let Moments { second: [xx, yy], height, .. } = level.texels[(y * width + x) as usize];
-                DVec3::new(f64::from(xx).sqrt(), f64::from(yy).sqrt(), f64::from(height).abs())
-            }
-        };
-        (0..width).map(of_texel).fold(DVec3::ZERO, DVec3::max)
+    let most_of_row = |y: u32| match facets {
+        Facets::OfHeights(map, wrap) => {
+            let heights = &map.texels[y as usize * map.width as usize..][..map.width as usize];
+            let most = heights.iter().fold(0.0, |most, h| h.abs().max(most));
+            let steepest = Cell::row(map, wrap, y.into())
+                .fold(DVec2::ZERO, |most, cell| most.max(DVec2::new(cell.s[0].abs(), cell.t[1].abs())));
+            steepest.extend(most.into())
+        }
+        Facets::OfTexels(level) => {
+            let texels = &level.texels[y as usize * level.width as usize..][..level.width as usize];
+            texels.iter().fold(DVec3::ZERO, |most, texel| {
+                let [xx, yy] = texel.second.map(|v| f64::from(v).sqrt());
+                most.max(DVec3::new(xx, yy, f64::from(texel.height).abs()))
+            })
+        }
     };
-    let most = (0..height).into_par_iter().map(most_of_row).reduce(|| DVec3::ZERO, DVec3::max);
+    let most = (0..facets.size()[1]).into_par_iter().map(most_of_row).reduce(|| DVec3::ZERO, DVec3::max);
     let most = most + centers.iter().fold(DVec3::ZERO, |most, center| most.max(center.abs()));
     let unit = |square: f64, most: f64| {
         let unit = at_least(square, 0.0).sqrt().max(most / MOST_UNITS) as f32;

@@ -53,20 +53,35 @@ impl Facet {
 
 /// A cell between four texels: slopes along its upper and lower edge, and along its left and right edge.
 pub(crate) struct Cell {
-    s: [f64; 2],
-    t: [f64; 2],
+    pub s: [f64; 2],
+    pub t: [f64; 2],
     /// The heights of the upper and of the lower texels.
     heights: [[f64; 2]; 2],
 }
 
 impl Cell {
-    /// Returns the cell below and to the right of a texel, which may be outside the map.
-    pub fn new(map: &HeightMap, wrap: Wrap, x: i64, y: i64) -> Self {
-        let heights = [0, 1].map(|dy| [0, 1].map(|dx| f64::from(map.beyond(x + dx, y + dy, wrap))));
-        let [w, h] = [map.width, map.height].map(f64::from);
+    fn new(heights: [[f32; 2]; 2], [width, height]: [f64; 2]) -> Self {
+        let heights = heights.map(|row| row.map(f64::from));
         let [upper, lower] = heights;
-        let along_t = |column: usize| (lower[column] - upper[column]) * h;
-        Self { s: heights.map(|[left, right]| (right - left) * w), t: [along_t(0), along_t(1)], heights }
+        let along_t = |column: usize| (lower[column] - upper[column]) * height;
+        Self { s: heights.map(|[left, right]| (right - left) * width), t: [along_t(0), along_t(1)], heights }
+    }
+
+    /// Returns the cells of a row, from the cell left of the first texel to the cell right of the last one. `y` is the row of the upper
+    /// texels, and may be outside the map.
+    pub fn row(map: &HeightMap, wrap: Wrap, y: i64) -> impl Iterator<Item = Self> {
+        let width = map.width as usize;
+        let row = |y: i64| &map.texels[wrap.texel(y, map.height) * width..][..width];
+        let (upper, lower) = (row(y), row(y + 1));
+        let size = [map.width, map.height].map(f64::from);
+        let [before, after] = [-1, i64::from(map.width)].map(|x| wrap.texel(x, map.width));
+        let column = move |x: usize| [upper[x], lower[x]];
+        let columns = (0..width).chain([after]).map(column);
+        columns.scan(column(before), move |left, right| {
+            let cell = Self::new([[left[0], right[0]], [left[1], right[1]]], size);
+            *left = right;
+            Some(cell)
+        })
     }
 
     /// Returns the triangle with its right angle at a corner: `row` 0 is above, `column` 0 is left.
@@ -96,8 +111,9 @@ impl Facets<'_> {
         let facet = |i: usize| match self {
             Self::OfHeights(map, wrap) => {
                 let texel = i / 4;
-                let cell = Cell::new(map, *wrap, (texel % width) as i64, (texel / width) as i64);
-                cell.facet(i / 2 % 2, i % 2)
+                let (x, y) = ((texel % width) as i64, (texel / width) as i64);
+                let heights = [0, 1].map(|down| [0, 1].map(|right| map.beyond(x + right, y + down, *wrap)));
+                Cell::new(heights, [map.width, map.height].map(f64::from)).facet(i / 2 % 2, i % 2)
             }
             Self::OfTexels(level) => Facet::of_texel(&level.texels[i]),
         };
