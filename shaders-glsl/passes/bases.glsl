@@ -8,6 +8,8 @@ layout(constant_id = 49) const bool MIXED_ROUGHNESS = false;
 layout(constant_id = 59) const int FIT_LOBES = 0;
 // Whether all surfaces have a measured base.
 layout(constant_id = 83) const bool ALL_FITTED = false;
+// The number of classes of facets of the relief, 1 to MOST_CLASSES. One class is one Gaussian of slopes.
+layout(constant_id = 67) const int CLASSES = 1;
 // Whether cones describe the occlusion by the surroundings.
 layout(constant_id = 63) const bool CONES = false;
 

@@ -10,6 +10,18 @@
 
 const vec4 NO_CONE = vec4(0.0, 0.0, 1.0, -1.0);
 
+const int MOST_CLASSES = 4;
+
+// The classes of facets under a pixel, such as tops, walls and bottoms, with CLASSES > 1 (leadr/masking/classes.glsl).
+struct FacetClasses {
+    int count;
+    float share[MOST_CLASSES];     // fraction of the mesosurface; the shares sum to one
+    vec2 mean[MOST_CLASSES];       // mean slope, in the frame about the normal
+    vec3 covariance[MOST_CLASSES]; // covariance of the slopes
+    vec2 height[MOST_CLASSES];     // mean and variance of the height, in metres
+    vec4 material[MOST_CLASSES];   // rgb: linear albedo; a: Beckmann roughness alpha
+};
+
 // The output of the filter passes for a pixel, for any kind of surface.
 struct FilteredSurface {
     vec3 normal;         // displacement direction, in world space
@@ -30,6 +42,7 @@ struct FilteredSurface {
     float lod;           // level of detail of the maps
     float joined;        // weight of the joined edge samples, 0 to 1
     float relief;        // relief of an edge sample's object, in metres
+    FacetClasses classes; // replaces slopes and material with CLASSES > 1
 };
 
 // Packs the displacement direction (octahedral, snorm), the mean slope, and the covariance sxy.

@@ -6,6 +6,7 @@ use super::camera::Camera;
 use super::constants::CHARTS;
 use super::light::exposure;
 use super::light::sky::Sky;
+use super::surfaces::classes::ObjectClasses;
 use super::surfaces::displacement::HeightField;
 use super::surfaces::moments::MomentFormat;
 use super::surfaces::ocean::Ocean;
@@ -215,6 +216,8 @@ pub struct Object {
     /// Whether to store weighted means of the material, so that colours can be filtered together with the relief. See
     /// [`ShadingOptions::relief_color`](crate::settings::ShadingOptions::relief_color).
     pub follows_relief: bool,
+    /// The classes of facets of the relief. Without them, the renderer finds them in the heights.
+    pub classes: Option<ObjectClasses>,
     /// Whether the object casts a shadow.
     pub casts_shadow: bool,
     /// The number of times that the object is drawn, each time with its own pose. Instances share the mesh and the maps on the
@@ -244,6 +247,7 @@ impl Object {
             tints_emission: false,
             front_only: false,
             follows_relief: false,
+            classes: None,
             casts_shadow: true,
             instances: 1,
         }

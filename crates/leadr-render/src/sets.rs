@@ -41,6 +41,8 @@ pub static OBJECT: SetLayout = SetLayout {
         ("f0_map", Sampled),
         ("mixed_map", Sampled),
         ("color_weighted", Sampled),
+        ("class_moments", Sampled),
+        ("class_colors", Sampled),
         ("emission_map", Sampled),
         ("occlusion_map", Sampled),
         ("opacity_map", Sampled),

@@ -1,5 +1,6 @@
 #version 460
 #extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
 // Filters the maps of one object under each of its pixels.
 #include "filtered.glsl"
 #include "gbuffer_out.glsl"

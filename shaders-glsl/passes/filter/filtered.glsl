@@ -14,6 +14,7 @@
 #include "leadr/slopes/geometric_antialiasing.glsl"
 #include "leadr/slopes/map.glsl"
 #include "atlas.glsl"
+#include "classes.glsl"
 
 layout(constant_id = 40) const int MAX_TAPS = 8; // largest number of taps along the long axis of the pixel's footprint
 layout(constant_id = 66) const int TAP_ROWS = 1; // number of rows of taps across the footprint, for the slope and material maps
@@ -292,6 +293,45 @@ void filter_moments(const Footprint footprint, const vec2 texcoord, inout Means 
     float weight = 1.0 / float(footprint.taps);
     means.mean = a.xy * weight;
     means.second = vec3(a.zw, b) * weight;
+}
+
+// Filters the classes of the relief, and derives from them the moments of all facets.
+void filter_classes(const Footprint footprint, const vec2 texcoord, inout ClassMeans classes, inout Means means) {
+    float weight = 1.0 / float(footprint.taps);
+    vec2 size = vec2(textureSize(class_moments, 0).xy);
+    for (int i = 0; i < footprint.taps; ++i) {
+        add_class_moments(classes, weight, texcoord + tap(footprint, i) / size, footprint.lod);
+    }
+    joined_class_moments(classes, means.mean, means.second);
+}
+
+// Filters the classes of a relief that is tiled by example. The variants are mixed by the squares of their weights.
+void filter_tiled_classes(const Footprint footprint, OffsetVariants variants, const vec2 texcoord, inout ClassMeans classes) {
+    variants = merged_at(variants, footprint.level);
+    float weight = 1.0 / float(footprint.taps);
+    vec2 per_texel = 1.0 / vec2(textureSize(class_moments, 0).xy), middle = texcoord + tiling_shift();
+    for (TapVariant now = first_variant(variants); now.tap < footprint.taps; next_variant(now, variants)) {
+        vec2 at = middle + now.from + tap(footprint, now.tap) * per_texel;
+        add_class_moments(classes, weight * now.weight * now.weight, at, footprint.lod);
+    }
+}
+
+// Filters the colours of the classes. footprint is in texels of the colour map.
+void filter_class_colors(const Footprint footprint, OffsetVariants variants, const vec2 texcoord, inout ClassMeans classes) {
+    float weight = 1.0 / float(footprint.taps);
+    vec2 per_texel = 1.0 / vec2(textureSize(color_map, 0));
+    float lod = footprint.lod - log2(float(textureSize(color_map, 0).x) / float(textureSize(class_colors, 0).x));
+    if (BY_EXAMPLE) {
+        variants = merged_at(variants, footprint.level);
+        for (TapVariant now = first_variant(variants); now.tap < footprint.taps; next_variant(now, variants)) {
+            vec2 at = texcoord + tiling_shift() + now.from + tap(footprint, now.tap) * per_texel;
+            add_class_colors(classes, weight * now.weight * now.weight, at, lod);
+        }
+        return;
+    }
+    for (int i = 0; i < footprint.taps; ++i) {
+        add_class_colors(classes, weight, texcoord + tap(footprint, i) * per_texel, lod);
+    }
 }
 
 // A triangle's relief, seen in three projections along the axes.
@@ -618,6 +658,10 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
     }
 
     Means means = NO_MEANS;
+    ClassMeans classes;
+    if (CLASSES > 1) {
+        classes = no_class_means();
+    }
     vec2 drawn = surface.texcoord;
     Footprint footprint = footprint_over(dx, dy, ATLAS ? tile_inner() : 1e9, OF_SLOPES, TAP_ROWS);
     if (FINEST_LEVEL && DISPLACED && !ATLAS && !TRIANGLES) {
@@ -655,6 +699,11 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
                 tiled_height(height_map, variants, surface.texcoord + tiling_shift(), footprint.level, passing);
             }
             filter_tiled_moments(footprint, variants, surface.texcoord, passing, means);
+            if (CLASSES > 1) {
+                filter_tiled_classes(footprint, variants, surface.texcoord, classes);
+            }
+        } else if (CLASSES > 1) {
+            filter_classes(footprint, surface.texcoord, classes, means);
         } else if (USES_SLOPES && DISPLACED) {
             filter_moments(footprint, surface.texcoord, means);
         }
@@ -665,6 +714,9 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
                 filter_tiled_material(of_colors, variants, chart.at, means);
             } else {
                 filter_material(of_colors, chart.at, means);
+            }
+            if (CLASSES > 1 && CLASS_COLORS) {
+                filter_class_colors(of_colors, variants, chart.at, classes);
             }
             color_lod = of_colors.lod;
         }
@@ -787,6 +839,19 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
     filtered.lod = footprint.level;
     filtered.joined = ATLAS ? joined_part(footprint.across) : 0.0;
     filtered.relief = OBJECT.relief;
+    if (CLASSES > 1) {
+        // Detail and curvature are independent of the classes.
+        vec2 joined = mean_gradient;
+        if (BY_EXAMPLE) {
+            // The variants of a tiled relief are blended, so the classes move to the slope of the blend.
+            vec3 unused;
+            joined_class_moments(classes, joined, unused);
+            joined *= scale;
+        }
+        vec2 slope = mean_slope - map_mean_slope(map, joined);
+        vec3 added = covariance - map_covariance(map, gradient_covariance);
+        filtered.classes = facet_classes(classes, scale, map, slope, added, color, vec4(kept, surface.color.a));
+    }
     area = abs(determinant(texcoord_across) * chart_area);
     return filtered;
 }

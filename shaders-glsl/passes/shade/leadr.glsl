@@ -6,6 +6,7 @@
 #include "draws.glsl"
 #include "fitted_facets.glsl"
 #include "bounces.glsl"
+#include "classes.glsl"
 #include "harmonics.glsl"
 #include "lighting.glsl"
 #include "leadr/facets/base_roughness.glsl"
@@ -52,8 +53,8 @@ void add_grid_specular(inout SpecularTerm sum, const vec3 node, const Surface su
     }
     float cosine = dot(wo, e.wn);
     vec3 f = weight * fresnel_of(surface, cosine);
-    float lit = lit_fraction(SHADOWING, o, area_for(SHADOWING, e.wi, m, S, cholesky))
-              * relief_visibility(surface, e.wi, GRID_DEVIATION);
+    float lit = BY_CLASS ? class_lit(surface, e.wi) : lit_fraction(FACET_SHADOWING, o, area_for(FACET_SHADOWING, e.wi, m, S, cholesky));
+    lit *= relief_visibility(surface, e.wi, GRID_DEVIATION);
     sum.reflected += f * lit * environment_radiance(surface, e.wi, env_lod_at(base, wo, e.wn));
     sum.fresnel += weight * fresnel_schlick(surface.diffuse_f0, cosine);
     sum.area += weight;
@@ -67,7 +68,7 @@ SpecularTerm grid_specular(Surface surface, vec3 wo, vec3 S) {
     float lambda = grid_lambda(SAMPLES);
     vec2 m = face_viewer(wo, surface.mean_slope, S, lambda);
     vec3 cholesky = slope_cholesky(S);
-    DirectionArea o = area_for(SHADOWING, wo, m, S, cholesky);
+    DirectionArea o = area_for(FACET_SHADOWING, wo, m, S, cholesky);
     float base = env_lod_base(S, grid_spacing(SAMPLES, lambda), lighting.environment.x, LEADR_LOD_MATCHED);
     SpecularTerm sum = SpecularTerm(vec3(0.0), vec3(0.0), 0.0);
     MappedSlopes mapped;
@@ -110,7 +111,7 @@ ProbedLobe probed_lobe(const Surface surface, const vec3 wo, const vec3 S, const
         lobe.probes = mapped_probes(wo, mapped, kernel);
         lobe.facing = mapped.facing;
     } else {
-        lobe.probes = visible_probes(SHADOWING, wo, surface.mean_slope, S, kernel);
+        lobe.probes = visible_probes(FACET_SHADOWING, wo, surface.mean_slope, S, kernel);
     }
     lobe.o = direction_area(wo, lobe.probes.m, lobe.probes.cholesky);
     return lobe;
@@ -130,7 +131,12 @@ struct ProbeSums {
 void add_probe(inout ProbeSums sums, const Surface surface, const vec3 wo, const ProbedLobe lobe, const ProbeNode node, const bool fitted) {
     VisibleProbe p = visible_probe(lobe.probes, wo, node);
     float mean_f0 = dot(surface.f0, vec3(1.0 / 3.0));
-    LitProbe l = lit_probe(MAPPED ? LEADR_SHADOWING_NONE : SHADOWING, lobe.probes, lobe.o, wo, mean_f0, p, USES_HORIZON, surface.horizon);
+    LitProbe l = lit_probe(MAPPED ? LEADR_SHADOWING_NONE : FACET_SHADOWING, lobe.probes, lobe.o, wo, mean_f0, p, USES_HORIZON, surface.horizon);
+    if (BY_CLASS) {
+        float lit = class_lit(surface, normalize(p.wi));
+        l.lit *= lit;
+        l.grazing *= lit;
+    }
     vec3 radiance = p.weight * lobe_radiance(surface, l.wi, l.narrowing * p.variance);
     sums.at_normal += l.lit * radiance;
     sums.by_angle += (fitted ? l.lit * p.cosine : l.grazing) * radiance;
@@ -184,7 +190,7 @@ SpecularTerm drawn_specular(const Surface surface, const vec3 wo, const vec3 S) 
         DrawnReflection d = drawn_reflection(wo, u, m, S, o.visible);
         vec3 f = fresnel_of(surface, d.cosine);
         float variance = drawn_solid_angle(d.density, SAMPLES) / (4.0 * LEADR_PI); // variance per axis of a disc of constant density
-        float lit = lit_fraction(SHADOWING, o, area_for(SHADOWING, d.wi, m, S, slope_cholesky(S)))
+        float lit = lit_fraction(FACET_SHADOWING, o, area_for(FACET_SHADOWING, d.wi, m, S, slope_cholesky(S)))
                   * relief_visibility(surface, d.wi, sqrt(variance));
         reflected += f * lit * lobe_radiance(surface, d.wi, variance);
         fresnel += fresnel_schlick(surface.diffuse_f0, d.cosine);
@@ -262,13 +268,17 @@ vec3 diffuse_environment(const Surface surface, const NormalMoments normals) {
     vec3 c[9] = environment_sh();
     vec3 whole;
     float open = 1.0; // fraction of the light that the facets do not shadow
-    if (SHADOWING == LEADR_SHADOWING_CORRELATED) {
+    if (FACET_SHADOWING == LEADR_SHADOWING_CORRELATED) {
         BentNormal bent = bent_normal(surface.wo, surface.mean_slope, surface.slope_covariance);
         whole = shadowed_diffuse_environment(bent, surface.frame, c, rest_irradiance(surface, bent.normal));
         open = bent.open;
     } else {
         vec3 rest = rest_irradiance(surface, normals.mean) * sh_rest_damping(normals.mean);
         whole = leadr_diffuse_environment(normals, surface.frame, c, rest);
+    }
+    if (BY_CLASS) {
+        open = class_sky_open(surface);
+        whole *= open;
     }
     if (!USES_HORIZON) {
         return max(whole, 0.0);
@@ -288,7 +298,7 @@ vec3 environment_albedo(const Surface surface, const DirectionArea o) {
     vec3 S = surface.slope_covariance, wo = surface.wo;
     vec2 m = surface.mean_slope;
     // The relief of a normal map does not occlude. The facets of a normal map count by their area on the surface, as if seen from above.
-    float open = SHADOWING == LEADR_SHADOWING_NONE || MAPPED ? 1.0 : bent_normal(wo, m, S).open;
+    float open = FACET_SHADOWING == LEADR_SHADOWING_NONE || MAPPED ? 1.0 : bent_normal(wo, m, S).open;
     SlopesScore score = SlopesScore(vec2(0.0), vec3(0.0));
     if (!MAPPED) {
         score = seen_slopes_score(wo, m, S);
@@ -383,7 +393,7 @@ Base base_of(const Surface surface, float alpha) {
     }
     if (any_on_diffuse() || any_in_specular()) {
         base.cholesky = slope_cholesky(GGX_BASE ? 0.5 * base.ggx.roughness : base.S);
-        base.o = GGX_BASE ? displaced_ggx_area(wo, m, base.ggx, base.cholesky) : area_for(SHADOWING, wo, m, base.S, base.cholesky);
+        base.o = GGX_BASE ? displaced_ggx_area(wo, m, base.ggx, base.cholesky) : area_for(FACET_SHADOWING, wo, m, base.S, base.cholesky);
     }
     return base;
 }
@@ -398,13 +408,13 @@ vec3 sized_light(const Surface surface, const DirectionArea o, const Light light
         return mapped_specular_light(surface.wo, light.wi, m, clamp_covariance(S + size), surface.f0);
     }
     if (!GGX_BASE) {
-        DirectionArea i = area_for(SHADOWING, light.wi, m, S, cholesky);
-        return leadr_specular_light(SHADOWING, o, i, surface.wo, light.wi, m, clamp_covariance(S + size), surface.f0);
+        DirectionArea i = area_for(FACET_SHADOWING, light.wi, m, S, cholesky);
+        return leadr_specular_light(FACET_SHADOWING, o, i, surface.wo, light.wi, m, clamp_covariance(S + size), surface.f0);
     }
     vec3 h = surface.wo + light.wi;
     vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
     float lit = MAPPED ? 1.0 / max(half_facet_area(surface.wo, light.wi, wh), LEADR_MIN_AREA)
-                       : masking_shadowing_factor(SHADOWING, o, displaced_ggx_area(light.wi, m, ggx, cholesky));
+                       : masking_shadowing_factor(FACET_SHADOWING, o, displaced_ggx_area(light.wi, m, ggx, cholesky));
     DisplacedGgx wider = DisplacedGgx(ggx.weight, 2.0 * clamp_covariance(0.5 * ggx.roughness + size));
     return fresnel_schlick(surface.f0, dot(light.wi, wh)) * (0.25 * displaced_ggx_ndf(wh, m, wider) * lit);
 }
@@ -434,7 +444,7 @@ vec3 specular_light(const Surface surface, const Base base, const int number, co
     }
     if (FACET_SPECULAR) {
         FacetSpecular specular = facet_specular(wo, light.wi, base.alpha, light.variance);
-        return facet_specular_light(SHADOWING, diffuse_o, diffuse_i, specular, m, diffuse_cholesky, f0);
+        return facet_specular_light(FACET_SHADOWING, diffuse_o, diffuse_i, specular, m, diffuse_cholesky, f0);
     }
     if (of_panorama(number)) {
         return sized_light(surface, base.o, light, base.S, base.ggx, base.cholesky);
@@ -443,16 +453,16 @@ vec3 specular_light(const Surface surface, const Base base, const int number, co
         return sized_light(surface, base.o, Light(light.wi, light.irradiance, 0.0), base.S, base.ggx, base.cholesky);
     }
     if (GGX_BASE) {
-        return displaced_ggx_light(SHADOWING, base.o, wo, light.wi, m, base.ggx, base.cholesky, f0);
+        return displaced_ggx_light(FACET_SHADOWING, base.o, wo, light.wi, m, base.ggx, base.cholesky, f0);
     }
     if (MAPPED) {
         return mapped_specular_light(wo, light.wi, m, base.S, f0);
     }
-    if (SHADOWING == LEADR_SHADOWING_NONE) {
+    if (FACET_SHADOWING == LEADR_SHADOWING_NONE) {
         return leadr_specular_directional(wo, light.wi, m, base.S, f0, false);
     }
-    DirectionArea i = area_for(SHADOWING, light.wi, m, base.S, base.cholesky);
-    return leadr_specular_light(SHADOWING, base.o, i, wo, light.wi, m, base.S, f0);
+    DirectionArea i = area_for(FACET_SHADOWING, light.wi, m, base.S, base.cholesky);
+    return leadr_specular_light(FACET_SHADOWING, base.o, i, wo, light.wi, m, base.S, f0);
 }
 
 // Passes for all kinds of surfaces also shade single lobes in the loop over measured lobes, because software drivers run both sides of
@@ -597,11 +607,11 @@ vec3 leadr_radiance(Surface surface) {
     }
 
     vec3 diffuse_cholesky = slope_cholesky(diffuse_s);
-    DirectionArea diffuse_o = area_for(SHADOWING, wo, m, diffuse_s, diffuse_cholesky);
+    DirectionArea diffuse_o = area_for(FACET_SHADOWING, wo, m, diffuse_s, diffuse_cholesky);
     float lambda = grid_lambda(SAMPLES);
     vec2 faced = face_viewer(wo, m, diffuse_s, lambda);
     NormalMoments normals;
-    if ((DIFFUSE_ENVIRONMENT && SHADOWING != LEADR_SHADOWING_CORRELATED) || (any_on_diffuse() && LIGHTS_BY_SH)) {
+    if ((DIFFUSE_ENVIRONMENT && FACET_SHADOWING != LEADR_SHADOWING_CORRELATED) || (any_on_diffuse() && LIGHTS_BY_SH)) {
         normals = MAPPED ? mapped_diffuse_moments(m, diffuse_s, DIFFUSE_TERMS)
                 : VISIBLE_SLOPES ? visible_diffuse_moments(wo, m, diffuse_s, DIFFUSE_TERMS)
                                  : visible_normal_moments(wo, faced, diffuse_s, SAMPLES, lambda);
@@ -616,14 +626,20 @@ vec3 leadr_radiance(Surface surface) {
     }
     if (any_on_diffuse() || any_in_specular()) {
         [[unroll]] for (int number = 0; number < LIGHTS; ++number) {
-            Light light = light_at(number, surface);
+            Light light;
+            if (CLASSES > 1) {
+                light = class_lights[number];
+                light.irradiance *= BY_CLASS ? class_lights_lit[number][surface.part] : 1.0;
+            } else {
+                light = light_at(number, surface);
+            }
             vec3 scattered = vec3(0.0);
             DirectionArea diffuse_i;
             if (on_diffuse(number) || (FACET_SPECULAR && in_specular(number))) {
-                diffuse_i = area_for(SHADOWING, light.wi, m, diffuse_s, diffuse_cholesky);
+                diffuse_i = area_for(FACET_SHADOWING, light.wi, m, diffuse_s, diffuse_cholesky);
             }
             if (on_diffuse(number)) {
-                float lit = lit_fraction(SHADOWING, diffuse_o, diffuse_i);
+                float lit = lit_fraction(FACET_SHADOWING, diffuse_o, diffuse_i);
                 vec3 albedo = surface.albedo;
                 if (USES_RELIEF_COLOR) {
                     float height = MAPPED ? 0.0 : seen_height(diffuse_o, lit);
@@ -649,6 +665,22 @@ vec3 leadr_radiance(Surface surface) {
         }
     }
     return radiance;
+}
+
+// Returns the radiance of all classes of facets, each weighted by its visible share.
+vec3 classes_radiance(Surface surface) {
+    vec4 seen = classes_seen(surface);
+    [[unroll]] for (int number = 0; number < LIGHTS; ++number) {
+        class_lights[number] = light_at(number, surface);
+        if (BY_CLASS) {
+            class_lights_lit[number] = classes_lit(surface, class_lights[number].wi);
+        }
+    }
+    vec3 sum = vec3(0.0);
+    for (int k = 0; k < surface.classes.count; ++k) {
+        sum += seen[k] * leadr_radiance(class_part(surface, k));
+    }
+    return sum;
 }
 
 #endif

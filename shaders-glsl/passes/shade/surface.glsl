@@ -6,6 +6,7 @@
 #include "../technique.glsl"
 #include "fits.glsl"
 #include "leadr/facets/fresnel.glsl"
+#include "leadr/masking/classes.glsl"
 
 struct Surface {
     uvec2 pixel;
@@ -32,6 +33,10 @@ struct Surface {
     Horizon horizon;     // horizon of the relief
     vec4 sky;            // fraction of the environment that large shapes leave visible (sky_seen)
     vec4 cone;           // replaces the horizon with CONES; w < 0 without a cone
+    FacetClasses classes; // with CLASSES > 1
+    ClassHiding hiding;  // with BY_CLASS
+    ClassDepths seen;    // with BY_CLASS, towards the viewer
+    int part;            // number of the class that is shaded
 };
 
 // Whether the base is a measured material. At the finest level, this excludes normal-map facets that face away.
@@ -89,6 +94,9 @@ Surface surface_at(const FilteredSurface f, const vec3 eye, const vec3 ray, cons
     s.joined = 0.0;
     s.horizon = f.horizon;
     s.cone = f.cone;
+    if (CLASSES > 1) {
+        s.classes = f.classes;
+    }
     s.sky = vec4(0.0, 0.0, 0.0, 1.0);
     return s;
 }

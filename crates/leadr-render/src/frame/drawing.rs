@@ -53,8 +53,12 @@ pub(super) fn shade_kind(
         shading: settings.shading.plain().adjusted(needed),
         lights: LightSet::new(state, environment, settings.shadows && casters),
         edges: if settings.edges().is_some() { Edges::Joined } else { Edges::None },
-        // Techniques without a Beckmann base use the roughness of measured materials, but not their lobes.
-        bases: if settings.shading.technique().has_base_frame() { bases } else { Bases { fit_lobes: 0, ..bases } },
+        bases: Bases {
+            // Techniques without a Beckmann base use the roughness of measured materials, but not their lobes.
+            fit_lobes: if settings.shading.technique().has_base_frame() { bases.fit_lobes } else { 0 },
+            classes: if settings.shading.has_classes() && settings.edges().is_none() { bases.classes } else { 1 },
+            ..bases
+        },
         light_visibility: false,
     }
 }

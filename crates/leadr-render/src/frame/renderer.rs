@@ -19,11 +19,13 @@ use crate::passes::CommonPasses;
 use crate::passes::geometry::CasterKinds;
 use crate::scene::{FrameState, Scene};
 use crate::settings::RenderSettings;
+use crate::surfaces::classes::ObjectClasses;
 use crate::surfaces::fits::Fits;
 use crate::surfaces::numbering::Numbering;
 use crate::surfaces::object::Upload;
 use crate::surfaces::placeholders::Placeholders;
 use leadr_gpu::{Buffer, Gpu, Image, Result};
+use rayon::prelude::*;
 
 /// Renders a scene on a device.
 pub struct Renderer {
@@ -90,10 +92,14 @@ impl Renderer {
     /// Uploads a scene. Also makes the pipelines for the frame `first`, if given.
     fn with(
         gpu: &Arc<Gpu>,
-        Scene { objects, ocean, cache, map_precision }: Scene,
+        Scene { mut objects, ocean, cache, map_precision }: Scene,
         environment: Environment,
         first: Option<(&FrameState, &RenderSettings)>,
     ) -> Result<Self> {
+        objects
+            .par_iter_mut()
+            .filter(|object| object.classes.is_none())
+            .for_each(|object| object.classes = ObjectClasses::of(object));
         let numbering = Numbering::of(&objects)?;
         let pipelines = MeshPipelines::of(gpu, &objects, numbering);
         let casters = pipelines.casters();

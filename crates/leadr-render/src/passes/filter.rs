@@ -147,6 +147,7 @@ impl FilterPass {
             ("TAP_ROWS", SpecValue::I32(tap_rows(kind))),
             ("COLOR_BY_HEIGHT", SpecValue::Bool(kind.follows.heights)),
             ("COLOR_BY_SLOPE", SpecValue::Bool(kind.follows.slopes)),
+            ("CLASS_COLORS", SpecValue::Bool(false)),
             ("FLAT", SpecValue::Bool(kind.flat)),
             ("TRIANGLES", SpecValue::Bool(kind.triangles)),
             ("TRIPLANAR", SpecValue::Bool(kind.triplanar)),
@@ -176,8 +177,8 @@ impl FilterPass {
             RestVertexGpu::LAYOUT,
         ];
         if into == FilterInto::GBuffer {
-            // For a pass that shades, the shading already sets this constant.
-            has.extend(kind.features.bases.spec());
+            // For a pass that shades, the shading already sets these constants. The G-buffer has no room for classes.
+            has.extend(Bases { classes: 1, ..kind.features.bases }.spec());
         }
         let desc = GraphicsDesc {
             vertex: into.choose("passes/filter/filter.vert", "passes/filter/object.vert"),

@@ -154,6 +154,11 @@ impl Shading {
         self.technique.has_base_frame() && self.options.base_frame == BaseFrame::Facet
     }
 
+    /// Whether relief is shaded by classes of facets.
+    pub fn has_classes(&self) -> bool {
+        self.technique.has_relief_color() && self.options.classes
+    }
+
     /// Returns the inputs that the technique needs from the passes.
     pub fn needs(&self) -> Needs {
         self.technique.needs(self.options)
@@ -259,6 +264,7 @@ mod tests {
         pixel_kernel: false,
         relief_occlusion: false,
         relief_color: true,
+        classes: false,
         multiscattering: true,
         sky_occlusion: true,
         edge_samples: 16,

@@ -198,6 +198,12 @@ shading_options! {
         row(shading("relief-color", "on|off", "Weight colours that follow heights or slopes by what is visible and lit").called("colours follow bumps"),
             Value::Switch(|options| &mut options.relief_color), COVARIANCE).about(Subject::Relief),
     ];
+    /// Whether relief with several classes of facets, such as tops, walls and bottoms, is shaded class by class instead of as one
+    /// Gaussian of slopes ([`leadr_maps::derive::classes`]). This effect is not in the LEADR paper.
+    classes: bool = true => [
+        row(shading("classes", "on|off", "Shade the tops, walls and bottoms of hard-edged relief as classes of their own").called("classes of facets").common(),
+            Value::Switch(|options| &mut options.classes), COVARIANCE).about(Subject::Relief),
+    ];
     /// Whether light scatters more than once between the facets of the base ([`leadr_reflectance::materials::energy`],
     /// [`leadr_reflectance::materials::multiscattering`]). This effect is not in the LEADR paper.
     multiscattering: bool = false => [

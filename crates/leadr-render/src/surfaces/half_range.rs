@@ -28,6 +28,9 @@ pub fn fill_half_range(object: &mut Object) {
             level.texels.iter_mut().for_each(|texel| *texel = texel.scaled(factor));
         }
     }
+    if let Some(classes) = &mut object.classes {
+        classes.scale(factor);
+    }
     object.height_scale /= factor;
 }
 

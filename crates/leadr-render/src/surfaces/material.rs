@@ -83,6 +83,8 @@ pub struct Bases {
     pub all_fitted: bool,
     /// Whether ambient visibility is stored as cones.
     pub cones: bool,
+    /// The maximum number of classes of facets, where 0 counts as one.
+    pub classes: u32,
 }
 
 impl Bases {
@@ -94,6 +96,7 @@ impl Bases {
             fit_lobes: self.fit_lobes.max(other.fit_lobes),
             all_fitted: self.all_fitted && other.all_fitted,
             cones: self.cones || other.cones,
+            classes: self.classes.max(other.classes),
         }
     }
 
@@ -105,16 +108,18 @@ impl Bases {
             fit_lobes: self.fit_lobes.min(other.fit_lobes),
             all_fitted: self.all_fitted || other.all_fitted,
             cones: self.cones && other.cones,
+            classes: self.classes.min(other.classes),
         }
     }
 
     /// Returns the specialisation constants of `passes/bases.glsl`.
-    pub fn spec(self) -> [(&'static str, SpecValue); 4] {
+    pub fn spec(self) -> [(&'static str, SpecValue); 5] {
         [
             ("MIXED_ROUGHNESS", SpecValue::Bool(self.mixed)),
             ("FIT_LOBES", SpecValue::I32(self.fit_lobes as i32)),
             ("ALL_FITTED", SpecValue::Bool(self.all_fitted)),
             ("CONES", SpecValue::Bool(self.cones)),
+            ("CLASSES", SpecValue::I32(self.classes.max(1) as i32)),
         ]
     }
 }
@@ -138,6 +143,7 @@ impl MaterialFeatures {
                 fit_lobes: map.fit.as_ref().map_or(0, |fit| fit.lobes()),
                 all_fitted: map.fit.is_some(),
                 cones: map.cones.is_some(),
+                classes: 0,
             },
             emission: map.emission.is_some(),
             occlusion: map.occlusion.is_some() || map.cones.is_some(),

@@ -2,6 +2,7 @@
 
 pub mod atlas;
 pub mod budget;
+pub mod classes;
 pub mod detail;
 pub mod displacement;
 pub mod divided;

@@ -6,13 +6,14 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 
 use super::atlas::AtlasGpu;
+use super::classes::ClassImages;
 use super::detail::{DetailImages, DetailKind};
 use super::displacement::{Border, BoundaryHeights, HeightField};
 use super::fits::Fits;
 use super::flat;
 use super::half_range::fill_half_range;
 use super::horizon::{HorizonInput, HorizonMaps};
-use super::material::{CutoutKind, MaterialFeatures, MaterialImages, ReliefColorImages, address_mode};
+use super::material::{Bases, CutoutKind, MaterialFeatures, MaterialImages, ReliefColorImages, address_mode};
 use super::moments::{LeadrMapGpu, MomentFormat, field_maps};
 use super::patch_mesh::PatchMesh;
 use super::placeholders::Placeholders;
@@ -111,6 +112,8 @@ pub struct ObjectMaps {
     detail: Arc<DetailImages>,
     /// The images for colours that follow the relief.
     relief_color: ReliefColorImages,
+    /// The images of the classes of facets.
+    classes: ClassImages,
     sampler: Sampler,
     of_coarse_levels: Sampler,
 }
@@ -176,11 +179,18 @@ impl SurfaceKind {
             && object.material.as_ref().is_none_or(|map| map.wrap == [TextureWrap::Repeat; 2]);
         let by_example =
             object.tiling != Tiling::Repeats && (flat || mesh.is_seamless()) && repeats && object.charts.is_none();
+        let features = object.material.as_ref().map_or_else(MaterialFeatures::default, MaterialFeatures::of);
         Self {
             tiled: tiles,
             displaced: object.heights.is_some(),
             colored: object.material.is_some(),
-            features: object.material.as_ref().map_or_else(MaterialFeatures::default, MaterialFeatures::of),
+            features: MaterialFeatures {
+                bases: Bases {
+                    classes: object.classes.as_ref().map_or(1, |classes| classes.count()),
+                    ..features.bases
+                },
+                ..features
+            },
             charted: object.charts.is_some(),
             follows: ReliefColors::of(object).map_or(Follows::default(), |colors| colors.follows),
             horizon: object.height_scale != 0.0
@@ -281,6 +291,10 @@ impl ObjectMaps {
             Some(detail) => Arc::new(DetailImages::new(gpu, name, detail, &object.mesh, border, &none.material)?),
             None => none.detail.clone(),
         };
+        let classes = match &object.classes {
+            Some(classes) => ClassImages::new(gpu, name, classes, &none.classes)?,
+            None => none.classes.clone(),
+        };
         let charts: Vec<ChartsGpu> = charts.unwrap_or_default().iter().map(ChartsGpu::of).collect();
         let charts = if charts.is_empty() { vec![ChartsGpu { corners: [[0.0; 2]; CHART_CORNERS] }] } else { charts };
         let atlas = match border {
@@ -306,6 +320,7 @@ impl ObjectMaps {
             charts: Buffer::from_slice(gpu, &format!("{name} charts"), &charts)?,
             detail,
             relief_color,
+            classes,
             sampler: Sampler::with_modes(gpu, Filter::Trilinear, modes)?,
             of_coarse_levels: Sampler::new(gpu, Filter::Bilinear, AddressMode::ClampToEdge)?,
         })
@@ -313,9 +328,10 @@ impl ObjectMaps {
 
     /// Returns the images and the layout buffers, with their names in the shaders.
     fn bindings(&self) -> Vec<(&'static str, Descriptor<'_>)> {
-        let Self { leadr, horizons, atlas, material, detail, relief_color, sampler, of_coarse_levels, .. } = self;
+        let Self { leadr, horizons, atlas, material, detail, relief_color, classes, sampler, of_coarse_levels, .. } =
+            self;
         let [colors, emission, occlusion, opacity] = &material.samplers;
-        let images: [(&str, &Image, &Sampler); 23] = [
+        let images: [(&str, &Image, &Sampler); 25] = [
             ("height_map", &leadr.heights, sampler),
             ("moments_a", &leadr.slopes, sampler),
             ("moments_b", &leadr.joint, sampler),
@@ -325,6 +341,8 @@ impl ObjectMaps {
             ("f0_map", &material.f0, colors),
             ("mixed_map", &material.mixed, colors),
             ("color_weighted", &relief_color.weighted, colors),
+            ("class_moments", &classes.moments, sampler),
+            ("class_colors", &classes.colors, colors),
             ("emission_map", &material.emission, emission),
             ("occlusion_map", &material.occlusion, occlusion),
             ("opacity_map", &material.opacity, opacity),
@@ -396,6 +414,7 @@ impl GpuObject {
         let maps = maps?;
         // The device now has the height texels, so the CPU's copy is freed.
         object.heights.iter_mut().for_each(|field| field.map.texels = Vec::new());
+        object.classes = None;
         let coarse = coarse.map(|(kind, carrier, mesh)| {
             let object = Object { mesh, ..object.clone() };
             Self::with_maps(gpu, object, fit, kind, carrier, maps.clone())
@@ -462,6 +481,8 @@ impl GpuObject {
             fit: self.fit,
             edge_tint: edge_tint_bits(self.object.edge_tint),
             relief: self.relief * height_scale.abs(),
+            class_centers: self.maps.classes.centers,
+            class_unit: self.maps.classes.unit,
             ..bytemuck::Zeroable::zeroed()
         }
     }

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::atlas::AtlasGpu;
+use super::classes::ClassImages;
 use super::detail::DetailImages;
 use super::displacement::HeightField;
 use super::horizon::HorizonMaps;
@@ -24,6 +25,8 @@ pub struct Placeholders {
     pub detail: Arc<DetailImages>,
     /// The weighted colours for surfaces whose colours do not follow the relief.
     pub weighted: Image,
+    /// The images for relief with one class.
+    pub classes: ClassImages,
 }
 
 impl Placeholders {
@@ -34,6 +37,14 @@ impl Placeholders {
         let (material, weighted) = (MaterialImages::none(gpu)?, none_weighted(gpu)?);
         let detail = Arc::new(DetailImages::none(gpu, &leadr, &material)?);
         let atlas = AtlasGpu::none(gpu, &weighted)?;
-        Ok(Self { horizons: HorizonMaps::none(gpu)?, leadr, atlas, material, detail, weighted })
+        Ok(Self {
+            horizons: HorizonMaps::none(gpu)?,
+            leadr,
+            atlas,
+            material,
+            detail,
+            weighted,
+            classes: ClassImages::none(gpu)?,
+        })
     }
 }

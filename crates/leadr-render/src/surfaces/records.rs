@@ -10,6 +10,7 @@ use super::posed::PosedObject;
 use crate::constants::{GUARD_BAND, MAX_VIEWS};
 use crate::view::{Samples, View};
 use leadr_gpu::{Buffer, Descriptor, Gpu, Memory, Result, shared_struct};
+use leadr_reflectance::masking::classes::MOST_CLASSES;
 
 shared_struct! {
     /// The record of an object in a frame (`ObjectRecord` in `passes/geometry/object.glsl`).
@@ -43,6 +44,10 @@ shared_struct! {
         pub fit: u32,
         /// The edge tint of a conductor, with five bits per channel.
         pub edge_tint: u32,
+        /// The centres of the classes of facets, as slopes per unit of texture coordinate and height, in units of the map.
+        pub class_centers: [[f32; 4]; MOST_CLASSES],
+        /// The units of the classes' moments about these centres.
+        pub class_unit: [f32; 4],
     }
 }
 

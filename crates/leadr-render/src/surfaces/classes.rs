@@ -1,0 +1,145 @@
+//! The classes of facets of an object's relief, such as the tops, walls and bottoms of bricks
+//! ([`classes`](leadr_maps::derive::classes)).
+//!
+//! One class is one Gaussian of slopes. A relief with more classes has two image layers per class with slope and height moments, and
+//! one layer per class with colours if the classes differ in material.
+
+use std::sync::Arc;
+
+use glam::{DVec2, Vec3};
+use half::f16;
+use leadr_gpu::{Gpu, Image, ImageDesc, Result, vk};
+use leadr_maps::ClassMap;
+use leadr_maps::derive::{Facets, classes};
+use leadr_maps::{MomentLevel, Moments, Wrap};
+use leadr_reflectance::masking::classes::MOST_CLASSES;
+
+use super::displacement::Border;
+use super::patch_mesh::PatchMesh;
+use crate::scene::Object;
+
+/// The format of the moments and of the weighted colours.
+const FORMAT: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
+/// The number of patches from which the size of a map repeat is measured.
+const MEASURED: usize = 64;
+
+/// The classes of an object's relief.
+#[derive(Clone, Debug)]
+pub struct ObjectClasses {
+    /// The moments of each class.
+    pub map: ClassMap,
+}
+
+impl ObjectClasses {
+    /// Finds the classes of an object, which must still hold its heights. Returns `None` if one class describes the relief, or if the
+    /// maps are an atlas or projected along the axes.
+    pub fn of(object: &Object) -> Option<Self> {
+        let field = object.heights.as_ref()?;
+        let wrap = match field.border {
+            Border::Wrap => Wrap::Repeat,
+            Border::Clamp => Wrap::Clamp,
+            Border::Tiles(_) => return None,
+        };
+        let texels = &field.map.texels;
+        if object.mesh.triplanar.is_some() || object.height_scale == 0.0 || texels.iter().all(|h| *h == texels[0]) {
+            return None;
+        }
+        let rise_over_run = object.mesh.triangles && object.slopes.is_some();
+        let repeat = if rise_over_run { DVec2::ONE } else { metres_per_repeat(&object.mesh)? };
+        let level = first_level(object);
+        let facets = match &level {
+            Some(level) => Facets::OfTexels(level),
+            None => Facets::OfHeights(&field.map, wrap),
+        };
+        let found = classes(facets, (f64::from(object.height_scale) / repeat).to_array());
+        (found.count() > 1).then(|| Self { map: ClassMap::new(facets, &found) })
+    }
+
+    /// Multiplies all heights by a factor.
+    pub fn scale(&mut self, factor: f32) {
+        self.map.centers.as_flattened_mut().iter_mut().for_each(|center| *center *= factor);
+        self.map.units.iter_mut().for_each(|unit| *unit *= factor);
+    }
+
+    /// Returns the number of classes.
+    pub fn count(&self) -> u32 {
+        self.map.centers.len() as u32
+    }
+}
+
+/// Returns the finest moments of an object's slopes, or `None` if they are those of its heights.
+fn first_level(object: &Object) -> Option<MomentLevel> {
+    let map = &object.heights.as_ref()?.map;
+    if let Some(moments) = &object.moments {
+        return moments.levels.first().cloned();
+    }
+    let slopes = object.slopes.as_ref()?;
+    let moments = |(i, &[x, y]): (usize, &[f32; 2])| {
+        let [ss, tt, st] = object.slope_spread.as_ref().map_or([0.0; 3], |spread| spread[i]);
+        let second = [x * x + ss, y * y + tt];
+        Moments { mean_slope: [x, y], second, cross: x * y + st, height: map.texels[i] }
+    };
+    let texels = slopes.iter().enumerate().map(moments).collect();
+    Some(MomentLevel { width: map.width, height: map.height, texels })
+}
+
+/// Returns the size of a map repeat in metres along both texture coordinates, as the root mean square over patches.
+fn metres_per_repeat(mesh: &PatchMesh) -> Option<DVec2> {
+    let step = mesh.patches.len().div_ceil(MEASURED).max(1);
+    let (mut squares, mut count) = (DVec2::ZERO, 0.0);
+    for (patch, texcoords) in mesh.patches.iter().zip(&mesh.texcoords).step_by(step) {
+        let [a, b, d] = [patch[0], patch[1], patch[3]].map(|vertex| mesh.positions[vertex as usize]);
+        let ([u, v], [p, q]) = ([texcoords[1] - texcoords[0], texcoords[3] - texcoords[0]], [b - a, d - a]);
+        let area = u.perp_dot(v);
+        let along_s: Vec3 = (p * v.y - q * u.y) / area;
+        let along_t: Vec3 = (q * u.x - p * v.x) / area;
+        if along_s.is_finite() && along_t.is_finite() {
+            squares += DVec2::new(f64::from(along_s.length_squared()), f64::from(along_t.length_squared()));
+            count += 1.0;
+        }
+    }
+    let sizes = DVec2::new((squares.x / count).sqrt(), (squares.y / count).sqrt());
+    (sizes.is_finite() && sizes.min_element() > 0.0).then_some(sizes)
+}
+
+/// The images of the classes. Clones share the images.
+#[derive(Clone)]
+pub struct ClassImages {
+    /// Two layers per class ([`ClassLevel`](leadr_maps::ClassLevel)).
+    pub moments: Image,
+    /// The weighted colours of each class, and the weights.
+    pub colors: Image,
+    /// The centres of the classes.
+    pub centers: [[f32; 4]; MOST_CLASSES],
+    /// The units of the moments about the centres.
+    pub unit: [f32; 4],
+}
+
+impl ClassImages {
+    /// Creates placeholders. Shaders never read them.
+    pub fn none(gpu: &Arc<Gpu>) -> Result<Self> {
+        let image = |name| {
+            let image = Image::new(gpu, name, ImageDesc::new(FORMAT, 1, 1).layers(2))?;
+            (0..2).try_for_each(|layer| image.write(0, layer, &[[f16::ZERO; 4]])).map(|()| image)
+        };
+        let (moments, colors) = (image("no class moments")?, image("no class colours")?);
+        Ok(Self { moments, colors, centers: [[0.0; 4]; MOST_CLASSES], unit: [1.0; 4] })
+    }
+
+    /// Uploads the classes of an object.
+    pub fn new(gpu: &Arc<Gpu>, name: &str, classes: &ObjectClasses, none: &Self) -> Result<Self> {
+        let ObjectClasses { map } = classes;
+        let Some(first) = map.levels.first() else { return Ok(none.clone()) };
+        let desc = ImageDesc::new(FORMAT, first.width, first.height).full_mips().layers(2 * classes.count());
+        let moments = Image::new(gpu, &format!("{name} class moments"), desc)?;
+        for (mip, level) in (0..).zip(&map.levels) {
+            for (number, layer) in (0..).zip(&level.layers) {
+                moments.write(mip, number, layer)?;
+            }
+        }
+        let mut centers = [[0.0; 4]; MOST_CLASSES];
+        centers.iter_mut().zip(&map.centers).for_each(|(to, [s, t, h])| *to = [*s, *t, *h, 0.0]);
+        let [s, t, h] = map.units;
+        Ok(Self { moments, centers, unit: [s, t, h, 0.0], ..none.clone() })
+    }
+}

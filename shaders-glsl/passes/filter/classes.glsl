@@ -1,0 +1,101 @@
+// Filters the classes of facets under a pixel. All quantities are weighted by the class, so they are linear (crates/leadr-maps,
+// class_map.rs).
+#ifndef LEADR_FILTER_CLASSES
+#define LEADR_FILTER_CLASSES
+
+// For each class, one layer with (w, w x, w y, w z) and one with (w xx, w yy, w xy, w zz). w is the weight of the class, x and y are the
+// slope about the centre of the class, and z is the height about this centre.
+layout(set = 2) uniform sampler2DArray class_moments;
+// For each class, its weight times (colour, alpha^2). One more layer has the weights. The finest levels of large maps are left out.
+layout(set = 2) uniform sampler2DArray class_colors;
+layout(constant_id = 68) const bool CLASS_COLORS = false; // whether colours or roughnesses differ between classes
+
+// The smallest weight of a class that is shaded. The weights of the other classes go to the remaining ones.
+const float LEAST_CLASS = 1.0 / 256.0;
+
+struct ClassMeans {
+    vec4 first[MOST_CLASSES];
+    vec4 second[MOST_CLASSES];
+    vec4 color[MOST_CLASSES];
+    vec4 color_weight;
+};
+
+ClassMeans no_class_means() {
+    ClassMeans means;
+    for (int k = 0; k < MOST_CLASSES; ++k) {
+        means.first[k] = means.second[k] = means.color[k] = vec4(0.0);
+    }
+    means.color_weight = vec4(0.0);
+    return means;
+}
+
+void add_class_moments(inout ClassMeans means, const float weight, const vec2 texcoord, const float lod) {
+    [[unroll]] for (int k = 0; k < CLASSES; ++k) {
+        means.first[k] += weight * textureLod(class_moments, vec3(texcoord, float(2 * k)), lod);
+        means.second[k] += weight * textureLod(class_moments, vec3(texcoord, float(2 * k + 1)), lod);
+    }
+}
+
+void add_class_colors(inout ClassMeans means, const float weight, const vec2 texcoord, const float lod) {
+    [[unroll]] for (int k = 0; k < CLASSES; ++k) {
+        means.color[k] += weight * textureLod(class_colors, vec3(texcoord, float(k)), lod);
+    }
+    means.color_weight += weight * textureLod(class_colors, vec3(texcoord, float(CLASSES)), lod);
+}
+
+// Returns the moments of the slopes of all classes together: the mean, and the second moments xx, yy, xy.
+void joined_class_moments(const ClassMeans means, out vec2 mean, out vec3 second) {
+    mean = vec2(0.0);
+    second = vec3(0.0);
+    float whole = 0.0;
+    vec3 unit = OBJECT.class_unit.xyz;
+    [[unroll]] for (int k = 0; k < CLASSES; ++k) {
+        float w = means.first[k].x;
+        vec2 centre = OBJECT.class_centers[k].xy, about = unit.xy * means.first[k].yz;
+        mean += w * centre + about;
+        second += w * vec3(centre * centre, centre.x * centre.y)
+                + vec3(2.0 * centre * about, centre.x * about.y + centre.y * about.x)
+                + vec3(unit.xy * unit.xy, unit.x * unit.y) * means.second[k].xyz;
+        whole += w;
+    }
+    mean /= max(whole, 1e-6);
+    second /= max(whole, 1e-6);
+}
+
+// Returns the classes of a footprint. scale is the height scale, map converts gradients to slopes, and tint is a factor on the colours and
+// on alpha. Every class has the given slope and covariance in addition, from other sources than the map.
+FacetClasses facet_classes(const ClassMeans means, const float scale, const SlopeMap map, const vec2 slope, const vec3 covariance,
+                           const vec4 material, const vec4 tint) {
+    FacetClasses classes;
+    classes.count = 0;
+    float whole = 0.0;
+    vec3 unit = OBJECT.class_unit.xyz;
+    [[unroll]] for (int k = 0; k < CLASSES; ++k) {
+        float w = means.first[k].x;
+        if (w > LEAST_CLASS) {
+            vec3 about = means.first[k].yzw / w;
+            vec4 second = means.second[k] / w;
+            vec3 variance = vec3(unit.xy * unit.xy, unit.x * unit.y) * covariance_from_moments(about.xy, second.xyz);
+            int n = classes.count;
+            classes.share[n] = w;
+            classes.mean[n] = map_mean_slope(map, scale * (OBJECT.class_centers[k].xy + unit.xy * about.xy)) + slope;
+            classes.covariance[n] = map_covariance(map, scale_height(variance, scale)) + covariance;
+            float height = scale * unit.z;
+            classes.height[n] = vec2(scale * OBJECT.class_centers[k].z + height * about.z,
+                                     height * height * max(second.w - about.z * about.z, 0.0));
+            classes.material[n] = material;
+            if (CLASS_COLORS) {
+                vec4 color = max(means.color[k], 0.0) / max(means.color_weight[k], 1e-3);
+                classes.material[n] = tint * vec4(color.rgb, sqrt(color.a));
+            }
+            whole += w;
+            classes.count = n + 1;
+        }
+    }
+    for (int n = 0; n < MOST_CLASSES; ++n) {
+        classes.share[n] = n < classes.count ? classes.share[n] / max(whole, 1e-6) : 0.0;
+    }
+    return classes;
+}
+
+#endif
