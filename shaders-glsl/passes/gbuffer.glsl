@@ -15,11 +15,16 @@ const int MOST_CLASSES = 4;
 // The classes of facets under a pixel, such as tops, walls and bottoms, with CLASSES > 1 (leadr/masking/classes.glsl).
 struct FacetClasses {
     int count;
+    int number[MOST_CLASSES];      // number of the class in the maps
     float share[MOST_CLASSES];     // fraction of the mesosurface; the shares sum to one
     vec2 mean[MOST_CLASSES];       // mean slope, in the frame about the normal
     vec3 covariance[MOST_CLASSES]; // covariance of the slopes
-    vec2 height[MOST_CLASSES];     // mean and variance of the height, in metres
     vec4 material[MOST_CLASSES];   // rgb: linear albedo; a: Beckmann roughness alpha
+    // A direction w has the coordinates (dot(s, w.xy), dot(t, w.xy)) / (w.z - dot(offset, w.xy)) in the table of the classes' openness.
+    vec2 s;
+    vec2 t;
+    vec2 offset;
+    float inside;                  // fraction of the relief's slope variance that the footprint contains
 };
 
 // The output of the filter passes for a pixel, for any kind of surface.

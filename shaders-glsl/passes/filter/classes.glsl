@@ -8,6 +8,8 @@
 layout(set = 2) uniform sampler2DArray class_moments;
 // For each class, its weight times (colour, alpha^2). One more layer has the weights. The finest levels of large maps are left out.
 layout(set = 2) uniform sampler2DArray class_colors;
+// The openness of each class (leadr_maps::derive::Openness).
+#define class_openness mixed_map
 layout(constant_id = 68) const bool CLASS_COLORS = false; // whether colours or roughnesses differ between classes
 
 // The smallest weight of a class that is shaded. The weights of the other classes go to the remaining ones.
@@ -64,7 +66,8 @@ void joined_class_moments(const ClassMeans means, out vec2 mean, out vec3 second
 
 // Returns the classes of a footprint. scale is the height scale, map converts gradients to slopes, and tint is a factor on the colours and
 // on alpha. Every class has the given slope and covariance in addition, from other sources than the map.
-FacetClasses facet_classes(const ClassMeans means, const float scale, const SlopeMap map, const vec2 slope, const vec3 covariance,
+// gradient_variance is the variance of the gradients in the footprint, in units of the map.
+FacetClasses facet_classes(const ClassMeans means, const vec2 gradient_variance, const float scale, const SlopeMap map, const vec2 slope, const vec3 covariance,
                            const vec4 material, const vec4 tint) {
     FacetClasses classes;
     classes.count = 0;
@@ -77,12 +80,10 @@ FacetClasses facet_classes(const ClassMeans means, const float scale, const Slop
             vec4 second = means.second[k] / w;
             vec3 variance = vec3(unit.xy * unit.xy, unit.x * unit.y) * covariance_from_moments(about.xy, second.xyz);
             int n = classes.count;
+            classes.number[n] = k;
             classes.share[n] = w;
             classes.mean[n] = map_mean_slope(map, scale * (OBJECT.class_centers[k].xy + unit.xy * about.xy)) + slope;
             classes.covariance[n] = map_covariance(map, scale_height(variance, scale)) + covariance;
-            float height = scale * unit.z;
-            classes.height[n] = vec2(scale * OBJECT.class_centers[k].z + height * about.z,
-                                     height * height * max(second.w - about.z * about.z, 0.0));
             classes.material[n] = material;
             if (CLASS_COLORS) {
                 vec4 color = max(means.color[k], 0.0) / max(means.color_weight[k], 1e-3);
@@ -92,8 +93,14 @@ FacetClasses facet_classes(const ClassMeans means, const float scale, const Slop
             classes.count = n + 1;
         }
     }
+    classes.s = abs(scale) * unit.x * map.linear_s;
+    classes.t = abs(scale) * unit.y * map.linear_t;
+    classes.offset = map.offset;
+    vec2 in_units = gradient_variance / (unit.xy * unit.xy);
+    classes.inside = clamp((in_units.x + in_units.y) / max(OBJECT.class_unit.w, 1e-6), 0.0, 1.0);
     for (int n = 0; n < MOST_CLASSES; ++n) {
         classes.share[n] = n < classes.count ? classes.share[n] / max(whole, 1e-6) : 0.0;
+        classes.number[n] = n < classes.count ? classes.number[n] : 0;
     }
     return classes;
 }

@@ -5,6 +5,7 @@
 // of other objects fail the depth test (object_depth.glsl), because drivers without divergent branches (lavapipe) continue
 // after `discard`.
 #include "filtered.glsl"
+#define LEADR_CLASS_OPENNESS
 #include "../shade/shaded.glsl"
 
 layout(early_fragment_tests) in;

@@ -850,7 +850,7 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
         }
         vec2 slope = mean_slope - map_mean_slope(map, joined);
         vec3 added = covariance - map_covariance(map, gradient_covariance);
-        filtered.classes = facet_classes(classes, scale, map, slope, added, color, vec4(kept, surface.color.a));
+        filtered.classes = facet_classes(classes, covariance_from_moments(means.mean, means.second).xy, scale, map, slope, added, color, vec4(kept, surface.color.a));
     }
     area = abs(determinant(texcoord_across) * chart_area);
     return filtered;

@@ -19,7 +19,7 @@ struct ObjectRecord {
     uint fit;           // number of its measured material, from 1, or 0
     uint edge_tint;     // F82 tint of a conductor (unpack_edge_tint)
     vec4 class_centers[4]; // centres of the classes: slopes by texture coordinate and height, in units of the map
-    vec4 class_unit;       // units of the classes' moments about these centres
+    vec4 class_unit;       // units of the classes' moments about these centres; w: slope variance of the map in these units, xx + yy
 };
 
 struct ViewRecord {

@@ -7,16 +7,43 @@
 Light class_lights[LIGHTS > 0 ? LIGHTS : 1];
 vec4 class_lights_lit[LIGHTS > 0 ? LIGHTS : 1];
 
-// Relates the classes of a surface, and returns the share of each in the visible area.
+#ifdef LEADR_CLASS_OPENNESS
+vec4 class_openness_at(const vec2 at) {
+    return textureLod(class_openness, at, 0.0);
+}
+#else
+vec4 class_openness_at(const vec2 at) {
+    return vec4(1.0);
+}
+#endif
+
+// Returns the openness of the classes towards w.
+ClassesSeen classes_towards(const Surface surface, const vec3 w) {
+    FacetClasses c = surface.classes;
+    float up = w.z - dot(c.offset, w.xy);
+    vec2 q = vec2(dot(c.s, w.xy), dot(c.t, w.xy));
+    vec4 of_map = class_openness_at(0.5 + 0.5 * q / (length(q) + max(up, 1e-4)));
+    vec4 open = vec4(of_map[c.number[0]], of_map[c.number[1]], of_map[c.number[2]], of_map[c.number[3]]);
+    ClassesSeen seen;
+    seen.open = up > 0.0 ? openness_inside(clamp(open, 0.0, 1.0), c.inside) : vec4(0.0);
+    seen.whitened = whitened_direction(w, surface.whole_cholesky);
+    seen.lambda = classes_lambda(seen.open, vec4(c.share[0], c.share[1], c.share[2], c.share[3]));
+    return seen;
+}
+
+// Prepares the shading of the classes, and returns the share of each in the visible area.
 vec4 classes_seen(inout Surface surface) {
     FacetClasses c = surface.classes;
     vec4 share = vec4(c.share[0], c.share[1], c.share[2], c.share[3]);
     if (!BY_CLASS) {
         return share;
     }
-    surface.hiding = class_hiding(c.count, share, c.mean, c.covariance, c.height);
-    surface.seen = class_depths(surface.hiding, surface.wo);
-    return visible_shares(surface.seen);
+    surface.whole_cholesky = slope_cholesky(surface.slope_covariance);
+    surface.seen = classes_towards(surface, surface.wo);
+    for (int k = 0; k < c.count; ++k) {
+        share[k] *= visible_area(surface.wo, c.mean[k], c.covariance[k]) * max(surface.seen.open[k], 1e-3);
+    }
+    return share / max(dot(share, vec4(1.0)), 1e-9);
 }
 
 // Returns the surface that consists of one class only.
@@ -31,7 +58,7 @@ Surface class_part(Surface surface, const int k) {
 
 // Returns the fraction of the visible facets of each class that are lit from wi.
 vec4 classes_lit(const Surface surface, const vec3 wi) {
-    return class_lit_fractions(SHADOWING, surface.seen, class_depths(surface.hiding, wi));
+    return class_lit_fractions(SHADOWING, surface.seen, classes_towards(surface, wi));
 }
 
 // Returns the fraction of the visible facets of the shaded class that are lit from wi.

@@ -34,8 +34,8 @@ struct Surface {
     vec4 sky;            // fraction of the environment that large shapes leave visible (sky_seen)
     vec4 cone;           // replaces the horizon with CONES; w < 0 without a cone
     FacetClasses classes; // with CLASSES > 1
-    ClassHiding hiding;  // with BY_CLASS
-    ClassDepths seen;    // with BY_CLASS, towards the viewer
+    ClassesSeen seen;    // with BY_CLASS, towards the viewer
+    vec3 whole_cholesky; // Cholesky factor of the covariance of all classes
     int part;            // number of the class that is shaded
 };
 

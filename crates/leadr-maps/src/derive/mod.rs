@@ -7,6 +7,7 @@
 mod classes;
 mod heights;
 mod occlusion;
+mod openness;
 pub mod quantisation;
 mod slopes;
 mod spectral;
@@ -16,4 +17,5 @@ pub(crate) use classes::{Cell, Facet};
 pub use classes::{Classes, Facets, classes};
 pub use heights::{Integrated, Integration, heights_of_slopes};
 pub use occlusion::{About, SLICES, VisibilityMap, visibility};
+pub use openness::{OPENNESS_SIDE, Openness};
 pub use slopes::{Difference, SlopeFaults, Slopes, slopes_of_heights};

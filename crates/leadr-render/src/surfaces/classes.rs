@@ -10,9 +10,9 @@ use glam::{DVec2, Vec3};
 use half::f16;
 use leadr_gpu::{Gpu, Image, ImageDesc, Result, vk};
 use leadr_maps::ClassMap;
-use leadr_maps::derive::{Facets, classes};
+use leadr_maps::derive::{Facets, OPENNESS_SIDE, Openness, classes};
 use leadr_maps::{MomentLevel, Moments, Wrap};
-use leadr_reflectance::masking::classes::MOST_CLASSES;
+use leadr_reflectance::masking::classes::{Class, MOST_CLASSES};
 
 use super::displacement::Border;
 use super::patch_mesh::PatchMesh;
@@ -28,6 +28,8 @@ const MEASURED: usize = 64;
 pub struct ObjectClasses {
     /// The moments of each class.
     pub map: ClassMap,
+    /// How much of each class other facets hide.
+    pub open: Openness,
 }
 
 impl ObjectClasses {
@@ -52,7 +54,11 @@ impl ObjectClasses {
             None => Facets::OfHeights(&field.map, wrap),
         };
         let found = classes(facets, (f64::from(object.height_scale) / repeat).to_array());
-        (found.count() > 1).then(|| Self { map: ClassMap::new(facets, &found) })
+        (found.count() > 1).then(|| {
+            let map = ClassMap::new(facets, &found);
+            let open = Openness::new(facets, wrap, &found, map.units, object.height_scale < 0.0);
+            Self { map, open }
+        })
     }
 
     /// Multiplies all heights by a factor.
@@ -109,9 +115,11 @@ pub struct ClassImages {
     pub moments: Image,
     /// The weighted colours of each class, and the weights.
     pub colors: Image,
+    /// The [openness](Openness) of each class.
+    pub open: Image,
     /// The centres of the classes.
     pub centers: [[f32; 4]; MOST_CLASSES],
-    /// The units of the moments about the centres.
+    /// The units of the moments about the centres, and the slope variance of the map in these units, summed over both axes.
     pub unit: [f32; 4],
 }
 
@@ -122,13 +130,15 @@ impl ClassImages {
             let image = Image::new(gpu, name, ImageDesc::new(FORMAT, 1, 1).layers(2))?;
             (0..2).try_for_each(|layer| image.write(0, layer, &[[f16::ZERO; 4]])).map(|()| image)
         };
+        let open = Image::new(gpu, "no class openness", ImageDesc::new(FORMAT, 1, 1))?;
+        open.write(0, 0, &[[f16::ONE; 4]])?;
         let (moments, colors) = (image("no class moments")?, image("no class colours")?);
-        Ok(Self { moments, colors, centers: [[0.0; 4]; MOST_CLASSES], unit: [1.0; 4] })
+        Ok(Self { moments, colors, open, centers: [[0.0; 4]; MOST_CLASSES], unit: [1.0; 4] })
     }
 
     /// Uploads the classes of an object.
     pub fn new(gpu: &Arc<Gpu>, name: &str, classes: &ObjectClasses, none: &Self) -> Result<Self> {
-        let ObjectClasses { map } = classes;
+        let ObjectClasses { map, open } = classes;
         let Some(first) = map.levels.first() else { return Ok(none.clone()) };
         let desc = ImageDesc::new(FORMAT, first.width, first.height).full_mips().layers(2 * classes.count());
         let moments = Image::new(gpu, &format!("{name} class moments"), desc)?;
@@ -139,7 +149,24 @@ impl ClassImages {
         }
         let mut centers = [[0.0; 4]; MOST_CLASSES];
         centers.iter_mut().zip(&map.centers).for_each(|(to, [s, t, h])| *to = [*s, *t, *h, 0.0]);
+        let side = OPENNESS_SIDE as u32;
+        let table = Image::new(gpu, &format!("{name} class openness"), ImageDesc::new(FORMAT, side, side))?;
+        table.write(0, 0, &open.texels)?;
         let [s, t, h] = map.units;
-        Ok(Self { moments, centers, unit: [s, t, h, 0.0], ..none.clone() })
+        let unit = [s, t, h, variance_in_units(map)];
+        Ok(Self { moments, centers, unit, open: table, ..none.clone() })
     }
+}
+
+/// Returns the slope variance of a whole map in the units of its classes, summed over both axes.
+fn variance_in_units(map: &ClassMap) -> f32 {
+    let unit = DVec2::new(f64::from(map.units[0]), f64::from(map.units[1]));
+    let classes = map.mean();
+    let mean: DVec2 = classes.iter().map(|class| class.share * class.mean).sum();
+    let variance = |class: &Class| {
+        let off = class.mean - mean;
+        class.share * (class.covariance.truncate() + off * off)
+    };
+    let variance: DVec2 = classes.iter().map(variance).sum();
+    (variance / (unit * unit)).element_sum() as f32
 }

@@ -339,7 +339,7 @@ impl ObjectMaps {
             ("horizon_b", &horizons.correlations, sampler),
             ("color_map", &material.color, colors),
             ("f0_map", &material.f0, colors),
-            ("mixed_map", &material.mixed, colors),
+            ("mixed_map", &classes.open, of_coarse_levels),
             ("color_weighted", &relief_color.weighted, colors),
             ("class_moments", &classes.moments, sampler),
             ("class_colors", &classes.colors, colors),

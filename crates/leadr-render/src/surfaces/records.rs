@@ -46,7 +46,7 @@ shared_struct! {
         pub edge_tint: u32,
         /// The centres of the classes of facets, as slopes per unit of texture coordinate and height, in units of the map.
         pub class_centers: [[f32; 4]; MOST_CLASSES],
-        /// The units of the classes' moments about these centres.
+        /// The units of the classes' moments about these centres, and the slope variance of the map in these units.
         pub class_unit: [f32; 4],
     }
 }

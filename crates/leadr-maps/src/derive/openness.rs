@@ -1,0 +1,262 @@
+//! How much of each class of facets other facets hide, measured on the relief.
+//!
+//! Smith's form assumes that heights and slopes are unrelated. On walls and grooves with regular distances, this assumption lets
+//! too much light into the gaps: at 75 degrees from the normal, 50 % of the bottom of a metal grid instead of 20 %. The openness of
+//! a class is the visible part of its projected area, for each direction. It depends only on the direction in the space of the map,
+//! so it holds for all height scales and stretches.
+
+use std::f64::consts::PI;
+
+use glam::{DVec2, DVec3};
+use half::f16;
+use leadr_reflectance::masking::classes::MOST_CLASSES;
+use rayon::prelude::*;
+
+use super::classes::{Cell, Classes, Facet, Facets};
+use crate::Wrap;
+
+/// The number of texels along one side of a table.
+pub const OPENNESS_SIDE: usize = 32;
+/// The number of azimuths and of elevations that are measured.
+const AZIMUTHS: usize = 32;
+const ELEVATIONS: usize = 20;
+/// The maximum number of facets that are measured, for all classes and for each class.
+const MOST_FACETS: usize = 1 << 15;
+const MOST_OF_CLASS: usize = 1 << 11;
+/// Steps of a march are one texel up to this distance in texels, and grow in proportion beyond.
+const FINE: f64 = 24.0;
+/// The largest distance of a march, in repeats.
+const MOST_REPEATS: f64 = 1.5;
+
+/// The openness of each class as a table over directions.
+///
+/// The direction `(x, y, z)` of the space of the map has the coordinates `q = (x uₛ, y uₜ) / z`, where `uₛ` and `uₜ` are the slope
+/// units of a [`ClassMap`](crate::ClassMap), `x` and `y` are in repeats, and `z` is in units of height. The table covers the disc
+/// `q / (1 + |q|)`, from -1 to 1 in both coordinates.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Openness {
+    /// The rows of the table, with [`OPENNESS_SIDE`] texels each. A texel holds one value per class, from 0 to 1.
+    pub texels: Vec<[f16; MOST_CLASSES]>,
+}
+
+/// The measured openness by azimuth and elevation.
+type Polar = Vec<[f64; MOST_CLASSES]>;
+
+impl Openness {
+    /// Measures the openness of a relief. `units` are those of the class map. If `upside_down` is true, the heights are negated.
+    pub fn new(facets: Facets<'_>, wrap: Wrap, classes: &Classes, units: [f32; 3], upside_down: bool) -> Self {
+        let field = Field::new(facets, wrap, if upside_down { -1.0 } else { 1.0 });
+        let unit = DVec2::new(f64::from(units[0]), f64::from(units[1]));
+        let sampled = field.sampled(facets, classes);
+        let rows = (0..AZIMUTHS).into_par_iter().map(|i| {
+            let angle = 2.0 * PI * i as f64 / AZIMUTHS as f64;
+            let along = DVec2::new(angle.cos(), angle.sin()) / unit;
+            let mut sums = [[[0.0; 2]; MOST_CLASSES]; ELEVATIONS];
+            for (class, at, facet) in &sampled {
+                let reach = field.reach(*at, facet.z, along);
+                let slope = along.dot(facet.truncate());
+                for (row, sums) in sums.iter_mut().enumerate() {
+                    let q = distance(row);
+                    let area = (1.0 - q * slope).max(0.0);
+                    sums[*class][0] += if q < reach { area } else { 0.0 };
+                    sums[*class][1] += area;
+                }
+            }
+            // Where no facet of a class faces the direction, the value of the next steeper direction applies.
+            let mut last = [1.0; MOST_CLASSES];
+            let open = |sums: &[[f64; 2]; MOST_CLASSES]| {
+                for ([open, all], last) in sums.iter().zip(&mut last) {
+                    *last = if *all > 0.0 { open / all } else { *last };
+                }
+                last
+            };
+            sums.iter().map(open).collect::<Vec<_>>()
+        });
+        let polar: Polar = rows.collect::<Vec<_>>().concat();
+        let texel = |i: usize| {
+            let unit = |k: usize| (2 * k + 1) as f64 / OPENNESS_SIDE as f64 - 1.0;
+            lookup(&polar, DVec2::new(unit(i % OPENNESS_SIDE), unit(i / OPENNESS_SIDE)))
+                .map(|open| f16::from_f64(open.clamp(0.0, 1.0)))
+        };
+        Self { texels: (0..OPENNESS_SIDE * OPENNESS_SIDE).map(texel).collect() }
+    }
+}
+
+/// Returns the value of `|q|` at an elevation.
+fn distance(row: usize) -> f64 {
+    let r = (row as f64 + 0.5) / ELEVATIONS as f64;
+    r / (1.0 - r)
+}
+
+/// Interpolates the measured values at a point of the disc. The value at the centre is 1.
+fn lookup(polar: &Polar, at: DVec2) -> [f64; MOST_CLASSES] {
+    let row = at.length() * ELEVATIONS as f64 - 0.5;
+    let column = (at.y.atan2(at.x) / (2.0 * PI)).rem_euclid(1.0) * AZIMUTHS as f64;
+    let (x, y) = (column.floor(), row.floor().min((ELEVATIONS - 2) as f64));
+    let (across, down) = (column - x, (row - y).clamp(0.0, 1.0));
+    let value = |x: usize, y: f64| {
+        if y < 0.0 { [1.0; MOST_CLASSES] } else { polar[x % AZIMUTHS * ELEVATIONS + y as usize] }
+    };
+    let [a, b, c, d] = [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[i, j]| value(x as usize + i, y + j as f64));
+    std::array::from_fn(|k| {
+        (1.0 - down) * ((1.0 - across) * a[k] + across * b[k]) + down * ((1.0 - across) * c[k] + across * d[k])
+    })
+}
+
+/// The heights of a relief, with coarser levels.
+struct Field {
+    levels: Vec<Level>,
+    top: f64,
+    sign: f64,
+    wrap: Wrap,
+}
+
+struct Level {
+    size: [usize; 2],
+    heights: Vec<f32>,
+}
+
+impl Level {
+    /// Returns the mean of four texels for each texel of the next level.
+    fn half(&self) -> Self {
+        let [width, height] = self.size;
+        let size = self.size.map(|side| side / 2);
+        let at = |x: usize, y: usize| self.heights[y.min(height - 1) * width + x.min(width - 1)];
+        let texel = |i: usize| {
+            let (x, y) = (2 * (i % size[0]), 2 * (i / size[0]));
+            0.25 * (at(x, y) + at(x + 1, y) + at(x, y + 1) + at(x + 1, y + 1))
+        };
+        Self { size, heights: (0..size[0] * size[1]).map(texel).collect() }
+    }
+
+    /// Returns the height at a texture coordinate, interpolated linearly.
+    fn at(&self, texcoord: DVec2, wrap: Wrap) -> f64 {
+        let [width, height] = self.size;
+        let at = texcoord * DVec2::new(width as f64, height as f64) - 0.5;
+        let (cell, part) = (at.floor(), at - at.floor());
+        let [x, next_x] = [0, 1].map(|i| wrap.texel(cell.x as i64 + i, width as u32));
+        let [y, next_y] = [0, 1].map(|i| wrap.texel(cell.y as i64 + i, height as u32));
+        let row = |y: usize| {
+            let [a, b] = [x, next_x].map(|x| f64::from(self.heights[y * width + x]));
+            a + part.x * (b - a)
+        };
+        let (upper, lower) = (row(y), row(next_y));
+        upper + part.y * (lower - upper)
+    }
+}
+
+impl Field {
+    fn new(facets: Facets<'_>, wrap: Wrap, sign: f64) -> Self {
+        let heights: Vec<f32> = match facets {
+            Facets::OfHeights(map, _) => map.texels.iter().map(|h| sign as f32 * h).collect(),
+            Facets::OfTexels(level) => level.texels.iter().map(|texel| sign as f32 * texel.height).collect(),
+        };
+        let top = f64::from(heights.iter().copied().fold(f32::NEG_INFINITY, f32::max));
+        let mut levels = vec![Level { size: facets.size().map(|side| side as usize), heights }];
+        while let Some(next) = levels.last().filter(|last| last.size.iter().all(|side| *side >= 8)).map(Level::half) {
+            levels.push(next);
+        }
+        Self { levels, top, sign, wrap }
+    }
+
+    /// Returns facets from all parts of the map: their class, their texture coordinate, and their slope and height at this coordinate.
+    fn sampled(&self, facets: Facets<'_>, classes: &Classes) -> Vec<(usize, DVec2, DVec3)> {
+        let size = DVec2::from(self.levels[0].size.map(|side| side as f64));
+        let mut counts = [0; MOST_CLASSES];
+        let mut sampled = Vec::new();
+        for i in 0..MOST_FACETS {
+            // The sequence R2, which covers the square evenly.
+            let at = (DVec2::new(0.754_877_666_246_693, 0.569_840_290_998_053) * (i as f64 + 0.5)).fract() * size;
+            let (facet, height) = facet_at(facets, at);
+            let class = classes.of(&facet).min(MOST_CLASSES - 1);
+            if counts[class] < MOST_OF_CLASS {
+                counts[class] += 1;
+                sampled.push((class, at / size, self.sign * facet.point.truncate().extend(height)));
+            }
+        }
+        sampled
+    }
+
+    /// Returns the largest `|q|` at which a ray along `along`, from a height at a texture coordinate, passes all of the relief.
+    fn reach(&self, from: DVec2, height: f64, along: DVec2) -> f64 {
+        let room = self.top - height;
+        let size = DVec2::from(self.levels[0].size.map(|side| side as f64));
+        let per_texel = (along * size).length().recip();
+        let (mut reach, mut texels) = (f64::INFINITY, 0.5);
+        let farthest = MOST_REPEATS * size.max_element();
+        let most = distance(ELEVATIONS);
+        loop {
+            let x = texels * per_texel;
+            if x >= room * reach.min(most) || texels > farthest {
+                return reach;
+            }
+            let step = (texels / FINE).max(1.0);
+            let level = &self.levels[(step.log2() as usize).min(self.levels.len() - 1)];
+            let rise = level.at(from + along * x, self.wrap) - height;
+            if rise * reach > x {
+                reach = x / rise;
+            }
+            texels += step;
+        }
+    }
+}
+
+/// Returns the facet at a position in texels, and its height there.
+fn facet_at(facets: Facets<'_>, at: DVec2) -> (Facet, f64) {
+    match facets {
+        Facets::OfTexels(level) => {
+            let texel = &level.texels[at.y as usize * level.width as usize + at.x as usize];
+            (Facet::of_texel(texel), f64::from(texel.height))
+        }
+        Facets::OfHeights(map, wrap) => {
+            let (cell, part) = ((at - 0.5).floor(), at - 0.5 - (at - 0.5).floor());
+            let [x, y] = [cell.x as i64, cell.y as i64];
+            let heights = [0, 1].map(|down| [0, 1].map(|right| map.beyond(x + right, y + down, wrap)));
+            let size = DVec2::new(f64::from(map.width), f64::from(map.height));
+            let (row, column) = (usize::from(part.y > 0.5), usize::from(part.x > 0.5));
+            let facet = Cell::new(heights, size.to_array()).facet(row, column);
+            let off = (part - DVec2::new(column as f64, row as f64)) / size;
+            (facet, f64::from(heights[row][column]) + facet.point.truncate().dot(off))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::derive::classes;
+    use crate::{ClassMap, HeightMap};
+
+    /// Grooves across x with walls of slope 8 and a depth of 1/8, so the flat parts are 15/64 wide.
+    fn grooves() -> HeightMap {
+        let height = |x: f64| 0.125 * ((x - 0.5).abs() * 64.0 - 15.0).clamp(0.0, 1.0);
+        let texels = (0..256 * 64).map(|i| height((f64::from(i % 256) + 0.5) / 256.0) as f32).collect();
+        HeightMap { width: 256, height: 64, texels }
+    }
+
+    #[test]
+    fn bottoms_close_where_walls_hide_them() {
+        let map = grooves();
+        let facets = Facets::OfHeights(&map, Wrap::Repeat);
+        let found = classes(facets, [1.0; 2]);
+        let table = ClassMap::new(facets, &found);
+        let open = Openness::new(facets, Wrap::Repeat, &found, table.units, false);
+        let mut classes: Vec<_> = table.mean().into_iter().enumerate().filter(|(_, c)| c.covariance.x < 0.1).collect();
+        classes.sort_by(|a, b| a.1.height.total_cmp(&b.1.height));
+        let [(bottom, _), (top, _)] = classes[..] else { panic!("{classes:?}") };
+        let at = |q: DVec2, class: usize| {
+            let q = q * DVec2::new(f64::from(table.units[0]), f64::from(table.units[1]));
+            let disc = q / (1.0 + q.length());
+            let texel = |v: f64| ((0.5 + 0.5 * v) * OPENNESS_SIDE as f64 - 0.5).round() as usize;
+            open.texels[texel(disc.y) * OPENNESS_SIDE + texel(disc.x)][class].to_f64()
+        };
+        // Along the grooves nothing hides. Across, the wall hides `q` times its height of the bottom, which is half of the map wide.
+        assert!(at(DVec2::new(0.0, 3.0), bottom) > 0.97);
+        for q in [0.5, 1.0, 2.0, 3.0] {
+            let hidden = q * 0.125 / (30.0 / 64.0);
+            let found = 1.0 - at(DVec2::new(q, 0.0), bottom);
+            assert!((found - hidden).abs() < 0.08, "{q}: {found} instead of {hidden}");
+            assert!(at(DVec2::new(q, 0.0), top) > 0.97);
+        }
+    }
+}
