@@ -13,8 +13,8 @@ mod slopes;
 mod spectral;
 mod sweep;
 
-pub(crate) use classes::{Cell, Facet};
-pub use classes::{Classes, Facets, classes};
+pub(crate) use classes::{CORNERS, Cell, Facet, FacetsAt, MaterialAt};
+pub use classes::{ClassMaterial, Classes, Facets, classes};
 pub use heights::{Integrated, Integration, heights_of_slopes};
 pub use occlusion::{About, SLICES, VisibilityMap, visibility};
 pub use openness::{OPENNESS_SIDE, Openness};

@@ -8,6 +8,8 @@
 //!
 //! [`LeadrMap`]: crate::LeadrMap
 
+mod colors;
+
 use std::ops::Range;
 
 use glam::{DVec2, DVec3};
@@ -17,8 +19,11 @@ use leadr_reflectance::limits::{at_least, within};
 use leadr_reflectance::masking::classes::Class;
 use rayon::prelude::*;
 
-use crate::derive::{Cell, Classes, Facet, Facets};
+pub use colors::ClassColors;
+
+use crate::derive::{CORNERS, Cell, ClassMaterial, Classes, Facet, Facets, MaterialAt};
 use crate::pyramid::{Pyramid, Row, level_sizes};
+use crate::{HeightMap, Moments, Wrap};
 
 /// The number of rows that are filtered together.
 const BAND: u32 = 64;
@@ -52,34 +57,12 @@ pub struct ClassLevel {
 }
 
 impl ClassMap {
-    /// Creates the map. The classes must be those of the facets. The result does not depend on the number of threads.
-    pub fn new(facets: Facets<'_>, classes: &Classes) -> Self {
-        let count = classes.count();
+    /// Creates the map. The classes must be those of the facets and of the material. The result does not depend on the number of
+    /// threads.
+    pub fn new(facets: Facets<'_>, classes: &Classes, material: Option<&ClassMaterial<'_>>) -> Self {
         let (centers, units) = frame(facets, classes);
-        let size = facets.size();
-        let empty = |[width, height]: [u32; 2]| {
-            let layer = || Vec::with_capacity(width as usize * height as usize);
-            ClassLevel { width, height, layers: (0..2 * count).map(|_| layer()).collect() }
-        };
-        let mut levels: Vec<ClassLevel> = level_sizes(size).into_iter().map(empty).collect();
-        let mut pyramid = Pyramid::new(size, 8 * count);
-        for first in (0..size[1]).step_by(BAND as usize) {
-            let band = stored(facets, classes, &centers, units, first..size[1].min(first + BAND));
-            let filtered = pyramid.push(band, &mut |level, _, rows| {
-                let half = |row: &Row| {
-                    let row: Vec<f32> = row.iter().map(|v| v.clamp(-MOST, MOST)).collect();
-                    let mut halves = vec![f16::ZERO; row.len()];
-                    halves.convert_from_f32_slice(&row);
-                    halves
-                };
-                let rows: Vec<Vec<f16>> = rows.par_iter().map(half).collect();
-                levels[level].layers.par_iter_mut().enumerate().for_each(|(layer, texels)| {
-                    texels.extend(rows.iter().flat_map(|row| row.as_chunks().0.iter().skip(layer).step_by(2 * count)));
-                });
-                Ok(())
-            });
-            filtered.expect("the callback never fails");
-        }
+        let source = Source { facets, classes, material: classes.material(material), size: facets.size(material) };
+        let levels = filtered(source.size, 2 * classes.count(), 0, |rows| source.rows(&centers, units, rows));
         Self { centers: centers.iter().map(|c| c.as_vec3().into()).collect(), units: units.as_vec3().into(), levels }
     }
 
@@ -122,74 +105,138 @@ impl ClassMap {
     }
 }
 
-/// Returns rows of the finest level.
-fn stored(facets: Facets<'_>, classes: &Classes, centers: &[DVec3], unit: DVec3, rows: Range<u32>) -> Vec<Row> {
-    let row_of = |sums: &[Sums]| -> Row {
-        let count = centers.len();
-        let mut row = vec![0.0; 8 * sums.len()];
-        for (i, (sums, values)) in sums.iter().zip(row.as_chunks_mut().0).enumerate() {
-            if sums.weight > 0.0 {
-                *values = sums.about(centers[i % count], unit);
-            }
-        }
-        row
+/// Filters rows of layers of four channels into all levels from `skipped`. `rows` makes rows of the finest level.
+fn filtered(size: [u32; 2], layers: usize, skipped: usize, rows: impl Fn(Range<u32>) -> Vec<Row>) -> Vec<ClassLevel> {
+    let empty = |[width, height]: [u32; 2]| {
+        let layer = || Vec::with_capacity(width as usize * height as usize);
+        ClassLevel { width, height, layers: (0..layers).map(|_| layer()).collect() }
     };
-    match facets {
-        Facets::OfTexels(level) => {
-            let row = |y: u32| {
-                let width = level.width as usize;
-                let mut sums = vec![Sums::default(); width * centers.len()];
-                let texels = &level.texels[y as usize * width..][..width];
-                for (texel, sums) in texels.iter().zip(sums.chunks_exact_mut(centers.len())) {
-                    let class = classes.of(&Facet::of_texel(texel));
-                    let [x, y] = texel.mean_slope.map(f64::from);
-                    let [xx, yy] = texel.second.map(f64::from);
-                    let [xy, height] = [texel.cross, texel.height].map(f64::from);
-                    sums[class] = Sums { weight: 1.0, slopes: [x, y, xx, yy, xy], height };
-                }
-                row_of(&sums)
+    let mut levels: Vec<ClassLevel> = level_sizes(size).into_iter().skip(skipped).map(empty).collect();
+    let mut pyramid = Pyramid::new(size, 4 * layers);
+    for first in (0..size[1]).step_by(BAND as usize) {
+        let band = rows(first..size[1].min(first + BAND));
+        let pushed = pyramid.push(band, &mut |level, _, rows| {
+            let Some(level) = level.checked_sub(skipped).and_then(|level| levels.get_mut(level)) else {
+                return Ok(());
             };
-            rows.into_par_iter().map(row).collect()
-        }
-        Facets::OfHeights(map, wrap) => {
-            let count = centers.len();
-            let first = i64::from(rows.start) - 1;
-            // The triangles of each cell and their classes, from the cell above and left of the first texel.
-            let cells = (first..i64::from(rows.end)).into_par_iter().map(|y| {
-                let of_cell = |cell: Cell| {
-                    let class = |[row, column]: [usize; 2]| classes.of(&cell.facet(row, column)) as u8;
-                    (cell.s, cell.t, TRIANGLES.map(class))
-                };
-                Cell::row(map, wrap, y).map(of_cell).collect()
+            let half = |row: &Row| {
+                let row: Vec<f32> = row.iter().map(|v| v.clamp(-MOST, MOST)).collect();
+                let mut halves = vec![f16::ZERO; row.len()];
+                halves.convert_from_f32_slice(&row);
+                halves
+            };
+            let rows: Vec<Vec<f16>> = rows.par_iter().map(half).collect();
+            level.layers.par_iter_mut().enumerate().for_each(|(layer, texels)| {
+                texels.extend(rows.iter().flat_map(|row| row.as_chunks().0.iter().skip(layer).step_by(layers)));
             });
-            let cells: Vec<Vec<([f64; 2], [f64; 2], [u8; 4])>> = cells.collect();
-            let row = |y: u32| {
-                let width = map.width as usize;
-                let mut sums = vec![Sums::default(); width * count];
-                let above = (i64::from(y) - 1 - first) as usize;
-                for (x, sums) in sums.chunks_exact_mut(count).enumerate() {
-                    // The texel consists of four quarters. Each contains parts of three triangles.
-                    for [below, right] in TRIANGLES {
-                        let (s, t, of_cell) = &cells[above + below][x + right];
-                        let (row, column) = (1 - below, 1 - right);
-                        for (row, column, weight) in
-                            [(row, column, 0.125), (row, 1 - column, 0.0625), (1 - row, column, 0.0625)]
-                        {
-                            sums[usize::from(of_cell[2 * row + column])].add(weight, s[row], t[column]);
-                        }
-                    }
-                    let height = f64::from(map.texels[y as usize * width + x]);
-                    sums.iter_mut().for_each(|sums| sums.height = height);
+            Ok(())
+        });
+        pushed.expect("the callback never fails");
+    }
+    levels
+}
+
+/// The surface of a class map.
+struct Source<'a> {
+    facets: Facets<'a>,
+    classes: &'a Classes,
+    material: MaterialAt<'a>,
+    size: [u32; 2],
+}
+
+impl Source<'_> {
+    /// Returns rows of the finest level.
+    fn rows(&self, centers: &[DVec3], unit: DVec3, rows: Range<u32>) -> Vec<Row> {
+        let count = centers.len();
+        let row_of = |sums: Vec<Sums>| -> Row {
+            let mut row = vec![0.0; 8 * sums.len()];
+            for (i, (sums, values)) in sums.iter().zip(row.as_chunks_mut().0).enumerate() {
+                if sums.weight > 0.0 {
+                    *values = sums.about(centers[i % count], unit);
                 }
-                row_of(&sums)
-            };
-            rows.into_par_iter().map(row).collect()
+            }
+            row
+        };
+        if let Facets::OfHeights(map, wrap) = self.facets {
+            return self.rows_of_heights(map, wrap, rows).into_par_iter().map(row_of).collect();
         }
+        let [width, height] = self.size;
+        let row = |y: u32| {
+            let mut sums = vec![Sums::default(); width as usize * count];
+            for (x, sums) in (0..width).zip(sums.chunks_exact_mut(count)) {
+                let texel = match self.facets {
+                    Facets::OfTexels(level) => level.texels[(y * width + x) as usize],
+                    _ => Moments::default(),
+                };
+                let [s, t] = texel.mean_slope.map(f64::from);
+                let [ss, tt] = texel.second.map(f64::from);
+                let st = f64::from(texel.cross);
+                let facet = Facet::of_texel(&texel);
+                let mut add = |weight: f64, material: DVec2| {
+                    let sums = &mut sums[self.classes.of(&Facet { material, ..facet })];
+                    sums.add(weight, [s, t, ss, tt, st]);
+                    sums.height = facet.point.z;
+                };
+                if self.material.varies() {
+                    for [below, right] in CORNERS {
+                        add(0.25, self.material.at([quarter(x, right, width), quarter(y, below, height)]));
+                    }
+                } else {
+                    add(1.0, DVec2::ZERO);
+                }
+            }
+            row_of(sums)
+        };
+        rows.into_par_iter().map(row).collect()
+    }
+
+    /// Returns the sums of each class in each texel of rows.
+    fn rows_of_heights(&self, map: &HeightMap, wrap: Wrap, rows: Range<u32>) -> Vec<Vec<Sums>> {
+        let first = i64::from(rows.start) - 1;
+        // The classes of the four triangles of each cell, from the cell above and left of the first texel. They are not used if the
+        // classes of the quarters of a cell can differ.
+        let cells = (first..i64::from(rows.end)).into_par_iter().map(|y| {
+            let class = |cell: &Cell, corner| self.classes.of(&cell.facet(corner));
+            let of_cell = |cell: Cell| {
+                let classes = if self.material.varies() { [0; 4] } else { CORNERS.map(|corner| class(&cell, corner)) };
+                (cell, classes.map(|class| class as u8))
+            };
+            Cell::row(map, wrap, y).map(of_cell).collect()
+        });
+        let cells: Vec<Vec<(Cell, [u8; 4])>> = cells.collect();
+        let count = self.classes.count();
+        let row = |y: u32| {
+            let width = map.width as usize;
+            let mut sums = vec![Sums::default(); width * count];
+            let above = (i64::from(y) - 1 - first) as usize;
+            for (x, sums) in sums.chunks_exact_mut(count).enumerate() {
+                for [below, right] in CORNERS {
+                    let (cell, of_cell) = &cells[above + below][x + right];
+                    let at = [quarter(x as u32, right, map.width), quarter(y, below, map.height)];
+                    let material = self.material.at(at);
+                    for (corner @ [row, column], weight) in Cell::of_quarter([1 - below, 1 - right]) {
+                        let class = if self.material.varies() {
+                            self.classes.of(&Facet { material, ..cell.facet(corner) })
+                        } else {
+                            usize::from(of_cell[2 * row + column])
+                        };
+                        let (s, t) = (cell.s[row], cell.t[column]);
+                        sums[class].add(0.25 * weight, [s, t, s * s, t * t, s * t]);
+                    }
+                }
+                let height = f64::from(map.texels[y as usize * width + x]);
+                sums.iter_mut().for_each(|sums| sums.height = height);
+            }
+            sums
+        };
+        rows.into_par_iter().map(row).collect()
     }
 }
 
-/// The rows and columns of the right angles of the triangles of a cell.
-const TRIANGLES: [[usize; 2]; 4] = [[0, 0], [0, 1], [1, 0], [1, 1]];
+/// Returns the texture coordinate of the centre of the first or second half of a texel.
+fn quarter(texel: u32, second: usize, side: u32) -> f64 {
+    (f64::from(texel) + 0.25 + 0.5 * second as f64) / f64::from(side)
+}
 
 /// Sums over the facets of a class in a texel, which has one height.
 #[derive(Clone, Copy, Default)]
@@ -201,9 +248,8 @@ struct Sums {
 }
 
 impl Sums {
-    fn add(&mut self, weight: f64, x: f64, y: f64) {
+    fn add(&mut self, weight: f64, values: [f64; 5]) {
         self.weight += weight;
-        let values = [x, y, x * x, y * y, x * y];
         self.slopes.iter_mut().zip(values).for_each(|(sum, v)| *sum += weight * v);
     }
 
@@ -251,8 +297,9 @@ fn frame(facets: Facets<'_>, classes: &Classes) -> (Vec<DVec3>, DVec3) {
                 most.max(DVec3::new(xx, yy, f64::from(texel.height).abs()))
             })
         }
+        Facets::Flat => DVec3::ZERO,
     };
-    let most = (0..facets.size()[1]).into_par_iter().map(most_of_row).reduce(|| DVec3::ZERO, DVec3::max);
+    let most = (0..facets.size(None)[1]).into_par_iter().map(most_of_row).reduce(|| DVec3::ZERO, DVec3::max);
     let most = most + centers.iter().fold(DVec3::ZERO, |most, center| most.max(center.abs()));
     let unit = |square: f64, most: f64| {
         let unit = at_least(square, 0.0).sqrt().max(most / MOST_UNITS) as f32;
@@ -265,7 +312,7 @@ fn frame(facets: Facets<'_>, classes: &Classes) -> (Vec<DVec3>, DVec3) {
 mod tests {
     use super::*;
     use crate::derive::classes;
-    use crate::{HeightMap, LeadrMap, MomentLevel, Wrap, procedural};
+    use crate::{LeadrMap, MomentLevel, procedural};
 
     /// Returns the moments of all classes, in the order of [`Moments`].
     fn joined(classes: &[Class]) -> [f64; 7] {
@@ -304,9 +351,9 @@ mod tests {
             let relief = ramps(width, height);
             let leadr = LeadrMap::new(&relief, wrap);
             for facets in [Facets::OfHeights(&relief, wrap), Facets::OfTexels(&leadr.levels[0])] {
-                let found = classes(facets, [1.0; 2]);
+                let found = classes(facets, [1.0; 2], None);
                 assert!(width < 64 || found.count() > 1, "{:?}", found.errors);
-                let map = ClassMap::new(facets, &found);
+                let map = ClassMap::new(facets, &found, None);
                 assert_eq!(map.levels.len(), leadr.levels.len());
                 let steepest = leadr.levels[0].texels.iter().flat_map(|t| t.second).fold(0.0, f32::max).sqrt();
                 let steepest = f64::from(steepest).max(1e-6);
@@ -342,7 +389,7 @@ mod tests {
         let relief = HeightMap { width: 256, height: 4, texels: (0..1024).map(height).collect() };
         let leadr = LeadrMap::new(&relief, Wrap::Clamp);
         let facets = Facets::OfHeights(&relief, Wrap::Clamp);
-        let map = ClassMap::new(facets, &classes(facets, [1.0; 2]));
+        let map = ClassMap::new(facets, &classes(facets, [1.0; 2], None), None);
         // Sixteen texels in the middle of each part.
         for texel in [6, 14] {
             let truth = leadr.levels[4].texels[texel];
@@ -364,7 +411,7 @@ mod tests {
     fn threads_and_extreme_heights_are_harmless() {
         let relief = ramps(64, 32);
         let facets = Facets::OfHeights(&relief, Wrap::Repeat);
-        let map = || ClassMap::new(facets, &classes(facets, [1.0; 2]));
+        let map = || ClassMap::new(facets, &classes(facets, [1.0; 2], None), None);
         let one = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
         assert_eq!(map(), one.install(map));
 
@@ -374,7 +421,7 @@ mod tests {
             let level = MomentLevel::of_heights(&spike, Wrap::Repeat);
             for facets in [Facets::OfHeights(&spike, Wrap::Repeat), Facets::OfTexels(&level)] {
                 for scale in [0.0, 1.0, -1e6] {
-                    let map = ClassMap::new(facets, &classes(facets, [scale; 2]));
+                    let map = ClassMap::new(facets, &classes(facets, [scale; 2], None), None);
                     let values = map.levels.iter().flat_map(|level| level.layers.iter().flatten().flatten());
                     assert!(values.into_iter().all(|v| v.is_finite()), "{low} {high} {scale}");
                     let share: f64 = map.mean().iter().map(|class| class.share).sum();

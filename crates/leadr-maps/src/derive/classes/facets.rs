@@ -1,0 +1,215 @@
+//! The facets of a relief, and the material on them.
+
+use glam::{DVec2, DVec3};
+
+use super::axes::MaterialAxes;
+use crate::{HeightMap, MomentLevel, Moments, Wrap};
+
+/// The facets of a relief.
+#[derive(Clone, Copy, Debug)]
+pub enum Facets<'a> {
+    /// The triangles between the texels of a height map. A texel can contain facets of several classes.
+    OfHeights(&'a HeightMap, Wrap),
+    /// The texels of the finest level of a [`LeadrMap`](crate::LeadrMap), for slopes of a normal map or of a baked file.
+    OfTexels(&'a MomentLevel),
+    /// A flat surface. Its only classes are those of its material.
+    Flat,
+}
+
+/// The material on a relief, at texels of any resolution.
+#[derive(Clone, Copy)]
+pub struct ClassMaterial<'a> {
+    /// The width and height in texels. Both are positive.
+    pub size: [u32; 2],
+    /// Returns the linear albedo and the Beckmann roughness `α` of a texel, by its index in row-major order.
+    pub texel: &'a (dyn Fn(usize) -> [f32; 4] + Sync),
+    /// Whether colours that follow the relief are found, such as paint on the tops or dirt in cracks.
+    pub follows_relief: bool,
+}
+
+impl ClassMaterial<'_> {
+    /// Returns the material at a texture coordinate.
+    pub(super) fn at(&self, [s, t]: [f64; 2]) -> [f64; 4] {
+        let [width, height] = self.size;
+        let index = |v: f64, side: u32| (((v - v.floor()) * f64::from(side)) as u32).min(side - 1) as usize;
+        (self.texel)(index(t, height) * width as usize + index(s, width)).map(f64::from)
+    }
+}
+
+/// The mean slope and height of a facet, the slope covariance in the facet, and its material on [`MaterialAxes`].
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Facet {
+    pub point: DVec3,
+    pub spread: DVec3,
+    pub material: DVec2,
+}
+
+impl Facet {
+    pub fn of_texel(texel: &Moments) -> Self {
+        let [x, y] = texel.mean_slope.map(f64::from);
+        let point = DVec3::new(x, y, texel.height.into());
+        Self { point, spread: DVec3::from(texel.slope_covariance()), material: DVec2::ZERO }
+    }
+}
+
+/// A cell between four texels: slopes along its upper and lower edge, and along its left and right edge.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cell {
+    pub s: [f64; 2],
+    pub t: [f64; 2],
+    /// The heights of the upper and of the lower texels.
+    heights: [[f64; 2]; 2],
+}
+
+/// The rows and columns of the corners of a cell. A triangle has its right angle at each corner: row 0 is above, column 0 is left.
+pub(crate) const CORNERS: [[usize; 2]; 4] = [[0, 0], [0, 1], [1, 0], [1, 1]];
+
+impl Cell {
+    fn new(heights: [[f32; 2]; 2], [width, height]: [f64; 2]) -> Self {
+        let heights = heights.map(|row| row.map(f64::from));
+        let [upper, lower] = heights;
+        let along_t = |column: usize| (lower[column] - upper[column]) * height;
+        Self { s: heights.map(|[left, right]| (right - left) * width), t: [along_t(0), along_t(1)], heights }
+    }
+
+    /// Returns the cells of a row, from the cell left of the first texel to the cell right of the last one. `y` is the row of the upper
+    /// texels, and may be outside the map.
+    pub fn row(map: &HeightMap, wrap: Wrap, y: i64) -> impl Iterator<Item = Self> {
+        let width = map.width as usize;
+        let row = |y: i64| &map.texels[wrap.texel(y, map.height) * width..][..width];
+        let (upper, lower) = (row(y), row(y + 1));
+        let size = [map.width, map.height].map(f64::from);
+        let [before, after] = [-1, i64::from(map.width)].map(|x| wrap.texel(x, map.width));
+        let column = move |x: usize| [upper[x], lower[x]];
+        let columns = (0..width).chain([after]).map(column);
+        columns.scan(column(before), move |left, right| {
+            let cell = Self::new([[left[0], right[0]], [left[1], right[1]]], size);
+            *left = right;
+            Some(cell)
+        })
+    }
+
+    /// Returns the triangle with its right angle at a corner.
+    pub fn facet(&self, [row, column]: [usize; 2]) -> Facet {
+        let at = |row: usize, column: usize| self.heights[row][column];
+        let height = (at(row, column) + at(row, 1 - column) + at(1 - row, column)) / 3.0;
+        Facet { point: DVec3::new(self.s[row], self.t[column], height), ..Facet::default() }
+    }
+
+    /// Returns the triangles in the quarter of the cell at a corner, and their weights there, over both ways to divide the cell.
+    pub const fn of_quarter([row, column]: [usize; 2]) -> [([usize; 2], f64); 3] {
+        [([row, column], 0.5), ([row, 1 - column], 0.25), ([1 - row, column], 0.25)]
+    }
+}
+
+/// A facet that stands for an equal part of the surface, and its texture coordinate.
+pub(super) type Sample = (Facet, [f64; 2]);
+
+impl Facets<'_> {
+    /// Returns the width and the height of the map in texels. Flat surfaces have the size of their material.
+    pub(crate) fn size(&self, material: Option<&ClassMaterial<'_>>) -> [u32; 2] {
+        match self {
+            Self::OfHeights(map, _) => [map.width, map.height],
+            Self::OfTexels(level) => [level.width, level.height],
+            Self::Flat => material.map_or([1, 1], |material| material.size),
+        }
+    }
+
+    /// Returns about `most` facets from all parts of the map.
+    pub(super) fn sampled(&self, most: usize, material: Option<&ClassMaterial<'_>>) -> Vec<Sample> {
+        let [width, height] = self.size(material).map(|side| side as usize);
+        let of_texel = if matches!(self, Self::OfHeights(..)) { 4 } else { 1 };
+        let count = of_texel * width * height;
+        // A stride without a common factor with the facets of a row reaches all columns.
+        let stride = (count.div_ceil(most).max(1)..).find(|stride| gcd(*stride, of_texel * width) == 1).unwrap_or(1);
+        let sample = |i: usize| {
+            let (x, y) = (i / of_texel % width, i / of_texel / width);
+            let ([x, y], facet) = match self {
+                Self::OfHeights(map, wrap) => {
+                    let heights = [0, 1].map(|down| {
+                        [0, 1].map(|right| map.beyond(x as i64 + right as i64, y as i64 + down as i64, *wrap))
+                    });
+                    let corner @ [row, column] = CORNERS[i % 4];
+                    // The centre of the triangle, relative to the corner of the texel.
+                    let centre = [(x, column), (y, row)].map(|(k, corner)| k as f64 + 0.5 + (1 + corner) as f64 / 3.0);
+                    (centre, Cell::new(heights, [map.width, map.height].map(f64::from)).facet(corner))
+                }
+                Self::OfTexels(level) => ([x, y].map(|k| k as f64 + 0.5), Facet::of_texel(&level.texels[i])),
+                Self::Flat => ([x, y].map(|k| k as f64 + 0.5), Facet::default()),
+            };
+            (facet, [x / width as f64, y / height as f64])
+        };
+        (0..count).step_by(stride).map(sample).collect()
+    }
+}
+
+fn gcd(a: usize, b: usize) -> usize {
+    if b == 0 { a } else { gcd(b, a % b) }
+}
+
+/// The facets of rows of texels, for lookups by texture coordinate.
+pub(crate) struct FacetsAt<'a> {
+    facets: Facets<'a>,
+    cells: Vec<Cell>,
+    /// The row of texels, and whether the coordinate is in its lower half.
+    row: (usize, usize),
+}
+
+impl<'a> FacetsAt<'a> {
+    /// Prepares lookups in a row of the map. `t` is from 0 to 1.
+    pub fn new(facets: Facets<'a>, t: f64) -> Self {
+        let [_, height] = facets.size(None);
+        let row = half_of(t, height);
+        let cells = match facets {
+            Facets::OfHeights(map, wrap) => Cell::row(map, wrap, row.0 as i64 - 1 + row.1 as i64).collect(),
+            _ => Vec::new(),
+        };
+        Self { facets, cells, row }
+    }
+
+    /// Calls a function with the weight and the facet of everything at a texture coordinate in the row. The weights sum to 1.
+    pub fn for_each(&self, s: f64, mut f: impl FnMut(f64, Facet)) {
+        match self.facets {
+            Facets::OfHeights(map, _) => {
+                let ((x, right), (_, below)) = (half_of(s, map.width), self.row);
+                let cell = &self.cells[x + right];
+                for (corner, weight) in Cell::of_quarter([1 - below, 1 - right]) {
+                    f(weight, cell.facet(corner));
+                }
+            }
+            Facets::OfTexels(level) => {
+                let (x, _) = half_of(s, level.width);
+                f(1.0, Facet::of_texel(&level.texels[self.row.0 * level.width as usize + x]));
+            }
+            Facets::Flat => f(1.0, Facet::default()),
+        }
+    }
+}
+
+/// Returns the texel at a coordinate from 0 to 1, and 1 in its second half.
+fn half_of(v: f64, side: u32) -> (usize, usize) {
+    let half = ((v * f64::from(2 * side)) as usize).min(2 * side as usize - 1);
+    (half / 2, half % 2)
+}
+
+/// The rule that gives the material of facets.
+#[derive(Clone, Copy)]
+pub(crate) struct MaterialAt<'a> {
+    pub axes: MaterialAxes,
+    pub material: Option<&'a ClassMaterial<'a>>,
+}
+
+impl MaterialAt<'_> {
+    /// Returns the material at a texture coordinate. The result is zero if classes do not depend on the material.
+    pub fn at(&self, at: [f64; 2]) -> DVec2 {
+        match self.material {
+            Some(material) if !self.axes.is_none() => self.axes.of(material.at(at)),
+            _ => DVec2::ZERO,
+        }
+    }
+
+    /// Whether classes depend on the material.
+    pub const fn varies(&self) -> bool {
+        self.material.is_some() && !self.axes.is_none()
+    }
+}
