@@ -43,6 +43,7 @@ pub static OBJECT: SetLayout = SetLayout {
         ("color_weighted", Sampled),
         ("class_moments", Sampled),
         ("class_colors", Sampled),
+        ("class_openness", Sampled),
         ("emission_map", Sampled),
         ("occlusion_map", Sampled),
         ("opacity_map", Sampled),

@@ -117,10 +117,11 @@ float facet_specular_density(const FacetSpecular f, vec2 m, const vec3 cholesky,
     return 0.1081569970 * sum / (sqrt(found.determinant) * f.deviation.x * f.deviation.y);
 }
 
-// Returns the radiance towards the viewer, per unit of the light's irradiance on a plane that faces it.
-vec3 facet_specular_light(const int shadowing, const DirectionArea o, const DirectionArea i, const FacetSpecular f, const vec2 m,
+// Returns the radiance towards the viewer, per unit of the light's irradiance on a plane that faces it. The facets of the base shadow each
+// other by the model `of_base`.
+vec3 facet_specular_light(const int shadowing, const int of_base, const DirectionArea o, const DirectionArea i, const FacetSpecular f, const vec2 m,
                           const vec3 cholesky, const vec3 f0) {
-    float d = facet_specular_density(f, m, cholesky, shadowing);
+    float d = facet_specular_density(f, m, cholesky, of_base);
     return fresnel_schlick(f0, dot(f.wi, f.wh)) * (0.25 * d * masking_shadowing_factor(shadowing, o, i));
 }
 

@@ -47,14 +47,14 @@ vec2 lit_direction(const int shadowing, const VisibleProbes probes, const Direct
     return lit * vec2(1.0, schlick_weight(sqrt(max(0.5 + 0.5 * dot(wo, w), 0.0))));
 }
 
-// Returns the lit part of a probe. The result is the mean of two directions, one deviation above and one deviation below the probe relative
-// to the mesosurface. Each direction has its own lit fraction, weight and Fresnel term. The lookup moves and narrows to the lit part. If
-// `relief` is true, the horizon h of larger bumps also shadows the probe.
-LitProbe lit_probe(const int shadowing, const VisibleProbes probes, const DirectionArea o, const vec3 wo, const float f0, VisibleProbe p,
-                   const bool relief, Horizon h) {
-    if (shadowing == LEADR_SHADOWING_NONE && !relief) return LitProbe(1.0, schlick_weight(p.cosine), p.wi, 1.0);
-    p.wi *= inversesqrt(max(dot(p.wi, p.wi), 1e-12));
-    h = raised_horizon(h, LEADR_SPECULAR_HORIZON);
+// The two directions of a probe, one deviation above and one deviation below it relative to the mesosurface.
+struct ProbeDirections {
+    vec3 up;   // normal of the mesosurface
+    vec3 high;
+    vec3 low;
+};
+
+ProbeDirections probe_directions(const VisibleProbes probes, const VisibleProbe p) {
     vec2 m = probes.m;
     vec3 up = vec3(-m, 1.0) * inversesqrt(1.0 + dot(m, m));
     float height = dot(up, p.mirror);
@@ -66,16 +66,33 @@ LitProbe lit_probe(const int shadowing, const VisibleProbes probes, const Direct
     vec2 heights = height * cosine2 + vec2(side * sine, -side * sine);
     vec2 sides = per_side * sqrt(max(1.0 - heights * heights, 0.0));
     vec3 flat_wi = p.mirror - up * height;
+    return ProbeDirections(up, up * heights.x + flat_wi * sides.x, up * heights.y + flat_wi * sides.y);
+}
+
+// Returns the lit part of a probe. The result is the mean of its two directions. Each direction has its own lit fraction, weight and Fresnel
+// term. The lookup moves and narrows to the lit part. `also` has further factors on the lit fractions of both directions. If `relief` is
+// true, the horizon h of larger bumps also shadows the probe.
+LitProbe lit_probe(const int shadowing, const VisibleProbes probes, const DirectionArea o, const vec3 wo, const float f0, VisibleProbe p,
+                   const ProbeDirections d, const vec2 also, const bool relief, Horizon h) {
+    p.wi *= inversesqrt(max(dot(p.wi, p.wi), 1e-12));
+    h = raised_horizon(h, LEADR_SPECULAR_HORIZON);
     float deviation = LEADR_HALF_DEVIATION * sqrt(p.variance);
-    vec2 high = lit_direction(shadowing, probes, o, wo, up * heights.x + flat_wi * sides.x, relief, h, deviation);
-    vec2 low = lit_direction(shadowing, probes, o, wo, up * heights.y + flat_wi * sides.y, relief, h, deviation);
+    vec2 high = also.x * lit_direction(shadowing, probes, o, wo, d.high, relief, h, deviation);
+    vec2 low = also.y * lit_direction(shadowing, probes, o, wo, d.low, relief, h, deviation);
     float above = mix(high.y, high.x, f0);
     float below = mix(low.y, low.x, f0);
     float bias = (above - below) / max(above + below, 1e-6);
-    vec3 rise = up - p.wi * dot(up, p.wi);
+    vec3 rise = d.up - p.wi * dot(d.up, p.wi);
     vec3 towards = p.wi + rise * (bias * sqrt(p.variance) * inversesqrt(max(dot(rise, rise), 1e-8)));
     vec2 both = 0.5 * (high + low);
     return LitProbe(both.x, both.y, towards, 1.0 - 0.5 * bias * bias);
+}
+
+// Returns the same for one Gaussian of slopes.
+LitProbe lit_probe(const int shadowing, const VisibleProbes probes, const DirectionArea o, const vec3 wo, const float f0, VisibleProbe p,
+                   const bool relief, Horizon h) {
+    if (shadowing == LEADR_SHADOWING_NONE && !relief) return LitProbe(1.0, schlick_weight(p.cosine), p.wi, 1.0);
+    return lit_probe(shadowing, probes, o, wo, f0, p, probe_directions(probes, p), vec2(1.0), relief, h);
 }
 
 LitProbe lit_probe(const int shadowing, const VisibleProbes probes, const DirectionArea o, const vec3 wo, const float f0,

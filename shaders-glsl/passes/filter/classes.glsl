@@ -9,7 +9,7 @@ layout(set = 2) uniform sampler2DArray class_moments;
 // For each class, its weight times (colour, alpha^2). One more layer has the weights. The finest levels of large maps are left out.
 layout(set = 2) uniform sampler2DArray class_colors;
 // The openness of each class (leadr_maps::derive::Openness).
-#define class_openness mixed_map
+layout(set = 2) uniform sampler2D class_openness;
 layout(constant_id = 68) const bool CLASS_COLORS = false; // whether colours or roughnesses differ between classes
 
 // The smallest weight of a class that is shaded. The weights of the other classes go to the remaining ones.

@@ -53,7 +53,7 @@ void add_grid_specular(inout SpecularTerm sum, const vec3 node, const Surface su
     }
     float cosine = dot(wo, e.wn);
     vec3 f = weight * fresnel_of(surface, cosine);
-    float lit = BY_CLASS ? class_lit(surface, e.wi) : lit_fraction(FACET_SHADOWING, o, area_for(FACET_SHADOWING, e.wi, m, S, cholesky));
+    float lit = BY_CLASS ? class_lit(surface, e.wi) * class_base_lit(surface, e.wi) : lit_fraction(FACET_SHADOWING, o, area_for(FACET_SHADOWING, e.wi, m, S, cholesky));
     lit *= relief_visibility(surface, e.wi, GRID_DEVIATION);
     sum.reflected += f * lit * environment_radiance(surface, e.wi, env_lod_at(base, wo, e.wn));
     sum.fresnel += weight * fresnel_schlick(surface.diffuse_f0, cosine);
@@ -111,7 +111,7 @@ ProbedLobe probed_lobe(const Surface surface, const vec3 wo, const vec3 S, const
         lobe.probes = mapped_probes(wo, mapped, kernel);
         lobe.facing = mapped.facing;
     } else {
-        lobe.probes = visible_probes(FACET_SHADOWING, wo, surface.mean_slope, S, kernel);
+        lobe.probes = visible_probes(SHADOWING, wo, surface.mean_slope, S, kernel);
     }
     lobe.o = direction_area(wo, lobe.probes.m, lobe.probes.cholesky);
     return lobe;
@@ -131,11 +131,14 @@ struct ProbeSums {
 void add_probe(inout ProbeSums sums, const Surface surface, const vec3 wo, const ProbedLobe lobe, const ProbeNode node, const bool fitted) {
     VisibleProbe p = visible_probe(lobe.probes, wo, node);
     float mean_f0 = dot(surface.f0, vec3(1.0 / 3.0));
-    LitProbe l = lit_probe(MAPPED ? LEADR_SHADOWING_NONE : FACET_SHADOWING, lobe.probes, lobe.o, wo, mean_f0, p, USES_HORIZON, surface.horizon);
+    LitProbe l;
     if (BY_CLASS) {
-        float lit = class_lit(surface, normalize(p.wi));
-        l.lit *= lit;
-        l.grazing *= lit;
+        ProbeDirections d = probe_directions(lobe.probes, p);
+        vec2 lit = vec2(class_lit(surface, d.high) * class_base_lit(surface, d.high),
+                        class_lit(surface, d.low) * class_base_lit(surface, d.low));
+        l = lit_probe(LEADR_SHADOWING_NONE, lobe.probes, lobe.o, wo, mean_f0, p, d, lit, USES_HORIZON, surface.horizon);
+    } else {
+        l = lit_probe(MAPPED ? LEADR_SHADOWING_NONE : SHADOWING, lobe.probes, lobe.o, wo, mean_f0, p, USES_HORIZON, surface.horizon);
     }
     vec3 radiance = p.weight * lobe_radiance(surface, l.wi, l.narrowing * p.variance);
     sums.at_normal += l.lit * radiance;
@@ -277,8 +280,8 @@ vec3 diffuse_environment(const Surface surface, const NormalMoments normals) {
         whole = leadr_diffuse_environment(normals, surface.frame, c, rest);
     }
     if (BY_CLASS) {
-        open = class_sky_open(surface);
-        whole *= open;
+        open = 1.0 - surface.hidden.w;
+        whole = max(whole - surface.hidden.rgb, 0.5 * open * max(whole, 0.0));
     }
     if (!USES_HORIZON) {
         return max(whole, 0.0);
@@ -419,12 +422,15 @@ vec3 sized_light(const Surface surface, const DirectionArea o, const Light light
     return fresnel_schlick(surface.f0, dot(light.wi, wh)) * (0.25 * displaced_ggx_ndf(wh, m, wider) * lit);
 }
 
+// The number of probes for each of several classes of facets, which together see as much of the environment as one.
+const int CLASS_PROBES = CLASSES > 1 && SAMPLES > 9 ? 9 : SAMPLES;
+
 // Returns the base's specular reflection of the environment.
 SpecularTerm environment_specular(const Surface surface, const Base base) {
     if (GGX_BASE) {
         return ggx_specular(surface, surface.wo, base.ggx);
     }
-    return gaussian_specular(surface, surface.wo, base.S, SAMPLES);
+    return gaussian_specular(surface, surface.wo, base.S, VISIBLE_SLOPES ? CLASS_PROBES : SAMPLES);
 }
 
 // Returns only the mean Fresnel reflectance, for the diffuse base.
@@ -444,7 +450,7 @@ vec3 specular_light(const Surface surface, const Base base, const int number, co
     }
     if (FACET_SPECULAR) {
         FacetSpecular specular = facet_specular(wo, light.wi, base.alpha, light.variance);
-        return facet_specular_light(FACET_SHADOWING, diffuse_o, diffuse_i, specular, m, diffuse_cholesky, f0);
+        return facet_specular_light(FACET_SHADOWING, SHADOWING, diffuse_o, diffuse_i, specular, m, diffuse_cholesky, f0);
     }
     if (of_panorama(number)) {
         return sized_light(surface, base.o, light, base.S, base.ggx, base.cholesky);
@@ -629,7 +635,7 @@ vec3 leadr_radiance(Surface surface) {
             Light light;
             if (CLASSES > 1) {
                 light = class_lights[number];
-                light.irradiance *= BY_CLASS ? class_lights_lit[number][surface.part] : 1.0;
+                light.irradiance *= BY_CLASS ? class_lit(surface, surface.part, light.wi, class_lights_open[number]) : 1.0;
             } else {
                 light = light_at(number, surface);
             }
@@ -673,11 +679,18 @@ vec3 classes_radiance(Surface surface) {
     [[unroll]] for (int number = 0; number < LIGHTS; ++number) {
         class_lights[number] = light_at(number, surface);
         if (BY_CLASS) {
-            class_lights_lit[number] = classes_lit(surface, class_lights[number].wi);
+            class_lights_open[number] = classes_open(surface.classes, class_lights[number].wi);
         }
+    }
+    ClassesHidden hidden;
+    if (BY_CLASS && DIFFUSE_ENVIRONMENT) {
+        hidden = classes_hidden(surface);
     }
     vec3 sum = vec3(0.0);
     for (int k = 0; k < surface.classes.count; ++k) {
+        if (BY_CLASS && DIFFUSE_ENVIRONMENT) {
+            surface.hidden = vec4(hidden.radiance[k], hidden.share[k]);
+        }
         sum += seen[k] * leadr_radiance(class_part(surface, k));
     }
     return sum;

@@ -12,7 +12,7 @@ use half::f16;
 use leadr_reflectance::masking::classes::MOST_CLASSES;
 use rayon::prelude::*;
 
-use super::classes::{Cell, Classes, Facet, Facets};
+use super::classes::{Cell, ClassMaterial, Classes, Facet, Facets};
 use crate::Wrap;
 
 /// The number of texels along one side of a table.
@@ -43,11 +43,19 @@ pub struct Openness {
 type Polar = Vec<[f64; MOST_CLASSES]>;
 
 impl Openness {
-    /// Measures the openness of a relief. `units` are those of the class map. If `upside_down` is true, the heights are negated.
-    pub fn new(facets: Facets<'_>, wrap: Wrap, classes: &Classes, units: [f32; 3], upside_down: bool) -> Self {
+    /// Measures the openness of a relief. `units` are those of the class map, and `material` is that of the classes. If `upside_down` is
+    /// true, the heights are negated.
+    pub fn new(
+        facets: Facets<'_>,
+        wrap: Wrap,
+        classes: &Classes,
+        material: Option<&ClassMaterial<'_>>,
+        units: [f32; 3],
+        upside_down: bool,
+    ) -> Self {
         let field = Field::new(facets, wrap, if upside_down { -1.0 } else { 1.0 });
         let unit = DVec2::new(f64::from(units[0]), f64::from(units[1]));
-        let sampled = field.sampled(facets, classes);
+        let sampled = field.sampled(facets, classes, material);
         let rows = (0..AZIMUTHS).into_par_iter().map(|i| {
             let angle = 2.0 * PI * i as f64 / AZIMUTHS as f64;
             let along = DVec2::new(angle.cos(), angle.sin()) / unit;
@@ -150,9 +158,10 @@ impl Field {
         let heights: Vec<f32> = match facets {
             Facets::OfHeights(map, _) => map.texels.iter().map(|h| sign as f32 * h).collect(),
             Facets::OfTexels(level) => level.texels.iter().map(|texel| sign as f32 * texel.height).collect(),
+            Facets::Flat => vec![0.0],
         };
         let top = f64::from(heights.iter().copied().fold(f32::NEG_INFINITY, f32::max));
-        let mut levels = vec![Level { size: facets.size().map(|side| side as usize), heights }];
+        let mut levels = vec![Level { size: facets.size(None).map(|side| side as usize), heights }];
         while let Some(next) = levels.last().filter(|last| last.size.iter().all(|side| *side >= 8)).map(Level::half) {
             levels.push(next);
         }
@@ -160,7 +169,13 @@ impl Field {
     }
 
     /// Returns facets from all parts of the map: their class, their texture coordinate, and their slope and height at this coordinate.
-    fn sampled(&self, facets: Facets<'_>, classes: &Classes) -> Vec<(usize, DVec2, DVec3)> {
+    fn sampled(
+        &self,
+        facets: Facets<'_>,
+        classes: &Classes,
+        material: Option<&ClassMaterial<'_>>,
+    ) -> Vec<(usize, DVec2, DVec3)> {
+        let material = classes.material(material);
         let size = DVec2::from(self.levels[0].size.map(|side| side as f64));
         let mut counts = [0; MOST_CLASSES];
         let mut sampled = Vec::new();
@@ -168,6 +183,7 @@ impl Field {
             // The sequence R2, which covers the square evenly.
             let at = (DVec2::new(0.754_877_666_246_693, 0.569_840_290_998_053) * (i as f64 + 0.5)).fract() * size;
             let (facet, height) = facet_at(facets, at);
+            let facet = Facet { material: material.at((at / size).to_array()), ..facet };
             let class = classes.of(&facet).min(MOST_CLASSES - 1);
             if counts[class] < MOST_OF_CLASS {
                 counts[class] += 1;
@@ -184,7 +200,7 @@ impl Field {
         let per_texel = (along * size).length().recip();
         let (mut reach, mut texels) = (f64::INFINITY, 0.5);
         let farthest = MOST_REPEATS * size.max_element();
-        let most = distance(ELEVATIONS);
+        let most = distance(ELEVATIONS - 1);
         loop {
             let x = texels * per_texel;
             if x >= room * reach.min(most) || texels > farthest {
@@ -208,13 +224,14 @@ fn facet_at(facets: Facets<'_>, at: DVec2) -> (Facet, f64) {
             let texel = &level.texels[at.y as usize * level.width as usize + at.x as usize];
             (Facet::of_texel(texel), f64::from(texel.height))
         }
+        Facets::Flat => (Facet::default(), 0.0),
         Facets::OfHeights(map, wrap) => {
             let (cell, part) = ((at - 0.5).floor(), at - 0.5 - (at - 0.5).floor());
             let [x, y] = [cell.x as i64, cell.y as i64];
             let heights = [0, 1].map(|down| [0, 1].map(|right| map.beyond(x + right, y + down, wrap)));
             let size = DVec2::new(f64::from(map.width), f64::from(map.height));
             let (row, column) = (usize::from(part.y > 0.5), usize::from(part.x > 0.5));
-            let facet = Cell::new(heights, size.to_array()).facet(row, column);
+            let facet = Cell::new(heights, size.to_array()).facet([row, column]);
             let off = (part - DVec2::new(column as f64, row as f64)) / size;
             (facet, f64::from(heights[row][column]) + facet.point.truncate().dot(off))
         }
@@ -238,9 +255,9 @@ mod tests {
     fn bottoms_close_where_walls_hide_them() {
         let map = grooves();
         let facets = Facets::OfHeights(&map, Wrap::Repeat);
-        let found = classes(facets, [1.0; 2]);
-        let table = ClassMap::new(facets, &found);
-        let open = Openness::new(facets, Wrap::Repeat, &found, table.units, false);
+        let found = classes(facets, [1.0; 2], None);
+        let table = ClassMap::new(facets, &found, None);
+        let open = Openness::new(facets, Wrap::Repeat, &found, None, table.units, false);
         let mut classes: Vec<_> = table.mean().into_iter().enumerate().filter(|(_, c)| c.covariance.x < 0.1).collect();
         classes.sort_by(|a, b| a.1.height.total_cmp(&b.1.height));
         let [(bottom, _), (top, _)] = classes[..] else { panic!("{classes:?}") };

@@ -53,10 +53,10 @@ impl ObjectClasses {
             Some(level) => Facets::OfTexels(level),
             None => Facets::OfHeights(&field.map, wrap),
         };
-        let found = classes(facets, (f64::from(object.height_scale) / repeat).to_array());
+        let found = classes(facets, (f64::from(object.height_scale) / repeat).to_array(), None);
         (found.count() > 1).then(|| {
-            let map = ClassMap::new(facets, &found);
-            let open = Openness::new(facets, wrap, &found, map.units, object.height_scale < 0.0);
+            let map = ClassMap::new(facets, &found, None);
+            let open = Openness::new(facets, wrap, &found, None, map.units, object.height_scale < 0.0);
             Self { map, open }
         })
     }

@@ -331,7 +331,7 @@ impl ObjectMaps {
         let Self { leadr, horizons, atlas, material, detail, relief_color, classes, sampler, of_coarse_levels, .. } =
             self;
         let [colors, emission, occlusion, opacity] = &material.samplers;
-        let images: [(&str, &Image, &Sampler); 25] = [
+        let images: [(&str, &Image, &Sampler); 26] = [
             ("height_map", &leadr.heights, sampler),
             ("moments_a", &leadr.slopes, sampler),
             ("moments_b", &leadr.joint, sampler),
@@ -339,10 +339,11 @@ impl ObjectMaps {
             ("horizon_b", &horizons.correlations, sampler),
             ("color_map", &material.color, colors),
             ("f0_map", &material.f0, colors),
-            ("mixed_map", &classes.open, of_coarse_levels),
+            ("mixed_map", &material.mixed, colors),
             ("color_weighted", &relief_color.weighted, colors),
             ("class_moments", &classes.moments, sampler),
             ("class_colors", &classes.colors, colors),
+            ("class_openness", &classes.open, of_coarse_levels),
             ("emission_map", &material.emission, emission),
             ("occlusion_map", &material.occlusion, occlusion),
             ("opacity_map", &material.opacity, opacity),

@@ -65,7 +65,7 @@ pub(crate) struct Cell {
 pub(crate) const CORNERS: [[usize; 2]; 4] = [[0, 0], [0, 1], [1, 0], [1, 1]];
 
 impl Cell {
-    fn new(heights: [[f32; 2]; 2], [width, height]: [f64; 2]) -> Self {
+    pub fn new(heights: [[f32; 2]; 2], [width, height]: [f64; 2]) -> Self {
         let heights = heights.map(|row| row.map(f64::from));
         let [upper, lower] = heights;
         let along_t = |column: usize| (lower[column] - upper[column]) * height;

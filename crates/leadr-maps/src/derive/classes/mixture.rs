@@ -8,8 +8,8 @@ use rayon::prelude::*;
 use super::facets::Facet;
 
 /// The number of steps of a fit, and the number of fits from different starts.
-const STEPS: usize = 60;
-const STARTS: u64 = 3;
+const STEPS: usize = 40;
+const STARTS: u64 = 8;
 /// The variance that is added to the logarithm of the roughness, and to colours relative to their variance.
 const MATERIAL_FLOOR: DVec2 = DVec2::new(2.5e-3, 1e-2);
 
@@ -132,11 +132,13 @@ pub(super) fn nearest(densities: &[Density], facet: &Facet) -> usize {
     best.1
 }
 
-/// Fits a mixture by expectation maximisation, from several starts.
-pub(super) fn fitted(facets: &[Facet], count: usize, floor: DVec3) -> Vec<Part> {
+/// Fits mixtures by expectation maximisation, from several starts. Half of them ignore the heights.
+pub(super) fn fitted(facets: &[Facet], count: usize, floor: DVec3) -> Vec<Vec<Density>> {
     let whole = parts(facets, &vec![0; facets.len()], 1)[0];
     let fits = (0..STARTS).into_par_iter().map(|start| {
-        let mut parts = started(facets, count, whole, &mut Random::stream(start, count as u64));
+        let ignored = if start % 2 == 0 { 0.0 } else { 1e9 * (whole.covariance.z_axis.z + floor.z) };
+        let floor = floor + ignored * DVec3::Z;
+        let mut parts = started(facets, count, whole, floor, &mut Random::stream(start, count as u64));
         let mut likelihood = f64::MIN;
         for _ in 0..STEPS {
             let densities: Vec<_> = parts.iter().map(|part| part.density(floor)).collect();
@@ -161,15 +163,15 @@ pub(super) fn fitted(facets: &[Facet], count: usize, floor: DVec3) -> Vec<Part> 
             }
             likelihood = all;
         }
-        (likelihood, parts)
+        parts.iter().map(|part| part.density(floor)).collect()
     });
-    let best = fits.collect::<Vec<_>>().into_iter().max_by(|a, b| a.0.total_cmp(&b.0));
-    best.map_or_else(Vec::new, |(_, parts)| parts)
+    fits.collect()
 }
 
 /// Returns parts around facets that are far from each other (k-means++).
-fn started(facets: &[Facet], count: usize, whole: Part, random: &mut Random) -> Vec<Part> {
-    let variances = DVec3::new(whole.covariance.x_axis.x, whole.covariance.y_axis.y, whole.covariance.z_axis.z);
+fn started(facets: &[Facet], count: usize, whole: Part, floor: DVec3, random: &mut Random) -> Vec<Part> {
+    let variances =
+        DVec3::new(whole.covariance.x_axis.x, whole.covariance.y_axis.y, whole.covariance.z_axis.z + floor.z);
     let unit = variances.max(DVec3::splat(1e-20)).map(f64::sqrt);
     let of_material = whole.material_variance.max(DVec2::splat(1e-20)).map(f64::sqrt);
     let mut centres = vec![facets[(random.unit() * facets.len() as f64) as usize % facets.len()]];

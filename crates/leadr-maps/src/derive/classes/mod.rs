@@ -24,7 +24,7 @@ use reflections::Truth;
 
 /// The number of facets whose reflections are computed. Mixtures are fitted to one of every [`FIT_STEP`] of them.
 const SAMPLES: usize = 8192;
-const FIT_STEP: usize = 2;
+const FIT_STEP: usize = 4;
 /// The variance that is added to slopes, and to heights relative to their variance, so that flat classes have a density.
 const SLOPE_FLOOR: f64 = 2e-4;
 const HEIGHT_FLOOR: f64 = 1e-3;
@@ -105,9 +105,11 @@ pub fn classes(facets: Facets<'_>, scale: [f64; 2], material: Option<&ClassMater
     let mut fit = |axes: MaterialAxes, count: usize| {
         sampled.iter_mut().zip(&texels).for_each(|(facet, texel)| facet.material = axes.of(*texel));
         let fit_to: Vec<Facet> = sampled.iter().step_by(FIT_STEP).copied().collect();
-        let densities: Vec<Density> = fitted(&fit_to, count, floor).iter().map(|part| part.density(floor)).collect();
-        let class_of: Vec<usize> = sampled.iter().map(|facet| nearest(&densities, facet)).collect();
-        fit_of(axes, parts(&sampled, &class_of, count), densities, class_of)
+        let fits = fitted(&fit_to, count, floor).into_iter().map(|densities| {
+            let class_of: Vec<usize> = sampled.iter().map(|facet| nearest(&densities, facet)).collect();
+            fit_of(axes, parts(&sampled, &class_of, count), densities, class_of)
+        });
+        fits.min_by(|a, b| a.error.total_cmp(&b.error)).expect("there are several starts")
     };
 
     let by_color =
