@@ -10,6 +10,8 @@ layout(constant_id = 59) const int FIT_LOBES = 0;
 layout(constant_id = 83) const bool ALL_FITTED = false;
 // The number of classes of facets of the relief, 1 to MOST_CLASSES. One class is one Gaussian of slopes.
 layout(constant_id = 67) const int CLASSES = 1;
+// Whether classes of facets hide each other. The classes of a smooth surface are those of its material.
+layout(constant_id = 69) const bool CLASSES_HIDE = true;
 // Whether cones describe the occlusion by the surroundings.
 layout(constant_id = 63) const bool CONES = false;
 

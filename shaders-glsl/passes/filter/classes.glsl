@@ -64,8 +64,15 @@ void joined_class_moments(const ClassMeans means, out vec2 mean, out vec3 second
     second /= max(whole, 1e-6);
 }
 
+// Sets the shares of the classes of a smooth surface, which are those of its material.
+void classes_of_material(inout ClassMeans means) {
+    [[unroll]] for (int k = 0; k < CLASSES; ++k) {
+        means.first[k].x = means.color_weight[k];
+    }
+}
+
 // Returns the classes of a footprint. scale is the height scale, map converts gradients to slopes, and tint is a factor on the colours and
-// on alpha. Every class has the given slope and covariance in addition, from other sources than the map.
+// on alpha. material is the mean material before this factor if colours differ, and else after it. Every class has the given slope and covariance in addition, from other sources than the map.
 // gradient_variance is the variance of the gradients in the footprint, in units of the map.
 FacetClasses facet_classes(const ClassMeans means, const vec2 gradient_variance, const float scale, const SlopeMap map, const vec2 slope, const vec3 covariance,
                            const vec4 material, const vec4 tint) {
@@ -86,7 +93,8 @@ FacetClasses facet_classes(const ClassMeans means, const vec2 gradient_variance,
             classes.covariance[n] = map_covariance(map, scale_height(variance, scale)) + covariance;
             classes.material[n] = material;
             if (CLASS_COLORS) {
-                vec4 color = max(means.color[k], 0.0) / max(means.color_weight[k], 1e-3);
+                // A class that the footprint in the colours does not contain has the mean material.
+                vec4 color = (max(means.color[k], 0.0) + LEAST_CLASS * LEAST_CLASS * material) / (max(means.color_weight[k], 0.0) + LEAST_CLASS * LEAST_CLASS);
                 classes.material[n] = tint * vec4(color.rgb, sqrt(color.a));
             }
             whole += w;

@@ -717,6 +717,9 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
             }
             if (CLASSES > 1 && CLASS_COLORS) {
                 filter_class_colors(of_colors, variants, chart.at, classes);
+                if (!DISPLACED) {
+                    classes_of_material(classes);
+                }
             }
             color_lod = of_colors.lod;
         }
@@ -850,7 +853,16 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
         }
         vec2 slope = mean_slope - map_mean_slope(map, joined);
         vec3 added = covariance - map_covariance(map, gradient_covariance);
-        filtered.classes = facet_classes(classes, covariance_from_moments(means.mean, means.second).xy, scale, map, slope, added, color, vec4(kept, surface.color.a));
+        vec4 material = CLASS_COLORS ? means.color : color;
+        filtered.classes = facet_classes(classes, covariance_from_moments(means.mean, means.second).xy, scale, map, slope, added, material,
+                                         vec4(surface.color.rgb * tinted, surface.color.a));
+        if (CLASS_COLORS && DETAIL_COLORS != DETAIL_COLORLESS) {
+            for (int n = 0; n < filtered.classes.count; ++n) {
+                vec4 own = filtered.classes.material[n];
+                vec4 covered = color_with_detail(vec4(own.rgb, own.a * own.a), covering);
+                filtered.classes.material[n] = vec4(covered.rgb, sqrt(covered.a));
+            }
+        }
     }
     area = abs(determinant(texcoord_across) * chart_area);
     return filtered;

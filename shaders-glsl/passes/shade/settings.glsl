@@ -29,7 +29,7 @@ const bool NORMAL_MAPPED = SHADOWING_MODEL == LEADR_SHADOWING_NORMAL_MAP;
 const int SHADOWING = NORMAL_MAPPED && FINEST_LEVEL ? LEADR_SHADOWING_CORRELATED : SHADOWING_MODEL;
 const bool MAPPED = NORMAL_MAPPED && !FINEST_LEVEL;
 // Whether classes of facets hide each other. Their lit fractions then replace the shadowing within one Gaussian of slopes.
-const bool BY_CLASS = CLASSES > 1 && !MAPPED;
+const bool BY_CLASS = CLASSES > 1 && CLASSES_HIDE && !MAPPED;
 const int FACET_SHADOWING = BY_CLASS ? LEADR_SHADOWING_NONE : SHADOWING;
 
 const bool SPECULAR_LIGHTS = (TERMS & TERM_SPECULAR_LIGHTS) != 0;

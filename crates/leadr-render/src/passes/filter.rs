@@ -96,12 +96,6 @@ impl FilterInto {
     }
 }
 
-/// Returns the number of rows of taps across the footprint in the slope and material maps. With a single row, pixels would blur
-/// into their neighbours, which is visible where two roughnesses meet.
-fn tap_rows(kind: SurfaceKind) -> i32 {
-    if kind.features.bases.mixed { 3 } else { 1 }
-}
-
 /// The pipelines of the filter pass.
 #[derive(Clone)]
 pub struct FilterPass {
@@ -144,10 +138,11 @@ impl FilterPass {
             ("COLORED", SpecValue::Bool(kind.colored)),
             ("REFLECTS_BY_MAP", SpecValue::Bool(kind.features.f0)),
             ("HORIZON", SpecValue::Bool(kind.horizon)),
-            ("TAP_ROWS", SpecValue::I32(tap_rows(kind))),
+            ("TAP_ROWS", SpecValue::I32(kind.tap_rows)),
             ("COLOR_BY_HEIGHT", SpecValue::Bool(kind.follows.heights)),
             ("COLOR_BY_SLOPE", SpecValue::Bool(kind.follows.slopes)),
-            ("CLASS_COLORS", SpecValue::Bool(false)),
+            ("CLASS_COLORS", SpecValue::Bool(kind.class_colors)),
+            ("CLASSES_HIDE", SpecValue::Bool(kind.displaced)),
             ("FLAT", SpecValue::Bool(kind.flat)),
             ("TRIANGLES", SpecValue::Bool(kind.triangles)),
             ("TRIPLANAR", SpecValue::Bool(kind.triplanar)),

@@ -233,6 +233,8 @@ pub struct ShadePass {
 impl ShadePass {
     /// Creates the pass for one kind.
     pub fn new(gpu: &Arc<Gpu>, kind: ShadeKind) -> Result<Self> {
+        // The G-buffer has no room for classes.
+        let kind = ShadeKind { bases: Bases { classes: 1, ..kind.bases }, ..kind };
         let desc = GraphicsDesc {
             vertex: "passes/shade/shade.vert",
             fragment: Some("passes/shade/shade.frag"),

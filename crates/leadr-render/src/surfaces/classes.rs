@@ -2,50 +2,82 @@
 //! ([`classes`](leadr_maps::derive::classes)).
 //!
 //! One class is one Gaussian of slopes. A relief with more classes has two image layers per class with slope and height moments, and
-//! one layer per class with colours if the classes differ in material.
+//! one layer per class with colours if the classes differ in material. A smooth surface has only the classes of its material.
 
 use std::sync::Arc;
 
 use glam::{DVec2, Vec3};
 use half::f16;
 use leadr_gpu::{Gpu, Image, ImageDesc, Result, vk};
-use leadr_maps::ClassMap;
-use leadr_maps::derive::{Facets, OPENNESS_SIDE, Openness, classes};
-use leadr_maps::{MomentLevel, Moments, Wrap};
+use leadr_maps::derive::{ClassMaterial, Classes, Facets, OPENNESS_SIDE, Openness, classes};
+use leadr_maps::material::alpha_of;
+use leadr_maps::srgb::linear_of_srgb8;
+use leadr_maps::{ClassColors, ClassLevel, ClassMap, MomentLevel, Moments, Wrap};
 use leadr_reflectance::masking::classes::{Class, MOST_CLASSES};
 
 use super::displacement::Border;
 use super::patch_mesh::PatchMesh;
-use crate::scene::Object;
+use crate::scene::{MaterialMap, Object};
 
 /// The format of the moments and of the weighted colours.
 const FORMAT: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 /// The number of patches from which the size of a map repeat is measured.
 const MEASURED: usize = 64;
+/// The maximum side of an image of class colours, in texels. For larger colour maps, the image starts at a coarser level.
+const MOST_TEXELS: u32 = 2048;
+/// The ratio of the `α²` of two classes from which pixels at their border look blurred if a single row of taps filters them.
+const APART: f64 = 2.0;
 
-/// The classes of an object's relief.
+/// The classes of an object's relief and of the material on it.
 #[derive(Clone, Debug)]
 pub struct ObjectClasses {
-    /// The moments of each class.
+    /// The moments of each class. Smooth surfaces have no levels.
     pub map: ClassMap,
-    /// How much of each class other facets hide.
+    /// How much of each class other facets hide. Smooth surfaces have no texels.
     pub open: Openness,
+    /// The colours and the roughness of each class, if they differ.
+    pub colors: Option<ClassColors>,
 }
 
 impl ObjectClasses {
-    /// Finds the classes of an object, which must still hold its heights. Returns `None` if one class describes the relief, or if the
+    /// Finds the classes of an object, which must still hold its maps. Returns `None` if one class describes the surface, or if the
     /// maps are an atlas or projected along the axes.
     pub fn of(object: &Object) -> Option<Self> {
-        let field = object.heights.as_ref()?;
+        let tables = Tables::new();
+        let texel = object.material.as_ref().map(|map| move |i: usize| tables.texel(map.colors[i]));
+        let material = object.material.as_ref().zip(texel.as_ref()).filter(|(map, _)| has_classes(object, map));
+        let material = material.map(|(map, texel)| {
+            let size = [map.width, map.height];
+            (map, ClassMaterial { size, texel, follows_relief: object.follows_relief })
+        });
+        let colors = |facets, found: &Classes| {
+            let (map, material) = material.as_ref()?;
+            ClassColors::new(facets, found, material, skipped_levels(map))
+        };
+        let material = material.as_ref().map(|(_, material)| material);
+        if object.mesh.triplanar.is_some() {
+            return None;
+        }
+        let field = object.heights.as_ref();
+        let relief = field.filter(|field| object.height_scale != 0.0 && !is_constant(&field.map.texels));
+        if relief.is_none() {
+            // Without relief, only the material has classes.
+            let flat = classes(Facets::Flat, [1.0; 2], Some(material?));
+            if flat.count() == 1 {
+                return None;
+            }
+            if field.is_none() {
+                let colors = colors(Facets::Flat, &flat)?;
+                let map = ClassMap { centers: vec![[0.0; 3]; flat.count()], units: [1.0; 3], levels: Vec::new() };
+                return Some(Self { map, open: Openness { texels: Vec::new() }, colors: Some(colors) });
+            }
+        }
+        let field = field?;
         let wrap = match field.border {
             Border::Wrap => Wrap::Repeat,
             Border::Clamp => Wrap::Clamp,
             Border::Tiles(_) => return None,
         };
-        let texels = &field.map.texels;
-        if object.mesh.triplanar.is_some() || object.height_scale == 0.0 || texels.iter().all(|h| *h == texels[0]) {
-            return None;
-        }
         let rise_over_run = object.mesh.triangles && object.slopes.is_some();
         let repeat = if rise_over_run { DVec2::ONE } else { metres_per_repeat(&object.mesh)? };
         let level = first_level(object);
@@ -53,11 +85,11 @@ impl ObjectClasses {
             Some(level) => Facets::OfTexels(level),
             None => Facets::OfHeights(&field.map, wrap),
         };
-        let found = classes(facets, (f64::from(object.height_scale) / repeat).to_array(), None);
+        let found = classes(facets, (f64::from(object.height_scale) / repeat).to_array(), material);
         (found.count() > 1).then(|| {
-            let map = ClassMap::new(facets, &found, None);
-            let open = Openness::new(facets, wrap, &found, None, map.units, object.height_scale < 0.0);
-            Self { map, open }
+            let map = ClassMap::new(facets, &found, material);
+            let open = Openness::new(facets, wrap, &found, material, map.units, object.height_scale < 0.0);
+            Self { map, open, colors: colors(facets, &found) }
         })
     }
 
@@ -70,6 +102,62 @@ impl ObjectClasses {
     /// Returns the number of classes.
     pub fn count(&self) -> u32 {
         self.map.centers.len() as u32
+    }
+
+    /// Whether the roughness changes sharply between classes.
+    pub fn has_sharp_roughness(&self) -> bool {
+        let Some(colors) = &self.colors else { return false };
+        let squares = colors.of_texel(colors.levels.len() - 1, 0).into_iter().filter(|(share, _)| *share > 0.0);
+        let (least, most) =
+            squares.fold((f64::INFINITY, 0.0f64), |(least, most), (_, value)| (least.min(value.w), most.max(value.w)));
+        most > APART * least
+    }
+
+    /// Returns the number of bytes of the images.
+    pub fn bytes(&self) -> u64 {
+        let levels = self.map.levels.iter().chain(self.colors.iter().flat_map(|colors| &colors.levels));
+        levels.map(|level| 8 * u64::from(level.width) * u64::from(level.height) * level.layers.len() as u64).sum()
+    }
+}
+
+/// Whether classes can depend on the material of an object.
+fn has_classes(object: &Object, map: &MaterialMap) -> bool {
+    // With charts, the colours have different texture coordinates from the heights. A measured material has its own facet distribution.
+    let lies_on_relief = object.charts.is_none() || object.heights.is_none();
+    lies_on_relief
+        && map.fit.is_none()
+        && !map.colors.is_empty()
+        && map.colors.len() == map.width as usize * map.height as usize
+}
+
+/// Returns how many of the finest colour levels have no class colours.
+fn skipped_levels(map: &MaterialMap) -> usize {
+    let mut skipped = 0;
+    while map.width.max(map.height) >> skipped > MOST_TEXELS {
+        skipped += 1;
+    }
+    skipped
+}
+
+fn is_constant(heights: &[f32]) -> bool {
+    heights.iter().all(|height| *height == heights[0])
+}
+
+/// Tables that decode the colours and the roughness of a material.
+struct Tables {
+    linear: [f32; 256],
+    alphas: [f32; 256],
+}
+
+impl Tables {
+    fn new() -> Self {
+        Self { linear: linear_of_srgb8(), alphas: std::array::from_fn(|code| alpha_of(code as u8)) }
+    }
+
+    /// Returns the linear albedo and the Beckmann roughness `α`.
+    fn texel(&self, [r, g, b, a]: [u8; 4]) -> [f32; 4] {
+        let [r, g, b] = [r, g, b].map(|code| self.linear[usize::from(code)]);
+        [r, g, b, self.alphas[usize::from(a)]]
     }
 }
 
@@ -138,15 +226,15 @@ impl ClassImages {
 
     /// Uploads the classes of an object.
     pub fn new(gpu: &Arc<Gpu>, name: &str, classes: &ObjectClasses, none: &Self) -> Result<Self> {
-        let ObjectClasses { map, open } = classes;
-        let Some(first) = map.levels.first() else { return Ok(none.clone()) };
-        let desc = ImageDesc::new(FORMAT, first.width, first.height).full_mips().layers(2 * classes.count());
-        let moments = Image::new(gpu, &format!("{name} class moments"), desc)?;
-        for (mip, level) in (0..).zip(&map.levels) {
-            for (number, layer) in (0..).zip(&level.layers) {
-                moments.write(mip, number, layer)?;
-            }
+        let ObjectClasses { map, open, colors } = classes;
+        let colors = match colors {
+            Some(colors) => uploaded(gpu, &format!("{name} class colours"), &colors.levels)?,
+            None => none.colors.clone(),
+        };
+        if map.levels.is_empty() {
+            return Ok(Self { colors, ..none.clone() });
         }
+        let moments = uploaded(gpu, &format!("{name} class moments"), &map.levels)?;
         let mut centers = [[0.0; 4]; MOST_CLASSES];
         centers.iter_mut().zip(&map.centers).for_each(|(to, [s, t, h])| *to = [*s, *t, *h, 0.0]);
         let side = OPENNESS_SIDE as u32;
@@ -154,8 +242,19 @@ impl ClassImages {
         table.write(0, 0, &open.texels)?;
         let [s, t, h] = map.units;
         let unit = [s, t, h, variance_in_units(map)];
-        Ok(Self { moments, centers, unit, open: table, ..none.clone() })
+        Ok(Self { moments, colors, open: table, centers, unit })
     }
+}
+
+fn uploaded(gpu: &Arc<Gpu>, name: &str, levels: &[ClassLevel]) -> Result<Image> {
+    let ClassLevel { width, height, layers } = &levels[0];
+    let image = Image::new(gpu, name, ImageDesc::new(FORMAT, *width, *height).full_mips().layers(layers.len() as u32))?;
+    for (mip, level) in (0..).zip(levels) {
+        for (number, layer) in (0..).zip(&level.layers) {
+            image.write(mip, number, layer)?;
+        }
+    }
+    Ok(image)
 }
 
 /// Returns the slope variance of a whole map in the units of its classes, summed over both axes.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{Vec2, Vec3};
 
 use super::atlas::AtlasGpu;
-use super::classes::ClassImages;
+use super::classes::{ClassImages, ObjectClasses};
 use super::detail::{DetailImages, DetailKind};
 use super::displacement::{Border, BoundaryHeights, HeightField};
 use super::fits::Fits;
@@ -146,6 +146,11 @@ pub struct SurfaceKind {
     pub charted: bool,
     /// The relief properties that the colours follow.
     pub follows: Follows,
+    /// Whether the classes of the relief differ in colour or roughness.
+    pub class_colors: bool,
+    /// The number of rows of taps across the footprint in the slope and material maps. With a single row, pixels would blur into their
+    /// neighbours, which is visible where two roughnesses meet.
+    pub tap_rows: i32,
     /// Whether the bumps of the object can occlude the environment.
     pub horizon: bool,
     /// Whether the mesh is a plane with affine texture coordinates.
@@ -193,6 +198,8 @@ impl SurfaceKind {
             },
             charted: object.charts.is_some(),
             follows: ReliefColors::of(object).map_or(Follows::default(), |colors| colors.follows),
+            class_colors: object.classes.as_ref().is_some_and(|classes| classes.colors.is_some()),
+            tap_rows: if object.classes.as_ref().is_some_and(ObjectClasses::has_sharp_roughness) { 3 } else { 1 },
             horizon: object.height_scale != 0.0
                 && object.material.as_ref().is_none_or(|map| map.cones.is_none())
                 && object

@@ -89,7 +89,8 @@ pub fn classes(facets: Facets<'_>, scale: [f64; 2], material: Option<&ClassMater
     let floor = (SLOPE_FLOOR * squares).extend(HEIGHT_FLOOR * at_least(whole.covariance.z_axis.z, 1e-20));
     let texels: Vec<[f64; 4]> =
         material.map_or_else(Vec::new, |material| samples.iter().map(|&(_, at)| material.at(at)).collect());
-    let truth = Truth::new(&sampled, squares);
+    // All facets of a flat surface are alike.
+    let truth = Truth::new(if matches!(facets, Facets::Flat) { &sampled[..1] } else { &sampled }, squares);
     let colors: Vec<DVec3> = texels.iter().map(|&[r, g, b, _]| DVec3::new(r, g, b)).collect();
     let weights = if material.is_some_and(|material| material.follows_relief) {
         correlated(&sampled, &whole)
