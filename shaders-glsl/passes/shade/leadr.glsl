@@ -624,9 +624,6 @@ vec3 leadr_radiance(Surface surface) {
     }
     if (DIFFUSE_ENVIRONMENT) {
         vec3 albedo = USES_RELIEF_COLOR ? environment_albedo(surface, diffuse_o) : surface.albedo;
-        if (MULTISCATTERING) {
-            albedo *= first_albedo(bounces.facets, albedo);
-        }
         vec3 ambient = ambient_on_diffuse(surface, albedo) * cone_diffuse(surface, albedo, environment_sh());
         radiance += entering * albedo * ambient * diffuse_environment(surface, normals);
     }
