@@ -271,17 +271,21 @@ vec3 diffuse_environment(const Surface surface, const NormalMoments normals) {
     vec3 c[9] = environment_sh();
     vec3 whole;
     float open = 1.0; // fraction of the light that the facets do not shadow
-    if (FACET_SHADOWING == LEADR_SHADOWING_CORRELATED) {
+    if (BY_CLASS && SHADOWING != LEADR_SHADOWING_NONE) {
+        // The mesosurface blocks the light from below.
+        ClassEnvironment e = class_environment_of(surface);
+        vec3 up = normal_of_slope(surface.whole_mean);
+        vec3 above = sh_irradiance(c, from_frame(surface.frame, e.normal)) + rest_irradiance(surface, e.normal);
+        vec3 below = max(sh_irradiance(c, from_frame(surface.frame, -up)) + rest_irradiance(surface, -up), 0.0);
+        whole = max(above - (0.5 - 0.5 * dot(e.normal, up)) * below, 0.0) * (e.open / LEADR_PI);
+        open = e.open;
+    } else if (FACET_SHADOWING == LEADR_SHADOWING_CORRELATED) {
         BentNormal bent = bent_normal(surface.wo, surface.mean_slope, surface.slope_covariance);
         whole = shadowed_diffuse_environment(bent, surface.frame, c, rest_irradiance(surface, bent.normal));
         open = bent.open;
     } else {
         vec3 rest = rest_irradiance(surface, normals.mean) * sh_rest_damping(normals.mean);
         whole = leadr_diffuse_environment(normals, surface.frame, c, rest);
-    }
-    if (BY_CLASS) {
-        open = 1.0 - surface.hidden.w;
-        whole = max(whole - surface.hidden.rgb, 0.5 * open * max(whole, 0.0));
     }
     if (!USES_HORIZON) {
         return max(whole, 0.0);
@@ -679,15 +683,8 @@ vec3 classes_radiance(Surface surface) {
             class_lights_open[number] = classes_open(surface.classes, class_lights[number].wi);
         }
     }
-    ClassesHidden hidden;
-    if (BY_CLASS && DIFFUSE_ENVIRONMENT) {
-        hidden = classes_hidden(surface);
-    }
     vec3 sum = vec3(0.0);
     for (int k = 0; k < surface.classes.count; ++k) {
-        if (BY_CLASS && DIFFUSE_ENVIRONMENT) {
-            surface.hidden = vec4(hidden.radiance[k], hidden.share[k]);
-        }
         sum += seen[k] * leadr_radiance(class_part(surface, k));
     }
     return sum;

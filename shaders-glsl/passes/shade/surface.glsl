@@ -36,8 +36,8 @@ struct Surface {
     FacetClasses classes; // with CLASSES > 1
     vec4 seen;           // with BY_CLASS, openness of the classes towards the viewer
     vec2 whitened;       // direction of the viewer in the space where the relief is isotropic
+    vec2 whole_mean;     // mean slope of all classes
     vec3 whole_cholesky; // Cholesky factor of the covariance of all classes
-    vec4 hidden;         // with BY_CLASS, environment that is hidden from the facets of the shaded class: radiance, and share
     int part;            // number of the class that is shaded
 };
 

@@ -9,6 +9,7 @@ mod heights;
 mod occlusion;
 mod openness;
 pub mod quantisation;
+mod sky_depths;
 mod slopes;
 mod spectral;
 mod sweep;

@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use glam::{DVec2, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use half::f16;
 use leadr_gpu::{Gpu, Image, ImageDesc, Result, vk};
 use leadr_maps::ClassMap;
@@ -30,6 +30,8 @@ pub struct ObjectClasses {
     pub map: ClassMap,
     /// How much of each class other facets hide.
     pub open: Openness,
+    /// The factors that convert slopes per texture coordinate to rise over run.
+    pub slope_scale: DVec2,
 }
 
 impl ObjectClasses {
@@ -53,11 +55,12 @@ impl ObjectClasses {
             Some(level) => Facets::OfTexels(level),
             None => Facets::OfHeights(&field.map, wrap),
         };
-        let found = classes(facets, (f64::from(object.height_scale) / repeat).to_array(), None);
+        let scale = f64::from(object.height_scale) / repeat;
+        let found = classes(facets, scale.to_array(), None);
         (found.count() > 1).then(|| {
             let map = ClassMap::new(facets, &found, None);
             let open = Openness::new(facets, wrap, &found, None, map.units, object.height_scale < 0.0);
-            Self { map, open }
+            Self { map, open, slope_scale: scale }
         })
     }
 
@@ -65,6 +68,19 @@ impl ObjectClasses {
     pub fn scale(&mut self, factor: f32) {
         self.map.centers.as_flattened_mut().iter_mut().for_each(|center| *center *= factor);
         self.map.units.iter_mut().for_each(|unit| *unit *= factor);
+    }
+
+    /// Returns the optical depths of the classes towards the sky.
+    fn sky_depths(&self) -> [f32; MOST_CLASSES] {
+        let scale = self.slope_scale;
+        let physical = |class: Class| Class {
+            mean: scale * class.mean,
+            covariance: class.covariance * DVec3::new(scale.x * scale.x, scale.y * scale.y, scale.x * scale.y),
+            ..class
+        };
+        let classes: Vec<Class> = self.map.mean().into_iter().map(physical).collect();
+        let units = DVec2::new(f64::from(self.map.units[0]), f64::from(self.map.units[1]));
+        self.open.sky_depths(&classes, (scale * units).abs()).map(|depth| depth as f32)
     }
 
     /// Returns the number of classes.
@@ -121,6 +137,10 @@ pub struct ClassImages {
     pub centers: [[f32; 4]; MOST_CLASSES],
     /// The units of the moments about the centres, and the slope variance of the map in these units, summed over both axes.
     pub unit: [f32; 4],
+    /// The [correlation](Openness::correlation) of the openness of each class.
+    pub correlation: [f32; MOST_CLASSES],
+    /// The optical depth of each class towards the sky.
+    pub sky_depths: [f32; MOST_CLASSES],
 }
 
 impl ClassImages {
@@ -133,12 +153,13 @@ impl ClassImages {
         let open = Image::new(gpu, "no class openness", ImageDesc::new(FORMAT, 1, 1))?;
         open.write(0, 0, &[[f16::ONE; 4]])?;
         let (moments, colors) = (image("no class moments")?, image("no class colours")?);
-        Ok(Self { moments, colors, open, centers: [[0.0; 4]; MOST_CLASSES], unit: [1.0; 4] })
+        let (centers, sky_depths) = ([[0.0; 4]; MOST_CLASSES], [0.0; MOST_CLASSES]);
+        Ok(Self { moments, colors, open, centers, unit: [1.0; 4], correlation: [1.0; MOST_CLASSES], sky_depths })
     }
 
     /// Uploads the classes of an object.
     pub fn new(gpu: &Arc<Gpu>, name: &str, classes: &ObjectClasses, none: &Self) -> Result<Self> {
-        let ObjectClasses { map, open } = classes;
+        let ObjectClasses { map, open, .. } = classes;
         let Some(first) = map.levels.first() else { return Ok(none.clone()) };
         let desc = ImageDesc::new(FORMAT, first.width, first.height).full_mips().layers(2 * classes.count());
         let moments = Image::new(gpu, &format!("{name} class moments"), desc)?;
@@ -154,7 +175,8 @@ impl ClassImages {
         table.write(0, 0, &open.texels)?;
         let [s, t, h] = map.units;
         let unit = [s, t, h, variance_in_units(map)];
-        Ok(Self { moments, centers, unit, open: table, ..none.clone() })
+        let (correlation, sky_depths) = (open.correlation.map(|c| c as f32), classes.sky_depths());
+        Ok(Self { moments, centers, unit, open: table, correlation, sky_depths, ..none.clone() })
     }
 }
 

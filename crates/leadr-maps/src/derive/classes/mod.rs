@@ -58,6 +58,11 @@ impl Classes {
         self.densities.len()
     }
 
+    /// Returns the class of a facet of the relief with a slope per texture coordinate and a height, without its material.
+    pub fn of_relief(&self, slope: DVec2, height: f64) -> usize {
+        self.of(&Facet { point: slope.extend(height), ..Facet::default() })
+    }
+
     /// Returns the class of a facet.
     pub(crate) fn of(&self, facet: &Facet) -> usize {
         nearest(&self.densities, facet)
