@@ -5,8 +5,8 @@
 #include "leadr/visible/class_environment.glsl"
 
 // The lights of the pixel, which all classes share, and the openness of the classes towards them.
-Light class_lights[LIGHTS > 0 ? LIGHTS : 1];
-vec4 class_lights_open[LIGHTS > 0 ? LIGHTS : 1];
+Light pixel_lights[LIGHTS > 0 ? LIGHTS : 1];
+vec4 pixel_lights_open[LIGHTS > 0 ? LIGHTS : 1];
 
 #ifdef LEADR_CLASS_OPENNESS
 vec4 class_openness_at(const vec2 at) {

@@ -178,10 +178,7 @@ vec3 family_radiance(Surface surface) {
     if (FINEST_LEVEL && (FACET_FRAME || is_fitted(surface.fit))) {
         surface = in_facet_frame(surface);
     }
-    if (CLASSES > 1) {
-        return classes_radiance(surface);
-    }
-    return leadr_radiance(surface);
+    return relief_shaded(surface);
 }
 
 #endif

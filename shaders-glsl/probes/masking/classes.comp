@@ -17,10 +17,12 @@ void main() {
     }
     float inside = next();
     at = gl_GlobalInvocationID.x * 20;
-    ClassesSeen o = ClassesSeen(open[0], whitened[0]);
-    ClassesSeen i = ClassesSeen(open[1], whitened[1]);
-    vec4 columns[5] = vec4[](openness_inside(open[0], inside), class_lit_fractions(LEADR_SHADOWING_NONE, correlation, o, i),
-            class_lit_fractions(LEADR_SHADOWING_SMITH, correlation, o, i), class_lit_fractions(LEADR_SHADOWING_CORRELATED, correlation, o, i),
-            class_lit_fractions(LEADR_SHADOWING_CORRELATED_SIMPLE, correlation, o, i));
+    const int models[4] = int[](LEADR_SHADOWING_NONE, LEADR_SHADOWING_SMITH, LEADR_SHADOWING_CORRELATED, LEADR_SHADOWING_CORRELATED_SIMPLE);
+    vec4 columns[5];
+    for (int k = 0; k < 4; ++k) {
+        columns[0][k] = openness_inside(open[0][k], inside);
+        for (int i = 0; i < 4; ++i)
+            columns[i + 1][k] = class_lit_fraction(models[i], correlation[k], open[0][k], open[1][k], whitened[0], whitened[1]);
+    }
     for (int k = 0; k < 5; ++k) { put(columns[k].xy); put(columns[k].zw); }
 }

@@ -70,9 +70,9 @@ impl ObjectClasses {
         self.map.units.iter_mut().for_each(|unit| *unit *= factor);
     }
 
-    /// Returns the optical depths of the classes towards the sky.
-    fn sky_depths(&self) -> [f32; MOST_CLASSES] {
-        let scale = self.slope_scale;
+    /// Returns the optical depths of the classes towards the sky, if a factor multiplies the height scale.
+    fn sky_depths(&self, factor: f64) -> [f32; MOST_CLASSES] {
+        let scale = factor * self.slope_scale;
         let physical = |class: Class| Class {
             mean: scale * class.mean,
             covariance: class.covariance * DVec3::new(scale.x * scale.x, scale.y * scale.y, scale.x * scale.y),
@@ -124,6 +124,11 @@ fn metres_per_repeat(mesh: &PatchMesh) -> Option<DVec2> {
     (sizes.is_finite() && sizes.min_element() > 0.0).then_some(sizes)
 }
 
+/// The number of factors of the height scale for which depths towards the sky are stored.
+const FACTORS: usize = 11;
+/// These factors: powers of two.
+const FACTOR_RANGE: [f64; FACTORS] = [0.015625, 0.03125, 0.0625, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
+
 /// The images of the classes. Clones share the images.
 #[derive(Clone)]
 pub struct ClassImages {
@@ -139,8 +144,8 @@ pub struct ClassImages {
     pub unit: [f32; 4],
     /// The [correlation](Openness::correlation) of the openness of each class.
     pub correlation: [f32; MOST_CLASSES],
-    /// The optical depth of each class towards the sky.
-    pub sky_depths: [f32; MOST_CLASSES],
+    /// The optical depth of each class towards the sky, at each of [`FACTORS`] of the height scale.
+    sky_depths: [[f32; MOST_CLASSES]; FACTORS],
 }
 
 impl ClassImages {
@@ -153,7 +158,7 @@ impl ClassImages {
         let open = Image::new(gpu, "no class openness", ImageDesc::new(FORMAT, 1, 1))?;
         open.write(0, 0, &[[f16::ONE; 4]])?;
         let (moments, colors) = (image("no class moments")?, image("no class colours")?);
-        let (centers, sky_depths) = ([[0.0; 4]; MOST_CLASSES], [0.0; MOST_CLASSES]);
+        let (centers, sky_depths) = ([[0.0; 4]; MOST_CLASSES], [[0.0; MOST_CLASSES]; FACTORS]);
         Ok(Self { moments, colors, open, centers, unit: [1.0; 4], correlation: [1.0; MOST_CLASSES], sky_depths })
     }
 
@@ -175,8 +180,22 @@ impl ClassImages {
         table.write(0, 0, &open.texels)?;
         let [s, t, h] = map.units;
         let unit = [s, t, h, variance_in_units(map)];
-        let (correlation, sky_depths) = (open.correlation.map(|c| c as f32), classes.sky_depths());
+        let (correlation, sky_depths) =
+            (open.correlation.map(|c| c as f32), FACTOR_RANGE.map(|factor| classes.sky_depths(factor)));
         Ok(Self { moments, centers, unit, open: table, correlation, sky_depths, ..none.clone() })
+    }
+}
+
+impl ClassImages {
+    /// Returns the optical depth of each class towards the sky, if a factor multiplies the height scale.
+    pub fn sky_depths(&self, factor: f32) -> [f32; MOST_CLASSES] {
+        let at = (factor.abs().log2() - FACTOR_RANGE[0].log2() as f32).clamp(0.0, (FACTORS - 1) as f32);
+        let first = (at as usize).min(FACTORS - 2);
+        let part = at - first as f32;
+        std::array::from_fn(|k| {
+            let [low, high] = [first, first + 1].map(|i| self.sky_depths[i][k]);
+            low + part * (high - low)
+        })
     }
 }
 
