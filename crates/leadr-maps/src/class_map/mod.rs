@@ -152,7 +152,8 @@ pub(crate) struct ClassRows<'a> {
     material: MaterialAt<'a>,
     size: [u32; 2],
     centers: Vec<DVec3>,
-    unit: DVec3,
+    /// The reciprocals of the units.
+    by: DVec3,
 }
 
 impl<'a> ClassRows<'a> {
@@ -169,19 +170,19 @@ impl<'a> ClassRows<'a> {
             material: classes.material(material),
             size: facets.size(material),
             centers: frame.centers.iter().map(wide).collect(),
-            unit: wide(&frame.units),
+            by: wide(&frame.units).recip(),
         }
     }
 
     /// Returns rows of the finest level. The eight values of each class follow each other in the order of the layers.
     pub fn rows(&self, rows: Range<u32>) -> Vec<Row> {
-        let (centers, unit) = (&self.centers, self.unit);
+        let (centers, by) = (&self.centers, self.by);
         let count = centers.len();
         let row_of = |sums: Vec<Sums>| -> Row {
             let mut row = vec![0.0; 8 * sums.len()];
             for (i, (sums, values)) in sums.iter().zip(row.as_chunks_mut().0).enumerate() {
                 if sums.weight > 0.0 {
-                    *values = sums.about(centers[i % count], unit);
+                    *values = sums.about(centers[i % count], by);
                 }
             }
             row
@@ -233,7 +234,7 @@ impl<'a> ClassRows<'a> {
             Cell::row(map, wrap, y).map(of_cell).collect()
         });
         let cells: Vec<Vec<(Cell, [u8; 4])>> = cells.collect();
-        let count = self.classes.count();
+        let (count, varies) = (self.classes.count(), self.material.varies());
         let row = |y: u32| {
             let width = map.width as usize;
             let mut sums = vec![Sums::default(); width * count];
@@ -241,13 +242,13 @@ impl<'a> ClassRows<'a> {
             for (x, sums) in sums.chunks_exact_mut(count).enumerate() {
                 for [below, right] in CORNERS {
                     let (cell, of_cell) = &cells[above + below][x + right];
-                    let at = [quarter(x as u32, right, map.width), quarter(y, below, map.height)];
-                    let material = self.material.at(at);
+                    let material = varies.then(|| {
+                        self.material.at([quarter(x as u32, right, map.width), quarter(y, below, map.height)])
+                    });
                     for (corner @ [row, column], weight) in Cell::of_quarter([1 - below, 1 - right]) {
-                        let class = if self.material.varies() {
-                            self.classes.of(&Facet { material, ..cell.facet(corner) })
-                        } else {
-                            usize::from(of_cell[2 * row + column])
+                        let class = match material {
+                            Some(material) => self.classes.of(&Facet { material, ..cell.facet(corner) }),
+                            None => usize::from(of_cell[2 * row + column]),
                         };
                         let (s, t) = (cell.s[row], cell.t[column]);
                         sums[class].add(0.25 * weight, [s, t, s * s, t * t, s * t]);
@@ -277,26 +278,27 @@ struct Sums {
 }
 
 impl Sums {
+    #[inline]
     fn add(&mut self, weight: f64, values: [f64; 5]) {
         self.weight += weight;
         self.slopes.iter_mut().zip(values).for_each(|(sum, v)| *sum += weight * v);
     }
 
-    /// Returns the weighted moments about a centre, in the order of the layers.
-    fn about(&self, center: DVec3, unit: DVec3) -> [f32; 8] {
+    /// Returns the weighted moments about a centre, in the order of the layers. `by` has the reciprocal units.
+    fn about(&self, center: DVec3, by: DVec3) -> [f32; 8] {
         let (weight, [x, y, xx, yy, xy]) = (self.weight, self.slopes);
-        let z = (self.height - center.z) / unit.z;
-        let square = |second: f64, first: f64, center: f64, unit: f64| {
-            at_least(second - center * (2.0 * first - center * weight), 0.0) / (unit * unit)
+        let z = (self.height - center.z) * by.z;
+        let square = |second: f64, first: f64, center: f64, by: f64| {
+            at_least(second - center * (2.0 * first - center * weight), 0.0) * (by * by)
         };
         let values = [
             weight,
-            (x - weight * center.x) / unit.x,
-            (y - weight * center.y) / unit.y,
+            (x - weight * center.x) * by.x,
+            (y - weight * center.y) * by.y,
             weight * z,
-            square(xx, x, center.x, unit.x),
-            square(yy, y, center.y, unit.y),
-            (xy - center.x * y - center.y * x + weight * center.x * center.y) / (unit.x * unit.y),
+            square(xx, x, center.x, by.x),
+            square(yy, y, center.y, by.y),
+            (xy - center.x * y - center.y * x + weight * center.x * center.y) * (by.x * by.y),
             weight * z * z,
         ];
         values.map(|v| v as f32)

@@ -110,7 +110,7 @@ fn damaged_classes_are_faults_and_never_panics() {
             ("leadr.class_units", "leadr.class_unitz", "leadr.class_units is missing"),
             ("leadr.class_units\0", "leadr.class_units\0-", "leadr.class_units is invalid"),
             ("leadr.class_units\0", "leadr.class_units\0nan ", "leadr.class_units is invalid"),
-            ("leadr.class_centers\0", "leadr.class_centers\01 2 ", "leadr.class_centers is invalid"),
+            ("leadr.class_centers\0", "leadr.class_centers\x001 2 ", "leadr.class_centers is invalid"),
         ] {
             let error = replaced(from, to).unwrap_err();
             assert!(error.contains(what), "{precision:?} {to}: {error}");

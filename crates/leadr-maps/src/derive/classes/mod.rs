@@ -256,7 +256,7 @@ mod tests {
     fn slopes_without_heights_have_classes() {
         // Two kinds of texels: flat, or steep in the manner of a normal map.
         let texel = |i: u32| {
-            let x = if i % 4 == 0 { 2.0 } else { 0.0 };
+            let x = if i.is_multiple_of(4) { 2.0 } else { 0.0 };
             Moments { mean_slope: [x, 0.0], second: [x * x, 0.0], ..Moments::default() }
         };
         let level = MomentLevel { width: 64, height: 64, texels: (0..4096).map(texel).collect() };
