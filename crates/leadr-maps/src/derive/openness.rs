@@ -28,8 +28,9 @@ const FINE: f64 = 24.0;
 /// The largest distance of a march, in repeats.
 const MOST_REPEATS: f64 = 1.5;
 
-/// The smallest correlation of directions, and the rows and the steps in azimuth at which it is measured.
+/// The smallest correlation of directions.
 const LEAST_CORRELATION: f64 = -2.0;
+/// The elevations and the step in azimuth at which the correlation is measured.
 const CORRELATED_ROWS: [usize; 3] = [9, 12, 15];
 const CORRELATED_STEP: usize = 4;
 
@@ -41,8 +42,7 @@ const CORRELATED_STEP: usize = 4;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Openness {
     /// Whether facets that are open to one direction are also open to others, for
-    /// [`lit_fractions`](leadr_reflectance::masking::classes::ClassesSeen::lit_fractions): from [`LEAST_CORRELATION`] to 1, as in Smith's
-    /// form.
+    /// [`lit_fractions`](leadr_reflectance::masking::classes::ClassesSeen::lit_fractions): from −2 to 1, as in Smith's form.
     pub correlation: [f64; MOST_CLASSES],
     /// The rows of the table, with [`OPENNESS_SIDE`] texels each. A texel holds one value per class, from 0 to 1.
     pub texels: Vec<[f16; MOST_CLASSES]>,
