@@ -25,6 +25,8 @@ struct FacetClasses {
     vec2 t;
     vec2 offset;
     float inside;                  // fraction of the relief's slope variance that the footprint contains
+    vec4 correlation;              // of the openness towards different directions
+    vec4 sky_depth;                // optical depth towards the sky
 };
 
 // The output of the filter passes for a pixel, for any kind of surface.

@@ -48,6 +48,81 @@ fn a_height_map_becomes_its_moments() {
     assert_eq!(files.len(), 1, "nothing is left beside it");
 }
 
+/// Writes a map of square tiles with steep borders.
+fn tiles(file: &Path) {
+    let wall = |i: u32| ((i % 32) as f32 - 15.5).abs();
+    let height = |i: u32| ((15.0 - wall(i % 64).max(wall(i / 64))) / 3.0).clamp(0.0, 1.0);
+    let map = HeightMap::new(64, 64, (0..64 * 64).map(height).collect()).unwrap();
+    save_png_grey16(file, &map, 0.0, 1.0).unwrap();
+}
+
+#[test]
+fn classes_are_found_stored_and_reported() {
+    let folder = tempfile::tempdir().unwrap();
+    let [heights, ktx2, exr] = ["tiles.png", "tiles.ktx2", "tiles.exr"].map(|name| folder.path().join(name));
+    tiles(&heights);
+    let one = bake(&[text(&heights), "-o", text(&ktx2)]);
+    let report = String::from_utf8_lossy(&one.stdout).into_owned();
+    assert!(report.contains("--classes auto stores these ") && report.contains("f32, 32 bytes per texel"), "{report}");
+    assert!(report.contains("flat, high"), "{report}");
+    assert!(BakedMap::load(&ktx2).unwrap().class_map().is_none());
+    for file in [&ktx2, &exr] {
+        let auto = bake(&[text(&heights), "--classes", "auto", "--format", "f16", "--json", "-o", text(file)]);
+        assert_eq!(auto.status.code(), Some(0), "{}", String::from_utf8_lossy(&auto.stderr));
+        let report: serde_json::Value = serde_json::from_slice(&auto.stdout).unwrap();
+        let classes = &report["classes"];
+        let count = classes["stored"].as_u64().unwrap() as usize;
+        let map = BakedMap::load(file).unwrap().class_map().unwrap();
+        assert!(count > 1 && count == map.count() && count == classes["found"].as_array().unwrap().len());
+        assert_eq!(report["bytes_per_texel"].as_u64().unwrap() as usize, 16 + 16 * count);
+        let errors = classes["reflection_error"].as_array().unwrap();
+        assert!(errors[0].as_f64().unwrap() > 2.0 * errors[count - 1].as_f64().unwrap(), "{errors:?}");
+        for (class, found) in map.mean().iter().zip(classes["found"].as_array().unwrap()) {
+            assert!((class.share - found["share"].as_f64().unwrap()).abs() < 0.02, "{class:?} {found}");
+        }
+    }
+    for (wrong, message) in [
+        (["--classes", "5"], "auto"),
+        (["--classes", "0"], "auto"),
+        (["--kind", "lean"], "--classes is for --kind leadr: leave it out"),
+        (["--layout", "oiio"], "the layout oiio holds no classes"),
+    ] {
+        let mut arguments = vec![text(&heights), "-o", text(&exr)];
+        if wrong[0] != "--classes" {
+            arguments.extend(["--classes", "2"]);
+        }
+        arguments.extend(wrong);
+        let failed = bake(&arguments);
+        let error = String::from_utf8_lossy(&failed.stderr).into_owned();
+        assert!(failed.status.code() != Some(0) && error.contains(message), "{wrong:?}: {error}");
+    }
+}
+
+#[test]
+fn classes_that_blocks_would_damage_are_floats() {
+    let folder = tempfile::tempdir().unwrap();
+    let [heights, file] = ["spikes.png", "spikes.ktx2"].map(|name| folder.path().join(name));
+    let bake_blocks = || {
+        let baked = bake(&[text(&heights), "--classes", "3", "--format", "bc", "--json", "-o", text(&file)]);
+        let report: serde_json::Value = serde_json::from_slice(&baked.stdout).unwrap();
+        (report["format"].as_str().unwrap().to_owned(), String::from_utf8_lossy(&baked.stderr).into_owned())
+    };
+    tiles(&heights);
+    let (format, _) = bake_blocks();
+    assert_eq!(format, "bc");
+    assert!(BakedMap::load(&file).unwrap().class_map().is_some());
+    // White noise with heavy tails has steep and gentle texels in every block.
+    let height = |i: u32| {
+        let bits = i.wrapping_mul(2_654_435_761).rotate_left(15).wrapping_mul(2_246_822_519);
+        let rise = 0.002 * ((bits >> 8) as f32 / (1 << 24) as f32).max(1e-6).powf(-0.7);
+        (if bits & 1 == 0 { 0.5 + rise } else { 0.5 - rise }).clamp(0.0, 1.0)
+    };
+    save_png_grey16(&heights, &HeightMap::new(64, 64, (0..4096).map(height).collect()).unwrap(), 0.0, 1.0).unwrap();
+    let (format, remarks) = bake_blocks();
+    assert!(format == "f16" && remarks.contains("the file has 16-bit floats instead"), "{format} {remarks}");
+    assert!(BakedMap::load(&file).unwrap().class_map().is_some());
+}
+
 #[test]
 fn heights_of_8_bits_lose_their_steps() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,6 +1,7 @@
 //! Spatially varying materials, filtered: compared with supersampled pictures of the same surface.
 
 use glam::Vec3;
+use leadr::maps::derive::{USUAL_HEIGHT, USUAL_SLOPE};
 use leadr::maps::material::{
     Encoding, GreenAxis, Input, Material, MaterialFolder, NormalMap, Raster, Relief, Samples, Texture, agreement,
     alpha_code, green_axis,
@@ -17,7 +18,7 @@ use leadr::render::scene::{FrameState, MaterialMap, Object, Pose};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
 use leadr::render::surfaces::displacement::Border;
 use leadr::render::surfaces::tessellation::TessellationSettings;
-use leadr::scenes::cover::{SampledMaterial, USUAL_HEIGHT, USUAL_SLOPE};
+use leadr::scenes::cover::SampledMaterial;
 use leadr::scenes::dressed;
 use leadr::scenes::plane::{even, plane};
 use leadr::scenes::sphere::{bake_tiles, displaced_sphere};

@@ -13,6 +13,7 @@ pub mod multiscattering_study;
 pub mod panorama_study;
 pub mod quadrature_study;
 pub mod ray_cast;
+pub mod relief;
 pub mod report;
 pub mod shadowed_reference;
 pub mod shadowing_errors;

@@ -66,6 +66,12 @@ vec3 first_albedo(const FacetBounces bounces, const vec3 albedo) {
     return (1.0 - bounces.lost) * (1.0 - bounces.again) / (1.0 - albedo * bounces.again);
 }
 
+// Returns the albedo of facets whose surface has this albedo for the light that enters it, 0..1.
+vec3 facet_albedo(const FacetBounces bounces, const vec3 albedo) {
+    float kept = (1.0 - bounces.lost) * (1.0 - bounces.again);
+    return min(albedo / max(kept + albedo * bounces.again, 1e-6), 1.0);
+}
+
 // Returns the BRDF per steradian, which is 0 for directions on or below the horizon. entered_o and entered_i are the fractions of light
 // that enter along the directions of the viewer and of the light, and entered_average is the mean over all directions (`entered` in
 // energy.glsl).

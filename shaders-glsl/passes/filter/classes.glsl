@@ -107,6 +107,8 @@ FacetClasses facet_classes(const ClassMeans means, const vec2 gradient_variance,
     vec2 in_units = gradient_variance / (unit.xy * unit.xy);
     classes.inside = clamp((in_units.x + in_units.y) / max(OBJECT.class_unit.w, 1e-6), 0.0, 1.0);
     for (int n = 0; n < MOST_CLASSES; ++n) {
+        classes.correlation[n] = n < classes.count ? OBJECT.class_correlation[classes.number[n]] : 1.0;
+        classes.sky_depth[n] = n < classes.count ? classes.inside * OBJECT.class_sky_depth[classes.number[n]] : 0.0;
         classes.share[n] = n < classes.count ? classes.share[n] / max(whole, 1e-6) : 0.0;
         classes.number[n] = n < classes.count ? classes.number[n] : 0;
     }

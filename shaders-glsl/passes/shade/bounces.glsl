@@ -33,12 +33,14 @@ Bounces bounces_of(const Surface surface, float alpha) {
     return b;
 }
 
-// Returns the diffuse light from wi (tangent frame), divided by that of a Lambertian surface with the same entering light.
+// Returns the diffuse light from wi (tangent frame), divided by that of a Lambertian surface with the same entering light. The albedo is that
+// of the surface, so the mean over all directions is 1.
 vec3 bounced_light(const Bounces b, const Surface surface, const vec3 albedo, const vec3 wi) {
     vec3 towards = to_frame(b.about, wi);
     towards.z = max(towards.z, 1e-3);
     vec3 entered_i = entered(surface.diffuse_f0, energy_albedo(b.alpha, towards.z), energy_average(b.alpha).x);
-    vec3 value = multiscattering_diffuse(b.wo, towards, b.facets, surface.diffuse_f0, albedo, b.entered, entered_i, b.average);
+    vec3 facets = facet_albedo(b.facets, albedo);
+    vec3 value = multiscattering_diffuse(b.wo, towards, b.facets, surface.diffuse_f0, facets, b.entered, entered_i, b.average);
     return value * LEADR_PI / max(albedo * b.entered, 1e-4);
 }
 

@@ -2,12 +2,11 @@
 #ifndef LEADR_SHADE_CLASSES
 #define LEADR_SHADE_CLASSES
 #include "lighting.glsl"
-#include "leadr/visible/diffuse.glsl"
-#include "leadr/visible/slopes.glsl"
+#include "leadr/visible/class_environment.glsl"
 
 // The lights of the pixel, which all classes share, and the openness of the classes towards them.
-Light class_lights[LIGHTS > 0 ? LIGHTS : 1];
-vec4 class_lights_open[LIGHTS > 0 ? LIGHTS : 1];
+Light pixel_lights[LIGHTS > 0 ? LIGHTS : 1];
+vec4 pixel_lights_open[LIGHTS > 0 ? LIGHTS : 1];
 
 #ifdef LEADR_CLASS_OPENNESS
 vec4 class_openness_at(const vec2 at) {
@@ -39,6 +38,7 @@ vec4 classes_seen(inout Surface surface) {
     if (!BY_CLASS) {
         return share;
     }
+    surface.whole_mean = surface.mean_slope;
     surface.whole_cholesky = slope_cholesky(surface.slope_covariance);
     surface.whitened = whitened_direction(surface.wo, surface.whole_cholesky);
     vec4 of_map = classes_open(c, surface.wo);
@@ -62,7 +62,8 @@ Surface class_part(Surface surface, const int k) {
 // Returns the fraction of the visible facets of class k that are lit from wi. of_map is the openness towards wi.
 float class_lit(const Surface surface, const int k, const vec3 wi, const vec4 of_map) {
     vec2 whitened = whitened_direction(wi, surface.whole_cholesky);
-    return class_lit_fraction(SHADOWING, surface.seen[k], class_open(surface.classes, k, of_map), surface.whitened, whitened);
+    float open = class_open(surface.classes, k, of_map);
+    return class_lit_fraction(SHADOWING, surface.classes.correlation[k], surface.seen[k], open, surface.whitened, whitened);
 }
 
 // Returns the fraction of the visible facets of the shaded class that are lit from wi.
@@ -77,61 +78,11 @@ float class_base_lit(const Surface surface, const vec3 wi) {
     return lit_fraction(SHADOWING, direction_area(surface.wo, m, cholesky), direction_area(wi, m, cholesky));
 }
 
-// The directions of this integral: elevations of a Gauss-Legendre rule, and azimuths that are shifted from row to row.
-const int SKY_AZIMUTHS = 5;
-const int SKY_ROWS = 3;
-// The standard deviation of the environment's light in each direction, per sine of its elevation, in radians. Light from beyond the horizon
-// must not mix in.
-const float SKY_DEVIATION = 0.5;
-
-// The environment that is hidden from the visible facets of the classes, for diffuse light.
-struct ClassesHidden {
-    vec3 radiance[MOST_CLASSES]; // mean radiance over all directions, weighted by the irradiance, where only hidden ones count
-    vec4 share;                  // share of the irradiance of a constant environment
-};
-
-// Returns the visible area of Gaussian slopes, with an error of at most 3 % of their deviation.
-float near_visible_area(const vec3 w, const SlopeGaussian g) {
-    float a = meso_area(w, g.m);
-    return 0.5 * (a + sqrt(a * a + 0.63661977 * slope_spread_squared(w, g.S)));
-}
-
-ClassesHidden classes_hidden(const Surface surface) {
-    FacetClasses c = surface.classes;
-    SlopeGaussian seen[MOST_CLASSES];
-    ClassesHidden hidden;
-    for (int k = 0; k < MOST_CLASSES; ++k) {
-        hidden.radiance[k] = vec3(0.0);
-    }
-    for (int k = 0; k < c.count; ++k) {
-        // One exponential approximates the factor 1/|N| of the irradiance about the mean of |N|^2.
-        VisibleSlopes v = visible_slopes(surface.wo, c.mean[k], c.covariance[k]);
-        seen[k] = damped_gaussian(v.mean, v.cov, 0.5 / squared_normal_spread(v.mean, v.cov).x);
-    }
-    vec4 all = vec4(0.0);
-    hidden.share = vec4(0.0);
-    for (int i = 0; i < SKY_ROWS * SKY_AZIMUTHS; ++i) {
-        float row = float(i / SKY_AZIMUTHS) - 1.0, turn = float(i % SKY_AZIMUTHS) + row / float(SKY_ROWS);
-        float azimuth = 2.0 * LEADR_PI / float(SKY_AZIMUTHS) * turn;
-        float z = 0.5 + 0.38729833 * row, weight = 8.0 - 3.0 * abs(row);
-        vec3 wi = vec3(sqrt(1.0 - z * z) * vec2(cos(azimuth), sin(azimuth)), z);
-        vec4 of_map = classes_open(c, wi);
-        float variance = SKY_DEVIATION * SKY_DEVIATION * z * z;
-        vec3 sky = lobe_radiance(surface, wi, variance), ground = lobe_radiance(surface, -wi, variance);
-        for (int k = 0; k < c.count; ++k) {
-            float above = weight * near_visible_area(wi, seen[k]);
-            float below = max(above - weight * meso_area(wi, seen[k].m), 0.0);
-            float lost = above * (1.0 - class_lit(surface, k, wi, of_map));
-            all[k] += above + below;
-            hidden.share[k] += lost + below;
-            hidden.radiance[k] += lost * sky + below * ground;
-        }
-    }
-    for (int k = 0; k < c.count; ++k) {
-        hidden.radiance[k] /= max(all[k], 1e-6);
-    }
-    hidden.share /= max(all, vec4(1e-6));
-    return hidden;
+// Returns the environment that the visible facets of the shaded class see.
+ClassEnvironment class_environment_of(const Surface surface) {
+    int k = surface.part;
+    return class_environment(surface.wo, surface.mean_slope, surface.slope_covariance, surface.whole_mean, surface.seen[k],
+                             surface.classes.sky_depth[k]);
 }
 
 #endif

@@ -112,9 +112,8 @@ vec3 gloss_radiance(const Surface surface) {
     if (DIFFUSE_ENVIRONMENT) {
         vec3 c[9] = environment_sh();
         vec3 irradiance = max(sh_irradiance(c, from_frame(surface.frame, normal_of_slope(m))), 0.0);
-        vec3 bounced = MULTISCATTERING ? first_albedo(b.facets, albedo) : vec3(1.0);
         vec3 ambient = (1.0 / LEADR_PI) * ambient_on_diffuse(surface, albedo) * cone_diffuse(surface, albedo, c);
-        radiance += diffuse * bounced * ambient * irradiance;
+        radiance += diffuse * ambient * irradiance;
     }
     if (any_on_diffuse() || any_in_specular()) {
         [[unroll]] for (int i = 0; i < LIGHTS; ++i) {
@@ -179,10 +178,7 @@ vec3 family_radiance(Surface surface) {
     if (FINEST_LEVEL && (FACET_FRAME || is_fitted(surface.fit))) {
         surface = in_facet_frame(surface);
     }
-    if (CLASSES > 1) {
-        return classes_radiance(surface);
-    }
-    return leadr_radiance(surface);
+    return relief_shaded(surface);
 }
 
 #endif

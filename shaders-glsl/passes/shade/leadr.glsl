@@ -8,6 +8,7 @@
 #include "bounces.glsl"
 #include "classes.glsl"
 #include "harmonics.glsl"
+#include "interreflection.glsl"
 #include "lighting.glsl"
 #include "leadr/facets/base_roughness.glsl"
 #include "leadr/integrals/diffuse.glsl"
@@ -164,6 +165,11 @@ SpecularTerm probes_specular(const ProbeSums sums, const Surface surface, const 
         vec3 rise = grazing_reflectance(surface.f0) - surface.f0;
         reflected = (surface.f0 - surface.edge_tint * edge_tint_weight(sums.cosine)) * sums.at_normal + rise * sums.by_angle;
     }
+    if (INTERREFLECTION) {
+        vec3 f0 = fitted ? fitted_fresnel(surface.fit, sums.cosine) : surface.f0;
+        vec3 mean = f0 + (fitted ? vec3(0.0) : (grazing_reflectance(f0) - f0) * sums.grazing);
+        reflected += mean * max(1.0 - sums.lit, 0.0) * surface.relief_radiance;
+    }
     vec3 diffuse_f0 = surface.diffuse_f0;
     vec3 fresnel = diffuse_f0 + (grazing_reflectance(diffuse_f0) - diffuse_f0) * sums.grazing;
     SpecularTerm mean = SpecularTerm(reflected / max(sums.lit, 1.0), fresnel, lobe.probes.area);
@@ -261,27 +267,26 @@ vec3 ggx_fresnel(const Surface surface, const vec3 wo, const DisplacedGgx d) {
     return sum.rgb / max(sum.w, 1e-12);
 }
 
-// Returns the irradiance of orders above 2, for a normal n of any length. The result is zero with the paper's grid, which uses order 2.
-vec3 rest_irradiance(const Surface surface, const vec3 n) {
-    return VISIBLE_SLOPES ? textureLod(irradiance_rest, from_frame(surface.frame, n), 0.0).rgb : vec3(0.0);
-}
-
 // Returns the diffuse radiance of the environment per unit of albedo.
 vec3 diffuse_environment(const Surface surface, const NormalMoments normals) {
     vec3 c[9] = environment_sh();
     vec3 whole;
     float open = 1.0; // fraction of the light that the facets do not shadow
-    if (FACET_SHADOWING == LEADR_SHADOWING_CORRELATED) {
+    if (BY_CLASS && SHADOWING != LEADR_SHADOWING_NONE) {
+        // The mesosurface blocks the light from below.
+        ClassEnvironment e = class_environment_of(surface);
+        vec3 up = normal_of_slope(surface.whole_mean);
+        vec3 above = sh_irradiance(c, from_frame(surface.frame, e.normal)) + rest_irradiance(surface, e.normal);
+        vec3 below = max(sh_irradiance(c, from_frame(surface.frame, -up)) + rest_irradiance(surface, -up), 0.0);
+        whole = max(above - (0.5 - 0.5 * dot(e.normal, up)) * below, 0.0) * (e.open / LEADR_PI);
+        open = e.open;
+    } else if (FACET_SHADOWING == LEADR_SHADOWING_CORRELATED) {
         BentNormal bent = bent_normal(surface.wo, surface.mean_slope, surface.slope_covariance);
         whole = shadowed_diffuse_environment(bent, surface.frame, c, rest_irradiance(surface, bent.normal));
         open = bent.open;
     } else {
         vec3 rest = rest_irradiance(surface, normals.mean) * sh_rest_damping(normals.mean);
         whole = leadr_diffuse_environment(normals, surface.frame, c, rest);
-    }
-    if (BY_CLASS) {
-        open = 1.0 - surface.hidden.w;
-        whole = max(whole - surface.hidden.rgb, 0.5 * open * max(whole, 0.0));
     }
     if (!USES_HORIZON) {
         return max(whole, 0.0);
@@ -624,18 +629,18 @@ vec3 leadr_radiance(Surface surface) {
     }
     if (DIFFUSE_ENVIRONMENT) {
         vec3 albedo = USES_RELIEF_COLOR ? environment_albedo(surface, diffuse_o) : surface.albedo;
-        if (MULTISCATTERING) {
-            albedo *= first_albedo(bounces.facets, albedo);
-        }
         vec3 ambient = ambient_on_diffuse(surface, albedo) * cone_diffuse(surface, albedo, environment_sh());
         radiance += entering * albedo * ambient * diffuse_environment(surface, normals);
+    }
+    if (INTERREFLECTION && DIFFUSE) {
+        radiance += entering * surface.albedo * relief_seen(surface, surface.larger) * surface.relief_radiance;
     }
     if (any_on_diffuse() || any_in_specular()) {
         [[unroll]] for (int number = 0; number < LIGHTS; ++number) {
             Light light;
-            if (CLASSES > 1) {
-                light = class_lights[number];
-                light.irradiance *= BY_CLASS ? class_lit(surface, surface.part, light.wi, class_lights_open[number]) : 1.0;
+            if (CLASSES > 1 || INTERREFLECTION) {
+                light = pixel_lights[number];
+                light.irradiance *= BY_CLASS ? class_lit(surface, surface.part, light.wi, pixel_lights_open[number]) : 1.0;
             } else {
                 light = light_at(number, surface);
             }
@@ -677,23 +682,30 @@ vec3 leadr_radiance(Surface surface) {
 vec3 classes_radiance(Surface surface) {
     vec4 seen = classes_seen(surface);
     [[unroll]] for (int number = 0; number < LIGHTS; ++number) {
-        class_lights[number] = light_at(number, surface);
-        if (BY_CLASS) {
-            class_lights_open[number] = classes_open(surface.classes, class_lights[number].wi);
-        }
-    }
-    ClassesHidden hidden;
-    if (BY_CLASS && DIFFUSE_ENVIRONMENT) {
-        hidden = classes_hidden(surface);
+        pixel_lights_open[number] = BY_CLASS ? classes_open(surface.classes, pixel_lights[number].wi) : vec4(1.0);
     }
     vec3 sum = vec3(0.0);
     for (int k = 0; k < surface.classes.count; ++k) {
-        if (BY_CLASS && DIFFUSE_ENVIRONMENT) {
-            surface.hidden = vec4(hidden.radiance[k], hidden.share[k]);
-        }
         sum += seen[k] * leadr_radiance(class_part(surface, k));
     }
     return sum;
+}
+
+// Returns the radiance of a surface, by classes of facets where it has several.
+vec3 relief_shaded(Surface surface) {
+    if (CLASSES > 1 || INTERREFLECTION) {
+        [[unroll]] for (int number = 0; number < LIGHTS; ++number) {
+            pixel_lights[number] = light_at(number, surface);
+        }
+    }
+    if (INTERREFLECTION) {
+        surface.larger = hidden_by_horizon(surface);
+        surface.relief_radiance = relief_radiance(surface, surface.larger);
+    }
+    if (CLASSES > 1) {
+        return classes_radiance(surface);
+    }
+    return leadr_radiance(surface);
 }
 
 #endif

@@ -111,4 +111,9 @@ vec3 lobe_radiance(const Surface surface, const vec3 wi, const float variance) {
     return textureLod(environment_lobes, from_frame(surface.frame, wi), kernel_lod(variance, size)).rgb;
 }
 
+// Returns the irradiance of orders above 2, for a normal n of any length. The result is zero with the paper's grid, which uses order 2.
+vec3 rest_irradiance(const Surface surface, const vec3 n) {
+    return VISIBLE_SLOPES ? textureLod(irradiance_rest, from_frame(surface.frame, n), 0.0).rgb : vec3(0.0);
+}
+
 #endif

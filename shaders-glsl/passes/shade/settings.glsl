@@ -20,6 +20,7 @@ layout(constant_id = 31) const bool FACET_FRAME = false;  // base roughness is i
 layout(constant_id = 9) const int EDGES = EDGES_ARE_ABSENT;
 layout(constant_id = 11) const bool MULTISCATTERING = false; // light between facets (leadr/materials/energy.glsl, multiscattering.glsl)
 layout(constant_id = 12) const bool DRAWN_SPECULAR = false; // random visible specular directions, which differ between samples
+layout(constant_id = 15) const bool INTERREFLECTION = false; // light between the facets of the relief (leadr/integrals/interreflection.glsl)
 layout(constant_id = 13) const bool SKY_OCCLUSION = false; // large shapes occlude the environment
 layout(constant_id = 14) const bool TELLS_LIGHT = false;   // outputs the visibility of the lights instead of radiance
 

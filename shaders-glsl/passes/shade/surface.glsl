@@ -34,10 +34,12 @@ struct Surface {
     vec4 sky;            // fraction of the environment that large shapes leave visible (sky_seen)
     vec4 cone;           // replaces the horizon with CONES; w < 0 without a cone
     FacetClasses classes; // with CLASSES > 1
+    vec3 relief_radiance; // with INTERREFLECTION, radiance of the relief in blocked directions
+    float larger;         // with INTERREFLECTION, fraction of the hemisphere that bumps larger than the footprint hide
     vec4 seen;           // with BY_CLASS, openness of the classes towards the viewer
     vec2 whitened;       // direction of the viewer in the space where the relief is isotropic
+    vec2 whole_mean;     // mean slope of all classes
     vec3 whole_cholesky; // Cholesky factor of the covariance of all classes
-    vec4 hidden;         // with BY_CLASS, environment that is hidden from the facets of the shaded class: radiance, and share
     int part;            // number of the class that is shaded
 };
 

@@ -3,31 +3,26 @@
 #include "leadr/masking/classes.glsl"
 #include "probes/leadr_probe.glsl"
 
+vec4 next4() { vec2 a = next2(); return vec4(a, next2()); }
+
 void main() {
     if (gl_GlobalInvocationID.x >= count) return;
-    at = gl_GlobalInvocationID.x * 39;
-    vec3 wo = next3();
-    vec3 wi = next3();
-    int classes = int(next());
-    vec4 share;
-    vec2 m[4];
-    vec3 S[4];
-    vec2 height[4];
-    for (int k = 0; k < 4; ++k) {
-        share[k] = next();
-        m[k] = next2();
-        S[k] = next3();
-        height[k] = next2();
+    at = gl_GlobalInvocationID.x * 17;
+    vec4 correlation = next4();
+    vec4 open[2];
+    vec2 whitened[2];
+    for (int i = 0; i < 2; ++i) {
+        open[i] = next4();
+        whitened[i] = next2();
     }
-    at = gl_GlobalInvocationID.x * 36;
-    ClassHiding hiding = class_hiding(classes, share, m, S, height);
-    put(hiding.mean);
-    ClassDepths o = class_depths(hiding, wo);
-    ClassDepths i = class_depths(hiding, wi);
-    put(o.lambda);
-    put(o.meso);
-    vec4 columns[8] = vec4[](o.area, class_open(o.bend, o.depth), visible_shares(o), class_lit_fractions(LEADR_SHADOWING_NONE, o, i),
-            class_lit_fractions(LEADR_SHADOWING_SMITH, o, i), class_lit_fractions(LEADR_SHADOWING_CORRELATED, o, i),
-            class_lit_fractions(LEADR_SHADOWING_CORRELATED_SIMPLE, o, i), hiding.bend);
-    for (int k = 0; k < 32; ++k) put(k % 4 < classes ? columns[k / 4][k % 4] : 0.0);
+    float inside = next();
+    at = gl_GlobalInvocationID.x * 20;
+    const int models[4] = int[](LEADR_SHADOWING_NONE, LEADR_SHADOWING_SMITH, LEADR_SHADOWING_CORRELATED, LEADR_SHADOWING_CORRELATED_SIMPLE);
+    vec4 columns[5];
+    for (int k = 0; k < 4; ++k) {
+        columns[0][k] = openness_inside(open[0][k], inside);
+        for (int i = 0; i < 4; ++i)
+            columns[i + 1][k] = class_lit_fraction(models[i], correlation[k], open[0][k], open[1][k], whitened[0], whitened[1]);
+    }
+    for (int k = 0; k < 5; ++k) { put(columns[k].xy); put(columns[k].zw); }
 }

@@ -15,10 +15,11 @@ void main() {
     vec3 i = next3();
     vec3 average = next3();
     FacetBounces bounces = facet_bounces(alpha), lossy = facet_bounces_lossy(alpha);
-    at = gl_GlobalInvocationID.x * 20;
+    at = gl_GlobalInvocationID.x * 23;
     put(multiscattering_diffuse(wo, wi, bounces, f0, albedo, o, i, average));
     put(multiscattering_diffuse(wo, wi, lossy, f0, albedo, o, i, average));
     put(multiscattering_albedo(bounces, albedo, o));
+    put(facet_albedo(bounces, albedo));
     put(facet_diffuse(f0.x, wo.z, wi.z));
     put(chan_diffuse(wi.z, wo.z, o.x, i.x, alpha));
     put(grazing_albedo(wo.z));

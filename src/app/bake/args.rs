@@ -11,6 +11,7 @@ use leadr_maps::bake::{Kind, Layout, Precision, Texels};
 use leadr_maps::material::GreenAxis;
 use leadr_reflectance::facets::gloss::Gloss;
 use leadr_reflectance::facets::shortened_normals::NormalArea;
+use leadr_reflectance::masking::layers::MOST_CLASSES;
 use leadr_reflectance::slopes::normal_blending::{
     blend_partial_derivatives, blend_reoriented, blend_udn, blend_whiteout, blend_xy,
 };
@@ -24,6 +25,7 @@ pub const EXAMPLES: &str = "Examples:
   leadr bake --normal bricks_n.png --kind toksvig -o bricks.ktx2
   leadr bake Rock003 --format f16 --json -o rock.ktx2        bake a downloaded material with its roughness and colour
   leadr bake bricks.png --format bc -o bricks.ktx2           compress blocks, for leadr capture --scene plane --height-map
+  leadr bake bricks.png --classes auto --format f16 -o bricks.ktx2   keep tops, walls and bottoms apart
   leadr bake bricks.png --layout oiio -o bricks.exr          write the six channels of maketx --bumpslopes
   leadr bake --normal bricks_n.png --gloss bricks_g.png --kind gloss -o bricks.ktx2   add the spread of the normals to the gloss
   leadr bake bricks_n.png --kind height -o bricks_h.png      compute heights from normals
@@ -92,6 +94,9 @@ pub struct BakeArgs {
     /// Smooth the heights computed from normals: 0 follows the normals exactly, 1 is the smoothest [default: 0.1]
     #[arg(long, value_name = "X", value_parser = share)]
     pub smoothness: Option<f32>,
+    /// Store moments for N classes of facets, such as the tops, walls and bottoms of bricks (kind leadr); auto chooses N by the gain
+    #[arg(long, value_name = "N|auto", value_parser = class_count, default_value = "1")]
+    pub classes: ClassCount,
     /// Resample images of different sizes to the size of the first image, instead of refusing them
     #[arg(long)]
     pub resample: bool,
@@ -104,6 +109,21 @@ pub struct BakeArgs {
     /// Write the map to this file, or several maps to this folder
     #[arg(long, short, value_name = "OUT.ktx2|OUT.exr|OUT.png|FOLDER")]
     pub output: PathBuf,
+}
+
+/// The number of classes of facets that a map stores.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ClassCount {
+    Auto,
+    Exactly(usize),
+}
+
+fn class_count(text: &str) -> Result<ClassCount, String> {
+    if text == "auto" {
+        return Ok(ClassCount::Auto);
+    }
+    let count = whole(text, 1_usize, MOST_CLASSES).map_err(|error| format!("{error}, or auto"))?;
+    Ok(ClassCount::Exactly(count))
 }
 
 const NORMAL_Y: Names<GreenAxis> =

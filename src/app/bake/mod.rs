@@ -4,10 +4,11 @@ pub mod args;
 mod report;
 mod sources;
 
+use std::io::Seek;
 use std::path::Path;
 use std::time::Instant;
 
-use self::args::BakeArgs;
+use self::args::{BakeArgs, ClassCount};
 use self::report::{BakeReport, BakedSet, HeightFindings};
 use self::sources::Sources;
 use leadr_maps::MapFault;
@@ -128,24 +129,40 @@ pub fn run(arguments: &BakeArgs, output: &Output) -> Result<(), AppError> {
         output.say("heights from 0 to 1 are taken as one width of the map: give their true range by --height-scale, such as 0.06");
     }
     derive(&mut inputs, &arguments.kind, &sources, output)?;
+    let found = arguments.kind.contains(&Kind::Leadr).then(|| match arguments.classes {
+        ClassCount::Exactly(count) if count > 1 => inputs.find_classes(Some(count)),
+        _ => inputs.find_classes(None),
+    });
+    let is_stored = arguments.classes != ClassCount::Exactly(1);
+    inputs.classes = found.clone().filter(|found| is_stored && found.count() > 1);
     let mut reports = Vec::new();
     for mut job in jobs {
         let begun = Instant::now();
-        let plan = Plan::new(&inputs, job.kind, layout, precision).map_err(|fault| fault.in_file(sources.main()))?;
+        let kind = job.kind;
+        let plan_of =
+            |precision| Plan::new(&inputs, kind, layout, precision).map_err(|fault| fault.in_file(sources.main()));
+        let mut plan = plan_of(precision)?;
         let long = u64::from(plan.size[0]) * u64::from(plan.size[1]) >= LONG;
         let what = format!("baking {}", plan.kind.name());
         let progress = output.share(long.then_some(&what));
-        let written = write(&inputs, &plan, &mut job, &progress);
-        drop(progress);
         let target = job.file.target().to_path_buf();
-        let baked = written.map_err(|fault: MapFault| fault.in_file(&target))?;
-        if let Some(warning) = beyond_the_goal(precision, &baked) {
+        let mut write = |plan: &Plan| write(&inputs, plan, &mut job, &progress).map_err(|fault| fault.in_file(&target));
+        let mut baked = write(&plan)?;
+        if let Some(worst) = classes_beyond_blocks(precision, &baked) {
+            output
+                .say(&format!("the classes lose {:.1} % in blocks: the file has 16-bit floats instead", 100.0 * worst));
+            plan = plan_of(Precision::F16)?;
+            baked = write(&plan)?;
+        }
+        drop(progress);
+        if let Some(warning) = beyond_the_goal(plan.precision, &baked) {
             output.say(&warning);
         }
         let bytes = job.file.file.metadata().map_or(0, |metadata| metadata.len());
         job.file.finish()?;
         let time = if arguments.kind.len() == 1 { start.elapsed() } else { begun.elapsed() };
-        reports.push(BakeReport::new(&target, &sources, &plan, &baked, heights, bytes, time));
+        let classes = found.as_ref().filter(|_| plan.kind == Kind::Leadr && layout == Layout::Leadr);
+        reports.push(BakeReport::new(&target, &sources, &plan, &baked, heights, classes, bytes, time));
     }
     match &reports[..] {
         [one] => output.result(one),
@@ -172,9 +189,10 @@ fn derive(inputs: &mut Inputs, kinds: &[Kind], sources: &Sources, output: &Outpu
     Ok(())
 }
 
-/// Writes a map.
+/// Writes a map, over what the file already holds.
 fn write(inputs: &Inputs, plan: &Plan, job: &mut Job, progress: &dyn Fn(f32)) -> Result<Report, MapFault> {
     let file = &mut job.file.file;
+    file.set_len(0).and_then(|()| file.rewind()).map_err(MapFault::io("cannot be written"))?;
     match job.container {
         Container::Ktx2 => {
             let mut target = Ktx2File::new(file, plan)?;
@@ -211,6 +229,7 @@ fn check_flags(arguments: &BakeArgs) -> Result<(), AppError> {
             heights,
             "height, occlusion and cones, when heights are computed from normals",
         ),
+        ("--classes", a.classes != ClassCount::Exactly(1), &[Kind::Leadr], "leadr"),
         ("--texels", a.texels != Texels::Facets, &[Kind::Gloss], "gloss"),
         ("--gloss-scale", a.gloss_scale != Gloss::Perceptual && !has_gloss, &[Kind::Gloss], "gloss and --gloss"),
     ] {
@@ -219,6 +238,15 @@ fn check_flags(arguments: &BakeArgs) -> Result<(), AppError> {
         }
     }
     Ok(())
+}
+
+/// The largest relative error of the channels of a class that blocks may have.
+const BLOCKS_OF_CLASSES: f64 = 0.03;
+
+/// Returns the error of the classes on the worst level, if it is too large for blocks.
+fn classes_beyond_blocks(precision: Precision, baked: &Report) -> Option<f64> {
+    let worst = baked.errors.iter().map(|error| error.classes).fold(0.0, f64::max);
+    (precision == Precision::Bc && worst > BLOCKS_OF_CLASSES).then_some(worst)
 }
 
 /// Relative error of a channel that is not stored in any useful way.
@@ -250,7 +278,7 @@ mod tests {
 
     #[test]
     fn large_losses_are_reported() {
-        let error = |variance| LevelError { channels: 0.1, variance };
+        let error = |variance| LevelError { channels: 0.1, variance, classes: 0.0 };
         let report = |errors: &[f64]| Report {
             levels: Vec::new(),
             mean_slope: [0.0; 2],
@@ -268,8 +296,12 @@ mod tests {
         );
         assert_eq!(beyond_the_goal(Precision::Bc, &steep), None);
         assert_eq!(beyond_the_goal(Precision::F32, &report(&[1.0])), None);
-        let lost = Report { errors: vec![LevelError { channels: 1.0, variance: 0.0 }], ..report(&[]) };
+        let lost = Report { errors: vec![LevelError { channels: 1.0, ..LevelError::default() }], ..report(&[]) };
         assert!(beyond_the_goal(Precision::F16, &lost).unwrap().contains("f16 cannot hold the range of a channel"));
+        let classes = |classes| Report { errors: vec![LevelError { classes, ..LevelError::default() }], ..report(&[]) };
+        assert_eq!(classes_beyond_blocks(Precision::Bc, &classes(0.05)), Some(0.05));
+        assert_eq!(classes_beyond_blocks(Precision::Bc, &classes(0.01)), None);
+        assert_eq!(classes_beyond_blocks(Precision::F16, &classes(0.05)), None);
         // A flat level has no variance, so its relative error is infinite and ignored.
         assert_eq!(beyond_the_goal(Precision::F16, &report(&[f64::INFINITY])), None);
     }

@@ -58,6 +58,15 @@ pub(super) fn escapes(tile: &Tile, from: &SurfacePoint, direction: DVec3) -> boo
     direction.truncate().length() <= 1e-9 * direction.z || walk(tile, from.position, direction, from.cell, 0).is_none()
 }
 
+/// Finds the next surface point on a ray from a surface point. `direction` must leave the surface at that point, and must not be exactly
+/// horizontal. Returns `None` if the ray escapes.
+pub(super) fn next_hit(tile: &Tile, from: &SurfacePoint, direction: DVec3) -> Option<SurfacePoint> {
+    if direction.truncate().length() <= 1e-9 * direction.z {
+        return None;
+    }
+    walk(tile, from.position, direction, from.cell, 0)
+}
+
 /// Follows a non-vertical ray from a point above or on the surface to its first point below. Returns `None` once the ray is above the whole
 /// surface.
 fn walk(tile: &Tile, origin: DVec3, direction: DVec3, cell: [i32; 2], level: u32) -> Option<SurfacePoint> {

@@ -4,7 +4,8 @@
 //! A [`Tile`] is a periodic Gaussian height field of flat triangles, made by Fourier synthesis from a [`Spectrum`]. A
 //! [`Patch`] stretches, shears and tilts a tile to match the slope moments exactly. A patch evaluates what a viewer sees:
 //! areas, slopes, and the radiance of diffuse and specular facets under lights and environments, with and without shadows.
-//! [`SphereTruth`] renders spheres with patches of relief. Light is reflected once; blocked light is black.
+//! [`SphereTruth`] renders spheres with patches of relief. Blocked light is black, except in [`Patch::traced_light`], which follows further
+//! bounces.
 //!
 //! Directions follow [`reflectance`](leadr_reflectance): they point away from the macrosurface, in its frame, with slopes `(−n.x/n.z,
 //! −n.y/n.z)`.

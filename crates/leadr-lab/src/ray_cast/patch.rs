@@ -8,7 +8,7 @@ use glam::{DMat2, DVec2, DVec3, Vec3Swizzles as _};
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_1_PI, TAU};
 
-use super::cast::{SurfacePoint, escapes, first_hit};
+use super::cast::{SurfacePoint, escapes, first_hit, next_hit};
 use super::tile::Tile;
 use leadr_reflectance::facets::beckmann::beckmann_p22;
 use leadr_reflectance::facets::projected_area::meso_area;
@@ -231,6 +231,55 @@ impl<'a> Patch<'a> {
             }
             sums
         })
+    }
+
+    /// Returns the next facet on a ray from a facet, or `None` if the ray leaves the surface. The facet must face `w`.
+    pub fn next_facet(&self, facet: &Facet, w: DVec3) -> Option<Facet> {
+        let direction = self.lattice(w);
+        let level = if direction.z == 0.0 { direction.with_z(-1e-12) } else { direction };
+        next_hit(self.tile, &facet.point, level).map(|point| self.facet(point))
+    }
+
+    /// Draws a direction about the normal of a facet, with a density proportional to the cosine. Returns `None` if other facets block it.
+    pub fn free_direction(&self, facet: &Facet, random: &mut Random) -> Option<DVec3> {
+        let w = from_frame(&frame_about(facet.normal), cosine_direction(random));
+        self.is_lit(facet, w).then_some(w)
+    }
+
+    /// Draws the radiance of a diffuse facet by tracing one path of at most `depth` bounces. The facets have the given `albedo`. The lights
+    /// are a sun from `sun.0`, whose irradiance on a facet that faces it is `sun.1`, and a sky of the given `radiance`, which the surface
+    /// blocks below its own plane. The first value has the light of one bounce, and the second that of all bounces.
+    pub fn traced_light(
+        &self,
+        facet: &Facet,
+        albedo: impl Fn(&Facet) -> f64,
+        sun: (DVec3, f64),
+        sky: impl Fn(DVec3) -> f64,
+        depth: u32,
+        random: &mut Random,
+    ) -> [f64; 2] {
+        let (mut facet, mut weight) = (*facet, 1.0);
+        let mut light = [0.0; 2];
+        for bounce in 0..depth {
+            weight *= albedo(&facet);
+            let facing = facet.normal.dot(sun.0).max(0.0);
+            let mut add = |value: f64| {
+                light[1] += value;
+                light[0] += if bounce == 0 { value } else { 0.0 };
+            };
+            if sun.1 > 0.0 && facing > 0.0 && self.is_lit(&facet, sun.0) {
+                add(weight * sun.1 * facing * FRAC_1_PI);
+            }
+            let w = from_frame(&frame_about(facet.normal), cosine_direction(random));
+            match self.next_facet(&facet, w) {
+                Some(next) => facet = next,
+                None => {
+                    add(weight * sky(w));
+                    break;
+                }
+            }
+        }
+        light
     }
 
     /// Computes the radiance of ideal specular facets (`F = 1`) under an environment, with masking only and with shadows.

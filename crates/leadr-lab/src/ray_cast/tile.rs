@@ -131,7 +131,7 @@ impl Tile {
 
     /// Returns the heights of a cell's corners: `(0,0)`, `(1,0)`, `(0,1)`, `(1,1)`.
     #[inline]
-    pub(super) fn corners(&self, x: i32, y: i32) -> [f64; 4] {
+    pub(crate) fn corners(&self, x: i32, y: i32) -> [f64; 4] {
         let (bits, mask) = (self.top(), (1i32 << self.top()) - 1);
         let (x0, x1) = ((x & mask) as usize, ((x + 1) & mask) as usize);
         let (y0, y1) = (((y & mask) as usize) << bits, (((y + 1) & mask) as usize) << bits);
@@ -140,7 +140,7 @@ impl Tile {
 
     /// Returns the slopes of the two triangles of a cell: below the diagonal (`u > v`), then above it.
     #[inline]
-    pub(super) fn slopes(&self, x: i32, y: i32) -> [DVec2; 2] {
+    pub(crate) fn slopes(&self, x: i32, y: i32) -> [DVec2; 2] {
         let [h00, h10, h01, h11] = self.corners(x, y);
         [DVec2::new(h10 - h00, h11 - h10), DVec2::new(h11 - h01, h01 - h00)]
     }

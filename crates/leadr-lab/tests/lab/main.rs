@@ -1,5 +1,6 @@
 //! Tests of quadrature rules, ray casts, shadowing, and the forward pass of the bench.
 
+mod classes;
 mod forward;
 mod painted;
 mod quadrature;

@@ -11,7 +11,7 @@
 
 use rayon::prelude::*;
 
-use super::Kind;
+use super::{Kind, channels_before_classes};
 use crate::bc5;
 
 /// The upper bound of a layer's residual, relative to the layer's range: the block error plus one step of the byte
@@ -25,6 +25,7 @@ pub(crate) type Slot = (usize, usize);
 fn depth(name: &str) -> usize {
     match name {
         "height" | "x" | "y" | "B.x" | "B.y" => 4,
+        name if name.starts_with("class") && !name.ends_with(".w") && name.rfind('.') == Some(name.len() - 2) => 3,
         _ => 2,
     }
 }
@@ -71,9 +72,43 @@ pub(crate) fn stored_names(kind: Kind, channels: &[String]) -> Vec<String> {
         (Kind::Lean, "M.yy") => "B.y.deviation".to_owned(),
         (Kind::Clean, "M") => "deviation".to_owned(),
         (Kind::Leadr | Kind::Lean, "xy" | "M.xy") => "correlation".to_owned(),
+        (_, name) if name.starts_with("class") => {
+            let (class, axis) = name.split_once('.').unwrap_or((name, ""));
+            match axis {
+                "x" | "y" | "z" => format!("{name}.mean"),
+                "xx" | "yy" | "zz" => format!("{class}.{}.deviation", &axis[..1]),
+                "xy" => format!("{class}.correlation"),
+                _ => name.to_owned(),
+            }
+        }
         _ => name.clone(),
     };
     channels.iter().map(stored).collect()
+}
+
+/// Replaces the weighted moments of the classes of a texel by means, deviations and correlations.
+fn to_stored_classes(texel: &mut [f32]) {
+    for class in texel.as_chunks_mut::<8>().0 {
+        let part = if class[0] > 0.0 { class[0].recip() } else { 0.0 };
+        class[1..].iter_mut().for_each(|v| *v *= part);
+        let [_, x, y, z, xx, yy, xy, zz] = class;
+        let deviation = |second: f32, mean: f32| (second - mean * mean).max(0.0).sqrt();
+        (*xx, *yy, *zz) = (deviation(*xx, *x), deviation(*yy, *y), deviation(*zz, *z));
+        *xy = ((*xy - *x * *y) / (*xx * *yy).max(1e-30)).clamp(-1.0, 1.0);
+    }
+}
+
+/// Restores the weighted moments of the classes of a texel. Inverse of [`to_stored_classes`].
+fn of_stored_classes(texel: &mut [f32]) {
+    for class in texel.as_chunks_mut::<8>().0 {
+        let [w, x, y, z, xx, yy, xy, zz] = class;
+        *w = w.clamp(0.0, 1.0);
+        let [sx, sy, sz] = [*xx, *yy, *zz].map(|deviation| deviation.max(0.0));
+        *xy = xy.clamp(-1.0, 1.0) * sx * sy + *x * *y;
+        (*xx, *yy, *zz) = (sx * sx + *x * *x, sy * sy + *y * *y, sz * sz + *z * *z);
+        let share = *w;
+        class[1..].iter_mut().for_each(|v| *v *= share);
+    }
 }
 
 /// Replaces the second moments of a texel by deviations and correlation.
@@ -107,15 +142,13 @@ fn of_stored(kind: Kind, texel: &mut [f32]) {
     }
 }
 
-/// Returns the ranges of the stored quantities. Slopes are at most `slope`, heights lie in `heights`, the roughness is at most
-/// `alpha`, and radiance is at most `light`.
+/// Returns the ranges of the stored quantities. The bounds are of slopes, roughness, radiance, and deviations from the centres of
+/// classes. Heights lie in `heights`.
 pub(super) fn ranges(
     kind: Kind,
     channels: &[&str],
-    slope: f32,
+    [slope, alpha, light, deviation]: [f32; 4],
     heights: [f32; 2],
-    alpha: f32,
-    light: f32,
 ) -> Vec<[f32; 2]> {
     let wide = |[low, high]: [f32; 2]| if high > low { [low, high] } else { [low - 1e-6, low + 1e-6] };
     let range = |name: &str| match (kind, name) {
@@ -124,6 +157,12 @@ pub(super) fn ranges(
         (_, "alpha4") => [0.0, alpha.powi(4)],
         (_, "gloss" | "occlusion") => [0.0, 1.0],
         (_, "red" | "green" | "blue") => [0.0, light],
+        (_, name) if name.starts_with("class") => match name.rsplit('.').next() {
+            Some("w") => [0.0, 1.0],
+            Some("xy") => [-1.0, 1.0],
+            Some("x" | "y" | "z") => [-deviation, deviation],
+            _ => [0.0, deviation],
+        },
         (Kind::Toksvig | Kind::Normal | Kind::Gloss | Kind::Cones, _) | (_, "xy" | "M.xy") => [-1.0, 1.0],
         (_, "xx" | "yy" | "M.xx" | "M.yy") => [0.0, slope],
         // The single deviation of a CLEAN map covers both axes.
@@ -138,6 +177,8 @@ pub(super) fn ranges(
 pub(crate) struct BlockPlan {
     kind: Kind,
     channels: usize,
+    /// The number of channels before those of classes.
+    before_classes: usize,
     /// The content of each channel of each layer. The residuals of a map channel follow its values.
     pub slots: Vec<Option<Slot>>,
     /// The factor and offset of each slot. The value of a map channel is the sum of `value / factor + offset` over its
@@ -155,13 +196,20 @@ impl BlockPlan {
             let factor = (0..rest).fold(2.0 / (high - low), |factor, _| factor / REST);
             [factor, if rest == 0 { 0.5 * (low + high) } else { 0.0 }]
         };
-        Self { kind, channels: channels.len(), scales: slots.iter().map(scale).collect(), slots }
+        let before_classes = channels_before_classes(channels);
+        Self { kind, channels: channels.len(), before_classes, scales: slots.iter().map(scale).collect(), slots }
     }
 
     /// Creates the layout that a file describes. The file gives the content, factor and offset of each slot.
-    pub fn of_slots(kind: Kind, channels: usize, slots: Vec<Option<Slot>>, factors: &[f64], offsets: &[f64]) -> Self {
+    pub fn of_slots(
+        kind: Kind,
+        channels: &[impl AsRef<str>],
+        slots: Vec<Option<Slot>>,
+        factors: &[f64],
+        offsets: &[f64],
+    ) -> Self {
         let scales = factors.iter().zip(offsets).map(|(&factor, &offset)| [factor as f32, offset as f32]).collect();
-        Self { kind, channels, slots, scales }
+        Self { kind, channels: channels.len(), before_classes: channels_before_classes(channels), slots, scales }
     }
 
     /// Returns the number of layers.
@@ -199,6 +247,7 @@ impl BlockPlan {
                 let (x, y) = ((bc5::SIDE * block + i % bc5::SIDE).min(width - 1), (i / bc5::SIDE).min(rows.len() - 1));
                 let mut texel = rows[y][x * self.channels..][..self.channels].to_vec();
                 to_stored(self.kind, &mut texel);
+                to_stored_classes(&mut texel[self.before_classes..]);
                 texel
             })
             .collect();
@@ -227,6 +276,7 @@ impl BlockPlan {
         }
         for (i, texel) in texels.iter_mut().enumerate() {
             of_stored(self.kind, texel);
+            of_stored_classes(&mut texel[self.before_classes..]);
             put(i % bc5::SIDE, i / bc5::SIDE, texel);
         }
     }
@@ -246,7 +296,7 @@ mod tests {
         };
         let rows: Vec<Vec<f32>> = (0..3).map(|y| (0..6).flat_map(|x| texel(6 * y + x)).collect()).collect();
         let names = ["x", "y", "xx", "yy", "xy", "height"];
-        let plan = BlockPlan::new(Kind::Leadr, &names, &ranges(Kind::Leadr, &names, 4.0, [0.0, 0.2], 1.0, 1.0));
+        let plan = BlockPlan::new(Kind::Leadr, &names, &ranges(Kind::Leadr, &names, [4.0, 1.0, 1.0, 1.0], [0.0, 0.2]));
         let (layers, decoded) = plan.encode(&rows);
         assert_eq!((layers.len(), layers[0].len()), (9, 2 * 16));
         for (row, decoded) in rows.iter().zip(&decoded) {
@@ -261,7 +311,7 @@ mod tests {
         }
         // Reading the plan back from a file must give an identical plan.
         let [factors, offsets] = [0, 1].map(|i| plan.scales.iter().map(|s| f64::from(s[i])).collect::<Vec<_>>());
-        assert_eq!(BlockPlan::of_slots(Kind::Leadr, 6, plan.slots.clone(), &factors, &offsets), plan);
+        assert_eq!(BlockPlan::of_slots(Kind::Leadr, &names, plan.slots.clone(), &factors, &offsets), plan);
     }
 
     #[test]
@@ -306,7 +356,8 @@ mod tests {
             let most = |channel: usize| texels.iter().fold(0.0f32, |most, texel| most.max(texel[channel].abs()));
             let slope = most(0).max(most(1)).max(most(2).max(most(3)).sqrt());
             let [low, high] = [-most(5), most(5)];
-            let deviations = ranges(Kind::Leadr, &["x", "y", "xx", "yy", "xy", "height"], slope, [low, high], 1.0, 1.0);
+            let deviations =
+                ranges(Kind::Leadr, &["x", "y", "xx", "yy", "xy", "height"], [slope, 1.0, 1.0, 1.0], [low, high]);
             let square = slope * slope;
             // The channels are stored unchanged.
             let raw = [[-slope, slope], [-slope, slope], [0.0, square], [0.0, square], [-square, square]];

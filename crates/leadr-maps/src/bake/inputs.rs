@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{Kind, Texels};
+use super::{FoundClasses, Kind, Texels};
 use crate::material::{Agreement, Encoding, NormalMap, Raster, RoughnessMeaning, STEEPEST, Samples, agreement};
 use crate::moments::row_moments;
 use crate::{HeightMap, MapFault, Wrap};
@@ -71,6 +71,8 @@ pub struct Inputs {
     pub area: NormalArea,
     /// What a texel of the finest level represents in kind gloss.
     pub texels: Texels,
+    /// The classes that a map of kind leadr stores, if more than one. See [`Inputs::find_classes`].
+    pub classes: Option<FoundClasses>,
 }
 
 impl Inputs {

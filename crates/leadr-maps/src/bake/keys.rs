@@ -1,7 +1,8 @@
 //! The metadata of a baked file as pairs of key and text, which are identical in KTX2 and EXR.
 
 use super::blocks::{Slot, rest_name, stored_names};
-use super::{Kind, Plan, Report};
+use super::classes::ClassPlan;
+use super::{CLASS_CHANNELS, Kind, Plan, Report};
 use crate::Wrap;
 use crate::pyramid::level_sizes;
 
@@ -60,14 +61,19 @@ pub(super) fn keys(plan: &Plan, slots: &[Option<usize>], report: Option<&Report>
         ("leadr.wrap", if plan.wrap == Wrap::Repeat { "repeat" } else { "clamp" }.to_owned()),
     ];
     keys.extend(offsets.map(|offsets| ("leadr.offsets", offsets)));
+    if let Some(ClassPlan { frame, .. }) = &plan.classes {
+        let numbers = |values: &[f32]| values.iter().map(|v| format!("{v:e}")).collect::<Vec<_>>().join(" ");
+        keys.push(("leadr.class_centers", numbers(frame.centers.as_flattened())));
+        keys.push(("leadr.class_units", numbers(&frame.units)));
+    }
     keys
 }
 
-/// Returns the map channel in each slot of the layers. A layer has four slots, and colour always starts a new layer.
+/// Returns the map channel in each slot of the layers. A layer has four slots. Colour and each class start a new layer.
 pub(crate) fn packed(channels: &[impl AsRef<str>]) -> Vec<Option<usize>> {
     let mut slots: Vec<Option<usize>> = Vec::new();
     for (i, name) in channels.iter().enumerate() {
-        if name.as_ref() == "red" {
+        if name.as_ref() == "red" || CLASS_CHANNELS.iter().any(|class| class[0] == name.as_ref()) {
             slots.resize(slots.len().next_multiple_of(4), None);
         }
         slots.push(Some(i));

@@ -10,6 +10,7 @@
 //! are used only for displacement.
 
 pub(super) mod blocks;
+mod classes;
 mod derived;
 mod exr_write;
 mod inputs;
@@ -22,6 +23,8 @@ mod report;
 mod resample;
 mod work;
 
+pub use classes::FoundClasses;
+pub(super) use classes::{CLASS_CHANNELS, channels_before_classes};
 pub use derived::FoundHeights;
 pub use exr_write::ExrFile;
 pub use inputs::{DetailNormals, Inputs, Roughness};

@@ -3,11 +3,14 @@
 /// The error of a stored level compared to 32-bit floats.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LevelError {
-    /// The RMS difference of the worst channel, relative to the channel's RMS on level 0.
+    /// The RMS difference of the worst channel that is not of a class, relative to the channel's RMS on level 0.
     pub channels: f64,
     /// The RMS difference of the texels' variance (second moments minus squared means), relative to the variance of the
     /// whole map. The result is infinite if the map has no variance.
     pub variance: f64,
+    /// The RMS difference of the worst channel of a class, relative to the channel's RMS on level 0. Slopes that are small compared
+    /// with a base material of roughness 0.35 count as such slopes, and small heights as a tenth of the deviation.
+    pub classes: f64,
 }
 
 /// The statistics of level 0. The slopes are `dh/ds` and `dh/dt` (see the module documentation).

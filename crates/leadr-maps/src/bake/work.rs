@@ -4,9 +4,13 @@ use half::f16;
 use rayon::prelude::*;
 
 use super::blocks::{self, BlockPlan};
+use super::classes::ClassPlan;
+use super::keys::packed;
 use super::kind::{HEIGHT_REST, OIIO_CHANNELS};
 use super::normals::{self, GlossOfShortening};
-use super::{Inputs, Kind, Layout, LevelError, Precision, Report};
+use super::{
+    CLASS_CHANNELS, FoundClasses, Inputs, Kind, Layout, LevelError, Precision, Report, channels_before_classes,
+};
 use crate::halves::{self, half};
 use crate::pyramid::{Pyramid, Row, level_sizes};
 use crate::{HeightMap, MapFault, Wrap, bc5};
@@ -47,6 +51,8 @@ pub struct Plan {
     /// The conversion from the length of a mean normal to gloss, for kind gloss.
     pub(super) gloss: Option<GlossOfShortening>,
     pub(super) blocks: Option<BlockPlan>,
+    /// The centres and units of the classes, if the map has several.
+    pub(super) classes: Option<ClassPlan>,
 }
 
 /// A file that receives the baked rows.
@@ -89,6 +95,14 @@ impl Plan {
         if precision == Precision::F16 && layout == Layout::Leadr && has_heights {
             channels.push(HEIGHT_REST);
         }
+        let classes = inputs.classes.as_ref().filter(|found| kind == Kind::Leadr && found.count() > 1);
+        if let Some(found) = classes {
+            if layout == Layout::Oiio {
+                let what = "the layout oiio holds no classes";
+                return Err(MapFault::unsupported(what, "bake one class, or use the layout leadr"));
+            }
+            channels.extend(CLASS_CHANNELS[..found.count()].as_flattened());
+        }
         // Normals give heights in texture widths. A height map without normals keeps its own unit.
         let height_scale = inputs.usual_height_scale();
         let mut plan = Self {
@@ -106,6 +120,7 @@ impl Plan {
             has_normals: inputs.normals.is_some(),
             gloss: (kind == Kind::Gloss).then(|| GlossOfShortening::new(inputs.gloss, inputs.area)),
             blocks: None,
+            classes: classes.map(FoundClasses::plan),
         };
         match precision {
             Precision::F16 if layout == Layout::Leadr => {
@@ -119,6 +134,21 @@ impl Plan {
             _ => {}
         }
         Ok(plan)
+    }
+
+    /// Returns the number of classes that the file stores.
+    pub fn stored_classes(&self) -> usize {
+        self.classes.as_ref().map_or(1, |classes| classes.frame.centers.len())
+    }
+
+    /// Returns the number of bytes of a texel in memory, in layers of the file. EXR files have one layer per channel, and compress.
+    pub fn bytes_per_texel(&self) -> usize {
+        match &self.blocks {
+            // A block of two channels has as many bytes as texels.
+            Some(blocks) => blocks.layers(),
+            None if self.channels.len() <= 2 => self.channels.len() * self.precision.bytes(),
+            None => packed(&self.channels).len() * self.precision.bytes(),
+        }
     }
 
     /// Sets the power-of-two factors, which bring the steepest slope, the greatest height and the largest roughness near the
@@ -157,7 +187,15 @@ impl Plan {
             _ => inputs.steepest(self.height_scale) * aspect.max(1.0),
         };
         let scaled = inputs.height_range().map(|h| h * self.height_scale);
-        blocks::ranges(self.kind, &self.channels, slope, scaled, inputs.roughest() as f32, inputs.brightest())
+        let deviations = self.classes.as_ref().map_or(1.0, |ClassPlan { frame, .. }| {
+            let farthest = |axis: usize, bound: f32| {
+                frame.centers.iter().map(|center| bound + center[axis].abs()).fold(0.0, f32::max) / frame.units[axis]
+            };
+            let height = scaled[0].abs().max(scaled[1].abs());
+            farthest(0, slope).max(farthest(1, slope)).max(farthest(2, height))
+        });
+        let bounds = [slope, inputs.roughest() as f32, inputs.brightest(), deviations];
+        blocks::ranges(self.kind, &self.channels, bounds, scaled)
     }
 
     /// Returns a row of level 0, and the sums of the row's slopes and second moments in texture space.
@@ -287,15 +325,25 @@ impl Differences {
         }
     }
 
-    /// Returns the errors of a level of `texels` texels. Channel errors are relative to the finest level, because means on
+    /// Returns the errors of a level of this size. Channel errors are relative to the finest level, because means on
     /// coarser levels are close to 0. The variance error is relative to the whole map.
-    fn error(&self, texels: f64, finest: &Self, finest_texels: f64, whole: &Self) -> LevelError {
+    fn error(&self, plan: &Plan, finest: &Self, size: [u32; 2], whole: &Self) -> LevelError {
+        let [texels, finest_texels] = [size, plan.size].map(|[w, h]| f64::from(w) * f64::from(h));
         let relative =
             |difference: f64, value: f64| if difference > 0.0 { (difference / texels / value).sqrt() } else { 0.0 };
         let channels = self.0.len() - 1;
-        let worst = self.0[..channels].iter().zip(&finest.0).map(|(d, of)| relative(d[0], of[1] / finest_texels));
+        let before = channels_before_classes(&plan.channels);
+        let worst = self.0[..before].iter().zip(&finest.0).map(|(d, of)| relative(d[0], of[1] / finest_texels));
+        let mean = |sums: &[[f64; 2]], which: usize, texels: f64| -> Vec<f64> {
+            sums[before..channels].iter().map(|sum| sum[which] / texels).collect()
+        };
+        let classes = plan
+            .classes
+            .as_ref()
+            .map_or(0.0, |classes| classes.error(&mean(&self.0, 0, texels), &mean(&finest.0, 1, finest_texels)));
         LevelError {
             channels: worst.fold(0.0, f64::max),
+            classes,
             variance: relative(self.0[channels][0], whole.0[channels][1]),
         }
     }
@@ -320,6 +368,9 @@ pub fn bake(inputs: &Inputs, plan: &Plan, target: &mut dyn Target, progress: &dy
         for (row, of_row) in rows {
             sums.join(&of_row);
             band.push(row);
+        }
+        if let (Some(found), Some(classes)) = (&inputs.classes, &plan.classes) {
+            found.append(&classes.frame, &mut band, start..height.min(start + BAND));
         }
         pyramid.push(band, &mut |level, first, rows| {
             let exact: Vec<Vec<f32>> = rows.par_iter().map(|row| plan.stored(row)).collect();
@@ -359,9 +410,8 @@ pub fn bake(inputs: &Inputs, plan: &Plan, target: &mut dyn Target, progress: &dy
     }
     let count = f64::from(width) * f64::from(height);
     let [x, y, xx, yy, xy, _] = sums.sums.map(|sum| sum / count);
-    let texels = |[w, h]: &[u32; 2]| f64::from(*w) * f64::from(*h);
     let whole = &differences[levels.len() - 1];
-    let errors = differences.iter().zip(&levels).map(|(d, size)| d.error(texels(size), &differences[0], count, whole));
+    let errors = differences.iter().zip(&levels).map(|(d, size)| d.error(plan, &differences[0], *size, whole));
     Ok(Report {
         errors: errors.collect(),
         levels,

@@ -14,7 +14,18 @@ pub(super) fn read(bytes: &[u8]) -> Result<BakedMap, MapFault> {
         Some(AttributeValue::Text(text)) => Some(text.to_string()),
         _ => None,
     };
-    let keys = ["channels", "factors", "height_scale", "heights", "kind", "middle", "slopes", "wrap"];
+    let keys = [
+        "channels",
+        "class_centers",
+        "class_units",
+        "factors",
+        "height_scale",
+        "heights",
+        "kind",
+        "middle",
+        "slopes",
+        "wrap",
+    ];
     let texts = keys.map(|key| format!("leadr.{key}")).map(|key| (text(&key), key));
     let find = |key: &str| texts.iter().find(|(_, name)| name == key).and_then(|(text, _)| text.as_deref());
     let list = &header.channels.list;

@@ -2,8 +2,8 @@
 
 use super::map::{BakedLevel, BakedMap, HeightUnit, REMEDY};
 use crate::bake::blocks::{BlockPlan, Slot, of_rest_name, stored_names};
-use crate::bake::{HEIGHT_REST, Kind, Precision};
-use crate::{MapFault, Wrap};
+use crate::bake::{CLASS_CHANNELS, HEIGHT_REST, Kind, Precision};
+use crate::{ClassFrame, MapFault, Wrap};
 
 pub(super) struct Keys {
     /// The map, still without levels. The channels are in the order of the file.
@@ -42,7 +42,7 @@ impl Keys {
         let mut blocks = None;
         if precision == Precision::Bc {
             let (own, slots) = channels_of_blocks(kind, &channels).ok_or_else(|| wrong("leadr.channels"))?;
-            blocks = Some(BlockPlan::of_slots(kind, own.len(), slots, &factors, &numbers("leadr.offsets")?));
+            blocks = Some(BlockPlan::of_slots(kind, &own, slots, &factors, &numbers("leadr.offsets")?));
             channels = own;
         }
         let named = channels.iter().zip(kind.channels()).all(|(a, b)| a == b);
@@ -70,8 +70,30 @@ impl Keys {
             number.ok_or_else(|| wrong(key))
         };
         let (height_scale, middle) = (single("leadr.height_scale")?, single("leadr.middle")?);
+        let classes = match classes_in(&channels) {
+            0 => None,
+            count => {
+                let several = |key: &str, length: usize| {
+                    let all = value(key)?.split(' ').map(|text| number(text).map(|v| v as f32));
+                    let all: Option<Vec<f32>> = all.map(|v| v.filter(|v| v.is_finite())).collect();
+                    all.filter(|all| all.len() == length).ok_or_else(|| wrong(key))
+                };
+                let has_all =
+                    CLASS_CHANNELS[..count].as_flattened().iter().all(|name| channels.iter().any(|c| c == name));
+                if kind != Kind::Leadr || count < 2 || !has_all {
+                    return Err(wrong("leadr.channels"));
+                }
+                let centers = several("leadr.class_centers", 3 * count)?.as_chunks().0.to_vec();
+                let units: [f32; 3] = several("leadr.class_units", 3)?.try_into().expect("three numbers");
+                if units.iter().any(|unit| *unit <= 0.0) {
+                    return Err(wrong("leadr.class_units"));
+                }
+                Some(ClassFrame { centers, units })
+            }
+        };
         let levels = Vec::new();
-        let map = BakedMap { kind, precision, channels, wrap, height_scale, heights, middle, of_normals, levels };
+        let map =
+            BakedMap { kind, precision, channels, wrap, height_scale, heights, middle, of_normals, classes, levels };
         Ok(Self { map, factors, blocks })
     }
 
@@ -94,6 +116,11 @@ impl Keys {
     }
 }
 
+/// Returns the number of classes in a file with these channels.
+fn classes_in(channels: &[String]) -> usize {
+    CLASS_CHANNELS.iter().take_while(|class| channels.iter().any(|name| name == class[0])).count()
+}
+
 /// Parses the channel names of block layers. Returns the map channels, and the content of each slot.
 fn channels_of_blocks(kind: Kind, names: &[String]) -> Option<(Vec<String>, Vec<Option<Slot>>)> {
     let mut channels: Vec<String> = kind.channels().iter().map(|&name| name.to_owned()).collect();
@@ -102,6 +129,7 @@ fn channels_of_blocks(kind: Kind, names: &[String]) -> Option<(Vec<String>, Vec<
             channels.extend(more.iter().map(|&name| name.to_owned()));
         }
     }
+    channels.extend(CLASS_CHANNELS[..classes_in(names)].as_flattened().iter().map(|&name| name.to_owned()));
     let stored = stored_names(kind, &channels);
     let slot = |name: &String| -> Option<Option<Slot>> {
         if name == "-" {

@@ -14,9 +14,9 @@ use crate::ktx2_read::format_name;
 use crate::{MapFault, bc5, limits};
 
 /// The maximum number of four-channel layers.
-const MOST_LAYERS: u32 = 4;
+const MOST_LAYERS: u32 = 12;
 /// The maximum number of block layers, which have two channels each.
-const MOST_LAYERS_OF_BLOCKS: u32 = 16;
+const MOST_LAYERS_OF_BLOCKS: u32 = 64;
 /// The maximum total size of the keys in bytes.
 const MOST_KEYS: u32 = 1 << 16;
 

@@ -1,8 +1,11 @@
 //! A baked map in memory.
 
-use crate::bake::{Kind, Precision};
+use rayon::prelude::*;
+
+use crate::bake::{CLASS_CHANNELS, Kind, Precision};
+use crate::halves::half;
 use crate::moments::{LeadrMap, MomentLevel, Moments};
-use crate::{HeightMap, MapFault, Wrap};
+use crate::{ClassFrame, ClassLevel, ClassMap, HeightMap, MapFault, Wrap};
 
 /// A baked map in memory. The values are already divided by the factors of 16-bit files.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,6 +26,8 @@ pub struct BakedMap {
     pub middle: f32,
     /// Whether the slopes come from a normal map, which gives one slope per texel of level 0.
     pub of_normals: bool,
+    /// The centres and units of the classes, if the map has several.
+    pub classes: Option<ClassFrame>,
     /// The mip levels, from the largest to the level of 1 x 1 texels.
     pub levels: Vec<BakedLevel>,
 }
@@ -65,6 +70,28 @@ impl BakedMap {
     pub fn into_moments(self) -> Option<LeadrMap> {
         let leadr = self.kind == Kind::Leadr;
         leadr.then(|| LeadrMap { levels: self.levels.into_iter().map(|level| level.moments()).collect() })
+    }
+
+    /// Returns the moments of the classes, or `None` if the file has none. Shares are limited to 0 to 1.
+    pub fn class_map(&self) -> Option<ClassMap> {
+        let ClassFrame { centers, units } = self.classes.clone()?;
+        let slot = |name: &&str| self.channels.iter().position(|channel| channel == name);
+        let slots: Vec<usize> =
+            CLASS_CHANNELS[..centers.len()].as_flattened().iter().map(slot).collect::<Option<_>>()?;
+        let level = |level: &BakedLevel| {
+            let layer = |(i, slots): (usize, &[usize; 4])| {
+                let texel = |at: usize| {
+                    let value = |slot: usize| level.layers[slot / 4][at][slot % 4];
+                    let [w, x, y, z] = slots.map(value);
+                    [if i % 2 == 0 { w.clamp(0.0, 1.0) } else { w }, x, y, z].map(half)
+                };
+                (0..level.layers[0].len()).into_par_iter().map(texel).collect()
+            };
+            let layers = slots.as_chunks().0.iter().enumerate().map(layer).collect();
+            ClassLevel { width: level.width, height: level.height, layers }
+        };
+        let levels = self.levels.iter().map(level).collect();
+        Some(ClassMap { centers, units, levels })
     }
 
     /// Returns the values of the named channel on the finest level, or `None` if the map has no such channel.

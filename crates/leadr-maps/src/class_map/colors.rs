@@ -2,9 +2,10 @@
 
 use glam::DVec4;
 use half::f16;
+use leadr_reflectance::masking::layers::MOST_CLASSES;
 use rayon::prelude::*;
 
-use super::{ClassLevel, filtered};
+use super::{ClassLevel, ClassMap, filtered};
 use crate::derive::{ClassMaterial, Classes, Facet, Facets, FacetsAt};
 use crate::pyramid::Row;
 
@@ -36,7 +37,7 @@ impl ClassColors {
         let (across, down) = (positions(0), positions(1));
         let at = classes.material(Some(material));
         let part = 1.0 / f64::from(across * down);
-        let row = |y: u32| -> Row {
+        let shares_of_row = |y: u32| {
             let mut shares = vec![DVec4::ZERO; width as usize];
             let position = |texel: u32, i: u32, of: u32, side: u32| {
                 (f64::from(texel) + (f64::from(i) + 0.5) / f64::from(of)) / f64::from(side)
@@ -53,14 +54,52 @@ impl ClassColors {
                     }
                 }
             }
-            let mut row = vec![0.0; 4 * (count + 1) * width as usize];
-            for (x, values) in row.chunks_exact_mut(4 * (count + 1)).enumerate() {
-                let [r, g, b, alpha] = (material.texel)(y as usize * width as usize + x);
-                let shares = shares[x].as_vec4().to_array();
-                for (values, share) in values.as_chunks_mut().0.iter_mut().zip(shares).take(count) {
-                    *values = [r, g, b, alpha * alpha].map(|v| share * v);
+            shares
+        };
+        Self::of_shares(count, material, skipped, shares_of_row)
+    }
+
+    /// Creates the colours of the classes of a map that was read from a file, like [`new`](Self::new). A texel of the colour map has
+    /// the shares of the texel of the class map at its centre.
+    pub fn of_map(map: &ClassMap, material: &ClassMaterial<'_>, skipped: usize) -> Option<Self> {
+        if map.count() == 1 {
+            return None;
+        }
+        let finest = &map.levels[0];
+        let shares_of_row = |y: u32| {
+            let texel =
+                |i: u32, side: u32, to: u32| ((u64::from(2 * i + 1) * u64::from(to)) / (2 * u64::from(side))) as usize;
+            let row = texel(y, material.size[1], finest.height) * finest.width as usize;
+            let shares = |x: u32| {
+                let at = row + texel(x, material.size[0], finest.width);
+                let mut shares = [0.0; MOST_CLASSES];
+                shares
+                    .iter_mut()
+                    .zip(finest.layers.iter().step_by(2))
+                    .for_each(|(w, layer)| *w = layer[at][0].to_f64());
+                DVec4::from(shares)
+            };
+            (0..material.size[0]).map(shares).collect()
+        };
+        Self::of_shares(map.count(), material, skipped, shares_of_row)
+    }
+
+    /// Creates the colours from the shares of the classes in the texels of a row.
+    fn of_shares(
+        count: usize,
+        material: &ClassMaterial<'_>,
+        skipped: usize,
+        shares_of_row: impl Fn(u32) -> Vec<DVec4> + Sync,
+    ) -> Option<Self> {
+        let row = |y: u32| -> Row {
+            let mut row = Row::with_capacity(4 * (count + 1) * material.size[0] as usize);
+            for (x, shares) in shares_of_row(y).into_iter().enumerate() {
+                let [r, g, b, alpha] = (material.texel)(y as usize * material.size[0] as usize + x);
+                let shares = shares.as_vec4().to_array();
+                for share in &shares[..count] {
+                    row.extend([r, g, b, alpha * alpha].map(|v| share * v));
                 }
-                values[4 * count..].copy_from_slice(&shares);
+                row.extend(shares);
             }
             row
         };
@@ -103,7 +142,7 @@ impl ClassColors {
 mod tests {
     use super::*;
     use crate::derive::classes;
-    use crate::{ClassMap, HeightMap, Wrap, procedural};
+    use crate::{HeightMap, Wrap, procedural};
 
     /// Returns the classes of a flat surface with this roughness at each texel of 64 x 64.
     fn flat(alpha: impl Fn(usize) -> f32 + Sync) -> (Classes, Option<ClassColors>) {
@@ -192,6 +231,12 @@ mod tests {
             let colors = ClassColors::new(facets, &found, &material, 1).unwrap();
             assert_eq!((colors.levels[0].width, colors.count()), (side / 2, found.count()));
             let map = ClassMap::new(facets, &found, Some(&material));
+            let of_map = ClassColors::of_map(&map, &material, 1).unwrap();
+            let last = colors.levels.len() - 1;
+            for (a, b) in colors.of_texel(last, 0).into_iter().zip(of_map.of_texel(last, 0)) {
+                assert!((a.0 - b.0).abs() < 0.05 && (a.0 * a.1 - b.0 * b.1).length() < 0.05, "{side}: {a:?} {b:?}");
+            }
+            assert!(side != 64 || colors == of_map, "the same texels");
             let classes = colors.of_texel(colors.levels.len() - 1, 0);
             let mut red = 0.0;
             for (class, &(share, value)) in map.mean().iter().zip(&classes) {

@@ -60,10 +60,10 @@ impl ClassMap {
     /// Creates the map. The classes must be those of the facets and of the material. The result does not depend on the number of
     /// threads.
     pub fn new(facets: Facets<'_>, classes: &Classes, material: Option<&ClassMaterial<'_>>) -> Self {
-        let (centers, units) = frame(facets, classes);
-        let source = Source { facets, classes, material: classes.material(material), size: facets.size(material) };
-        let levels = filtered(source.size, 2 * classes.count(), 0, |rows| source.rows(&centers, units, rows));
-        Self { centers: centers.iter().map(|c| c.as_vec3().into()).collect(), units: units.as_vec3().into(), levels }
+        let frame = ClassFrame::new(facets, classes);
+        let source = ClassRows::new(facets, classes, material, &frame);
+        let levels = filtered(source.size, 2 * classes.count(), 0, |rows| source.rows(rows));
+        Self { centers: frame.centers, units: frame.units, levels }
     }
 
     /// Returns the number of classes.
@@ -136,23 +136,53 @@ fn filtered(size: [u32; 2], layers: usize, skipped: usize, rows: impl Fn(Range<u
     levels
 }
 
-/// The surface of a class map.
-struct Source<'a> {
+/// The centres of the classes and the units of a [`ClassMap`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct ClassFrame {
+    /// The centre of each class ([`ClassMap::centers`]).
+    pub centers: Vec<[f32; 3]>,
+    /// The units of the stored values ([`ClassMap::units`]).
+    pub units: [f32; 3],
+}
+
+/// The finest level of a [`ClassMap`].
+pub(crate) struct ClassRows<'a> {
     facets: Facets<'a>,
     classes: &'a Classes,
     material: MaterialAt<'a>,
     size: [u32; 2],
+    centers: Vec<DVec3>,
+    /// The reciprocals of the units.
+    by: DVec3,
 }
 
-impl Source<'_> {
-    /// Returns rows of the finest level.
-    fn rows(&self, centers: &[DVec3], unit: DVec3, rows: Range<u32>) -> Vec<Row> {
+impl<'a> ClassRows<'a> {
+    pub fn new(
+        facets: Facets<'a>,
+        classes: &'a Classes,
+        material: Option<&'a ClassMaterial<'a>>,
+        frame: &ClassFrame,
+    ) -> Self {
+        let wide = |v: &[f32; 3]| DVec3::from(v.map(f64::from));
+        Self {
+            facets,
+            classes,
+            material: classes.material(material),
+            size: facets.size(material),
+            centers: frame.centers.iter().map(wide).collect(),
+            by: wide(&frame.units).recip(),
+        }
+    }
+
+    /// Returns rows of the finest level. The eight values of each class follow each other in the order of the layers.
+    pub fn rows(&self, rows: Range<u32>) -> Vec<Row> {
+        let (centers, by) = (&self.centers, self.by);
         let count = centers.len();
         let row_of = |sums: Vec<Sums>| -> Row {
             let mut row = vec![0.0; 8 * sums.len()];
             for (i, (sums, values)) in sums.iter().zip(row.as_chunks_mut().0).enumerate() {
                 if sums.weight > 0.0 {
-                    *values = sums.about(centers[i % count], unit);
+                    *values = sums.about(centers[i % count], by);
                 }
             }
             row
@@ -204,7 +234,7 @@ impl Source<'_> {
             Cell::row(map, wrap, y).map(of_cell).collect()
         });
         let cells: Vec<Vec<(Cell, [u8; 4])>> = cells.collect();
-        let count = self.classes.count();
+        let (count, varies) = (self.classes.count(), self.material.varies());
         let row = |y: u32| {
             let width = map.width as usize;
             let mut sums = vec![Sums::default(); width * count];
@@ -212,13 +242,13 @@ impl Source<'_> {
             for (x, sums) in sums.chunks_exact_mut(count).enumerate() {
                 for [below, right] in CORNERS {
                     let (cell, of_cell) = &cells[above + below][x + right];
-                    let at = [quarter(x as u32, right, map.width), quarter(y, below, map.height)];
-                    let material = self.material.at(at);
+                    let material = varies.then(|| {
+                        self.material.at([quarter(x as u32, right, map.width), quarter(y, below, map.height)])
+                    });
                     for (corner @ [row, column], weight) in Cell::of_quarter([1 - below, 1 - right]) {
-                        let class = if self.material.varies() {
-                            self.classes.of(&Facet { material, ..cell.facet(corner) })
-                        } else {
-                            usize::from(of_cell[2 * row + column])
+                        let class = match material {
+                            Some(material) => self.classes.of(&Facet { material, ..cell.facet(corner) }),
+                            None => usize::from(of_cell[2 * row + column]),
                         };
                         let (s, t) = (cell.s[row], cell.t[column]);
                         sums[class].add(0.25 * weight, [s, t, s * s, t * t, s * t]);
@@ -248,64 +278,64 @@ struct Sums {
 }
 
 impl Sums {
+    #[inline]
     fn add(&mut self, weight: f64, values: [f64; 5]) {
         self.weight += weight;
         self.slopes.iter_mut().zip(values).for_each(|(sum, v)| *sum += weight * v);
     }
 
-    /// Returns the weighted moments about a centre, in the order of the layers.
-    fn about(&self, center: DVec3, unit: DVec3) -> [f32; 8] {
+    /// Returns the weighted moments about a centre, in the order of the layers. `by` has the reciprocal units.
+    fn about(&self, center: DVec3, by: DVec3) -> [f32; 8] {
         let (weight, [x, y, xx, yy, xy]) = (self.weight, self.slopes);
-        let z = (self.height - center.z) / unit.z;
-        let square = |second: f64, first: f64, center: f64, unit: f64| {
-            at_least(second - center * (2.0 * first - center * weight), 0.0) / (unit * unit)
+        let z = (self.height - center.z) * by.z;
+        let square = |second: f64, first: f64, center: f64, by: f64| {
+            at_least(second - center * (2.0 * first - center * weight), 0.0) * (by * by)
         };
         let values = [
             weight,
-            (x - weight * center.x) / unit.x,
-            (y - weight * center.y) / unit.y,
+            (x - weight * center.x) * by.x,
+            (y - weight * center.y) * by.y,
             weight * z,
-            square(xx, x, center.x, unit.x),
-            square(yy, y, center.y, unit.y),
-            (xy - center.x * y - center.y * x + weight * center.x * center.y) / (unit.x * unit.y),
+            square(xx, x, center.x, by.x),
+            square(yy, y, center.y, by.y),
+            (xy - center.x * y - center.y * x + weight * center.x * center.y) * (by.x * by.y),
             weight * z * z,
         ];
         values.map(|v| v as f32)
     }
 }
 
-/// Returns the centres of the classes as 32-bit floats, and the units.
-///
-/// The unit of an axis is the RMS deviation from the centres. It is larger if a single facet deviates so much that its square exceeds
-/// the range of 16-bit floats.
-fn frame(facets: Facets<'_>, classes: &Classes) -> (Vec<DVec3>, DVec3) {
-    let (centers, square) = classes.centers();
-    // The centres are rounded as they are stored, so the moments are about the stored centres.
-    let centers: Vec<DVec3> = centers.into_iter().map(|center| center.as_vec3().as_dvec3()).collect();
-    let most_of_row = |y: u32| match facets {
-        Facets::OfHeights(map, wrap) => {
-            let heights = &map.texels[y as usize * map.width as usize..][..map.width as usize];
-            let most = heights.iter().fold(0.0, |most, h| h.abs().max(most));
-            let steepest = Cell::row(map, wrap, y.into())
-                .fold(DVec2::ZERO, |most, cell| most.max(DVec2::new(cell.s[0].abs(), cell.t[1].abs())));
-            steepest.extend(most.into())
-        }
-        Facets::OfTexels(level) => {
-            let texels = &level.texels[y as usize * level.width as usize..][..level.width as usize];
-            texels.iter().fold(DVec3::ZERO, |most, texel| {
-                let [xx, yy] = texel.second.map(|v| f64::from(v).sqrt());
-                most.max(DVec3::new(xx, yy, f64::from(texel.height).abs()))
-            })
-        }
-        Facets::Flat => DVec3::ZERO,
-    };
-    let most = (0..facets.size(None)[1]).into_par_iter().map(most_of_row).reduce(|| DVec3::ZERO, DVec3::max);
-    let most = most + centers.iter().fold(DVec3::ZERO, |most, center| most.max(center.abs()));
-    let unit = |square: f64, most: f64| {
-        let unit = at_least(square, 0.0).sqrt().max(most / MOST_UNITS) as f32;
-        if unit > 1e-30 { f64::from(unit) } else { 1.0 }
-    };
-    (centers, DVec3::new(unit(square.x, most.x), unit(square.y, most.y), unit(square.z, most.z)))
+impl ClassFrame {
+    /// Returns the centres and units of these classes. The unit of an axis is the RMS deviation from the centres. It is larger if a single facet deviates so much that its square exceeds
+    /// the range of 16-bit floats.
+    pub(crate) fn new(facets: Facets<'_>, classes: &Classes) -> Self {
+        let (centers, square) = classes.centers();
+        let most_of_row = |y: u32| match facets {
+            Facets::OfHeights(map, wrap) => {
+                let heights = &map.texels[y as usize * map.width as usize..][..map.width as usize];
+                let most = heights.iter().fold(0.0, |most, h| h.abs().max(most));
+                let steepest = Cell::row(map, wrap, y.into())
+                    .fold(DVec2::ZERO, |most, cell| most.max(DVec2::new(cell.s[0].abs(), cell.t[1].abs())));
+                steepest.extend(most.into())
+            }
+            Facets::OfTexels(level) => {
+                let texels = &level.texels[y as usize * level.width as usize..][..level.width as usize];
+                texels.iter().fold(DVec3::ZERO, |most, texel| {
+                    let [xx, yy] = texel.second.map(|v| f64::from(v).sqrt());
+                    most.max(DVec3::new(xx, yy, f64::from(texel.height).abs()))
+                })
+            }
+            Facets::Flat => DVec3::ZERO,
+        };
+        let most = (0..facets.size(None)[1]).into_par_iter().map(most_of_row).reduce(|| DVec3::ZERO, DVec3::max);
+        let most = most + centers.iter().fold(DVec3::ZERO, |most, center| most.max(center.abs()));
+        let unit = |square: f64, most: f64| {
+            let unit = at_least(square, 0.0).sqrt().max(most / MOST_UNITS) as f32;
+            if unit > 1e-30 { unit } else { 1.0 }
+        };
+        let units = [unit(square.x, most.x), unit(square.y, most.y), unit(square.z, most.z)];
+        Self { centers: centers.into_iter().map(|center| center.as_vec3().into()).collect(), units }
+    }
 }
 
 #[cfg(test)]

@@ -9,13 +9,16 @@ mod heights;
 mod occlusion;
 mod openness;
 pub mod quantisation;
+mod sky_depths;
 mod slopes;
 mod spectral;
 mod sweep;
+mod usual;
 
 pub(crate) use classes::{CORNERS, Cell, Facet, FacetsAt, MaterialAt};
-pub use classes::{ClassMaterial, Classes, Facets, classes};
+pub use classes::{ClassMaterial, Classes, Facets, classes, classes_of_count};
 pub use heights::{Integrated, Integration, heights_of_slopes};
 pub use occlusion::{About, SLICES, VisibilityMap, visibility};
 pub use openness::{OPENNESS_SIDE, Openness};
 pub use slopes::{Difference, SlopeFaults, Slopes, slopes_of_heights};
+pub use usual::{USUAL_HEIGHT, USUAL_SLOPE, usual_scale};

@@ -28,6 +28,12 @@ const FINE: f64 = 24.0;
 /// The largest distance of a march, in repeats.
 const MOST_REPEATS: f64 = 1.5;
 
+/// The smallest correlation of directions.
+const LEAST_CORRELATION: f64 = -2.0;
+/// The elevations and the step in azimuth at which the correlation is measured.
+const CORRELATED_ROWS: [usize; 3] = [9, 12, 15];
+const CORRELATED_STEP: usize = 4;
+
 /// The openness of each class as a table over directions.
 ///
 /// The direction `(x, y, z)` of the space of the map has the coordinates `q = (x uₛ, y uₜ) / z`, where `uₛ` and `uₜ` are the slope
@@ -35,6 +41,9 @@ const MOST_REPEATS: f64 = 1.5;
 /// `q / (1 + |q|)`, from -1 to 1 in both coordinates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Openness {
+    /// Whether facets that are open to one direction are also open to others, for
+    /// [`lit_fractions`](leadr_reflectance::masking::classes::ClassesSeen::lit_fractions): from −2 to 1, as in Smith's form.
+    pub correlation: [f64; MOST_CLASSES],
     /// The rows of the table, with [`OPENNESS_SIDE`] texels each. A texel holds one value per class, from 0 to 1.
     pub texels: Vec<[f16; MOST_CLASSES]>,
 }
@@ -56,17 +65,24 @@ impl Openness {
         let field = Field::new(facets, wrap, if upside_down { -1.0 } else { 1.0 });
         let unit = DVec2::new(f64::from(units[0]), f64::from(units[1]));
         let sampled = field.sampled(facets, classes, material);
-        let rows = (0..AZIMUTHS).into_par_iter().map(|i| {
-            let angle = 2.0 * PI * i as f64 / AZIMUTHS as f64;
-            let along = DVec2::new(angle.cos(), angle.sin()) / unit;
+        let alongs: Vec<DVec2> = (0..AZIMUTHS)
+            .map(|i| {
+                let angle = 2.0 * PI * i as f64 / AZIMUTHS as f64;
+                DVec2::new(angle.cos(), angle.sin()) / unit
+            })
+            .collect();
+        let reaches: Vec<Vec<f64>> = alongs
+            .par_iter()
+            .map(|along| sampled.iter().map(|(_, at, facet)| field.reach(*at, facet.z, *along)).collect())
+            .collect();
+        let rows = alongs.par_iter().zip(&reaches).map(|(along, reaches)| {
             let mut sums = [[[0.0; 2]; MOST_CLASSES]; ELEVATIONS];
-            for (class, at, facet) in &sampled {
-                let reach = field.reach(*at, facet.z, along);
+            for ((class, _, facet), reach) in sampled.iter().zip(reaches) {
                 let slope = along.dot(facet.truncate());
                 for (row, sums) in sums.iter_mut().enumerate() {
                     let q = distance(row);
                     let area = (1.0 - q * slope).max(0.0);
-                    sums[*class][0] += if q < reach { area } else { 0.0 };
+                    sums[*class][0] += if q < *reach { area } else { 0.0 };
                     sums[*class][1] += area;
                 }
             }
@@ -86,8 +102,57 @@ impl Openness {
             lookup(&polar, DVec2::new(unit(i % OPENNESS_SIDE), unit(i / OPENNESS_SIDE)))
                 .map(|open| f16::from_f64(open.clamp(0.0, 1.0)))
         };
-        Self { texels: (0..OPENNESS_SIDE * OPENNESS_SIDE).map(texel).collect() }
+        let correlation = std::array::from_fn(|class| {
+            let seen = |(i, reaches): (usize, &Vec<f64>)| {
+                let along = alongs[i * CORRELATED_STEP];
+                let facets = sampled.iter().zip(reaches).filter(|((of, ..), _)| *of == class);
+                let facets: Vec<(f64, f64)> =
+                    facets.map(|((_, _, facet), reach)| (along.dot(facet.truncate()), *reach)).collect();
+                CORRELATED_ROWS.map(|row| {
+                    let q = distance(row);
+                    let of_facet = |&(slope, reach): &(f64, f64)| ((1.0 - q * slope).max(0.0), q < reach);
+                    (i, facets.iter().map(of_facet).collect::<Vec<_>>())
+                })
+            };
+            let directions: Vec<_> = reaches.iter().step_by(CORRELATED_STEP).enumerate().flat_map(seen).collect();
+            correlation(&directions)
+        });
+        Self { correlation, texels: (0..OPENNESS_SIDE * OPENNESS_SIDE).map(texel).collect() }
     }
+}
+
+/// Returns the correlation of pairs of directions that are at least a quarter turn apart, by least squares. A direction has its azimuth, and
+/// the area and openness of each facet. The part `1 / (1 + Λo + Λi + (1 − c) Λo Λi)` of the facets is open to both.
+fn correlation(directions: &[(usize, Vec<(f64, bool)>)]) -> f64 {
+    const TURN: usize = AZIMUTHS / CORRELATED_STEP;
+    let (mut square, mut product) = (0.0, 0.0);
+    for (i, (first, o)) in directions.iter().enumerate() {
+        for (second, i) in &directions[..i] {
+            let apart = first.abs_diff(*second);
+            if 4 * apart.min(TURN - apart) < TURN {
+                continue;
+            }
+            let [mut all, mut open_o, mut open_i, mut both] = [0.0; 4];
+            for (&(area_o, o), &(area_i, i)) in o.iter().zip(i) {
+                let area = area_o * area_i;
+                all += area;
+                open_o += if o { area } else { 0.0 };
+                open_i += if i { area } else { 0.0 };
+                both += if o && i { area } else { 0.0 };
+            }
+            if all <= 1e-3 * o.len() as f64 {
+                continue;
+            }
+            let lambda = |open: f64| 1.0 / (open / all).max(0.02) - 1.0;
+            let (o, i) = (lambda(open_o), lambda(open_i));
+            // Errors count by the fraction of facets that they change.
+            let independent = 1.0 / (1.0 + o + i + o * i);
+            let per = all * independent.powi(4);
+            square += per * (o * i).powi(2);
+            product += per * o * i * (1.0 / (both / all).max(0.3 * independent) - 1.0 - o - i);
+        }
+    }
+    if square > 0.0 { (1.0 - product / square).clamp(LEAST_CORRELATION, 1.0) } else { 1.0 }
 }
 
 /// Returns the value of `|q|` at an elevation.
@@ -198,7 +263,7 @@ impl Field {
         let room = self.top - height;
         let size = DVec2::from(self.levels[0].size.map(|side| side as f64));
         let per_texel = (along * size).length().recip();
-        let (mut reach, mut texels) = (f64::INFINITY, 0.5);
+        let (mut reach, mut texels) = (f64::INFINITY, 0.25);
         let farthest = MOST_REPEATS * size.max_element();
         let most = distance(ELEVATIONS - 1);
         loop {
@@ -206,7 +271,7 @@ impl Field {
             if x >= room * reach.min(most) || texels > farthest {
                 return reach;
             }
-            let step = (texels / FINE).max(1.0);
+            let step = (texels / FINE).max(0.5);
             let level = &self.levels[(step.log2() as usize).min(self.levels.len() - 1)];
             let rise = level.at(from + along * x, self.wrap) - height;
             if rise * reach > x {

@@ -13,7 +13,7 @@ use leadr_maps::{HeightMap, LeadrMap, Wrap, load_height_map};
 use leadr_testing::memory::unmeasured;
 use leadr_testing::shared::shared_data;
 
-fn heights(width: u32, height: u32, f: impl Fn(f64, f64) -> f64) -> HeightMap {
+pub fn heights(width: u32, height: u32, f: impl Fn(f64, f64) -> f64) -> HeightMap {
     let at = |i: u32, n: u32| (f64::from(i) + 0.5) / f64::from(n);
     let texels = (0..width * height).map(|i| f(at(i % width, width), at(i / width, height)) as f32).collect();
     HeightMap::new(width, height, texels).unwrap()
@@ -23,15 +23,15 @@ fn bumpy(width: u32, height: u32) -> HeightMap {
     heights(width, height, |s, t| 0.05 * (TAU * (3.0 * s + t)).sin() + 0.02 * (31.0 * s * t).cos() + 0.1 * t)
 }
 
-fn of_heights(map: &HeightMap) -> Inputs {
+pub fn of_heights(map: &HeightMap) -> Inputs {
     Inputs { heights: Some(map.clone()), ..Inputs::default() }
 }
 
-fn file() -> File {
+pub fn file() -> File {
     tempfile::tempfile().unwrap()
 }
 
-fn bytes_of(inputs: &Inputs, kind: Kind, precision: Precision) -> (Vec<u8>, Report) {
+pub fn bytes_of(inputs: &Inputs, kind: Kind, precision: Precision) -> (Vec<u8>, Report) {
     use std::io::{Read, Seek};
     let plan = Plan::new(inputs, kind, Layout::Leadr, precision).unwrap();
     let mut file = file();
@@ -395,7 +395,7 @@ fn exr_is_read_back_as_ktx2_is() {
     }
 }
 
-fn content(mut file: File) -> Vec<u8> {
+pub fn content(mut file: File) -> Vec<u8> {
     use std::io::{Read, Seek};
     let mut bytes = Vec::new();
     file.rewind().unwrap();

@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod bake;
+mod classes;
 mod derive;
 mod images;
 mod not_a_number;

@@ -16,6 +16,7 @@ pub mod gloss;
 pub mod metals;
 pub mod mixed_roughness;
 pub mod normal_distribution;
+pub mod normal_length;
 pub mod normal_spread;
 pub mod polar_table;
 pub mod projected_area;

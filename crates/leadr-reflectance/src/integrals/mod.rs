@@ -5,6 +5,7 @@ pub mod directional_albedo;
 pub mod facet_specular;
 pub mod ggx_filtering;
 pub mod ggx_lobes;
+pub mod interreflection;
 pub mod light_size;
 pub mod reference;
 pub mod sh;

@@ -1,5 +1,6 @@
 //! Masking hides facets from the viewer, and shadowing hides them from the light.
 
+pub mod class_sky;
 pub mod classes;
 pub mod correlated;
 pub mod occlusion;

@@ -159,6 +159,13 @@ fn first_albedo(bounces: FacetBounces, albedo: DVec3) -> DVec3 {
     (1.0 - bounces.lost) * (1.0 - bounces.again) / (DVec3::ONE - albedo * bounces.again)
 }
 
+/// Returns the albedo of facets whose surface has the given `albedo` for the light that enters it, from 0 to 1. Light that hits other facets
+/// is absorbed more often, so the facets of a grey surface are brighter than the surface. The colour of a material is that of its surface.
+pub fn facet_albedo(bounces: FacetBounces, albedo: DVec3) -> DVec3 {
+    let kept = (1.0 - bounces.lost) * (1.0 - bounces.again);
+    (albedo / (kept + albedo * bounces.again).max(DVec3::splat(1e-6))).min(DVec3::ONE)
+}
+
 /// Returns the directional albedo of [`multiscattering_diffuse`], from the coat's transmittance along that direction.
 pub fn multiscattering_albedo(bounces: FacetBounces, albedo: DVec3, entered: DVec3) -> DVec3 {
     albedo * first_albedo(bounces, albedo) * entered
@@ -248,6 +255,18 @@ mod tests {
             }
         }
         assert!(worst < 2e-4, "{worst}");
+    }
+
+    #[test]
+    fn the_albedo_of_a_surface_follows_from_its_facets() {
+        for alpha in [0.05, 0.35, 1.0] {
+            for albedo in [0.0, 0.1, 0.5, 1.0].map(DVec3::splat) {
+                let bounces = BOUNCES.at(alpha);
+                let facets = facet_albedo(bounces, albedo);
+                let found = multiscattering_albedo(bounces, facets, DVec3::ONE);
+                assert!((found - albedo).abs().max_element() < 1e-12 && facets.cmpge(albedo - 1e-12).all(), "{found}");
+            }
+        }
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! LEADR's integrals over visible slopes, computed by closed forms and a few probes instead of the paper's grid.
 
+pub mod class_environment;
 pub mod cone_specular;
 pub mod diffuse;
 pub mod fresnel;

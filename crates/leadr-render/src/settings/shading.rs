@@ -265,6 +265,7 @@ mod tests {
         relief_occlusion: false,
         relief_color: true,
         classes: false,
+        interreflection: true,
         multiscattering: true,
         sky_occlusion: true,
         edge_samples: 16,

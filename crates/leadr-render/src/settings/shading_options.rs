@@ -204,6 +204,12 @@ shading_options! {
         row(shading("classes", "on|off", "Shade the tops, walls and bottoms of hard-edged relief as classes of their own").called("classes of facets").common(),
             Value::Switch(|options| &mut options.classes), COVARIANCE).about(Subject::Relief),
     ];
+    /// Whether the facets of the relief send light to each other ([`leadr_reflectance::integrals::interreflection`]). This effect is not
+    /// in the LEADR paper.
+    interreflection: bool = false => [
+        row(shading("interreflection", "on|off", "Add light that bumps reflect to each other").called("light between bumps").common(),
+            Value::Switch(|options| &mut options.interreflection), COVARIANCE).about(Subject::Relief).constant("INTERREFLECTION"),
+    ];
     /// Whether light scatters more than once between the facets of the base ([`leadr_reflectance::materials::energy`],
     /// [`leadr_reflectance::materials::multiscattering`]). This effect is not in the LEADR paper.
     multiscattering: bool = false => [

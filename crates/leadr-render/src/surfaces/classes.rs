@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use glam::{DVec2, Vec3};
+use glam::{DVec2, DVec3, Vec3};
 use half::f16;
 use leadr_gpu::{Gpu, Image, ImageDesc, Result, vk};
 use leadr_maps::derive::{ClassMaterial, Classes, Facets, OPENNESS_SIDE, Openness, classes};
@@ -35,6 +35,8 @@ pub struct ObjectClasses {
     pub map: ClassMap,
     /// How much of each class other facets hide. Smooth surfaces have no texels.
     pub open: Openness,
+    /// The factors that convert slopes per texture coordinate to rise over run.
+    pub slope_scale: DVec2,
     /// The colours and the roughness of each class, if they differ.
     pub colors: Option<ClassColors>,
 }
@@ -69,7 +71,8 @@ impl ObjectClasses {
             if field.is_none() {
                 let colors = colors(Facets::Flat, &flat)?;
                 let map = ClassMap { centers: vec![[0.0; 3]; flat.count()], units: [1.0; 3], levels: Vec::new() };
-                return Some(Self { map, open: Openness { texels: Vec::new() }, colors: Some(colors) });
+                let open = Openness { correlation: [1.0; MOST_CLASSES], texels: Vec::new() };
+                return Some(Self { map, open, slope_scale: DVec2::ONE, colors: Some(colors) });
             }
         }
         let field = field?;
@@ -85,11 +88,12 @@ impl ObjectClasses {
             Some(level) => Facets::OfTexels(level),
             None => Facets::OfHeights(&field.map, wrap),
         };
-        let found = classes(facets, (f64::from(object.height_scale) / repeat).to_array(), material);
+        let scale = f64::from(object.height_scale) / repeat;
+        let found = classes(facets, scale.to_array(), material);
         (found.count() > 1).then(|| {
             let map = ClassMap::new(facets, &found, material);
             let open = Openness::new(facets, wrap, &found, material, map.units, object.height_scale < 0.0);
-            Self { map, open, colors: colors(facets, &found) }
+            Self { map, open, slope_scale: scale, colors: colors(facets, &found) }
         })
     }
 
@@ -97,6 +101,19 @@ impl ObjectClasses {
     pub fn scale(&mut self, factor: f32) {
         self.map.centers.as_flattened_mut().iter_mut().for_each(|center| *center *= factor);
         self.map.units.iter_mut().for_each(|unit| *unit *= factor);
+    }
+
+    /// Returns the optical depths of the classes towards the sky, if a factor multiplies the height scale.
+    fn sky_depths(&self, factor: f64) -> [f32; MOST_CLASSES] {
+        let scale = factor * self.slope_scale;
+        let physical = |class: Class| Class {
+            mean: scale * class.mean,
+            covariance: class.covariance * DVec3::new(scale.x * scale.x, scale.y * scale.y, scale.x * scale.y),
+            ..class
+        };
+        let classes: Vec<Class> = self.map.mean().into_iter().map(physical).collect();
+        let units = DVec2::new(f64::from(self.map.units[0]), f64::from(self.map.units[1]));
+        self.open.sky_depths(&classes, (scale * units).abs()).map(|depth| depth as f32)
     }
 
     /// Returns the number of classes.
@@ -196,6 +213,11 @@ fn metres_per_repeat(mesh: &PatchMesh) -> Option<DVec2> {
     (sizes.is_finite() && sizes.min_element() > 0.0).then_some(sizes)
 }
 
+/// The number of factors of the height scale for which depths towards the sky are stored.
+const FACTORS: usize = 11;
+/// These factors: powers of two.
+const FACTOR_RANGE: [f64; FACTORS] = [0.015625, 0.03125, 0.0625, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
+
 /// The images of the classes. Clones share the images.
 #[derive(Clone)]
 pub struct ClassImages {
@@ -209,6 +231,10 @@ pub struct ClassImages {
     pub centers: [[f32; 4]; MOST_CLASSES],
     /// The units of the moments about the centres, and the slope variance of the map in these units, summed over both axes.
     pub unit: [f32; 4],
+    /// The [correlation](Openness::correlation) of the openness of each class.
+    pub correlation: [f32; MOST_CLASSES],
+    /// The optical depth of each class towards the sky, at each of [`FACTORS`] of the height scale.
+    sky_depths: [[f32; MOST_CLASSES]; FACTORS],
 }
 
 impl ClassImages {
@@ -221,12 +247,13 @@ impl ClassImages {
         let open = Image::new(gpu, "no class openness", ImageDesc::new(FORMAT, 1, 1))?;
         open.write(0, 0, &[[f16::ONE; 4]])?;
         let (moments, colors) = (image("no class moments")?, image("no class colours")?);
-        Ok(Self { moments, colors, open, centers: [[0.0; 4]; MOST_CLASSES], unit: [1.0; 4] })
+        let (centers, sky_depths) = ([[0.0; 4]; MOST_CLASSES], [[0.0; MOST_CLASSES]; FACTORS]);
+        Ok(Self { moments, colors, open, centers, unit: [1.0; 4], correlation: [1.0; MOST_CLASSES], sky_depths })
     }
 
     /// Uploads the classes of an object.
     pub fn new(gpu: &Arc<Gpu>, name: &str, classes: &ObjectClasses, none: &Self) -> Result<Self> {
-        let ObjectClasses { map, open, colors } = classes;
+        let ObjectClasses { map, open, colors, .. } = classes;
         let colors = match colors {
             Some(colors) => uploaded(gpu, &format!("{name} class colours"), &colors.levels)?,
             None => none.colors.clone(),
@@ -242,7 +269,22 @@ impl ClassImages {
         table.write(0, 0, &open.texels)?;
         let [s, t, h] = map.units;
         let unit = [s, t, h, variance_in_units(map)];
-        Ok(Self { moments, colors, open: table, centers, unit })
+        let (correlation, sky_depths) =
+            (open.correlation.map(|c| c as f32), FACTOR_RANGE.map(|factor| classes.sky_depths(factor)));
+        Ok(Self { moments, colors, open: table, centers, unit, correlation, sky_depths })
+    }
+}
+
+impl ClassImages {
+    /// Returns the optical depth of each class towards the sky, if a factor multiplies the height scale.
+    pub fn sky_depths(&self, factor: f32) -> [f32; MOST_CLASSES] {
+        let at = (factor.abs().log2() - FACTOR_RANGE[0].log2() as f32).clamp(0.0, (FACTORS - 1) as f32);
+        let first = (at as usize).min(FACTORS - 2);
+        let part = at - first as f32;
+        std::array::from_fn(|k| {
+            let [low, high] = [first, first + 1].map(|i| self.sky_depths[i][k]);
+            low + part * (high - low)
+        })
     }
 }
 

@@ -491,6 +491,8 @@ impl GpuObject {
             relief: self.relief * height_scale.abs(),
             class_centers: self.maps.classes.centers,
             class_unit: self.maps.classes.unit,
+            class_correlation: self.maps.classes.correlation,
+            class_sky_depth: self.maps.classes.sky_depths(shown.height_scale),
             ..bytemuck::Zeroable::zeroed()
         }
     }

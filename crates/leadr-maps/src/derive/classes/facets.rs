@@ -82,14 +82,16 @@ impl Cell {
         let [before, after] = [-1, i64::from(map.width)].map(|x| wrap.texel(x, map.width));
         let column = move |x: usize| [upper[x], lower[x]];
         let columns = (0..width).chain([after]).map(column);
-        columns.scan(column(before), move |left, right| {
+        let mut left = column(before);
+        columns.map(move |right| {
             let cell = Self::new([[left[0], right[0]], [left[1], right[1]]], size);
-            *left = right;
-            Some(cell)
+            left = right;
+            cell
         })
     }
 
     /// Returns the triangle with its right angle at a corner.
+    #[inline]
     pub fn facet(&self, [row, column]: [usize; 2]) -> Facet {
         let at = |row: usize, column: usize| self.heights[row][column];
         let height = (at(row, column) + at(row, 1 - column) + at(1 - row, column)) / 3.0;

@@ -54,6 +54,7 @@ pub(super) struct Density {
 
 impl Density {
     /// Returns the mean over the slopes of a facet.
+    #[inline]
     fn at(&self, facet: &Facet) -> f64 {
         let off = facet.point - self.mean;
         let material = facet.material - self.material;

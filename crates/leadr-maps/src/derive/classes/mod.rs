@@ -13,7 +13,7 @@ mod reflections;
 
 use glam::{DVec2, DVec3};
 use leadr_reflectance::limits::at_least;
-use leadr_reflectance::masking::classes::MOST_CLASSES;
+use leadr_reflectance::masking::classes::{Class, MOST_CLASSES};
 
 pub(crate) use facets::{CORNERS, Cell, Facet, FacetsAt, MaterialAt};
 pub use facets::{ClassMaterial, Facets};
@@ -58,6 +58,11 @@ impl Classes {
         self.densities.len()
     }
 
+    /// Returns the class of a facet of the relief with a slope per texture coordinate and a height, without its material.
+    pub fn of_relief(&self, slope: DVec2, height: f64) -> usize {
+        self.of(&Facet { point: slope.extend(height), ..Facet::default() })
+    }
+
     /// Returns the class of a facet.
     pub(crate) fn of(&self, facet: &Facet) -> usize {
         nearest(&self.densities, facet)
@@ -66,6 +71,23 @@ impl Classes {
     /// Returns the rule that gives the material of facets for [`of`](Self::of).
     pub(crate) fn material<'a>(&self, material: Option<&'a ClassMaterial<'a>>) -> MaterialAt<'a> {
         MaterialAt { axes: self.axes, material }
+    }
+
+    /// Returns the classes of the sampled facets. `scale` multiplies slopes along `s` and `t`.
+    pub fn sampled(&self, scale: [f64; 2]) -> Vec<Class> {
+        let by = DVec2::from(scale);
+        let class = |part: &Part| {
+            let c = part.covariance;
+            Class {
+                share: part.share,
+                mean: part.mean.truncate() * by,
+                covariance: DVec3::new(c.x_axis.x, c.y_axis.y, c.x_axis.y)
+                    * DVec3::new(by.x * by.x, by.y * by.y, by.x * by.y),
+                height: part.mean.z,
+                height_variance: c.z_axis.z,
+            }
+        };
+        self.parts.iter().map(class).collect()
     }
 
     /// Returns the mean slope and height of the sampled facets of each class, and the mean of their variances.
@@ -81,6 +103,15 @@ impl Classes {
 /// Finds the classes of a relief and of the material on it. `scale` converts slopes along `s` and `t` to rise over run: for an object,
 /// the height factor divided by the width and by the height of the texture. The result does not depend on the number of threads.
 pub fn classes(facets: Facets<'_>, scale: [f64; 2], material: Option<&ClassMaterial<'_>>) -> Classes {
+    found(facets, scale, material, None)
+}
+
+/// Finds this number of classes of a relief, from 1 to [`MOST_CLASSES`], like [`classes`].
+pub fn classes_of_count(facets: Facets<'_>, scale: [f64; 2], count: usize) -> Classes {
+    found(facets, scale, None, Some(count.clamp(1, MOST_CLASSES)))
+}
+
+fn found(facets: Facets<'_>, scale: [f64; 2], material: Option<&ClassMaterial<'_>>, given: Option<usize>) -> Classes {
     let samples = facets.sampled(SAMPLES, material);
     let mut sampled: Vec<Facet> = samples.iter().map(|(facet, _)| *facet).collect();
     let squares = DVec2::from(scale.map(|scale| at_least(scale.abs(), 1e-9).powi(-2)));
@@ -116,7 +147,7 @@ pub fn classes(facets: Facets<'_>, scale: [f64; 2], material: Option<&ClassMater
     let by_color =
         MaterialAxes { color: correlation.as_ref().map_or(DVec3::ZERO, |of| of.axis(&one)), ..Default::default() };
     let mut fits = vec![fit_of(MaterialAxes::default(), vec![whole], vec![whole.density(floor)], one.clone())];
-    while fits.len() < MOST_CLASSES && fits[fits.len() - 1].error > GOOD {
+    while fits.len() < given.unwrap_or(MOST_CLASSES) && (given.is_some() || fits[fits.len() - 1].error > GOOD) {
         let count = fits.len() + 1;
         let mut best = fit(MaterialAxes::default(), count);
         if !by_color.is_none() {
@@ -128,7 +159,8 @@ pub fn classes(facets: Facets<'_>, scale: [f64; 2], material: Option<&ClassMater
     }
     let errors: Vec<f64> = fits.iter().map(|fit| fit.error).collect();
     let cost = |i: &usize| errors[*i].max(GOOD) * GAIN.powi(*i as i32);
-    let best = (0..errors.len()).min_by(|a, b| cost(a).total_cmp(&cost(b))).unwrap_or(0);
+    let cheapest = (0..errors.len()).min_by(|a, b| cost(a).total_cmp(&cost(b))).unwrap_or(0);
+    let best = given.map_or(cheapest, |count| count - 1);
     let mut best = fits.swap_remove(best);
     let squares: Vec<f64> = texels.iter().map(|texel| texel[3] * texel[3]).collect();
     let lost = lost_peak(&squares, &one, 1);
@@ -225,7 +257,7 @@ mod tests {
     fn slopes_without_heights_have_classes() {
         // Two kinds of texels: flat, or steep in the manner of a normal map.
         let texel = |i: u32| {
-            let x = if i % 4 == 0 { 2.0 } else { 0.0 };
+            let x = if i.is_multiple_of(4) { 2.0 } else { 0.0 };
             Moments { mean_slope: [x, 0.0], second: [x * x, 0.0], ..Moments::default() }
         };
         let level = MomentLevel { width: 64, height: 64, texels: (0..4096).map(texel).collect() };

@@ -1,68 +1,103 @@
-//! The device's masking and shadowing by classes of facets against the f64 reference. `parity/comparator.rs` describes the comparison.
+//! The device's masking, skies and interreflection by classes of facets against the f64 reference. `parity/comparator.rs` describes the
+//! comparison.
+
+use glam::DVec3;
+use leadr_reflectance::integrals::interreflection::ReliefBounces;
+use leadr_reflectance::masking::class_sky::ClassSky;
+use leadr_reflectance::masking::classes::{Class, ClassesSeen, MOST_CLASSES, openness_inside};
+use leadr_reflectance::masking::shadowing::Shadowing;
+use leadr_reflectance::random::Random;
+use leadr_reflectance::visible::class_environment::class_environment;
+use leadr_testing::gpu::test_gpu;
 
 use super::comparator::{Arguments as _, Numbers, Tolerance, list, parity, v2, v3};
 use super::extremes::finite;
-use leadr_reflectance::masking::classes::{Class, ClassHiding, MOST_CLASSES};
-use leadr_reflectance::masking::shadowing::Shadowing;
-use leadr_reflectance::random::Random;
-use leadr_testing::gpu::test_gpu;
 
-/// The numbers of a class: its share, mean slope, slope covariance, and mean and variance of heights.
+/// The numbers of a class: its share, mean slope, slope covariance, depth towards the sky and openness.
 const CLASS: usize = 8;
 
-/// The number of classes, and their numbers. Classes are at equal, different and far apart heights.
+fn open(r: &mut Random) -> f64 {
+    if r.unit() < 0.2 { r.pick([0.0, 1.0]) } else { r.range(0.01, 1.0) }
+}
+
+/// The number of classes, and their numbers.
 fn arguments(r: &mut Random) -> [f64; 1 + CLASS * MOST_CLASSES] {
     let mut x = vec![(1.0 + 4.0 * r.unit()).floor()];
-    let unit = r.log(1e-3, 1e3);
     for _ in 0..MOST_CLASSES {
         let (m, s) = (0.5 * r.mean_slope(), r.covariance());
-        x.extend([r.log(1e-3, 1.0), m.x, m.y, s.x, s.y, s.z]);
-        x.extend([unit * r.range(-1.0, 1.0), unit * unit * r.log(1e-3, 1.0)]);
+        x.extend([r.log(1e-3, 1.0), m.x, m.y, s.x, s.y, s.z, r.log(1e-3, 2.0), open(r)]);
     }
     x.try_into().expect("all numbers")
 }
 
-fn classes(x: &[f64]) -> Vec<Class> {
-    let class =
-        |x: &[f64]| Class { share: x[0], mean: v2(x, 1), covariance: v3(x, 3), height: x[6], height_variance: x[7] };
-    x[1..].chunks(CLASS).take(x[0].round() as usize).map(class).collect()
+fn class(x: &[f64]) -> Class {
+    Class { share: x[0], mean: v2(x, 1), covariance: v3(x, 3), height: 0.0, height_variance: 0.0 }
 }
 
 #[test]
 fn class_masking_parity() {
-    parity::<39>(
+    parity::<17>(
         "masking/classes",
-        // The bend of a class is a difference of logarithms.
-        Tolerance { relative: 2e-5, floor: |k| if k < 4 { 1e-3 } else { 1e-1 }, unit: |_| 0.1 },
+        Tolerance { relative: 5e-6, floor: |_| 1e-2, unit: |_| 0.0 },
         |r| {
-            let (wo, wi) = (r.direction(), r.direction());
-            let x = arguments(r);
             std::array::from_fn(|k| match k {
-                0..3 => wo[k],
-                3..6 => wi[k - 3],
-                _ => x[k - 6],
+                0..4 => r.range(-2.0, 1.0),
+                4..8 | 10..14 => open(r),
+                16 => r.unit(),
+                _ => r.range(-1.5, 1.5),
             })
         },
         |x| {
-            let hiding = ClassHiding::new(&classes(&x[6..]));
-            let (o, i) = (hiding.depths(v3(x, 0)), hiding.depths(v3(x, 3)));
-            // Absent classes are 0.
-            let present = |values: [f64; MOST_CLASSES]| {
-                std::array::from_fn::<_, MOST_CLASSES, _>(|k| if (k as f64) < x[6].round() { values[k] } else { 0.0 })
-            };
-            let lit = |shadowing| present(o.lit_fractions(shadowing, &i));
+            let four = |at: usize| [x[at], x[at + 1], x[at + 2], x[at + 3]];
+            let seen = |at: usize| ClassesSeen { open: four(at), whitened: v2(x, at + 4) };
+            let lit = |shadowing| seen(4).lit_fractions(shadowing, &four(0), &seen(10));
             list![
-                hiding.mean,
-                [o.lambda, o.meso],
-                present(o.areas),
-                present(o.open_fractions()),
-                present(o.visible_shares()),
+                openness_inside(four(4), x[16]),
                 lit(Shadowing::None),
                 lit(Shadowing::Smith),
                 lit(Shadowing::Correlated),
-                lit(Shadowing::CorrelatedSimple),
-                present(hiding.bend),
+                lit(Shadowing::CorrelatedSimple)
             ]
+        },
+    );
+}
+
+#[test]
+fn class_environment_parity() {
+    parity::<48>(
+        "visible/class_environment",
+        // The blocked part of nearly flat facets is a difference of nearly equal areas.
+        Tolerance { relative: 2e-4, floor: |_| 0.3, unit: |_| 0.1 },
+        |r| {
+            let (wo, x) = (r.direction(), arguments(r));
+            std::array::from_fn(|k| match k {
+                0..3 => wo[k],
+                3..15 => r.unit(),
+                _ => x[k - 15],
+            })
+        },
+        |x| {
+            let numbers: Vec<&[f64]> = x[16..].chunks(CLASS).collect();
+            let count = x[15].round() as usize;
+            let mut classes: Vec<Class> = numbers.iter().map(|x| class(x)).collect();
+            let depths = std::array::from_fn(|k| numbers[k][6]);
+            let sky = ClassSky::new(&classes[..count], depths);
+            let blocked = sky.blocked();
+            let mut all = vec![];
+            for k in 0..MOST_CLASSES {
+                let e = class_environment(&sky, v3(x, 0), k, &classes[k], numbers[k][7]);
+                all.extend(e.normal.to_array());
+                all.extend([e.open, e.seen, sky.areas[k], sky.flux[k], blocked[k]]);
+            }
+            classes.truncate(count);
+            let whole: f64 = classes.iter().map(|class| class.share).sum();
+            let mut shares = [0.0; MOST_CLASSES];
+            shares.iter_mut().zip(&classes).for_each(|(share, class)| *share = class.share / whole);
+            let bounces = ReliefBounces::new(&sky, &std::array::from_fn(|k| v3(x, 3 + 3 * k)));
+            let sees: f64 = blocked.iter().sum();
+            all.extend((sees * bounces.radiosity(DVec3::new(1.0, 2.0, 3.0), &sky.flux)).to_array());
+            all.extend((sees * bounces.radiosity(DVec3::ONE, &shares)).to_array());
+            all
         },
     );
 }
@@ -72,5 +107,8 @@ fn class_masking_parity() {
 fn finite_at_the_extremes() {
     let Some(gpu) = test_gpu() else { return };
     let r = &mut Random(7);
-    finite::<39, 33>(&gpu, r, "masking/classes", 36, 2, |r| arguments(r).map(|x| x as f32));
+    finite::<48, 45>(&gpu, r, "visible/class_environment", 38, 1, |r| {
+        let x = arguments(r);
+        std::array::from_fn(|k| if k < 12 { r.unit() as f32 } else { x[k - 12] as f32 })
+    });
 }

@@ -11,8 +11,8 @@ use leadr_reflectance::materials::energy::{
     EnergyTable, average_fresnel, compensation_color, compensation_lobe, compensation_scale, entered, specular_albedo,
 };
 use leadr_reflectance::materials::multiscattering::{
-    BOUNCES, BOUNCES_LOSSY, FacetBounces, chan_diffuse, facet_diffuse, grazing_albedo, multiscattering_albedo,
-    multiscattering_diffuse,
+    BOUNCES, BOUNCES_LOSSY, FacetBounces, chan_diffuse, facet_albedo, facet_diffuse, grazing_albedo,
+    multiscattering_albedo, multiscattering_diffuse,
 };
 use leadr_reflectance::random::Random;
 use leadr_reflectance::visible::cone_specular::{cone_specular, cone_table_texcoord, lobe_in_cone};
@@ -119,6 +119,7 @@ fn multiscattering_parity() {
                 multiscattering_diffuse(wo, wi, b, f0, albedo, o, i, average),
                 multiscattering_diffuse(wo, wi, lossy, f0, albedo, o, i, average),
                 multiscattering_albedo(b, albedo, o),
+                facet_albedo(b, albedo),
                 [facet_diffuse(f0.x, wo.z, wi.z), chan_diffuse(wi.z, wo.z, o.x, i.x, alpha), grazing_albedo(wo.z)],
                 words(b),
                 words(lossy)

@@ -1,0 +1,82 @@
+// Light that the facets of the relief send to each other (leadr/integrals/interreflection.glsl).
+#ifndef LEADR_SHADE_INTERREFLECTION
+#define LEADR_SHADE_INTERREFLECTION
+#include "classes.glsl"
+#include "harmonics.glsl"
+#include "leadr/integrals/interreflection.glsl"
+#include "leadr/visible/shadowed_environment.glsl"
+
+// Returns the mean of Schlick's reflectance over the hemisphere, weighted by the cosine.
+vec3 mean_schlick(const vec3 f0) {
+    return f0 + (grazing_reflectance(f0) - f0) * (1.0 / 21.0);
+}
+
+// Returns the fraction of the hemisphere that bumps larger than the footprint hide.
+float hidden_by_horizon(const Surface surface) {
+    if (!USES_HORIZON) {
+        return 0.0;
+    }
+    vec3 weight = horizon_hidden(surface.mean_slope, surface.horizon).weight;
+    return clamp(dot(weight, normal_of_slope(surface.mean_slope)), 0.0, 1.0);
+}
+
+// Returns the radiance of the relief in directions that other facets block. lights are those of the pixel. larger is the result of
+// hidden_by_horizon.
+vec3 relief_radiance(const Surface surface, const float larger) {
+    vec4 share = vec4(1.0, 0.0, 0.0, 0.0), depth = vec4(0.0);
+    vec2 m[4] = vec2[4](surface.mean_slope, vec2(0.0), vec2(0.0), vec2(0.0));
+    vec3 S[4] = vec3[4](surface.slope_covariance, vec3(0.0), vec3(0.0), vec3(0.0));
+    vec3 albedo[4] = vec3[4](surface.albedo, vec3(0.0), vec3(0.0), vec3(0.0));
+    int count = 1;
+    if (CLASSES > 1) {
+        FacetClasses c = surface.classes;
+        count = c.count;
+        share = vec4(c.share[0], c.share[1], c.share[2], c.share[3]);
+        depth = c.sky_depth;
+        m = c.mean;
+        S = c.covariance;
+        for (int k = 0; k < MOST_CLASSES; ++k) {
+            albedo[k] = k < count ? c.material[k].rgb : vec3(0.0);
+        }
+    }
+    for (int k = 0; k < 4; ++k) {
+        albedo[k] = albedo[k] * (1.0 - mean_schlick(surface.diffuse_f0)) + mean_schlick(surface.f0);
+    }
+    ClassSky sky = class_sky(count, share, m, S, depth);
+    sky.blocked = 1.0 - (1.0 - sky.blocked) * (1.0 - larger);
+    ReliefBounces bounces = relief_bounces(sky, albedo);
+    vec3 up = normal_of_slope(sky.mean);
+    vec3 radiosity = vec3(0.0);
+    if (SPECULAR_ENVIRONMENT || DIFFUSE_ENVIRONMENT) {
+        vec3 irradiance = sh_irradiance(environment_sh(), from_frame(surface.frame, up)) + rest_irradiance(surface, up);
+        radiosity += relief_radiosity(bounces, ambient_on_diffuse(surface, surface.albedo) * max(irradiance, 0.0), sky.flux);
+    }
+    [[unroll]] for (int number = 0; number < LIGHTS; ++number) {
+        if (on_diffuse(number) || in_specular(number)) {
+            Light light = pixel_lights[number];
+            vec4 lit = share;
+            if (BY_CLASS) {
+                vec4 of_map = classes_open(surface.classes, light.wi);
+                for (int k = 0; k < count; ++k) {
+                    lit[k] *= visible_area(light.wi, m[k], S[k]) * class_open(surface.classes, k, of_map);
+                }
+                lit /= max(dot(lit, vec4(1.0)), 1e-9);
+            }
+            radiosity += relief_radiosity(bounces, light.irradiance * max(dot(up, light.wi), 0.0), lit);
+        }
+    }
+    return radiosity / LEADR_PI;
+}
+
+// Returns the fraction of the hemisphere of the visible facets in which they see the relief.
+float relief_seen(const Surface surface, const float larger) {
+    float sky = 1.0;
+    if (BY_CLASS) {
+        sky = class_environment_of(surface).seen;
+    } else if (SHADOWING >= LEADR_SHADOWING_CORRELATED) {
+        sky = bent_normal(surface.wo, surface.mean_slope, surface.slope_covariance).open;
+    }
+    return 1.0 - sky * (1.0 - larger);
+}
+
+#endif
