@@ -125,4 +125,10 @@ vec3 facet_specular_light(const int shadowing, const int of_base, const Directio
     return fresnel_schlick(f0, dot(f.wi, f.wh)) * (0.25 * d * masking_shadowing_factor(shadowing, o, i));
 }
 
+// Returns the same with one model for all facets.
+vec3 facet_specular_light(const int shadowing, const DirectionArea o, const DirectionArea i, const FacetSpecular f, const vec2 m,
+                          const vec3 cholesky, const vec3 f0) {
+    return facet_specular_light(shadowing, shadowing, o, i, f, m, cholesky, f0);
+}
+
 #endif
