@@ -11,7 +11,7 @@ use leadr_maps::bake::{Kind, Layout, Precision, Texels};
 use leadr_maps::material::GreenAxis;
 use leadr_reflectance::facets::gloss::Gloss;
 use leadr_reflectance::facets::shortened_normals::NormalArea;
-use leadr_reflectance::masking::layers::MOST_CLASSES;
+use leadr_reflectance::masking::classes::MOST_CLASSES;
 use leadr_reflectance::slopes::normal_blending::{
     blend_partial_derivatives, blend_reoriented, blend_udn, blend_whiteout, blend_xy,
 };

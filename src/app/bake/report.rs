@@ -11,7 +11,7 @@ use leadr_maps::bake::{FoundClasses, Layout, Plan, Report};
 use leadr_maps::derive::quantisation::Quantisation;
 use leadr_maps::material::Agreement;
 use leadr_maps::shown::shown_path;
-use leadr_reflectance::masking::layers::Class;
+use leadr_reflectance::masking::classes::Class;
 use leadr_tools::program::memory_of_process;
 
 /// The result for a map.

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use leadr_reflectance::masking::layers::{Class, MOST_CLASSES};
+use leadr_reflectance::masking::classes::{Class, MOST_CLASSES};
 use rayon::prelude::*;
 
 use super::Inputs;

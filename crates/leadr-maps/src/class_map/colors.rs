@@ -2,7 +2,7 @@
 
 use glam::DVec4;
 use half::f16;
-use leadr_reflectance::masking::layers::MOST_CLASSES;
+use leadr_reflectance::masking::classes::MOST_CLASSES;
 use rayon::prelude::*;
 
 use super::{ClassLevel, ClassMap, filtered};

@@ -4,7 +4,7 @@ use leadr_maps::bake::{ExrFile, Inputs, Kind, Layout, Plan, Precision, bake};
 use leadr_maps::baked::BakedMap;
 use leadr_maps::derive::{Facets, classes_of_count};
 use leadr_maps::{ClassMap, HeightMap, LeadrMap, Wrap};
-use leadr_reflectance::masking::layers::Class;
+use leadr_reflectance::masking::classes::Class;
 
 use super::bake::{baked, bytes_of, content, file, heights, of_heights};
 
