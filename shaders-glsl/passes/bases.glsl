@@ -1,9 +1,7 @@
-// Optional features of base materials with more than one lobe. Each feature costs time only where it is enabled.
+// Optional features of surfaces with more than one lobe. Each feature costs time only where it is enabled.
 #ifndef LEADR_BASES
 #define LEADR_BASES
 
-// Whether a surface can have two roughnesses.
-layout(constant_id = 49) const bool MIXED_ROUGHNESS = false;
 // The number of lobes of the measured materials, or 0 if no surface has a measured base.
 layout(constant_id = 59) const int FIT_LOBES = 0;
 // Whether all surfaces have a measured base.

@@ -4,7 +4,6 @@
 #define LEADR_GBUFFER
 
 #include "leadr/frame.glsl"
-#include "leadr/facets/mixed_roughness.glsl"
 #include "leadr/visible/horizon.glsl"
 #include "leadr/visible/relief_color.glsl"
 
@@ -35,7 +34,6 @@ struct FilteredSurface {
     vec2 mean_slope;     // mean slope, in the frame about the normal
     vec3 covariance;     // covariance of the slopes
     vec4 material;       // rgb: linear albedo; a: Beckmann roughness alpha
-    MixedRoughness mixed; // the two roughnesses that alpha summarises, with MIXED_ROUGHNESS
     uint fit;            // number of the measured base material, or 0
     vec3 f0;             // reflectance at normal incidence
     float diffuse_f0;    // reflectance of the diffuse base's surface; the metallic fraction has no albedo
@@ -79,12 +77,9 @@ uint pack_accessibility_lod(const FilteredSurface f) {
     return packHalf2x16(vec2(f.inside ? -1.0 : f.accessibility, f.lod));
 }
 
-// Packs these values as halves: the reflectance at normal incidence, the share of the rougher part, both roughnesses, and the reflectance
-// of the diffuse base. A measured material has no two parts, so the share is minus its number.
+// Packs the reflectance at normal incidence as halves, the number of the measured material, and the reflectance of the diffuse base.
 uvec4 pack_reflection(const FilteredSurface f) {
-    float share = f.fit > 0u ? -float(f.fit) : f.mixed.share;
-    return uvec4(packHalf2x16(f.f0.xy), packHalf2x16(vec2(f.f0.z, share)),
-                 packHalf2x16(vec2(f.mixed.smooth_alpha, f.mixed.rough_alpha)), floatBitsToUint(f.diffuse_f0));
+    return uvec4(packHalf2x16(f.f0.xy), packHalf2x16(vec2(f.f0.z, 0.0)), f.fit, floatBitsToUint(f.diffuse_f0));
 }
 
 // Packs the F82 tint of a conductor, 0 to 4, with five bits per channel.
@@ -115,13 +110,8 @@ vec3 f0_of(const uvec4 reflection) {
     return vec3(unpackHalf2x16(reflection.x), unpackHalf2x16(reflection.y).x);
 }
 
-MixedRoughness mixed_of(const uvec4 reflection) {
-    vec2 alphas = unpackHalf2x16(reflection.z);
-    return MixedRoughness(max(unpackHalf2x16(reflection.y).y, 0.0), alphas.x, alphas.y);
-}
-
 uint fit_of(const uvec4 reflection) {
-    return uint(max(-unpackHalf2x16(reflection.y).y, 0.0));
+    return reflection.z;
 }
 
 // Packs three numbers in [-1, 1] with ten bits each.

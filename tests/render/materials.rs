@@ -16,12 +16,10 @@ use leadr::render::frame::Renderer;
 use leadr::render::light::sky::Sky;
 use leadr::render::scene::{FrameState, MaterialMap, Object, Pose};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
-use leadr::render::surfaces::displacement::Border;
 use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::cover::SampledMaterial;
 use leadr::scenes::dressed;
 use leadr::scenes::plane::{even, plane};
-use leadr::scenes::sphere::{bake_tiles, displaced_sphere};
 use leadr_testing::gpu::{TestGpu, test_gpu};
 use leadr_testing::render::{bumps, in_room, under_sky};
 use leadr_testing::shared::shared_data;
@@ -30,14 +28,12 @@ use leadr_tools::metrics::compare::compare;
 const GREY: [u8; 3] = [90; 3];
 const SMOOTH: f32 = 0.1;
 const ROUGH: f32 = 0.6;
-/// Between both roughnesses.
-const THRESHOLD: f32 = 0.25;
 
 /// Filter of the roughness.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Filtered {
-    /// Two lobes.
-    Mixed,
+    /// One lobe for each class.
+    Classes,
     /// One lobe of the mean `α²` (LEADR section 4.1).
     Variance,
     /// One lobe of the mean `α`.
@@ -48,42 +44,43 @@ fn dressed(width: u32, height: u32, alphas: Vec<f32>, filtered: Filtered) -> Mat
     let mean = alphas.iter().sum::<f32>() / alphas.len() as f32;
     let alpha = |alpha: f32| if filtered == Filtered::Mean { mean } else { alpha };
     let colors = alphas.iter().map(|&a| [GREY[0], GREY[1], GREY[2], alpha_code(alpha(a))]).collect();
-    MaterialMap {
-        two_lobes: (filtered == Filtered::Mixed).then_some(THRESHOLD),
-        ..MaterialMap::new(width, height, colors)
-    }
+    MaterialMap::new(width, height, colors)
+}
+
+/// A checker in two roughnesses. Texels at the borders of squares have a roughness between both, so squares have many texels.
+fn checker(texels: u32, square: u32, filtered: Filtered) -> MaterialMap {
+    let alpha = |i: u32| if (i % texels / square + i / texels / square).is_multiple_of(2) { SMOOTH } else { ROUGH };
+    dressed(texels, texels, (0..texels * texels).map(alpha).collect(), filtered)
 }
 
 /// A floor that reflects the sun, chequered in two roughnesses; a pixel covers several squares.
 fn floor(gpu: &TestGpu, filtered: Filtered) -> Renderer {
-    const TEXELS: u32 = 16;
-    let checker = |i: u32| if (i % TEXELS / 8 + i / TEXELS / 8).is_multiple_of(2) { SMOOTH } else { ROUGH };
-    let alphas = (0..TEXELS * TEXELS).map(checker).collect();
     let object = Object::new("floor", plane(4.0, 8, 0.05, [1.0; 4], even))
-        .with_material(dressed(TEXELS, TEXELS, alphas, filtered))
+        .with_material(checker(128, 64, filtered))
         .with_specular_f0(0.3)
         .without_shadow();
     under_sky(gpu, vec![object], 64)
 }
 
-/// A bumpy sphere with a 3D checker pattern.
-fn sphere(gpu: &TestGpu, filtered: Filtered) -> Renderer {
-    let (mut mesh, heights) = displaced_sphere(&bumps(256, 5.0, 3), 1.0, 8, 32, [1.0; 4]);
-    let (layout, alphas) = bake_tiles(&mut mesh, 32, |p, _| {
-        let cell = (p * 16.0).floor();
-        if (cell.x + cell.y + cell.z).rem_euclid(2.0) < 0.5 { SMOOTH } else { ROUGH }
-    });
-    assert_eq!(heights.border, Border::Tiles(layout));
-    let object = Object::new("sphere", mesh)
-        .with_material(dressed(heights.map.width, heights.map.height, alphas, filtered))
-        .with_heights(heights, 0.1)
+/// Bumps with a checker, whose squares are wider than bumps.
+fn bumpy(gpu: &TestGpu, filtered: Filtered) -> Renderer {
+    let object = Object::new("bumps", plane(4.0, 32, 1.0, [1.0; 4], even))
+        .with_material(checker(1024, 64, filtered))
+        .with_heights(bumps(256, 5.0, 3), 0.1)
         .with_specular_f0(0.3)
         .without_shadow();
     under_sky(gpu, vec![object], 64)
 }
 
 /// A square picture of `size` pixels per side.
-fn picture(renderer: &mut Renderer, camera: Camera, size: u32, technique: Technique, samples: u32) -> RgbImage {
+fn picture(
+    renderer: &mut Renderer,
+    camera: Camera,
+    size: u32,
+    technique: Technique,
+    classes: bool,
+    samples: u32,
+) -> RgbImage {
     let state = FrameState::new(camera, vec![Pose::REST]).under(&Sky::default());
     let settings = RenderSettings {
         size: (size, size),
@@ -91,6 +88,7 @@ fn picture(renderer: &mut Renderer, camera: Camera, size: u32, technique: Techni
         // As in the reference, where bumps do not shadow each other.
         shading: technique.with(ShadingOptions {
             shadowing: Shadowing::None,
+            classes,
             relief_occlusion: false,
             ..Default::default()
         }),
@@ -109,9 +107,10 @@ fn errors(
     camera: Camera,
     [samples, of_truth]: [u32; 2],
 ) -> [f64; 3] {
-    let truth = picture(&mut scene(gpu, Filtered::Mixed), camera, 48, Technique::Reference, of_truth);
-    [Filtered::Mixed, Filtered::Variance, Filtered::Mean].map(|filtered| {
-        let one = picture(&mut scene(gpu, filtered), camera, 48, Technique::Leadr, samples);
+    let truth = picture(&mut scene(gpu, Filtered::Classes), camera, 48, Technique::Reference, false, of_truth);
+    [Filtered::Classes, Filtered::Variance, Filtered::Mean].map(|filtered| {
+        let classes = filtered == Filtered::Classes;
+        let one = picture(&mut scene(gpu, filtered), camera, 48, Technique::Leadr, classes, samples);
         let error = compare(&truth, &one, 1.0, Tonemap::Filmic).unwrap();
         println!("{filtered:?}: relative RMSE {:.4}, FLIP {:.4}", error.rrmse, error.flip);
         error.rrmse
@@ -127,8 +126,8 @@ fn in_the_suns_mirror(distance: f32) -> Camera {
 #[test]
 fn two_roughnesses_keep_both_highlights() {
     let Some(gpu) = test_gpu() else { return };
-    let [mixed, variance, mean] = errors(&gpu, floor, in_the_suns_mirror(6.0), [1, 256]);
-    assert!(mixed < 0.25 * variance.min(mean), "{mixed} {variance} {mean}");
+    let [classes, variance, mean] = errors(&gpu, floor, in_the_suns_mirror(6.0), [1, 256]);
+    assert!(classes < 0.25 * variance.min(mean), "{classes} {variance} {mean}");
     // A variance-only filter loses the sharp highlight.
     assert!(variance > 0.1);
 }
@@ -139,8 +138,8 @@ fn two_roughnesses_keep_both_highlights() {
 fn pixels_as_wide_as_the_change_stay_sharp() {
     let Some(gpu) = test_gpu() else { return };
     for distance in [2.0, 3.5] {
-        let [mixed, variance, mean] = errors(&gpu, floor, in_the_suns_mirror(distance), [1, 256]);
-        assert!(mixed < 0.15 * variance.min(mean), "{distance}: {mixed} {variance} {mean}");
+        let [classes, variance, mean] = errors(&gpu, floor, in_the_suns_mirror(distance), [1, 256]);
+        assert!(classes < 0.15 * variance.min(mean), "{distance}: {classes} {variance} {mean}");
     }
 }
 
@@ -148,9 +147,9 @@ fn pixels_as_wide_as_the_change_stay_sharp() {
 #[ignore = "long"]
 fn two_roughnesses_on_relief() {
     let Some(gpu) = test_gpu() else { return };
-    let camera = Camera::looking_at(Vec3::new(0.6, -0.7, 0.3).normalize() * 16.0, Vec3::ZERO, 10.0);
-    let [mixed, variance, mean] = errors(&gpu, sphere, camera, [16, 64]); // outlines are smooth in both
-    assert!(mixed < 0.8 * variance.min(mean), "{mixed} {variance} {mean}");
+    let camera = Camera::looking_at(Vec3::new(0.6, -0.7, 0.9).normalize() * 16.0, Vec3::ZERO, 10.0);
+    let [classes, variance, mean] = errors(&gpu, bumpy, camera, [1, 256]);
+    assert!(classes < 0.8 * variance.min(mean), "{classes} {variance} {mean}");
 }
 
 /// Metres per unit of height of [`material`].
@@ -189,11 +188,13 @@ fn the_g_buffer_keeps_a_material() {
     for mut stage in [dressed::plane_stage(&material(), None), dressed::sphere_stage(&material(), None, 16)] {
         let object = &stage.objects[0];
         let map = object.material.as_ref().unwrap();
-        assert!(map.f0.is_some() && map.two_lobes.is_some() && object.slopes.is_some(), "{}", object.name);
+        assert!(map.f0.is_some() && object.slopes.is_some(), "{}", object.name);
         let camera = stage.views.mid;
         let mut renderer = under_sky(&gpu, stage.take_scene(), 32);
         let state = FrameState::new(camera, vec![Pose::REST]).under(&Sky::default());
-        let settings = RenderSettings { size: (64, 48), samples: 1, ..Default::default() };
+        // The G-buffer has one class.
+        let shading = Technique::Leadr.with(ShadingOptions { classes: false, ..Default::default() });
+        let settings = RenderSettings { size: (64, 48), samples: 1, shading, ..Default::default() };
         let at_once = renderer.render(&state, &settings).unwrap().color;
         let through = renderer.render_in_two_passes(&state, &settings).unwrap().color;
         let (mut error, mut power) = (0.0, 0.0);
@@ -205,7 +206,7 @@ fn the_g_buffer_keeps_a_material() {
         }
         let error = (error / power).sqrt();
         println!("relative RMSE through the G-buffer {error:.5}");
-        // 16-bit floats, and 8-bit codes for the two roughnesses.
+        // 16-bit floats.
         assert!(error > 0.0 && error < 0.004, "{error}");
     }
 }
@@ -219,9 +220,9 @@ fn material_keeps_its_appearance_at_a_distance() {
     let mut renderer = under_sky(&gpu, stage.take_scene(), 64);
     for from in [Vec3::new(4.0, -14.0, 28.0), Vec3::new(6.0, -26.0, 14.0)] {
         let camera = Camera::looking_at(from, Vec3::ZERO, 10.0);
-        let truth = picture(&mut renderer, camera, 16, Technique::Reference, 256);
+        let truth = picture(&mut renderer, camera, 16, Technique::Reference, false, 256);
         let mut error = |technique| {
-            let one = picture(&mut renderer, camera, 16, technique, 1);
+            let one = picture(&mut renderer, camera, 16, technique, true, 1);
             let error = compare(&truth, &one, 1.0, Tonemap::Filmic).unwrap();
             println!("{from}, {}: relative RMSE {:.4}, FLIP {:.4}", technique.name(), error.rrmse, error.flip);
             println!("mean {:?} of {:?}", one.mean(), truth.mean());

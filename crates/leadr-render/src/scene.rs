@@ -55,9 +55,6 @@ pub struct MaterialMap {
     pub colors: Vec<[u8; 4]>,
     /// The sRGB-encoded reflectance at normal incidence, at the resolution of `colors`, which replaces the object's own value.
     pub f0: Option<Vec<[u8; 4]>>,
-    /// The roughness `α` from which texels count as rough. Rough texels are filtered as a separate class with its own specular lobe
-    /// ([`mixed_roughness`](leadr_reflectance::facets::mixed_roughness)), at an extra cost.
-    pub two_lobes: Option<f32>,
     /// The facets of a measured material, whose slopes are scaled where the roughness of a texel differs from [the
     /// material's](FittedTable::alpha).
     pub fit: Option<Arc<FittedTable>>,
@@ -86,7 +83,7 @@ pub enum Cutout {
 }
 
 impl MaterialMap {
-    /// Creates a material from albedo and roughness, with one lobe per pixel.
+    /// Creates a material from albedo and roughness.
     pub fn new(width: u32, height: u32, colors: Vec<[u8; 4]>) -> Self {
         Self { width, height, colors, ..Self::default() }
     }

@@ -12,11 +12,10 @@ use super::cutout::filled;
 use super::sphere::color_code;
 use leadr_maps::derive::{USUAL_HEIGHT, usual_scale};
 use leadr_maps::material::{
-    Encoding, Input, Material, NormalMap, Opacity, Relief, RoughnessMeaning, Texture, TextureWrap, agreement, alpha_of,
+    Encoding, Input, Material, NormalMap, Opacity, Relief, RoughnessMeaning, Texture, TextureWrap, agreement,
 };
 use leadr_maps::moments::Wrap;
 use leadr_maps::srgb::{linear_of_srgb8, srgb8_from_linear};
-use leadr_reflectance::facets::mixed_roughness::two_classes;
 use leadr_reflectance::materials::fitted_table::FittedTable;
 use leadr_render::scene::{Cutout, MaterialMap, PropertyMap};
 
@@ -477,17 +476,10 @@ impl SampledMaterial {
         };
         let colors: Vec<[u8; 4]> = texels.par_iter().map(|t| color_code(t.albedo, t.alpha)).collect();
         let f0: Vec<[u8; 4]> = texels.par_iter().map(|t| opaque(t.f0)).collect();
-        let mut counts = [0.0; 256];
-        for texel in &colors {
-            counts[usize::from(texel[3])] += 1.0;
-        }
-        let alphas: Vec<f64> = (0..=u8::MAX).map(|code| f64::from(alpha_of(code)).max(1e-4)).collect();
-        // A measured material has its own facet distribution.
-        let two_lobes = two_classes(&alphas, &counts).map(|alpha| alpha as f32).filter(|_| self.fit.is_none());
         // The dielectric reflectance is stored with the object.
         let own = opaque([texels[0].diffuse_f0; 3]);
         let f0 = f0.iter().any(|texel| *texel != own).then_some(f0);
-        MaterialMap { f0, two_lobes, fit: self.fit.clone(), ..MaterialMap::new(width, height, colors) }
+        MaterialMap { f0, fit: self.fit.clone(), ..MaterialMap::new(width, height, colors) }
     }
 }
 

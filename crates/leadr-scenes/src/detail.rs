@@ -22,7 +22,7 @@ pub fn detail(layer: &MaterialDetail, mapping: DetailMapping, metres: f32) -> De
     let slopes = sampled.has_slopes().then(|| per_texel(sampled.size, |at| (sampled.slope(at) * per_unit).to_array()));
     let material = layer.colored.then(|| {
         let texels = sampled.texels(false, |at| at);
-        let map = MaterialMap { f0: None, two_lobes: None, fit: None, ..sampled.map(sampled.size, &texels) };
+        let map = MaterialMap { f0: None, fit: None, ..sampled.map(sampled.size, &texels) };
         let f0 = texels.iter().map(|texel| texel.f0.iter().sum::<f32>() / 3.0).sum::<f32>() / texels.len() as f32;
         (map, if layer.mask.is_some() { DetailColors::Cover(f0) } else { DetailColors::Vary })
     });

@@ -235,7 +235,6 @@ impl Stage {
             // Vertex colours are multiplied by the map.
             if let Some(map) = &mut object.material {
                 map.colors.iter_mut().for_each(|texel| texel[3] = u8::MAX);
-                map.two_lobes = None;
             }
         }
     }

@@ -22,7 +22,6 @@ layout(set = 2) uniform sampler2D coarse_a;
 layout(set = 2) uniform sampler2D coarse_b;
 layout(set = 2) uniform sampler2D coarse_color;
 layout(set = 2) uniform sampler2D coarse_f0;
-layout(set = 2) uniform sampler2D coarse_mixed;
 layout(set = 2) uniform sampler2D coarse_light; // rgb emission, a accessibility
 layout(set = 2) uniform sampler2DArray coarse_weighted; // the layers of color_weighted
 

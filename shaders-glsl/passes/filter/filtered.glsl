@@ -49,7 +49,6 @@ layout(set = 2) uniform sampler2D moments_a; // E[hs], E[ht], E[hs^2], E[ht^2], 
 layout(set = 2) uniform sampler2D moments_b; // E[hs ht]
 layout(set = 2) uniform sampler2D color_map;   // rgb: albedo; a: square root of the roughness alpha
 layout(set = 2) uniform sampler2D f0_map;      // rgb reflectance at normal incidence
-layout(set = 2) uniform sampler2D mixed_map;   // see leadr/facets/mixed_roughness.glsl
 layout(set = 2, std430) readonly buffer Charts { TriangleCharts charts[]; };
 layout(set = 2) uniform sampler2D emission_map;
 layout(set = 2) uniform sampler2D occlusion_map; // x: accessibility; with CONES, a cone in the frame of the texture with y up
@@ -157,7 +156,6 @@ struct Means {
     vec3 second; // E[hs^2], E[ht^2], E[hs ht]
     vec4 color;  // rgb: albedo; a: alpha^2
     vec3 f0;
-    vec3 mixed;
     vec4 light;  // rgb: emission; a: accessibility
     vec4 cone;
     vec4 low;    // colour times weight, and the weight, for colours that follow heights
@@ -166,8 +164,8 @@ struct Means {
     vec4 by_t;
 };
 
-const Means NO_MEANS = Means(vec2(0.0), vec3(0.0), vec4(0.0), vec3(0.0), vec3(0.0), vec4(0.0, 0.0, 0.0, 1.0), NO_CONE, vec4(0.0),
-                              vec4(0.0), vec4(0.0), vec4(0.0));
+const Means NO_MEANS = Means(vec2(0.0), vec3(0.0), vec4(0.0), vec3(0.0), vec4(0.0, 0.0, 0.0, 1.0), NO_CONE, vec4(0.0), vec4(0.0),
+                              vec4(0.0), vec4(0.0));
 
 // Converts a colour texel to linear quantities. Roughness is averaged as a variance (LEADR section 4.1).
 vec4 linear_color(const vec4 texel) {
@@ -225,9 +223,6 @@ Means filter_atlas(const Footprint footprint, const uint index, const vec2 at) {
         if (REFLECTS_BY_MAP) {
             sum.f0 += level_mix(f0_map, coarse_f0, point, levels).rgb;
         }
-        if (MIXED_ROUGHNESS) {
-            sum.mixed += level_mix(mixed_map, coarse_mixed, point, levels).rgb;
-        }
         if (USES_RELIEF_COLOR && COLOR_BY_HEIGHT) {
             sum.low += layer_mix(color_weighted, coarse_weighted, 0.0, point, levels, size, skipped);
             sum.high += layer_mix(color_weighted, coarse_weighted, 1.0, point, levels, size, skipped);
@@ -235,8 +230,8 @@ Means filter_atlas(const Footprint footprint, const uint index, const vec2 at) {
     }
     float weight = 1.0 / float(footprint.taps);
     vec4 light = EMITS || OCCLUDED ? filter_atlas_light(footprint, index, at, levels) : sum.light;
-    return Means(sum.mean * weight, sum.second * weight, sum.color * weight, sum.f0 * weight, sum.mixed * weight,
-                 light, NO_CONE, sum.low * weight, sum.high * weight, vec4(0.0), vec4(0.0));
+    return Means(sum.mean * weight, sum.second * weight, sum.color * weight, sum.f0 * weight, light,
+                 NO_CONE, sum.low * weight, sum.high * weight, vec4(0.0), vec4(0.0));
 }
 
 // A texture coordinate, and its derivatives by x and y of the image.
@@ -383,16 +378,13 @@ void filter_axis_moments(const AxisViews views, const vec2 patch_uv, const mat2 
 
 void filter_material(const Footprint footprint, const vec2 texcoord, inout Means means) {
     vec4 color = vec4(0.0);
-    vec3 f0 = vec3(0.0), mixed = vec3(0.0);
+    vec3 f0 = vec3(0.0);
     float skipped = USES_RELIEF_COLOR && (COLOR_BY_HEIGHT || COLOR_BY_SLOPE) ? skipped_levels() : 0.0;
     for (int i = 0; i < footprint.taps; ++i) {
         vec2 at = texcoord + tap(footprint, i) / vec2(textureSize(color_map, 0));
         color += linear_color(textureLod(color_map, at, footprint.lod));
         if (REFLECTS_BY_MAP) {
             f0 += textureLod(f0_map, at, footprint.lod).rgb;
-        }
-        if (MIXED_ROUGHNESS) {
-            mixed += textureLod(mixed_map, at, footprint.lod).rgb;
         }
         if (USES_RELIEF_COLOR && COLOR_BY_HEIGHT) {
             means.low += textureLod(color_weighted, vec3(at, 0.0), footprint.lod - skipped);
@@ -406,7 +398,6 @@ void filter_material(const Footprint footprint, const vec2 texcoord, inout Means
     float weight = 1.0 / float(footprint.taps);
     means.color = color * weight;
     means.f0 = f0 * weight;
-    means.mixed = mixed * weight;
     means.low *= weight;
     means.high *= weight;
     means.by_s *= weight;
@@ -418,7 +409,6 @@ void filter_material(const Footprint footprint, const vec2 texcoord, inout Means
 void filter_tiled_material(Footprint footprint, OffsetVariants variants, const vec2 texcoord, inout Means means) {
     vec4 color = vec4(0.0), color_mean = linear_color(map_mean(color_map));
     vec3 f0 = vec3(0.0), f0_mean = REFLECTS_BY_MAP ? map_mean(f0_map).rgb : vec3(0.0);
-    vec3 mixed = vec3(0.0), mixed_mean = MIXED_ROUGHNESS ? map_mean(mixed_map).rgb : vec3(0.0);
     float skipped = USES_RELIEF_COLOR && (COLOR_BY_HEIGHT || COLOR_BY_SLOPE) ? skipped_levels() : 0.0;
     float part = FINEST_LEVEL ? 1.0 : tiling_part(variants, color_map, footprint.lod);
     variants = merged_at(variants, footprint.level);
@@ -430,9 +420,6 @@ void filter_tiled_material(Footprint footprint, OffsetVariants variants, const v
         color += weight * (here - color_mean);
         if (REFLECTS_BY_MAP) {
             f0 += weight * (textureLod(f0_map, seen, footprint.lod).rgb - f0_mean);
-        }
-        if (MIXED_ROUGHNESS) {
-            mixed += weight * (textureLod(mixed_map, seen, footprint.lod).rgb - mixed_mean);
         }
         if (USES_RELIEF_COLOR && COLOR_BY_HEIGHT) {
             vec4 low = textureLod(color_weighted, vec3(seen, 0.0), footprint.lod - skipped);
@@ -450,7 +437,6 @@ void filter_tiled_material(Footprint footprint, OffsetVariants variants, const v
     float weight = 1.0 / float(footprint.taps);
     means.color = clamp(color_mean + color * weight, 0.0, 1.0);
     means.f0 = clamp(f0_mean + f0 * weight, 0.0, 1.0);
-    means.mixed = max(mixed_mean + mixed * weight, 0.0);
     means.low = vec4(means.low.rgb + means.low.a * means.color.rgb, means.low.a) * weight;
     means.high = vec4(means.high.rgb + means.high.a * means.color.rgb, means.high.a) * weight;
     means.by_s *= weight;
@@ -795,12 +781,6 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
     filtered.diffuse_f0 = OBJECT.specular_f0;
     filtered.edge_tint = unpack_edge_tint(OBJECT.edge_tint);
     filtered.fit = OBJECT.fit;
-    filtered.mixed = MixedRoughness(0.0, color.a, color.a);
-    if (MIXED_ROUGHNESS) {
-        filtered.mixed = mixed_roughness(means.mixed);
-        filtered.mixed.smooth_alpha *= surface.color.a;
-        filtered.mixed.rough_alpha *= surface.color.a;
-    }
     vec3 tint = (OBJECT.flags & FLAG_TINTED_EMISSION) != 0u ? surface.color.rgb : vec3(1.0);
     filtered.emission = EMITS ? means.light.rgb * tint : vec3(0.0);
     filtered.accessibility = surface.accessibility * (OCCLUDED ? means.light.a : 1.0);
@@ -809,12 +789,6 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
         filtered.f0 = mix(filtered.f0, vec3(detail_color.a), covering.cover);
         filtered.diffuse_f0 = mix(filtered.diffuse_f0, detail_color.a, covering.cover);
         filtered.edge_tint *= 1.0 - covering.cover;
-    }
-    if (DETAIL_COLORS != DETAIL_COLORLESS && MIXED_ROUGHNESS) {
-        vec2 alphas = vec2(filtered.mixed.smooth_alpha, filtered.mixed.rough_alpha);
-        alphas = sqrt(mix(alphas * alphas, vec2(covering.color.a), covering.cover));
-        filtered.mixed.smooth_alpha = alphas.x;
-        filtered.mixed.rough_alpha = alphas.y;
     }
     filtered.inside = (seen.x & INSIDE) != 0u && (!TRIANGLES || (OBJECT.flags & FLAG_MARK_INSIDE) != 0u);
     vec3 kept = surface.color.rgb * tinted;

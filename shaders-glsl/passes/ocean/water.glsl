@@ -18,7 +18,6 @@ FilteredSurface filtered_water(vec2 mean_slope, vec3 covariance, vec4 material, 
     f.mean_slope = mean_slope;
     f.covariance = covariance;
     f.material = material;
-    f.mixed = MixedRoughness(0.0, material.a, material.a);
     f.fit = 0u;
     f.f0 = vec3(f0);
     f.diffuse_f0 = f0;

@@ -25,7 +25,6 @@ FilteredSurface read_gbuffer(const ivec2 pixel, const bool with_horizon) {
     uvec4 reflection = texelFetch(gbuffer_reflection, pixel, 0);
     f.f0 = f0_of(reflection);
     f.diffuse_f0 = uintBitsToFloat(reflection.w);
-    f.mixed = mixed_of(reflection);
     f.fit = fit_of(reflection);
     uvec2 emission = texelFetch(gbuffer_emission, pixel, 0).xy;
     f.emission = emission_of(emission);

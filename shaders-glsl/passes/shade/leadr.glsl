@@ -353,17 +353,12 @@ vec3 facet_light(const Surface surface, const FittedFacet facet, const int numbe
 }
 
 // The roughness and the weight of each base that shares the surface. All weights sum to one. A measured material has one base per lobe.
-const int OWN_BASES = MIXED_ROUGHNESS ? 2 : 1;
-const int BASES = FIT_LOBES > OWN_BASES ? FIT_LOBES : OWN_BASES;
+const int BASES = FIT_LOBES > 1 ? FIT_LOBES : 1;
 const int MOST_BASES = 4;
 
 void bases_of(const Surface surface, out vec2 bases[MOST_BASES]) {
     for (int i = 0; i < MOST_BASES; ++i) {
         bases[i] = vec2(surface.alpha, i == 0 ? 1.0 : 0.0);
-    }
-    if (MIXED_ROUGHNESS) {
-        bases[0] = vec2(surface.mixed.smooth_alpha, 1.0 - surface.mixed.share);
-        bases[1] = vec2(surface.mixed.rough_alpha, surface.mixed.share);
     }
     if (is_fitted(surface.fit)) {
         // Lobes are weighted by the area of their visible facets.
@@ -478,7 +473,7 @@ vec3 specular_light(const Surface surface, const Base base, const int number, co
 
 // Passes for all kinds of surfaces also shade single lobes in the loop over measured lobes, because software drivers run both sides of
 // every branch. Each iteration evaluates the nodes of one lobe's rule, or a part of a single rule with SAMPLES nodes.
-const bool SHARES_PROBES = FIT_LOBES > OWN_BASES && VISIBLE_SLOPES && !DRAWN_SPECULAR;
+const bool SHARES_PROBES = FIT_LOBES > 1 && VISIBLE_SLOPES && !DRAWN_SPECULAR;
 const int LOBE_NODES = FIT_LOBES == 2 ? 9 : FIT_LOBES == 3 ? 6 : 5;
 const int LOBE_RULE = FIT_LOBES == 2 ? 9 : PROBES_OF_LOBE;
 const int SPREAD_NODES = FIT_LOBES == 2 ? (SAMPLES + 1) / 2 : FIT_LOBES == 3 ? (SAMPLES + 2) / 3 : (SAMPLES + 3) / 4;
@@ -487,26 +482,25 @@ const int SPREAD_NODES = FIT_LOBES == 2 ? (SAMPLES + 1) / 2 : FIT_LOBES == 3 ? (
 SpecularTerm shared_probes(Surface surface, const vec2 bases[MOST_BASES]) {
     vec3 wo = surface.wo;
     bool fitted = is_fitted(surface.fit);
-    bool several = fitted || (MIXED_ROUGHNESS && bases[1].y > 0.0);
-    vec3 kernel = several ? probe_kernel(LOBE_RULE) : probe_kernel(SAMPLES);
+    vec3 kernel = fitted ? probe_kernel(LOBE_RULE) : probe_kernel(SAMPLES);
     SpecularTerm sum = SpecularTerm(vec3(0.0), vec3(0.0), 0.0);
     ProbeSums sums = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0, 0.0);
     for (int i = 0; i < FIT_LOBES; ++i) {
-        ProbedLobe lobe = probed_lobe(surface, wo, base_of(surface, bases[several ? i : 0].x).S, kernel);
+        ProbedLobe lobe = probed_lobe(surface, wo, base_of(surface, bases[fitted ? i : 0].x).S, kernel);
         [[unroll]] for (int j = 0; j < LOBE_NODES; ++j) {
             int spread = i * SPREAD_NODES + j;
             ProbeNode node = probe_node(LOBE_RULE, min(j, LOBE_RULE - 1), lobe.probes.wide);
             bool counts = j < LOBE_RULE;
-            if (!several) {
+            if (!fitted) {
                 node = probe_node(SAMPLES, min(spread, SAMPLES - 1), lobe.probes.wide);
                 counts = j < SPREAD_NODES && spread < SAMPLES;
             }
             node.weight = counts ? node.weight : 0.0;
             add_probe(sums, surface, wo, lobe, node, fitted);
         }
-        if (several || i == FIT_LOBES - 1) {
+        if (fitted || i == FIT_LOBES - 1) {
             SpecularTerm part = probes_specular(sums, surface, lobe, fitted);
-            float weight = several ? bases[i].y : 1.0;
+            float weight = fitted ? bases[i].y : 1.0;
             sum.reflected += weight * part.reflected;
             sum.fresnel += weight * part.fresnel;
             sums = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0, 0.0);

@@ -165,11 +165,6 @@ void main() {
         vec3 facing = to_frame(surface.frame, field_normal(surface.position));
         surface.mean_slope = -facing.xy / max(facing.z, 1e-3);
     }
-    if (MIXED_ROUGHNESS) {
-        // Each sample chooses one of the two roughnesses, in proportion to their shares of the surface.
-        float u = drawn_point(uint(lighting.counts.w), draw_seed(uvec2(pixel), lighting.seed.x, 2u)).x;
-        surface.alpha = u < surface.mixed.share ? surface.mixed.rough_alpha : surface.mixed.smooth_alpha;
-    }
     vec3 macronormal = surface.frame.z;
     bool fitted = is_fitted(surface.fit);
     if (FACET_FRAME || fitted) {

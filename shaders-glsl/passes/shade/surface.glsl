@@ -17,7 +17,6 @@ struct Surface {
     vec3 slope_covariance;
     vec3 albedo;
     float alpha;
-    MixedRoughness mixed; // the two roughnesses that alpha summarises, with MIXED_ROUGHNESS
     uint fit;            // start of the measured base material, or 0
     vec3 f0;             // reflectance at normal incidence
     vec3 diffuse_f0;     // reflectance of the diffuse base's surface; the metallic fraction has no albedo
@@ -76,7 +75,6 @@ Surface surface_at(const FilteredSurface f, const vec3 eye, const vec3 ray, cons
     s.slope_covariance = f.covariance;
     s.albedo = f.material.rgb;
     s.alpha = f.material.a;
-    s.mixed = f.mixed;
     s.f0 = f.f0;
     s.diffuse_f0 = vec3(f.diffuse_f0);
     s.edge_tint = f.edge_tint;

@@ -14,7 +14,6 @@ pub mod ggx;
 pub mod ggx_sampling;
 pub mod gloss;
 pub mod metals;
-pub mod mixed_roughness;
 pub mod normal_distribution;
 pub mod normal_length;
 pub mod normal_spread;

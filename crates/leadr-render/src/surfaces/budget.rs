@@ -35,7 +35,7 @@ pub fn map_bytes(object: &Object, format: MomentFormat) -> u64 {
                 // Coarse levels store moments as 32-bit floats, and the images of the material as half floats.
                 let material = object.material.as_ref().map_or(0, |map| {
                     let light = map.emission.is_some() || map.occlusion.is_some();
-                    8 * (1 + [map.f0.is_some(), map.two_lobes.is_some(), light].map(u64::from).iter().sum::<u64>())
+                    8 * (1 + u64::from(map.f0.is_some()) + u64::from(light))
                 });
                 texels * (MomentFormat::Float32.texel_bytes() - 4 + material)
             }
@@ -44,7 +44,7 @@ pub fn map_bytes(object: &Object, format: MomentFormat) -> u64 {
         with_mips(texels * format.texel_bytes()) + with_mips(horizon * HORIZON) + coarse
     });
     let material = object.material.as_ref().map_or(0, |map| {
-        let bytes = 4 + 4 * u64::from(map.f0.is_some()) + 8 * u64::from(map.two_lobes.is_some());
+        let bytes = 4 + 4 * u64::from(map.f0.is_some());
         with_mips(u64::from(map.width) * u64::from(map.height) * bytes)
     });
     let weighted = object.material.as_ref().zip(object.heights.as_ref()).map_or(0, |(map, field)| {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::Affine2;
 
 use super::displacement::Border;
-use super::material::{Codes, MIXED_FORMAT, MaterialImages, halve, halves, write_mips};
+use super::material::{Codes, HALF_FORMAT, MaterialImages, halve, halves, write_mips};
 use super::moments::{LeadrMapGpu, MomentFormat, field_maps};
 use super::patch_mesh::PatchMesh;
 use crate::constants::{
@@ -177,7 +177,7 @@ fn mask_image(gpu: &Arc<Gpu>, name: &str, mask: Option<DetailMask>) -> Result<Im
         let fault = format!("{} mask texels do not match {width}x{height}", texels.len());
         return Err(GpuError::usage(name, fault));
     }
-    let desc = ImageDesc::new(MIXED_FORMAT, width, height).full_mips();
+    let desc = ImageDesc::new(HALF_FORMAT, width, height).full_mips();
     let image = Image::new(gpu, &format!("{name} mask"), desc)?;
     let squares = texels.iter().map(|&m| [m, m * m, 0.0, 0.0]).collect();
     write_mips(&image, [width, height], squares, halves, halve)?;

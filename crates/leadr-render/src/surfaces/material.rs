@@ -4,7 +4,6 @@
 //! * colour, sRGB: the albedo, which is averaged in linear light, and the square root of the roughness `α`, which is averaged as
 //!   the variance `α²` (LEADR section 4.1)
 //! * reflectance at normal incidence, sRGB
-//! * two roughnesses, half floats: [`mixed_roughness`](leadr_reflectance::facets::mixed_roughness)
 //! * emission, linear, half floats
 //! * accessibility, 8 bits, or cones of ambient visibility, four components of 8 bits
 //! * coverage, 8 bits: a mask, and the covered fraction of each texel. Mips average the fraction, because averages of the mask
@@ -25,8 +24,8 @@ use leadr_maps::material::{TextureWrap, alpha_of};
 use leadr_maps::moments::coverage;
 use leadr_maps::srgb::{linear_of_srgb8, srgb8_from_linear};
 
-/// The format of the two roughnesses and of the emission.
-pub const MIXED_FORMAT: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
+/// The format of images of linear half floats.
+pub const HALF_FORMAT: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 /// The format of the albedo and of the reflectance.
 const COLOR_FORMAT: vk::Format = vk::Format::R8G8B8A8_SRGB;
 /// The format of accessibility.
@@ -41,16 +40,13 @@ pub struct MaterialImages {
     pub color: Image,
     /// The reflectance at normal incidence.
     pub f0: Image,
-    /// The fraction of texels in the rougher class, followed by the contributions of the rougher and of the smoother class to the
-    /// mean `α²`.
-    pub mixed: Image,
     /// The emitted radiance, in linear light.
     pub emission: Image,
     /// The accessibility, or cones of ambient visibility.
     pub occlusion: Image,
     /// The mask and the coverage.
     pub opacity: Image,
-    /// Four samplers: for images like colours (with reflectance and roughnesses), emission, accessibility, and coverage.
+    /// Four samplers: for images like colours (with reflectance), emission, accessibility, and coverage.
     pub samplers: [Sampler; 4],
     /// The inputs that the material has.
     pub features: MaterialFeatures,
@@ -75,8 +71,6 @@ pub struct MaterialFeatures {
 /// nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Bases {
-    /// Whether any surface has two roughnesses.
-    pub mixed: bool,
     /// The maximum number of lobes of a measured material, or 0 without measured materials.
     pub fit_lobes: u32,
     /// Whether all surfaces use measured materials.
@@ -92,7 +86,6 @@ impl Bases {
     #[must_use]
     pub fn and(self, other: Self) -> Self {
         Self {
-            mixed: self.mixed || other.mixed,
             fit_lobes: self.fit_lobes.max(other.fit_lobes),
             all_fitted: self.all_fitted && other.all_fitted,
             cones: self.cones || other.cones,
@@ -104,7 +97,6 @@ impl Bases {
     #[must_use]
     pub fn within(self, other: Self) -> Self {
         Self {
-            mixed: self.mixed && other.mixed,
             fit_lobes: self.fit_lobes.min(other.fit_lobes),
             all_fitted: self.all_fitted || other.all_fitted,
             cones: self.cones && other.cones,
@@ -113,9 +105,8 @@ impl Bases {
     }
 
     /// Returns the specialisation constants of `passes/bases.glsl`.
-    pub fn spec(self) -> [(&'static str, SpecValue); 5] {
+    pub fn spec(self) -> [(&'static str, SpecValue); 4] {
         [
-            ("MIXED_ROUGHNESS", SpecValue::Bool(self.mixed)),
             ("FIT_LOBES", SpecValue::I32(self.fit_lobes as i32)),
             ("ALL_FITTED", SpecValue::Bool(self.all_fitted)),
             ("CONES", SpecValue::Bool(self.cones)),
@@ -139,7 +130,6 @@ impl MaterialFeatures {
         Self {
             f0: map.f0.is_some(),
             bases: Bases {
-                mixed: map.two_lobes.is_some(),
                 fit_lobes: map.fit.as_ref().map_or(0, |fit| fit.lobes()),
                 all_fitted: map.fit.is_some(),
                 cones: map.cones.is_some(),
@@ -167,8 +157,7 @@ impl MaterialImages {
         Ok(Self {
             color: none("colour", COLOR_FORMAT)?,
             f0: none("reflectance", COLOR_FORMAT)?,
-            mixed: none("roughness", MIXED_FORMAT)?,
-            emission: none("emission", MIXED_FORMAT)?,
+            emission: none("emission", HALF_FORMAT)?,
             occlusion: none("accessibility", SHARE_FORMAT)?,
             opacity: none("coverage", COVERAGE_FORMAT)?,
             samplers: std::array::from_fn(|_| any.clone()),
@@ -191,7 +180,7 @@ impl MaterialImages {
             Sampler::with_modes(gpu, Filter::Trilinear, modes)
         };
         let features = MaterialFeatures::of(&map);
-        let MaterialMap { width, height, colors, f0, two_lobes, wrap, emission, occlusion, cones, opacity, .. } = map;
+        let MaterialMap { width, height, colors, f0, wrap, emission, occlusion, cones, opacity, .. } = map;
         let size = [width, height];
         if f0.as_ref().is_some_and(|f0| f0.len() != colors.len()) {
             let fault = "reflectance and colours differ in size".to_owned();
@@ -209,16 +198,6 @@ impl MaterialImages {
             plate_wrap(occlusion.as_ref().map(|plate| plate.wrap).or(cones.as_ref().map(|plate| plate.wrap)))?,
             plate_wrap(opacity.as_ref().map(|cutout| cutout.map().wrap))?,
         ];
-        let mixed = match two_lobes {
-            Some(threshold) => {
-                let mixed = image("roughness", MIXED_FORMAT)?;
-                let table = classes_of_codes(threshold);
-                let texels = colors.par_iter().map(|texel| table[usize::from(texel[3])]).collect();
-                write_mips(&mixed, size, texels, halves, halve)?;
-                mixed
-            }
-            None => none.mixed.clone(),
-        };
         let codes = Codes::new();
         let write = |image: &Image, texels| {
             write_mips(
@@ -241,7 +220,7 @@ impl MaterialImages {
         };
         let emission = match emission {
             Some(PropertyMap { width, height, texels, .. }) => {
-                let emission = image_of("emission", MIXED_FORMAT, [width, height])?;
+                let emission = image_of("emission", HALF_FORMAT, [width, height])?;
                 let texels = texels.into_iter().map(|[r, g, b]| [r, g, b, 0.0]).collect();
                 write_mips(&emission, [width, height], texels, halves, halve)?;
                 emission
@@ -272,7 +251,7 @@ impl MaterialImages {
             }
             None => none.opacity.clone(),
         };
-        Ok(Self { color, f0, mixed, emission, occlusion, opacity, samplers, features })
+        Ok(Self { color, f0, emission, occlusion, opacity, samplers, features })
     }
 }
 
@@ -297,8 +276,8 @@ impl ReliefColorImages {
         };
         let skipped = skipped_levels(map, border);
         let size = [map.width, map.height].map(|side| (side >> skipped).max(1));
-        let whole = ImageDesc::new(MIXED_FORMAT, map.width, map.height).full_mips();
-        let desc = ImageDesc::new(MIXED_FORMAT, size[0], size[1]).layers(colors.follows.layers());
+        let whole = ImageDesc::new(HALF_FORMAT, map.width, map.height).full_mips();
+        let desc = ImageDesc::new(HALF_FORMAT, size[0], size[1]).layers(colors.follows.layers());
         let weighted = Image::new(gpu, &name, desc.mips(mips_of(whole, border) - skipped))?;
         for layer in 0..colors.follows.layers() {
             write_layer(&weighted, layer, size, colors.layer(layer, size), halves, halve)?;
@@ -309,7 +288,7 @@ impl ReliefColorImages {
 
 /// Creates a placeholder for weighted colours. Shaders never read it.
 pub(super) fn none_weighted(gpu: &Arc<Gpu>) -> Result<Image> {
-    let image = Image::new(gpu, "no weighted colours", ImageDesc::new(MIXED_FORMAT, 1, 1).layers(2))?;
+    let image = Image::new(gpu, "no weighted colours", ImageDesc::new(HALF_FORMAT, 1, 1).layers(2))?;
     for layer in 0..2 {
         image.write(0, layer, &[[f16::ZERO; 4]])?;
     }
@@ -322,16 +301,6 @@ fn mips_of(desc: ImageDesc, border: Border) -> u32 {
         Border::Tiles(layout) => layout.tile.ilog2() + 1,
         Border::Wrap | Border::Clamp => desc.mips,
     }
-}
-
-/// Returns four numbers for every roughness code: whether its `α` is at least `threshold` (1 or 0), its `α²` if it is in the
-/// rougher class, its `α²` if it is in the smoother class, and 0.
-fn classes_of_codes(threshold: f32) -> [[f32; 4]; 256] {
-    std::array::from_fn(|code| {
-        let alpha = alpha_of(code as u8);
-        let square = alpha * alpha;
-        if alpha >= threshold { [1.0, square, 0.0, 0.0] } else { [0.0, 0.0, square, 0.0] }
-    })
 }
 
 /// Returns the coverage of each texel in a form that can be averaged. For a mask, it is the covered fraction of the texel. The
@@ -525,15 +494,5 @@ mod tests {
         assert!((linear_of_srgb8()[156] - 1.0 / 3.0).abs() < 2e-3);
         let even = halve(&[[1.0; 4], [0.0; 4], [0.0; 4]], [3, 1], [1, 1]);
         assert!((even[0][0] - 1.0 / 3.0).abs() < 1e-6);
-    }
-
-    #[test]
-    fn classes_split_the_variance() {
-        let table = classes_of_codes(0.3);
-        for alpha in [0.1, 0.6] {
-            let [share, rough, smooth, _] = table[usize::from(alpha_code(alpha))];
-            assert_eq!(share, if alpha > 0.3 { 1.0 } else { 0.0 });
-            assert!((rough + smooth - alpha * alpha).abs() < 4e-3 && rough * smooth == 0.0);
-        }
     }
 }

@@ -338,7 +338,7 @@ impl ObjectMaps {
         let Self { leadr, horizons, atlas, material, detail, relief_color, classes, sampler, of_coarse_levels, .. } =
             self;
         let [colors, emission, occlusion, opacity] = &material.samplers;
-        let images: [(&str, &Image, &Sampler); 26] = [
+        let images: [(&str, &Image, &Sampler); 24] = [
             ("height_map", &leadr.heights, sampler),
             ("moments_a", &leadr.slopes, sampler),
             ("moments_b", &leadr.joint, sampler),
@@ -346,7 +346,6 @@ impl ObjectMaps {
             ("horizon_b", &horizons.correlations, sampler),
             ("color_map", &material.color, colors),
             ("f0_map", &material.f0, colors),
-            ("mixed_map", &material.mixed, colors),
             ("color_weighted", &relief_color.weighted, colors),
             ("class_moments", &classes.moments, sampler),
             ("class_colors", &classes.colors, colors),
@@ -358,7 +357,6 @@ impl ObjectMaps {
             ("coarse_b", &atlas.joint, of_coarse_levels),
             ("coarse_color", &atlas.color, of_coarse_levels),
             ("coarse_f0", &atlas.f0, of_coarse_levels),
-            ("coarse_mixed", &atlas.mixed, of_coarse_levels),
             ("coarse_weighted", &atlas.weighted, of_coarse_levels),
             ("coarse_light", &atlas.light, of_coarse_levels),
             ("detail_a", &detail.maps.slopes, &detail.sampler),

@@ -20,12 +20,13 @@ use leadr_tools::html::{Cell, Html, Table, number};
 
 const INTRO: &str = "A chequered floor with the roughnesses .1 and .6 reflects the sun. In the nearest view a pixel is narrower than a \
     square; in far views it covers several. One sample of LEADR is compared with the supersampled reference for three roughness filters: \
-    two lobes, the program's default; one lobe of the mean variance, the paper's section 4.1; and one lobe of the mean roughness, the old \
+    two lobes by classes, the program's default; one lobe of the mean variance, the paper's section 4.1; and one lobe of the mean roughness, the old \
     filter. The goal is an error of at most a quarter of the old filter's.";
 
 const ALPHAS: [f32; 2] = [0.1, 0.6];
-const THRESHOLD: f32 = 0.25;
-const TEXELS: u32 = 64;
+/// The number of texels along the map, and along a square. Texels between squares have a roughness between both.
+const TEXELS: u32 = 512;
+const SQUARE: u32 = 16;
 /// The camera distances in metres. A pixel is .8 to 6.4 squares wide.
 const DISTANCES: [f32; 6] = [6.0, 9.0, 12.0, 18.0, 24.0, 48.0];
 
@@ -54,13 +55,10 @@ fn stage(filtered: Filtered, views: Views) -> Stage {
     let mean = 0.5 * (ALPHAS[0] + ALPHAS[1]);
     let alpha = |i: u32| match filtered {
         Filtered::MeanRoughness => mean,
-        _ => ALPHAS[((i % TEXELS / 2 + i / TEXELS / 2) % 2) as usize],
+        _ => ALPHAS[((i % TEXELS / SQUARE + i / TEXELS / SQUARE) % 2) as usize],
     };
     let colors = (0..TEXELS * TEXELS).map(|i| [90, 90, 90, alpha_code(alpha(i))]).collect();
-    let map = MaterialMap {
-        two_lobes: (filtered == Filtered::TwoLobes).then_some(THRESHOLD),
-        ..MaterialMap::new(TEXELS, TEXELS, colors)
-    };
+    let map = MaterialMap::new(TEXELS, TEXELS, colors);
     let floor = Object::new("floor", plane(3.0, 4, 1.0, [1.0; 4], even));
     Stage::still(vec![floor.with_material(map).with_specular_f0(0.3).without_shadow()], views)
 }
@@ -76,16 +74,17 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         let pixels = (size as f32 * 6.0 / distance) as u32;
         let camera = Camera::looking_at(distance * reflected, Vec3::ZERO, 30.0 * 6.0 / distance);
         let views = Views { near: camera, mid: camera, far: camera };
-        let settings = |technique: Technique, samples: u32| RenderSettings {
+        let settings = |technique: Technique, samples: u32, classes: bool| RenderSettings {
             size: (pixels, pixels),
             samples,
-            shading: technique.with(ShadingOptions { shadowing: Shadowing::None, ..Default::default() }),
+            shading: technique.with(ShadingOptions { shadowing: Shadowing::None, classes, ..Default::default() }),
             shadows: false,
             ..Default::default()
         };
         let mut subject = Subject::under_the_sky(studio, stage(Filtered::TwoLobes, views), 0.0)?;
         let state = subject.seen_by(&camera);
-        let truth = studio.shoot_truth(&mut subject.renderer, &state, &settings(Technique::Reference, samples))?;
+        let truth =
+            studio.shoot_truth(&mut subject.renderer, &state, &settings(Technique::Reference, samples, false))?;
         let title = format!(
             "{} m, {pixels} pixels across; truth of {samples} samples, its noise {}",
             distance,
@@ -96,7 +95,8 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         table.row([Cell::from("truth"), Cell::Figure(shown.enlarged((distance / 6.0) as u32))]);
         for (filtered, name) in ALL {
             let mut subject = Subject::under_the_sky(studio, stage(filtered, views), 0.0)?;
-            let shot = studio.shoot(&mut subject.renderer, &state, &settings(Technique::Leadr, 1))?;
+            let settings = settings(Technique::Leadr, 1, filtered == Filtered::TwoLobes);
+            let shot = studio.shoot(&mut subject.renderer, &state, &settings)?;
             let verdict = judge(&truth, &shot, 1.0).map_err(fault)?;
             let file = format!("roughness-{distance}-{}", name.split(" (").next().unwrap_or(name).replace(' ', "-"));
             let figure = studio.picture(&file, &shot.image, 1.0, name, Vec::new())?;

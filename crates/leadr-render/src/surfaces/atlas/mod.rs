@@ -21,7 +21,7 @@ use rayon::prelude::*;
 
 use self::frames::{AtlasFrames, gradient_transform};
 use self::levels::{CoarseShape, Star, coarse_levels};
-use super::material::{Codes, MIXED_FORMAT, MaterialImages, ReliefColorImages, halves};
+use super::material::{Codes, HALF_FORMAT, MaterialImages, ReliefColorImages, halves};
 use super::moments::LeadrMapGpu;
 use super::patch_mesh::{PatchMesh, TileLayout};
 use super::topology::Topology;
@@ -66,8 +66,6 @@ pub struct AtlasGpu {
     pub color: Image,
     /// The coarse levels of the linear reflectance at normal incidence.
     pub f0: Image,
-    /// The coarse levels of the two roughnesses.
-    pub mixed: Image,
     /// The coarse levels of the emission, with the accessibility in alpha.
     pub light: Image,
     /// The coarse levels of [`ReliefColorImages::weighted`].
@@ -82,10 +80,9 @@ impl AtlasGpu {
             links: Buffer::from_slice(gpu, "no links", &[0u32; 40])?,
             slopes: image("slopes", Format::R32G32B32A32_SFLOAT)?,
             joint: image("joint", Format::R32_SFLOAT)?,
-            color: image("colour", MIXED_FORMAT)?,
-            f0: image("reflectance", MIXED_FORMAT)?,
-            mixed: image("roughness", MIXED_FORMAT)?,
-            light: image("light", MIXED_FORMAT)?,
+            color: image("colour", HALF_FORMAT)?,
+            f0: image("reflectance", HALF_FORMAT)?,
+            light: image("light", HALF_FORMAT)?,
             weighted: weighted.clone(),
         })
     }
@@ -131,14 +128,14 @@ impl AtlasGpu {
         let coarse = |what: &str, texels: Vec<[f32; 4]>, stored: fn([f32; 4]) -> [f32; 4]| {
             let levels = coarse_levels(&star, &frames, shape, &texels);
             let halves: Vec<_> = levels.into_iter().map(|texel| stored(texel).map(f16::from_f32)).collect();
-            let image = image(what, MIXED_FORMAT)?;
+            let image = image(what, HALF_FORMAT)?;
             image.write(0, 0, &halves)?;
             Ok::<_, GpuError>(image)
         };
         if let Some((images, relief_color)) = material {
             if relief_color.follows.heights {
                 let layers = relief_color.weighted.desc().layers;
-                let desc = ImageDesc::new(MIXED_FORMAT, width, height).layers(layers);
+                let desc = ImageDesc::new(HALF_FORMAT, width, height).layers(layers);
                 atlas.weighted = Image::new(gpu, &format!("{name} coarse weighted colours"), desc)?;
                 for layer in 0..layers {
                     let texels = floats(&relief_color.weighted, SOURCE_LEVEL - relief_color.skipped, layer)?;
@@ -155,9 +152,6 @@ impl AtlasGpu {
             atlas.color = coarse("colour", decoded(&images.color)?, root)?;
             if images.features.f0 {
                 atlas.f0 = coarse("reflectance", decoded(&images.f0)?, |texel| texel)?;
-            }
-            if images.features.bases.mixed {
-                atlas.mixed = coarse("roughness", floats(&images.mixed, SOURCE_LEVEL, 0)?, |texel| texel)?;
             }
             if images.features.emission || images.features.occlusion {
                 atlas.light = coarse("light", light_texels(images)?, |texel| texel)?;

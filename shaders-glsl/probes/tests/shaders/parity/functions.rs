@@ -10,7 +10,6 @@ use glam::{DMat3, DVec2, DVec3};
 use leadr_reflectance::facets::base_roughness::add_facet_roughness;
 use leadr_reflectance::facets::beckmann::{beckmann_ndf, beckmann_p22};
 use leadr_reflectance::facets::fresnel::{fresnel_dielectric, fresnel_edge_tint, fresnel_schlick};
-use leadr_reflectance::facets::mixed_roughness::mixed_roughness;
 use leadr_reflectance::facets::normal_distribution::{
     clamped_lean, normal_cdf, normal_pdf, normal_ramp, normal_tail_mean,
 };
@@ -85,23 +84,6 @@ fn base_roughness_parity() {
             join(&[&wo.to_array(), &m.to_array(), &s.to_array(), &[r.unit()]])
         },
         |x| list![add_facet_roughness(v3(x, 5), x[8], v3(x, 0), v2(x, 3))],
-    );
-}
-
-#[test]
-fn mixed_roughness_parity() {
-    parity::<3>(
-        "facets/mixed_roughness",
-        Tolerance { relative: 5e-6, floor: |_| 1e-4, unit: |_| 0.0 },
-        |r| {
-            // Fractions between two values, occasionally outside.
-            let share = (1.5 * r.unit() - 0.25).clamp(0.0, 1.0);
-            [share, share * r.unit(), (1.0 - share) * r.unit()]
-        },
-        |x| {
-            let mixed = mixed_roughness(v3(x, 0));
-            list![[mixed.share, mixed.smooth_alpha, mixed.rough_alpha, mixed.joint_alpha()]]
-        },
     );
 }
 
