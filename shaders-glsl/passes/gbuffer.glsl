@@ -1,11 +1,10 @@
-// The texels of the G-buffer (GBuffer in Rust), which has 88 bytes per pixel. Mean and covariance of the slopes are packed into texels that
+// The texels of the G-buffer (GBuffer in Rust), which has 72 bytes per pixel. Mean and covariance of the slopes are packed into texels that
 // every technique fetches anyway.
 #ifndef LEADR_GBUFFER
 #define LEADR_GBUFFER
 
 #include "leadr/frame.glsl"
 #include "leadr/visible/horizon.glsl"
-#include "leadr/visible/relief_color.glsl"
 
 const vec4 NO_CONE = vec4(0.0, 0.0, 1.0, -1.0);
 
@@ -39,7 +38,6 @@ struct FilteredSurface {
     float diffuse_f0;    // reflectance of the diffuse base's surface; the metallic fraction has no albedo
     vec3 edge_tint;      // F82 tint of a conductor's reflectance (fresnel_edge_tint)
     vec3 emission;       // emitted radiance, before scaling
-    ReliefColor relief_color; // how the albedo depends on the relief
     float accessibility;
     bool inside;         // whether a back face is visible
     Horizon horizon;     // horizon of the relief
@@ -112,29 +110,6 @@ vec3 f0_of(const uvec4 reflection) {
 
 uint fit_of(const uvec4 reflection) {
     return reflection.z;
-}
-
-// Packs three numbers in [-1, 1] with ten bits each.
-uint pack_thrice(const vec3 v) {
-    ivec3 bits = ivec3(round(clamp(v, -1.0, 1.0) * 511.0)) & 0x3ff;
-    return uint(bits.x) | uint(bits.y) << 10 | uint(bits.z) << 20;
-}
-
-vec3 unpack_thrice(const uint bits) {
-    return vec3(ivec3(bits << 22, bits << 12, bits << 2) >> 22) / 511.0;
-}
-
-// Packs the covariances of colour and slope in standard deviations of the slope. Such covariances are at most one half, since colours lie
-// between 0 and 1.
-uvec4 pack_relief_color(const ReliefColor r, const vec3 covariance) {
-    vec2 per = 2.0 * inversesqrt(max(covariance.xy, 1e-12));
-    return uvec4(pack_thrice(r.low), pack_thrice(r.high), pack_thrice(per.x * r.x), pack_thrice(per.y * r.y));
-}
-
-ReliefColor unpack_relief_color(const uvec4 packed, const vec3 covariance) {
-    vec2 deviation = 0.5 * sqrt(max(covariance.xy, 1e-12));
-    return ReliefColor(unpack_thrice(packed.x), unpack_thrice(packed.y), deviation.x * unpack_thrice(packed.z),
-                       deviation.y * unpack_thrice(packed.w));
 }
 
 // Packs the data of a pixel: the weight of its joined edge samples, 0 to 1.

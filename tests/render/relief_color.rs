@@ -19,8 +19,8 @@ const RED: [u8; 4] = [200, 25, 20, 128];
 const GREY: [u8; 4] = [110, 120, 130, 128];
 const CELLS: u32 = 64;
 
-/// Bumps painted where `paint` selects the rank of the height, 0 to 1, and the slope along x.
-fn painted(tile: &Tile, sigma: f32, paint: impl Fn(f32, f32) -> bool) -> Object {
+/// Bumps painted where `paint` selects the rank of the height, 0 to 1, and the slope along x. With `follows`, the paint separates classes.
+fn painted(tile: &Tile, sigma: f32, follows: bool, paint: impl Fn(f32, f32) -> bool) -> Object {
     let heights = tile.heights();
     let mut order: Vec<usize> = (0..heights.len()).collect();
     order.sort_by(|&a, &b| heights[a].total_cmp(&heights[b]));
@@ -32,11 +32,12 @@ fn painted(tile: &Tile, sigma: f32, paint: impl Fn(f32, f32) -> bool) -> Object 
             colors[i] = RED;
         }
     }
-    plane_of(tile, sigma, true).with_material(MaterialMap::new(tile.size(), tile.size(), colors)).with_relief_color()
+    let plane = plane_of(tile, sigma, true).with_material(MaterialMap::new(tile.size(), tile.size(), colors));
+    Object { follows_relief: follows, ..plane }
 }
 
 /// Mean colour of one repeat seen from `degrees` off the normal, in few pixels or many.
-fn seen(renderer: &mut Renderer, degrees: f32, sun: Vec3, technique: Technique, relief_color: bool) -> [f64; 3] {
+fn seen(renderer: &mut Renderer, degrees: f32, sun: Vec3, technique: Technique) -> [f64; 3] {
     let (sine, cosine) = degrees.to_radians().sin_cos();
     let view = Vec3::new(sine, 0.0, cosine);
     let fov = 2.0 * (0.5 * cosine / 200.0).atan().to_degrees();
@@ -47,11 +48,7 @@ fn seen(renderer: &mut Renderer, degrees: f32, sun: Vec3, technique: Technique, 
     let settings = RenderSettings {
         size: ((rows / cosine).round() as u32, rows as u32),
         samples,
-        shading: technique.with(ShadingOptions {
-            relief_color,
-            relief_shadows: technique.is_reference(),
-            ..Default::default()
-        }),
+        shading: technique.with(ShadingOptions { relief_shadows: technique.is_reference(), ..Default::default() }),
         tessellation: TessellationSettings { to_texels: true, ..Default::default() },
         shadows: false,
         ..Default::default()
@@ -67,13 +64,13 @@ const LIGHTS: [Vec3; 3] = [Vec3::new(0.6, 0.1, 0.8), Vec3::new(0.0, 0.8, 0.6), V
 /// because its errors come from the masking model.
 fn errors(gpu: &TestGpu, paint: impl Fn(f32, f32) -> bool, lights: &[Vec3]) -> [f64; 2] {
     let tile = Tile::new(Spectrum::Gaussian, CELLS, 4.0, 1);
-    let mut renderer = renderer(gpu, painted(&tile, 0.6, paint), 0.0);
+    let mut renderers = [true, false].map(|follows| renderer(gpu, painted(&tile, 0.6, follows, &paint), 0.0));
     let (mut sums, mut power) = ([0.0; 2], 0.0);
     for degrees in [15.0, 45.0, 65.0, 80.0] {
         for &light in lights {
             let share = |[r, g, b]: [f64; 3]| r / (r + g + b);
-            let want = share(seen(&mut renderer, degrees, light, Technique::Reference, false));
-            let got = [true, false].map(|on| share(seen(&mut renderer, degrees, light, Technique::Leadr, on)));
+            let want = share(seen(&mut renderers[0], degrees, light, Technique::Reference));
+            let got = renderers.each_mut().map(|renderer| share(seen(renderer, degrees, light, Technique::Leadr)));
             println!("{degrees}°, light {light}: red {want:.4}, LEADR {:.4}, of the mean colour {:.4}", got[0], got[1]);
             for (sum, got) in sums.iter_mut().zip(got) {
                 *sum += (got - want).powi(2);
@@ -118,29 +115,28 @@ fn difference(a: &[[f32; 4]], b: &[[f32; 4]]) -> f32 {
     (error / power).sqrt()
 }
 
-/// Frames with a G-buffer show the same colours; on surfaces without relief colours the setting changes nothing.
+/// Frames with a G-buffer have one class; paint without relation to the relief changes nothing.
 #[test]
-fn colours_pass_through_the_g_buffer() {
+fn colours_change_classes_only() {
     let Some(gpu) = test_gpu() else { return };
     let tile = Tile::new(Spectrum::Gaussian, CELLS, 4.0, 1);
-    let shoot = |object: Object, relief_color: bool, in_two: bool| {
+    let shoot = |object: Object, in_two: bool| {
         let mut renderer = renderer(&gpu, object, 1.0);
         let camera = Camera::looking_at(Vec3::new(3.0, 1.0, 1.5), Vec3::ZERO, 20.0);
         let sun = Some(Sun { direction: LIGHTS[1].normalize(), irradiance: Vec3::ONE });
         let state = FrameState { sun, ..FrameState::new(camera, vec![Pose::REST]) };
-        let shading = Technique::Leadr.with(ShadingOptions { relief_color, ..Default::default() });
-        let settings = RenderSettings { size: (48, 24), samples: 1, shading, shadows: false, ..Default::default() };
+        let settings = RenderSettings { size: (48, 24), samples: 1, shadows: false, ..Default::default() };
         let output =
             if in_two { renderer.render_in_two_passes(&state, &settings) } else { renderer.render(&state, &settings) };
         output.unwrap().color
     };
-    let follows = |rank: f32, rise: f32| rank > 0.6 || rise > 0.3;
-    let at_once = shoot(painted(&tile, 0.6, follows), true, false);
-    let through = difference(&at_once, &shoot(painted(&tile, 0.6, follows), true, true));
-    let dropped = difference(&at_once, &shoot(painted(&tile, 0.6, follows), false, false));
-    println!("through the G-buffer {through:.5}, without {dropped:.5}");
-    assert!(through < 0.005 && dropped > 5.0 * through, "{through} {dropped}");
-    let plain = |on| shoot(painted(&tile, 0.6, |_, _| true), on, false);
+    let paint = |rank: f32, rise: f32| rank > 0.6 || rise > 0.3;
+    let dropped = shoot(painted(&tile, 0.6, false, paint), false);
+    let through = difference(&dropped, &shoot(painted(&tile, 0.6, true, paint), true));
+    let changed = difference(&dropped, &shoot(painted(&tile, 0.6, true, paint), false));
+    println!("through the G-buffer {through:.5}, by classes {changed:.5}");
+    assert!(through < 0.005 && changed > 5.0 * through, "{through} {changed}");
+    let plain = |follows| shoot(painted(&tile, 0.6, follows, |_, _| true), false);
     assert_eq!(plain(true), plain(false));
 }
 
@@ -169,71 +165,45 @@ fn red_tops(size: u32) -> (Material, MaterialDetail) {
     (material, detail)
 }
 
-/// An atlas of tiles with patches smaller than pixels, and a detail: the pipelines with the most resources, in one pass and in two.
+/// Paint on the tops of a material, with and without a detail that covers a part of it.
 #[test]
 #[ignore = "long"]
-fn tops_of_a_sphere_and_under_a_detail() {
+fn tops_under_a_detail() {
     let Some(gpu) = test_gpu() else { return };
     let (bare, detail) = red_tops(128);
     let covered = Material { detail: Some(Box::new(detail)), ..bare.clone() };
     let mut changes = Vec::new();
-    for (material, sphere) in [(&bare, true), (&bare, false), (&covered, true), (&covered, false)] {
-        let mut stage =
-            if sphere { dressed::sphere_stage(material, None, 16) } else { dressed::plane_stage(material, None) };
-        // Steep, with pixels as wide as a bump.
-        let positions = &stage.objects[0].mesh.positions;
-        let centre = positions.iter().sum::<Vec3>() / positions.len() as f32;
-        let eye = centre + Vec3::new(0.3, -0.85, 0.42).normalize() * 200.0;
-        let camera =
-            Camera { near: 1.0, ..Camera::looking_at(eye, centre, 2.0 * (1.05f32 / 200.0).atan().to_degrees()) };
-        stage.objects.iter_mut().for_each(|object| object.follows_relief = true);
-        let mut renderer = under_sky(&gpu, stage.take_scene(), 16);
-        let state = FrameState::new(camera, vec![Pose::REST]).under(&Sky::default());
-        let mut shoot = |relief_color: bool, in_two: bool, technique: Technique, samples: u32| {
-            let shading = technique.with(ShadingOptions {
-                relief_color,
-                relief_shadows: technique.is_reference(),
-                ..Default::default()
-            });
+    for material in [&bare, &covered] {
+        let shoot = |follows: bool, technique: Technique, samples: u32| {
+            let mut stage = dressed::plane_stage(material, None);
+            // Steep, with pixels as wide as a bump.
+            let positions = &stage.objects[0].mesh.positions;
+            let centre = positions.iter().sum::<Vec3>() / positions.len() as f32;
+            let eye = centre + Vec3::new(0.3, -0.85, 0.42).normalize() * 200.0;
+            let camera =
+                Camera { near: 1.0, ..Camera::looking_at(eye, centre, 2.0 * (1.05f32 / 200.0).atan().to_degrees()) };
+            stage.objects.iter_mut().for_each(|object| object.follows_relief = follows);
+            let mut renderer = under_sky(&gpu, stage.take_scene(), 16);
+            let state = FrameState::new(camera, vec![Pose::REST]).under(&Sky::default());
+            let shading =
+                technique.with(ShadingOptions { relief_shadows: technique.is_reference(), ..Default::default() });
             let tessellation = TessellationSettings { to_texels: true, ..Default::default() };
             let settings =
                 RenderSettings { size: (24, 24), samples, shading, tessellation, shadows: false, ..Default::default() };
-            let output = if in_two {
-                renderer.render_in_two_passes(&state, &settings)
-            } else {
-                renderer.render(&state, &settings)
-            };
-            output.unwrap().color
+            renderer.render(&state, &settings).unwrap().color
         };
-        let [on, two, off] =
-            [(true, false), (true, true), (false, false)].map(|(on, two)| shoot(on, two, Technique::Leadr, 1));
-        let (through, change) = (difference(&on, &two), difference(&on, &off));
-        println!(
-            "sphere {sphere}, detail {}: through the G-buffer {through:.5}, without {change:.5}",
-            material.detail.is_some()
-        );
-        assert!(through < 0.005 && change > 3.0 * through, "{through} {change}");
+        let [on, off] = [true, false].map(|follows| shoot(follows, Technique::Leadr, 1));
+        let truth = shoot(false, Technique::Reference, 64);
+        let change = difference(&on, &off);
+        let red = |picture: &[[f32; 4]]| {
+            let sum = |c: usize| picture.iter().map(|texel| f64::from(texel[c])).sum::<f64>();
+            sum(0) / (sum(0) + sum(1) + sum(2))
+        };
+        let [want, got, mean] = [&truth, &on, &off].map(|picture| red(picture));
+        println!("change {change:.5}, red {want:.4}, LEADR {got:.4}, of the mean colour {mean:.4}");
+        assert!((got - want).abs() < 0.5 * (mean - want).abs(), "{want} {got} {mean}");
         changes.push(change);
-        if sphere && material.detail.is_none() {
-            let truth = shoot(false, false, Technique::Reference, 16);
-            // Where the relief colours are visible: the rest of the sphere is seen at grazing angles, and the sky is no object.
-            let share = |[r, g, b, _]: [f32; 4]| r / (r + g + b);
-            let shows: Vec<usize> = (0..on.len())
-                .filter(|&i| on[i][3] > 0.99 && (share(on[i]) / share(off[i]) - 1.0).abs() > 0.01)
-                .collect();
-            assert!(shows.len() > 20, "{}", shows.len());
-            let red = |picture: &[[f32; 4]]| {
-                let sum = |c: usize| shows.iter().map(|&i| f64::from(picture[i][c])).sum::<f64>();
-                sum(0) / (sum(0) + sum(1) + sum(2))
-            };
-            let [want, got, mean] = [&truth, &on, &off].map(|picture| red(picture));
-            println!("{} pixels, red {want:.4}, LEADR {got:.4}, of the mean colour {mean:.4}", shows.len());
-            // In the right direction, but twice too far (measured 1.96): hardly closer to the truth than the mean colour. Planes do not
-            // show this; see `paint_on_tops_and_in_cracks`. A possible cause is that a sphere curves away behind its bumps.
-            let part = (got - mean) / (want - mean);
-            assert!(want > mean + 0.01 && (0.5..2.4).contains(&part), "{want} {got} {mean}");
-        }
     }
     // Colours covered by the detail follow nothing.
-    assert!(changes[2] < changes[0] && changes[3] < changes[1], "{changes:?}");
+    assert!(changes[1] < changes[0], "{changes:?}");
 }

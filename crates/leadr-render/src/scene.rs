@@ -210,10 +210,10 @@ pub struct Object {
     pub tints_emission: bool,
     /// Whether only the front side is drawn, on which triangles run counter-clockwise. Both sides of a surface cast shadows.
     pub front_only: bool,
-    /// Whether to store weighted means of the material, so that colours can be filtered together with the relief. See
-    /// [`ShadingOptions::relief_color`](crate::settings::ShadingOptions::relief_color).
+    /// Whether colours that follow the relief separate classes of facets
+    /// ([`ShadingOptions::relief_color`](crate::settings::ShadingOptions::relief_color)).
     pub follows_relief: bool,
-    /// The classes of facets of the relief. Without them, the renderer finds them in the heights.
+    /// The classes of facets of the relief and of the material. Without them, the renderer finds them in the maps.
     pub classes: Option<ObjectClasses>,
     /// Whether the object casts a shadow.
     pub casts_shadow: bool,
@@ -256,7 +256,7 @@ impl Object {
         Self { instances, ..self }
     }
 
-    /// Stores what the colours need for [`ShadingOptions::relief_color`](crate::settings::ShadingOptions::relief_color).
+    /// Separates classes of facets by colours that follow the relief.
     #[must_use]
     pub fn with_relief_color(self) -> Self {
         Self { follows_relief: true, ..self }

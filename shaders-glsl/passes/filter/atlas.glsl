@@ -23,7 +23,6 @@ layout(set = 2) uniform sampler2D coarse_b;
 layout(set = 2) uniform sampler2D coarse_color;
 layout(set = 2) uniform sampler2D coarse_f0;
 layout(set = 2) uniform sampler2D coarse_light; // rgb emission, a accessibility
-layout(set = 2) uniform sampler2DArray coarse_weighted; // the layers of color_weighted
 
 // The position of a filter tap.
 struct AtlasPoint {
@@ -122,23 +121,6 @@ vec4 coarse_part(sampler2D coarse, const AtlasPoint point, const Levels levels) 
     vec4 first = textureLod(coarse, coarse_texel(point, levels.first) / size, 0.0);
     vec4 second = textureLod(coarse, coarse_texel(point, levels.first + 1u) / size, 0.0);
     return mix(first, second, levels.second) * (1.0 - levels.fine);
-}
-
-// Returns the blend of one layer. size is the size of the tiles in texels, and skipped is the number of finest levels that the image lacks.
-vec4 layer_mix(sampler2DArray fine, sampler2DArray coarse, const float layer, const AtlasPoint point, const Levels levels, const vec2 size,
-               const float skipped) {
-    vec4 sum = vec4(0.0);
-    if (levels.fine > 0.0) {
-        vec2 at = (tile_start(point.index) + point.at * tile_inner()) / size;
-        sum += textureLod(fine, vec3(at, layer), levels.mip - skipped) * levels.fine;
-    }
-    if (levels.fine < 1.0) {
-        vec2 coarse_size = vec2(textureSize(coarse, 0).xy);
-        vec4 first = textureLod(coarse, vec3(coarse_texel(point, levels.first) / coarse_size, layer), 0.0);
-        vec4 second = textureLod(coarse, vec3(coarse_texel(point, levels.first + 1u) / coarse_size, layer), 0.0);
-        sum += mix(first, second, levels.second) * (1.0 - levels.fine);
-    }
-    return sum;
 }
 
 vec4 level_mix(sampler2D fine, sampler2D coarse, const AtlasPoint point, const Levels levels) {

@@ -34,8 +34,6 @@ layout(constant_id = 50) const bool REFLECTS_BY_MAP = false; // a map gives the 
 layout(constant_id = 52) const bool EMITS = false;    // the material emits light
 layout(constant_id = 53) const bool OCCLUDED = false; // the material has an occlusion map
 layout(constant_id = 54) const bool CHARTED = false;  // the material has its own texture coordinates
-layout(constant_id = 56) const bool COLOR_BY_HEIGHT = false; // colours follow the heights
-layout(constant_id = 57) const bool COLOR_BY_SLOPE = false;  // colours follow the slopes; not in atlases
 layout(constant_id = 48) const bool EDGE_SAMPLES = true; // the pixels may be edge samples
 layout(constant_id = 64) const bool BY_EXAMPLE = false; // maps are tiled without visible repeats; flat objects only
 layout(constant_id = 65) const bool GROUND = false; // open ground with drifts and paths; flat objects only
@@ -52,10 +50,6 @@ layout(set = 2) uniform sampler2D f0_map;      // rgb reflectance at normal inci
 layout(set = 2, std430) readonly buffer Charts { TriangleCharts charts[]; };
 layout(set = 2) uniform sampler2D emission_map;
 layout(set = 2) uniform sampler2D occlusion_map; // x: accessibility; with CONES, a cone in the frame of the texture with y up
-// Layers with a colour times a weight in rgb, and the weight in a. If colours follow heights, the first layers have the weights `low` and
-// `high` of leadr/visible/relief_color.glsl. If colours follow slopes, the next layers have the slopes along s and t as weights. For large
-// maps, these layers start at a coarser level.
-layout(set = 2) uniform sampler2DArray color_weighted;
 uniform sampler2D visible_depth;
 layout(set = 2) uniform sampler2D horizon_a; // lean, and standard deviations of the spread (leadr/visible/horizon.glsl)
 layout(set = 2) uniform sampler2D horizon_b; // correlation of the spread
@@ -158,14 +152,9 @@ struct Means {
     vec3 f0;
     vec4 light;  // rgb: emission; a: accessibility
     vec4 cone;
-    vec4 low;    // colour times weight, and the weight, for colours that follow heights
-    vec4 high;
-    vec4 by_s;   // colour times slope, for colours that follow slopes
-    vec4 by_t;
 };
 
-const Means NO_MEANS = Means(vec2(0.0), vec3(0.0), vec4(0.0), vec3(0.0), vec4(0.0, 0.0, 0.0, 1.0), NO_CONE, vec4(0.0), vec4(0.0),
-                              vec4(0.0), vec4(0.0));
+const Means NO_MEANS = Means(vec2(0.0), vec3(0.0), vec4(0.0), vec3(0.0), vec4(0.0, 0.0, 0.0, 1.0), NO_CONE);
 
 // Converts a colour texel to linear quantities. Roughness is averaged as a variance (LEADR section 4.1).
 vec4 linear_color(const vec4 texel) {
@@ -192,20 +181,8 @@ Footprint detail_footprint(const vec2 dx, const vec2 dy, const float own) {
 }
 #include "detail.glsl"
 
-// Returns the layer with the colours times the slopes along s.
-float slope_layer() {
-    return COLOR_BY_HEIGHT ? 2.0 : 0.0;
-}
-
-// Returns the number of the finest colour levels for which there are no weighted means.
-float skipped_levels() {
-    return log2(float(textureSize(color_map, 0).x) / float(textureSize(color_weighted, 0).x));
-}
-
 Means filter_atlas(const Footprint footprint, const uint index, const vec2 at) {
     Levels levels = levels_at(footprint.lod);
-    vec2 size = vec2(textureSize(color_map, 0));
-    float skipped = USES_RELIEF_COLOR && COLOR_BY_HEIGHT ? skipped_levels() : 0.0;
     Means sum = NO_MEANS;
     for (int i = 0; i < footprint.taps; ++i) {
         AtlasPoint point = point_across_borders(index, at + tap(footprint, i) / tile_inner());
@@ -223,15 +200,10 @@ Means filter_atlas(const Footprint footprint, const uint index, const vec2 at) {
         if (REFLECTS_BY_MAP) {
             sum.f0 += level_mix(f0_map, coarse_f0, point, levels).rgb;
         }
-        if (USES_RELIEF_COLOR && COLOR_BY_HEIGHT) {
-            sum.low += layer_mix(color_weighted, coarse_weighted, 0.0, point, levels, size, skipped);
-            sum.high += layer_mix(color_weighted, coarse_weighted, 1.0, point, levels, size, skipped);
-        }
     }
     float weight = 1.0 / float(footprint.taps);
     vec4 light = EMITS || OCCLUDED ? filter_atlas_light(footprint, index, at, levels) : sum.light;
-    return Means(sum.mean * weight, sum.second * weight, sum.color * weight, sum.f0 * weight, light,
-                 NO_CONE, sum.low * weight, sum.high * weight, vec4(0.0), vec4(0.0));
+    return Means(sum.mean * weight, sum.second * weight, sum.color * weight, sum.f0 * weight, light, NO_CONE);
 }
 
 // A texture coordinate, and its derivatives by x and y of the image.
@@ -379,92 +351,36 @@ void filter_axis_moments(const AxisViews views, const vec2 patch_uv, const mat2 
 void filter_material(const Footprint footprint, const vec2 texcoord, inout Means means) {
     vec4 color = vec4(0.0);
     vec3 f0 = vec3(0.0);
-    float skipped = USES_RELIEF_COLOR && (COLOR_BY_HEIGHT || COLOR_BY_SLOPE) ? skipped_levels() : 0.0;
     for (int i = 0; i < footprint.taps; ++i) {
         vec2 at = texcoord + tap(footprint, i) / vec2(textureSize(color_map, 0));
         color += linear_color(textureLod(color_map, at, footprint.lod));
         if (REFLECTS_BY_MAP) {
             f0 += textureLod(f0_map, at, footprint.lod).rgb;
         }
-        if (USES_RELIEF_COLOR && COLOR_BY_HEIGHT) {
-            means.low += textureLod(color_weighted, vec3(at, 0.0), footprint.lod - skipped);
-            means.high += textureLod(color_weighted, vec3(at, 1.0), footprint.lod - skipped);
-        }
-        if (USES_RELIEF_COLOR && COLOR_BY_SLOPE) {
-            means.by_s += textureLod(color_weighted, vec3(at, slope_layer()), footprint.lod - skipped);
-            means.by_t += textureLod(color_weighted, vec3(at, slope_layer() + 1.0), footprint.lod - skipped);
-        }
     }
     float weight = 1.0 / float(footprint.taps);
     means.color = color * weight;
     means.f0 = f0 * weight;
-    means.low *= weight;
-    means.high *= weight;
-    means.by_s *= weight;
-    means.by_t *= weight;
 }
 
-// Filters a material tiled by example. The values are blended about their mean. The covariance of the colours with the relief is blended
-// with squared weights.
+// Filters a material tiled by example. The values are blended about their mean.
 void filter_tiled_material(Footprint footprint, OffsetVariants variants, const vec2 texcoord, inout Means means) {
     vec4 color = vec4(0.0), color_mean = linear_color(map_mean(color_map));
     vec3 f0 = vec3(0.0), f0_mean = REFLECTS_BY_MAP ? map_mean(f0_map).rgb : vec3(0.0);
-    float skipped = USES_RELIEF_COLOR && (COLOR_BY_HEIGHT || COLOR_BY_SLOPE) ? skipped_levels() : 0.0;
     float part = FINEST_LEVEL ? 1.0 : tiling_part(variants, color_map, footprint.lod);
     variants = merged_at(variants, footprint.level);
     vec2 per_texel = 1.0 / vec2(textureSize(color_map, 0)), middle = texcoord + tiling_shift();
     for (TapVariant now = first_variant(variants); now.tap < footprint.taps; next_variant(now, variants)) {
         vec2 seen = middle + now.from + tap(footprint, now.tap) * per_texel;
-        float weight = now.weight * part, share = now.weight * now.weight;
-        vec4 here = linear_color(textureLod(color_map, seen, footprint.lod));
-        color += weight * (here - color_mean);
+        float weight = now.weight * part;
+        color += weight * (linear_color(textureLod(color_map, seen, footprint.lod)) - color_mean);
         if (REFLECTS_BY_MAP) {
             f0 += weight * (textureLod(f0_map, seen, footprint.lod).rgb - f0_mean);
-        }
-        if (USES_RELIEF_COLOR && COLOR_BY_HEIGHT) {
-            vec4 low = textureLod(color_weighted, vec3(seen, 0.0), footprint.lod - skipped);
-            vec4 high = textureLod(color_weighted, vec3(seen, 1.0), footprint.lod - skipped);
-            means.low += share * vec4(low.rgb - low.a * here.rgb, low.a);
-            means.high += share * vec4(high.rgb - high.a * here.rgb, high.a);
-        }
-        if (USES_RELIEF_COLOR && COLOR_BY_SLOPE) {
-            vec4 s = textureLod(color_weighted, vec3(seen, slope_layer()), footprint.lod - skipped);
-            vec4 t = textureLod(color_weighted, vec3(seen, slope_layer() + 1.0), footprint.lod - skipped);
-            means.by_s.rgb += share * (s.rgb - here.rgb * s.a);
-            means.by_t.rgb += share * (t.rgb - here.rgb * t.a);
         }
     }
     float weight = 1.0 / float(footprint.taps);
     means.color = clamp(color_mean + color * weight, 0.0, 1.0);
     means.f0 = clamp(f0_mean + f0 * weight, 0.0, 1.0);
-    means.low = vec4(means.low.rgb + means.low.a * means.color.rgb, means.low.a) * weight;
-    means.high = vec4(means.high.rgb + means.high.a * means.color.rgb, means.high.a) * weight;
-    means.by_s *= weight;
-    means.by_t *= weight;
-}
-
-// Footprints whose height weight is smaller than this lie in cracks. The value is close to the precision of a half-precision texel.
-const float LEAST_WEIGHT = 1e-3;
-
-// Returns how the colours depend on the relief. tint is a factor on the colours, linear converts gradients to slopes, and lod is the level
-// of detail of the colours.
-ReliefColor filtered_relief_color(const Means means, vec3 tint, const mat2 linear, const float lod) {
-    ReliefColor r = LEADR_NO_RELIEF_COLOR;
-    if (USES_RELIEF_COLOR && (COLOR_BY_HEIGHT || COLOR_BY_SLOPE)) {
-        // The tint fades out where the colours have finer levels than their weighted means, because the two are not comparable there.
-        tint *= clamp(lod - skipped_levels() + 1.0, 0.0, 1.0);
-    }
-    if (USES_RELIEF_COLOR && COLOR_BY_HEIGHT) {
-        r.low = tint * (means.low.rgb - means.low.a * means.color.rgb) / max(means.low.a, LEAST_WEIGHT);
-        r.high = tint * (means.high.rgb - means.high.a * means.color.rgb) / max(means.high.a, LEAST_WEIGHT);
-    }
-    if (USES_RELIEF_COLOR && COLOR_BY_SLOPE) {
-        vec3 s = tint * (means.by_s.rgb - means.color.rgb * means.by_s.a);
-        vec3 t = tint * (means.by_t.rgb - means.color.rgb * means.by_t.a);
-        r.x = linear[0].x * s + linear[1].x * t;
-        r.y = linear[0].y * s + linear[1].y * t;
-    }
-    return r;
 }
 
 // Returns the coordinates of an image of the material. texcoord and texcoord_across belong to the mesh.
@@ -658,7 +574,6 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
             footprint = elliptical_footprint(apart[0], apart[1], 1e9, OF_SLOPES, 1);
         }
     }
-    float color_lod = footprint.lod;
     OffsetVariants variants = NO_VARIANTS;
     vec2 passing = vec2(0.0);
     if (BY_EXAMPLE) {
@@ -707,7 +622,6 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
                     classes_of_material(classes);
                 }
             }
-            color_lod = of_colors.lod;
         }
         if (EMITS) {
             Chart chart = chart_of(CHART_EMISSION, index, patch_uv, across, surface.texcoord, texcoord_across);
@@ -791,13 +705,6 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
         filtered.edge_tint *= 1.0 - covering.cover;
     }
     filtered.inside = (seen.x & INSIDE) != 0u && (!TRIANGLES || (OBJECT.flags & FLAG_MARK_INSIDE) != 0u);
-    vec3 kept = surface.color.rgb * tinted;
-    if (DETAIL_COLORS == DETAIL_VARIES) {
-        kept *= mix(vec3(1.0), covering.color.rgb * detail_color.rgb, covering.cover);
-    } else if (DETAIL_COLORS == DETAIL_COVERS) {
-        kept *= 1.0 - covering.cover;
-    }
-    filtered.relief_color = filtered_relief_color(means, kept, scale * mat2(map.linear_s, map.linear_t), color_lod);
     filtered.horizon = Horizon(vec2(0.0), vec3(0.0));
     if (USES_HORIZON && DISPLACED && HORIZON && (!TRIANGLES || surface.slopes > 0.0)) {
         mat2 linear = mat2(chart.linear_s, chart.linear_t);

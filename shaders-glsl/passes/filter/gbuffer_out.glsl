@@ -11,7 +11,6 @@ layout(location = 2) out uvec2 out_surface;
 layout(location = 3) out uvec2 out_horizon;
 layout(location = 4) out uvec4 out_reflection;
 layout(location = 5) out uvec2 out_emission;
-layout(location = 6) out uvec4 out_relief_color;
 
 // Writes the G-buffer. surface is a texel from pack_surface, pack_edge or pack_joined_edge.
 void write_gbuffer(const FilteredSurface f, const uvec2 surface) {
@@ -21,7 +20,6 @@ void write_gbuffer(const FilteredSurface f, const uvec2 surface) {
     out_horizon = CONES && f.cone.w >= 0.0 ? pack_cone(f.cone) : pack_horizon(f.horizon);
     out_reflection = pack_reflection(f);
     out_emission = pack_emission(f);
-    out_relief_color = pack_relief_color(f.relief_color, f.covariance);
 }
 
 #endif

@@ -23,7 +23,6 @@ FilteredSurface filtered_water(vec2 mean_slope, vec3 covariance, vec4 material, 
     f.diffuse_f0 = f0;
     f.edge_tint = vec3(0.0);
     f.emission = vec3(0.0);
-    f.relief_color = LEADR_NO_RELIEF_COLOR;
     f.accessibility = 1.0;
     f.inside = false;
     f.horizon = Horizon(vec2(0.0), vec3(0.0));

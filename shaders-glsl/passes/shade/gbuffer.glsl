@@ -11,7 +11,6 @@ uniform usampler2D gbuffer_surface;
 uniform usampler2D gbuffer_horizon;
 uniform usampler2D gbuffer_reflection;
 uniform usampler2D gbuffer_emission;
-uniform usampler2D gbuffer_relief_color;
 
 // Pixels and edge samples have different data in the last texel. The values of the other kind are meaningless.
 FilteredSurface read_gbuffer(const ivec2 pixel, const bool with_horizon) {
@@ -29,10 +28,6 @@ FilteredSurface read_gbuffer(const ivec2 pixel, const bool with_horizon) {
     uvec2 emission = texelFetch(gbuffer_emission, pixel, 0).xy;
     f.emission = emission_of(emission);
     f.edge_tint = edge_tint_of(emission);
-    f.relief_color = LEADR_NO_RELIEF_COLOR;
-    if (USES_RELIEF_COLOR) {
-        f.relief_color = unpack_relief_color(texelFetch(gbuffer_relief_color, pixel, 0), f.covariance);
-    }
     vec2 accessibility_lod = unpackHalf2x16(surface.x);
     f.accessibility = max(accessibility_lod.x, 0.0);
     f.inside = accessibility_lod.x < 0.0;

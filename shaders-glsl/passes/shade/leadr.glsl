@@ -22,7 +22,6 @@
 #include "leadr/visible/diffuse.glsl"
 #include "leadr/visible/fresnel.glsl"
 #include "leadr/visible/mapped.glsl"
-#include "leadr/visible/relief_color.glsl"
 #include "leadr/visible/specular.glsl"
 
 const float GRID_DEVIATION = 0.05; // angular deviation of the light of one grid sample, for the horizon of the relief
@@ -299,31 +298,6 @@ vec3 diffuse_environment(const Surface surface, const NormalMoments normals) {
 float specular_in_cone(const Surface surface) {
     vec3 S = add_roughness(surface.slope_covariance, surface.alpha);
     return cone_specular_share(surface, sqrt(2.0 * normal_variance(surface.mean_slope, S)));
-}
-
-// Returns the visible albedo. Where the albedo depends on slopes, it is weighted by the environment's irradiance.
-vec3 environment_albedo(const Surface surface, const DirectionArea o) {
-    vec3 S = surface.slope_covariance, wo = surface.wo;
-    vec2 m = surface.mean_slope;
-    // The relief of a normal map does not occlude. The facets of a normal map count by their area on the surface, as if seen from above.
-    float open = FACET_SHADOWING == LEADR_SHADOWING_NONE || MAPPED ? 1.0 : bent_normal(wo, m, S).open;
-    SlopesScore score = SlopesScore(vec2(0.0), vec3(0.0));
-    if (!MAPPED) {
-        score = seen_slopes_score(wo, m, S);
-    }
-    vec2 seen = score.moved;
-    // The derivative of the irradiance by slope, from differences over one standard deviation.
-    vec2 middle = m + vec2(S.x * seen.x + S.z * seen.y, S.z * seen.x + S.y * seen.y), step = sqrt(max(S.xy, 1e-6));
-    vec3 c[9] = environment_sh();
-    vec3 irradiance[4];
-    for (int i = 0; i < 4; ++i) {
-        vec2 aside = vec2(i < 2 ? step.x : 0.0, i < 2 ? 0.0 : step.y) * ((i & 1) == 0 ? 1.0 : -1.0);
-        irradiance[i] = max(sh_irradiance(c, from_frame(surface.frame, normal_of_slope(middle + aside))), 0.0);
-    }
-    vec3 x = (irradiance[0] - irradiance[1]) / (max(irradiance[0] + irradiance[1], 1e-9) * step.x);
-    vec3 y = (irradiance[2] - irradiance[3]) / (max(irradiance[2] + irradiance[3], 1e-9) * step.y);
-    vec3 change = slopes_change(surface.relief_color, seen.x + x, seen.y + y, score.narrowed, S);
-    return relief_color(surface.albedo, surface.relief_color, MAPPED ? 0.0 : seen_height(o, open), change);
 }
 
 // Returns the diffuse radiance per unit of albedo, from an unshadowed light of unit irradiance.
@@ -622,7 +596,7 @@ vec3 leadr_radiance(Surface surface) {
                                  : visible_normal_moments(wo, faced, diffuse_s, SAMPLES, lambda);
     }
     if (DIFFUSE_ENVIRONMENT) {
-        vec3 albedo = USES_RELIEF_COLOR ? environment_albedo(surface, diffuse_o) : surface.albedo;
+        vec3 albedo = surface.albedo;
         vec3 ambient = ambient_on_diffuse(surface, albedo) * cone_diffuse(surface, albedo, environment_sh());
         radiance += entering * albedo * ambient * diffuse_environment(surface, normals);
     }
@@ -645,16 +619,9 @@ vec3 leadr_radiance(Surface surface) {
             }
             if (on_diffuse(number)) {
                 float lit = lit_fraction(FACET_SHADOWING, diffuse_o, diffuse_i);
-                vec3 albedo = surface.albedo;
-                if (USES_RELIEF_COLOR) {
-                    float height = MAPPED ? 0.0 : seen_height(diffuse_o, lit);
-                    SlopesScore score = lit_slopes_score(MAPPED ? vec3(0.0, 0.0, 1.0) : wo, light.wi, m, diffuse_s);
-                    vec3 change = slopes_change(surface.relief_color, score, surface.slope_covariance);
-                    albedo = relief_color(albedo, surface.relief_color, height, change);
-                }
-                scattered += entering * albedo * (lit * diffuse_light(surface, wo, normals, faced, lambda, light.wi));
+                scattered += entering * surface.albedo * (lit * diffuse_light(surface, wo, normals, faced, lambda, light.wi));
                 if (MULTISCATTERING) {
-                    scattered *= bounced_light(bounces, surface, albedo, light.wi);
+                    scattered *= bounced_light(bounces, surface, surface.albedo, light.wi);
                 }
             }
             vec3 specular = vec3(0.0);

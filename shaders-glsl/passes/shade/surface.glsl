@@ -22,7 +22,6 @@ struct Surface {
     vec3 diffuse_f0;     // reflectance of the diffuse base's surface; the metallic fraction has no albedo
     vec3 edge_tint;      // F82 tint of a conductor's reflectance
     vec3 emission;       // emitted radiance, before scaling
-    ReliefColor relief_color; // how the albedo depends on the relief
     float accessibility;
     bool inside;
     float relief;        // relief of an edge sample's object, in metres
@@ -87,7 +86,6 @@ Surface surface_at(const FilteredSurface f, const vec3 eye, const vec3 ray, cons
         s.edge_tint = vec3(0.0);
     }
     s.emission = f.emission;
-    s.relief_color = f.relief_color;
     s.accessibility = f.accessibility;
     s.inside = f.inside;
     s.relief = f.relief;

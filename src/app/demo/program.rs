@@ -123,8 +123,8 @@ impl Program for DemoProgram {
         self.current.config.scene.offers(choice)
     }
 
-    fn keeps_relief_color(&self) -> bool {
-        self.current.config.picture.options.relief_color
+    fn relief_color(&self) -> Option<bool> {
+        Some(self.current.config.picture.options.relief_color)
     }
 
     fn applied_material(&self) -> OfSurfaces<String> {

@@ -2,7 +2,6 @@
 
 mod classes;
 mod forward;
-mod painted;
 mod quadrature;
 mod ray_cast;
 mod shadowing;

@@ -8,7 +8,6 @@ pub mod horizon;
 pub mod kernel;
 pub mod lit_slopes;
 pub mod mapped;
-pub mod relief_color;
 pub mod shadowed_environment;
 pub mod shadowed_specular;
 pub mod slopes;

@@ -30,11 +30,9 @@ pub(super) struct Demands {
     pub casters: bool,
     /// The base materials of the surfaces.
     pub bases: Bases,
-    /// Whether the colours of any surface follow its relief.
-    pub relief_color: bool,
 }
 
-/// Returns the shading of the pixels. Relief occlusion and colours that follow the relief are off if no surface has them. Shadow
+/// Returns the shading of the pixels. Relief occlusion is off if no surface has relief. Shadow
 /// maps and sky occlusion are off if nothing casts shadows.
 pub(super) fn shade_kind(
     state: &FrameState,
@@ -42,10 +40,9 @@ pub(super) fn shade_kind(
     environment: &Environment,
     demands: Demands,
 ) -> ShadeKind {
-    let Demands { relief, casters, bases, relief_color } = demands;
+    let Demands { relief, casters, bases } = demands;
     let needed = |options: ShadingOptions| ShadingOptions {
         relief_occlusion: options.relief_occlusion && relief,
-        relief_color: options.relief_color && relief_color,
         sky_occlusion: options.sky_occlusion && casters && settings.shadows,
         ..options
     };

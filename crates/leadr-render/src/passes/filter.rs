@@ -12,7 +12,7 @@ use leadr_gpu::vk;
 use rayon::prelude::*;
 
 use crate::pixel_area::PixelArea;
-use crate::settings::{Needs, ShadingOptions};
+use crate::settings::Needs;
 use crate::surfaces::atlas::{AtlasHeadGpu, PatchLinkGpu};
 use crate::surfaces::detail::{DetailHeadGpu, RestVertexGpu};
 use crate::surfaces::divided::VertexGpu;
@@ -72,18 +72,12 @@ impl FilterInto {
     }
 
     /// Returns the specialisation constants of the fragment stage, without those that belong to the surface. `bases` are the base
-    /// materials, and `relief_color` is whether colours follow the relief.
+    /// materials.
     #[must_use]
-    pub fn spec(self, needs: Needs, bases: Bases, relief_color: bool) -> Vec<(&'static str, SpecValue)> {
+    pub fn spec(self, needs: Needs, bases: Bases) -> Vec<(&'static str, SpecValue)> {
         match self {
             Self::GBuffer => needs.spec(),
-            Self::Radiance(kind) => {
-                let needed = |options: ShadingOptions| ShadingOptions {
-                    relief_color: options.relief_color && relief_color,
-                    ..options
-                };
-                ShadeKind { bases: kind.bases.within(bases), shading: kind.shading.adjusted(needed), ..kind }.spec()
-            }
+            Self::Radiance(kind) => ShadeKind { bases: kind.bases.within(bases), ..kind }.spec(),
         }
     }
 
@@ -139,8 +133,6 @@ impl FilterPass {
             ("REFLECTS_BY_MAP", SpecValue::Bool(kind.features.f0)),
             ("HORIZON", SpecValue::Bool(kind.horizon)),
             ("TAP_ROWS", SpecValue::I32(kind.tap_rows)),
-            ("COLOR_BY_HEIGHT", SpecValue::Bool(kind.follows.heights)),
-            ("COLOR_BY_SLOPE", SpecValue::Bool(kind.follows.slopes)),
             ("CLASS_COLORS", SpecValue::Bool(kind.class_colors)),
             ("CLASSES_HIDE", SpecValue::Bool(kind.displaced)),
             ("FLAT", SpecValue::Bool(kind.flat)),
@@ -181,7 +173,7 @@ impl FilterPass {
             colors: into.formats(),
             depth: into.depth(),
             topology: into.topology(),
-            spec: &[&into.spec(needs, kind.features.bases, kind.follows.any())[..], &has].concat(),
+            spec: &[&into.spec(needs, kind.features.bases)[..], &has].concat(),
             structs: &[&structs[..], into.structs()].concat(),
             ..Default::default()
         };

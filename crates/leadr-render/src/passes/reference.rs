@@ -168,7 +168,6 @@ impl ReferencePass {
                 ("gbuffer_surface", Descriptor::Sampled(gbuffer.surface.whole(), &self.nearest)),
                 ("gbuffer_reflection", Descriptor::Sampled(gbuffer.reflection.whole(), &self.nearest)),
                 ("gbuffer_emission", Descriptor::Sampled(gbuffer.emission.whole(), &self.nearest)),
-                ("gbuffer_relief_color", Descriptor::Sampled(gbuffer.relief_color.whole(), &self.nearest)),
                 ("visible_depth", Descriptor::Sampled(visible.depth.whole(), &self.nearest)),
                 ("lighting", Descriptor::Uniform(&lights.block)),
                 ("background_cube", Descriptor::Sampled(environment.background(), &self.trilinear)),

@@ -265,7 +265,6 @@ impl ShadePass {
             ("gbuffer_horizon", Descriptor::Sampled(gbuffer.horizon.whole(), nearest)),
             ("gbuffer_reflection", Descriptor::Sampled(gbuffer.reflection.whole(), nearest)),
             ("gbuffer_emission", Descriptor::Sampled(gbuffer.emission.whole(), nearest)),
-            ("gbuffer_relief_color", Descriptor::Sampled(gbuffer.relief_color.whole(), nearest)),
             ("shares", Descriptor::Sampled(shares.whole(), nearest)),
             ("more_suns", Descriptor::Sampled(more_suns.whole(), nearest)),
             ("TileRecords", Descriptor::Storage(&visible.tiles.records)),

@@ -193,11 +193,16 @@ impl Shading {
         spec
     }
 
-    /// Returns the same shading with one edge sample and without relief shadows, which is the cache key of the pipelines that shade
-    /// pixels.
+    /// Returns the same shading with one edge sample and without relief shadows and relief colours, which is the cache key of the
+    /// pipelines that shade pixels.
     #[must_use]
     pub fn plain(self) -> Self {
-        self.adjusted(|options| ShadingOptions { edge_samples: 1, relief_shadows: false, ..options })
+        self.adjusted(|options| ShadingOptions {
+            edge_samples: 1,
+            relief_shadows: false,
+            relief_color: false,
+            ..options
+        })
     }
 
     /// Returns the same technique with different options.

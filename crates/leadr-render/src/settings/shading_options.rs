@@ -191,9 +191,10 @@ shading_options! {
         row(shading("relief-occlusion", "on|off", "Let bumps larger than a pixel occlude the environment and the lights").called("bumps block light"),
             Value::Switch(|options| &mut options.relief_occlusion), INTEGRALS).about(Subject::Relief),
     ];
-    /// Whether colours that follow the heights or slopes of the relief are filtered by visibility and lighting
-    /// ([`leadr_reflectance::visible::relief_color`]), instead of averaged. This effect is not in the LEADR paper. The object needs
-    /// [`Object::with_relief_color`](crate::scene::Object::with_relief_color).
+    /// Whether colours that follow the heights or slopes of the relief separate classes of facets, so that they are weighted by what is
+    /// visible and lit. Scenes pass this option to [`Object::with_relief_color`](crate::scene::Object::with_relief_color), before the
+    /// classes are found; the renderer does not read it. Atlases, triplanar relief, and materials with charts keep the mean colour.
+    /// This effect is not in the LEADR paper.
     relief_color: bool = false => [
         row(shading("relief-color", "on|off", "Weight colours that follow heights or slopes by what is visible and lit").called("colours follow bumps"),
             Value::Switch(|options| &mut options.relief_color), COVARIANCE).about(Subject::Relief),

@@ -188,7 +188,7 @@ impl Technique {
         if self.has_ggx_base() { Self::ReferenceGgx } else { Self::Reference }
     }
 
-    /// Whether the setting [`relief_color`](super::ShadingOptions::relief_color) applies.
+    /// Whether the settings [`relief_color`](super::ShadingOptions::relief_color) and [`classes`](super::ShadingOptions::classes) apply.
     pub fn has_relief_color(self) -> bool {
         self.row().family == Family::Leadr && matches!(self.row().slopes, Slopes::Covariance | Slopes::Isotropic)
     }
@@ -203,7 +203,6 @@ impl Technique {
             kernel: has_kernel && options.pixel_kernel,
             tilt: family == Family::Leadr && (options.pixel_kernel || !has_kernel),
             horizon: family == Family::Leadr && options.relief_occlusion,
-            relief_color: self.has_relief_color() && options.relief_color,
         }
     }
 }
@@ -218,7 +217,6 @@ pub struct Needs {
     kernel: bool,
     tilt: bool,
     horizon: bool,
-    relief_color: bool,
 }
 
 impl Needs {
@@ -236,7 +234,6 @@ impl Needs {
             ("USES_CURVATURE", SpecValue::Bool(self.kernel)),
             ("TILTS_TO_EDGE", SpecValue::Bool(self.tilt)),
             ("USES_HORIZON", SpecValue::Bool(self.horizon)),
-            ("USES_RELIEF_COLOR", SpecValue::Bool(self.relief_color)),
         ]
     }
 
@@ -266,7 +263,6 @@ mod tests {
             let differs = |options| technique.needs(options) != technique.needs(off);
             assert_eq!(differs(ShadingOptions { pixel_kernel: false, ..off }), technique.has_pixel_kernel());
             assert_eq!(differs(ShadingOptions { relief_occlusion: true, ..off }), technique.integrates());
-            assert_eq!(differs(ShadingOptions { relief_color: true, ..off }), technique.has_relief_color());
         }
     }
 }

@@ -2,11 +2,11 @@
 //! memory late or not at all.
 
 use super::atlas::levels::CoarseShape;
+use super::classes::ObjectClasses;
 use super::displacement::{Border, HeightField};
 use super::horizon::MOST_TEXELS;
 use super::moments::MomentFormat;
 use super::object::with_same_maps;
-use super::relief_color::{ReliefColors, skipped_levels};
 use crate::scene::Object;
 use leadr_gpu::{Gpu, MemoryRoom, Result};
 
@@ -47,12 +47,7 @@ pub fn map_bytes(object: &Object, format: MomentFormat) -> u64 {
         let bytes = 4 + 4 * u64::from(map.f0.is_some());
         with_mips(u64::from(map.width) * u64::from(map.height) * bytes)
     });
-    let weighted = object.material.as_ref().zip(object.heights.as_ref()).map_or(0, |(map, field)| {
-        let layers = ReliefColors::of(object).map_or(0, |colors| colors.follows.layers());
-        let skipped = skipped_levels(map, field.border);
-        with_mips(u64::from(map.width >> skipped) * u64::from(map.height >> skipped) * 8 * u64::from(layers))
-    });
-    relief + material + weighted
+    relief + material + object.classes.as_ref().map_or(0, ObjectClasses::bytes)
 }
 
 /// Returns the size in bytes of the largest image among an object's maps, either the slope moments or the colours.

@@ -10,12 +10,11 @@ use glam::{DVec2, DVec3, Vec3};
 use half::f16;
 use leadr_gpu::{Gpu, Image, ImageDesc, Result, vk};
 use leadr_maps::derive::{ClassMaterial, Classes, Facets, OPENNESS_SIDE, Openness, classes};
-use leadr_maps::material::alpha_of;
-use leadr_maps::srgb::linear_of_srgb8;
 use leadr_maps::{ClassColors, ClassLevel, ClassMap, MomentLevel, Moments, Wrap};
 use leadr_reflectance::masking::classes::{Class, MOST_CLASSES};
 
 use super::displacement::Border;
+use super::material::Codes;
 use super::patch_mesh::PatchMesh;
 use crate::scene::{MaterialMap, Object};
 
@@ -45,8 +44,13 @@ impl ObjectClasses {
     /// Finds the classes of an object, which must still hold its maps. Returns `None` if one class describes the surface, or if the
     /// maps are an atlas or projected along the axes.
     pub fn of(object: &Object) -> Option<Self> {
-        let tables = Tables::new();
-        let texel = object.material.as_ref().map(|map| move |i: usize| tables.texel(map.colors[i]));
+        let codes = Codes::new();
+        let texel = object.material.as_ref().map(|map| {
+            move |i: usize| {
+                let [r, g, b, square] = codes.linear(map.colors[i]);
+                [r, g, b, square.sqrt()]
+            }
+        });
         let material = object.material.as_ref().zip(texel.as_ref()).filter(|(map, _)| has_classes(object, map));
         let material = material.map(|(map, texel)| {
             let size = [map.width, map.height];
@@ -158,24 +162,6 @@ fn skipped_levels(map: &MaterialMap) -> usize {
 
 fn is_constant(heights: &[f32]) -> bool {
     heights.iter().all(|height| *height == heights[0])
-}
-
-/// Tables that decode the colours and the roughness of a material.
-struct Tables {
-    linear: [f32; 256],
-    alphas: [f32; 256],
-}
-
-impl Tables {
-    fn new() -> Self {
-        Self { linear: linear_of_srgb8(), alphas: std::array::from_fn(|code| alpha_of(code as u8)) }
-    }
-
-    /// Returns the linear albedo and the Beckmann roughness `α`.
-    fn texel(&self, [r, g, b, a]: [u8; 4]) -> [f32; 4] {
-        let [r, g, b] = [r, g, b].map(|code| self.linear[usize::from(code)]);
-        [r, g, b, self.alphas[usize::from(a)]]
-    }
 }
 
 /// Returns the finest moments of an object's slopes, or `None` if they are those of its heights.

@@ -17,8 +17,7 @@ use leadr_gpu::vk;
 use rayon::prelude::*;
 
 use super::displacement::Border;
-use super::relief_color::{Follows, ReliefColors, skipped_levels};
-use crate::scene::{Cutout, MaterialMap, Object, PropertyMap};
+use crate::scene::{Cutout, MaterialMap, PropertyMap};
 use leadr_gpu::{AddressMode, Filter, Gpu, GpuError, Image, ImageDesc, Result, Sampler, SpecValue};
 use leadr_maps::material::{TextureWrap, alpha_of};
 use leadr_maps::moments::coverage;
@@ -255,46 +254,6 @@ impl MaterialImages {
     }
 }
 
-/// The images for colours that are correlated with the relief ([`relief_color`](super::relief_color)), with mips.
-pub struct ReliefColorImages {
-    /// The weighted colours, with the weights in alpha, as [`Follows::layers`] layers of half floats, or a placeholder if the
-    /// colours do not follow the relief.
-    pub weighted: Image,
-    /// The relief properties that the colours follow.
-    pub follows: Follows,
-    /// How many of the finest colour levels `weighted` leaves out.
-    pub skipped: u32,
-}
-
-impl ReliefColorImages {
-    /// Creates the images. The object must still hold its heights and its material. `none` is the placeholder image.
-    pub fn new(gpu: &Arc<Gpu>, object: &Object, border: Border, none: &Image) -> Result<Self> {
-        let name = format!("{} weighted colour", object.name);
-        let colors = ReliefColors::of(object).filter(|colors| colors.follows.any());
-        let (Some(colors), Some(map)) = (&colors, &object.material) else {
-            return Ok(Self { weighted: none.clone(), follows: Follows::default(), skipped: 0 });
-        };
-        let skipped = skipped_levels(map, border);
-        let size = [map.width, map.height].map(|side| (side >> skipped).max(1));
-        let whole = ImageDesc::new(HALF_FORMAT, map.width, map.height).full_mips();
-        let desc = ImageDesc::new(HALF_FORMAT, size[0], size[1]).layers(colors.follows.layers());
-        let weighted = Image::new(gpu, &name, desc.mips(mips_of(whole, border) - skipped))?;
-        for layer in 0..colors.follows.layers() {
-            write_layer(&weighted, layer, size, colors.layer(layer, size), halves, halve)?;
-        }
-        Ok(Self { weighted, follows: colors.follows, skipped })
-    }
-}
-
-/// Creates a placeholder for weighted colours. Shaders never read it.
-pub(super) fn none_weighted(gpu: &Arc<Gpu>) -> Result<Image> {
-    let image = Image::new(gpu, "no weighted colours", ImageDesc::new(HALF_FORMAT, 1, 1).layers(2))?;
-    for layer in 0..2 {
-        image.write(0, layer, &[[f16::ZERO; 4]])?;
-    }
-    Ok(image)
-}
-
 /// Returns the number of mips of an image. In an atlas, the last mip has one texel per tile.
 fn mips_of(desc: ImageDesc, border: Border) -> u32 {
     match border {
@@ -366,18 +325,6 @@ pub(super) fn halves(texels: &[[f32; 4]]) -> Cow<'_, [[f16; 4]]> {
 /// from the texels of a level and the sizes of both levels.
 pub(super) fn write_mips<T, S: bytemuck::Pod>(
     image: &Image,
-    size: [u32; 2],
-    texels: Vec<T>,
-    stored: impl for<'a> Fn(&'a [T]) -> Cow<'a, [S]>,
-    halve: impl Fn(&[T], [u32; 2], [u32; 2]) -> Vec<T>,
-) -> Result<()> {
-    write_layer(image, 0, size, texels, stored, halve)
-}
-
-/// Writes all levels of one array layer.
-fn write_layer<T, S: bytemuck::Pod>(
-    image: &Image,
-    layer: u32,
     mut size: [u32; 2],
     mut texels: Vec<T>,
     stored: impl for<'a> Fn(&'a [T]) -> Cow<'a, [S]>,
@@ -389,7 +336,7 @@ fn write_layer<T, S: bytemuck::Pod>(
             texels = halve(&texels, size, smaller);
             size = smaller;
         }
-        image.write(mip, layer, &stored(&texels))?;
+        image.write(mip, 0, &stored(&texels))?;
     }
     Ok(())
 }

@@ -21,7 +21,6 @@ pub mod patch_mesh;
 pub mod placeholders;
 pub mod posed;
 pub mod records;
-pub mod relief_color;
 pub mod skinning;
 pub mod sphere;
 pub mod tessellation;
@@ -41,7 +40,7 @@ fn placeholder(gpu: &Arc<Gpu>, name: &str, format: vk::Format) -> Result<Image> 
 }
 
 /// Reads the texels of one level of a half-float image.
-fn floats(image: &Image, level: u32, layer: u32) -> Result<Vec<[f32; 4]>> {
-    let texels: Vec<[f16; 4]> = image.read(level, layer)?;
+fn floats(image: &Image, level: u32) -> Result<Vec<[f32; 4]>> {
+    let texels: Vec<[f16; 4]> = image.read(level, 0)?;
     Ok(texels.into_iter().map(|texel| texel.map(f16::to_f32)).collect())
 }

@@ -215,7 +215,7 @@ impl LeadrMapGpu {
     pub fn read_slopes(&self, mip: u32) -> Result<Vec<[f32; 4]>> {
         match self.format {
             MomentFormat::Float32 => self.slopes.read(mip, 0),
-            MomentFormat::Float16 => floats(&self.slopes, mip, 0),
+            MomentFormat::Float16 => floats(&self.slopes, mip),
         }
     }
 

@@ -13,12 +13,11 @@ use super::fits::Fits;
 use super::flat;
 use super::half_range::fill_half_range;
 use super::horizon::{HorizonInput, HorizonMaps};
-use super::material::{Bases, CutoutKind, MaterialFeatures, MaterialImages, ReliefColorImages, address_mode};
+use super::material::{Bases, CutoutKind, MaterialFeatures, MaterialImages, address_mode};
 use super::moments::{LeadrMapGpu, MomentFormat, field_maps};
 use super::patch_mesh::PatchMesh;
 use super::placeholders::Placeholders;
 use super::records::{ObjectRecordGpu, Shown};
-use super::relief_color::{Follows, ReliefColors};
 use super::topology::Topology;
 use crate::constants::{
     CHARTS, DETAIL_TRIPLANAR, FLAG_CHARTED, FLAG_DISPLACED, FLAG_FLAT, FLAG_MARK_INSIDE, FLAG_MASK, FLAG_ONE_VARIANT,
@@ -110,8 +109,6 @@ pub struct ObjectMaps {
     charts: Buffer,
     /// The repeating detail relief. Objects without a detail have placeholders.
     detail: Arc<DetailImages>,
-    /// The images for colours that follow the relief.
-    relief_color: ReliefColorImages,
     /// The images of the classes of facets.
     classes: ClassImages,
     sampler: Sampler,
@@ -144,8 +141,6 @@ pub struct SurfaceKind {
     pub features: MaterialFeatures,
     /// Whether the material has its own texture coordinates.
     pub charted: bool,
-    /// The relief properties that the colours follow.
-    pub follows: Follows,
     /// Whether the classes of the relief differ in colour or roughness.
     pub class_colors: bool,
     /// The number of rows of taps across the footprint in the slope and material maps. With a single row, pixels would blur into their
@@ -197,7 +192,6 @@ impl SurfaceKind {
                 ..features
             },
             charted: object.charts.is_some(),
-            follows: ReliefColors::of(object).map_or(Follows::default(), |colors| colors.follows),
             class_colors: object.classes.as_ref().is_some_and(|classes| classes.colors.is_some()),
             tap_rows: if object.classes.as_ref().is_some_and(ObjectClasses::has_sharp_roughness) { 3 } else { 1 },
             horizon: object.height_scale != 0.0
@@ -273,7 +267,6 @@ impl ObjectMaps {
         gpu: &Arc<Gpu>,
         object: &Object,
         sources: MapSources,
-        relief_color: ReliefColorImages,
         topology: &Topology,
         kind: SurfaceKind,
         Upload { cache, format, none, .. }: Upload<'_>,
@@ -306,7 +299,7 @@ impl ObjectMaps {
         let charts = if charts.is_empty() { vec![ChartsGpu { corners: [[0.0; 2]; CHART_CORNERS] }] } else { charts };
         let atlas = match border {
             Border::Tiles(layout) => {
-                let material = kind.colored.then_some((&material, &relief_color));
+                let material = kind.colored.then_some(&material);
                 AtlasGpu::new(gpu, name, &object.mesh, topology, layout, &leadr, material, &none.atlas)?
             }
             Border::Wrap | Border::Clamp => none.atlas.clone(),
@@ -326,7 +319,6 @@ impl ObjectMaps {
             material,
             charts: Buffer::from_slice(gpu, &format!("{name} charts"), &charts)?,
             detail,
-            relief_color,
             classes,
             sampler: Sampler::with_modes(gpu, Filter::Trilinear, modes)?,
             of_coarse_levels: Sampler::new(gpu, Filter::Bilinear, AddressMode::ClampToEdge)?,
@@ -335,10 +327,9 @@ impl ObjectMaps {
 
     /// Returns the images and the layout buffers, with their names in the shaders.
     fn bindings(&self) -> Vec<(&'static str, Descriptor<'_>)> {
-        let Self { leadr, horizons, atlas, material, detail, relief_color, classes, sampler, of_coarse_levels, .. } =
-            self;
+        let Self { leadr, horizons, atlas, material, detail, classes, sampler, of_coarse_levels, .. } = self;
         let [colors, emission, occlusion, opacity] = &material.samplers;
-        let images: [(&str, &Image, &Sampler); 24] = [
+        let images: [(&str, &Image, &Sampler); 22] = [
             ("height_map", &leadr.heights, sampler),
             ("moments_a", &leadr.slopes, sampler),
             ("moments_b", &leadr.joint, sampler),
@@ -346,7 +337,6 @@ impl ObjectMaps {
             ("horizon_b", &horizons.correlations, sampler),
             ("color_map", &material.color, colors),
             ("f0_map", &material.f0, colors),
-            ("color_weighted", &relief_color.weighted, colors),
             ("class_moments", &classes.moments, sampler),
             ("class_colors", &classes.colors, colors),
             ("class_openness", &classes.open, of_coarse_levels),
@@ -357,7 +347,6 @@ impl ObjectMaps {
             ("coarse_b", &atlas.joint, of_coarse_levels),
             ("coarse_color", &atlas.color, of_coarse_levels),
             ("coarse_f0", &atlas.f0, of_coarse_levels),
-            ("coarse_weighted", &atlas.weighted, of_coarse_levels),
             ("coarse_light", &atlas.light, of_coarse_levels),
             ("detail_a", &detail.maps.slopes, &detail.sampler),
             ("detail_b", &detail.maps.joint, &detail.sampler),
@@ -393,22 +382,14 @@ impl GpuObject {
         let kind = SurfaceKind::of(&object, &object.mesh);
         let coarse = coarse_mesh.map(|mesh| (SurfaceKind::of(&object, &mesh), mesh));
         let fit = upload.fits.number_of(&object);
-        let border = object.heights.as_ref().map_or(Border::Wrap, |field| field.border);
         let maps = match maps {
             Some(maps) => Ok(maps),
-            None => Err((
-                ReliefColorImages::new(gpu, &object, border, &upload.none.weighted)?,
-                MapSources::take(&mut object),
-            )),
+            None => Err(MapSources::take(&mut object)),
         };
         let topology = Topology::new(&object.mesh.welded_patches());
         let carry = |mesh: &PatchMesh, topology, kind| Carrier::of(mesh, topology, object.heights.as_ref(), kind);
         let (maps, (carrier, coarse)) = rayon::join(
-            || {
-                maps.or_else(|(relief_color, sources)| {
-                    ObjectMaps::upload(gpu, &object, sources, relief_color, &topology, kind, upload).map(Arc::new)
-                })
-            },
+            || maps.or_else(|sources| ObjectMaps::upload(gpu, &object, sources, &topology, kind, upload).map(Arc::new)),
             || {
                 let of_coarse = |(kind, mesh): (SurfaceKind, PatchMesh)| {
                     let carrier = carry(&mesh, Topology::new(&mesh.welded_patches()), kind);
@@ -520,7 +501,7 @@ const SAMPLED: usize = 64;
 fn is_relief_alone(object: &Object) -> bool {
     let others = [object.slopes.is_some(), object.slope_spread.is_some(), object.moments.is_some()];
     let materials = [object.material.is_some(), object.detail.is_some(), object.charts.is_some()];
-    !others.into_iter().chain(materials).any(|there| there) && !object.follows_relief
+    !others.into_iter().chain(materials).any(|there| there)
 }
 
 /// Whether two objects have the same maps. The objects must have a relief and no material, and may differ only in the height scale.
@@ -530,6 +511,8 @@ fn have_same_maps(a: &Object, b: &Object) -> bool {
     let same_surface = |a: &PatchMesh, b: &PatchMesh| {
         a.patches == b.patches && a.positions == b.positions && a.normals == b.normals && a.texcoords == b.texcoords
     };
+    // The classes of steep relief differ from those of flat relief.
+    let centers = |object: &Object| object.classes.as_ref().map(|classes| classes.map.centers.clone());
     is_relief_alone(a)
         && is_relief_alone(b)
         && of_a.border == of_b.border
@@ -537,6 +520,7 @@ fn have_same_maps(a: &Object, b: &Object) -> bool {
         && a.height_scale.partial_cmp(&0.0) == b.height_scale.partial_cmp(&0.0)
         && (!matches!(of_a.border, Border::Tiles(_)) || same_surface(&a.mesh, &b.mesh))
         && !of_a.map.texels.is_empty()
+        && centers(a) == centers(b)
         && of_a.map == of_b.map
 }
 

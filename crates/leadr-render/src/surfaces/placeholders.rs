@@ -7,9 +7,9 @@ use super::classes::ClassImages;
 use super::detail::DetailImages;
 use super::displacement::HeightField;
 use super::horizon::HorizonMaps;
-use super::material::{MaterialImages, none_weighted};
+use super::material::MaterialImages;
 use super::moments::{LeadrMapGpu, MomentFormat};
-use leadr_gpu::{Gpu, Image, Result};
+use leadr_gpu::{Gpu, Result};
 
 /// The placeholders on a device.
 pub struct Placeholders {
@@ -23,8 +23,6 @@ pub struct Placeholders {
     pub material: MaterialImages,
     /// The detail images for surfaces without a detail.
     pub detail: Arc<DetailImages>,
-    /// The weighted colours for surfaces whose colours do not follow the relief.
-    pub weighted: Image,
     /// The images for relief with one class.
     pub classes: ClassImages,
 }
@@ -34,16 +32,14 @@ impl Placeholders {
     pub fn new(gpu: &Arc<Gpu>) -> Result<Self> {
         let HeightField { map, border } = HeightField::flat();
         let leadr = LeadrMapGpu::new(gpu, &map, border, MomentFormat::Float32)?;
-        let (material, weighted) = (MaterialImages::none(gpu)?, none_weighted(gpu)?);
+        let material = MaterialImages::none(gpu)?;
         let detail = Arc::new(DetailImages::none(gpu, &leadr, &material)?);
-        let atlas = AtlasGpu::none(gpu, &weighted)?;
         Ok(Self {
             horizons: HorizonMaps::none(gpu)?,
             leadr,
-            atlas,
+            atlas: AtlasGpu::none(gpu)?,
             material,
             detail,
-            weighted,
             classes: ClassImages::none(gpu)?,
         })
     }

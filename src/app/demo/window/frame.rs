@@ -245,10 +245,13 @@ impl Session<'_> {
             }
         }
         let options = &mut self.viewer.choices.picture.options;
-        if options.relief_color && !self.program.keeps_relief_color() {
-            // The option stays off until its maps are loaded.
-            options.relief_color = false;
-            self.change(SceneChange::Flag("relief-color", Some("on".to_owned())));
+        if let Some(shown) = self.program.relief_color()
+            && options.relief_color != shown
+        {
+            // The option changes when its maps are loaded.
+            let wanted = if options.relief_color { "on" } else { "off" };
+            options.relief_color = shown;
+            self.change(SceneChange::Flag("relief-color", Some(wanted.to_owned())));
         }
         Ok(painted)
     }

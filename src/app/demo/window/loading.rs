@@ -175,7 +175,8 @@ impl Session<'_> {
         match change {
             Change::Scene(SceneChange::Flag("animation", _)) => self.viewer.play(),
             Change::Scene(SceneChange::Flag("relief-color", _)) => {
-                self.viewer.choices.picture.options.relief_color = self.program.keeps_relief_color();
+                let options = &mut self.viewer.choices.picture.options;
+                options.relief_color = self.program.relief_color().unwrap_or(options.relief_color);
             }
             _ => {}
         }

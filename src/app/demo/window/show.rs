@@ -132,9 +132,10 @@ pub trait Program {
         matches!(choice, Choice::Objects | Choice::Relief)
     }
 
-    /// Whether the current maps include the data for colours that follow the relief (`--relief-color`).
-    fn keeps_relief_color(&self) -> bool {
-        true
+    /// Whether the classes of the current scene include colours that follow the relief (`--relief-color`), or `None` if the scene cannot
+    /// change.
+    fn relief_color(&self) -> Option<bool> {
+        None
     }
 
     /// Returns the current material as the name of a file or folder.

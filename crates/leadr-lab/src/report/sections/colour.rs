@@ -22,7 +22,7 @@ use leadr_tools::metrics::Mask;
 
 const INTRO: &str = "A matte plane of Gaussian bumps (slope deviation .6), painted red on grey: on tops, in cracks, on slopes facing one \
     way, and nowhere. Near pixels cover about three bumps, far pixels about fifty. One sample of LEADR under sky and sun is compared with \
-    the supersampled reference, whose bumps shadow each other. LEADR runs with colours that follow the relief, and with colours and light \
+    the supersampled reference, whose bumps shadow each other. LEADR runs with classes for colours that follow the relief, and with colours and light \
     filtered independently (--relief-color off). The goal is a fifth of the independent filter's error. The mean colour is the fraction \
     of red, green and blue in the whole picture's light, so brightness and the positions of a few bumps do not matter. Pixel errors \
     include both. Each pixel covers few random bumps, so pictures of several similar reliefs are averaged; the error of a single relief \
@@ -118,7 +118,8 @@ fn apart_by(truth: [f64; 3], found: [f64; 3]) -> f64 {
     length([0, 1, 2].map(|c| found[c] - truth[c])) / length(truth)
 }
 
-fn painted(tile: &Tile, paint: Paint) -> Object {
+/// Returns the painted plane, whose colours separate classes of facets if `follows` is true.
+fn painted(tile: &Tile, paint: Paint, follows: bool) -> Object {
     let heights = tile.heights();
     let mut order: Vec<usize> = (0..heights.len()).collect();
     order.sort_by(|&a, &b| heights[a].total_cmp(&heights[b]));
@@ -139,11 +140,11 @@ fn painted(tile: &Tile, paint: Paint) -> Object {
     }
     let field = HeightField::repeating(HeightMap { width: TEXELS, height: TEXELS, texels: heights.to_vec() });
     // Half a repeat of relief around the visible repeat casts shadows into it.
-    Object::new("painted plane", plane(0.75, 12, 1.0, [1.0; 4], even))
+    let plane = Object::new("painted plane", plane(0.75, 12, 1.0, [1.0; 4], even))
         .with_heights(field, SIGMA / TEXELS as f32)
         .with_material(MaterialMap::new(TEXELS, TEXELS, colors))
-        .with_specular_f0(0.0)
-        .with_relief_color()
+        .with_specular_f0(0.0);
+    Object { follows_relief: follows, ..plane }
 }
 
 /// Returns the camera and the size of its far picture. Rays are nearly parallel, and the view shows about one repeat of the
@@ -159,27 +160,25 @@ fn seen(degrees: f32) -> (Camera, (u32, u32)) {
     (Camera { near: 1.0, ..Camera::looking_at(toward * distance, Vec3::ZERO, fov) }, (columns, rows))
 }
 
-/// Renders a relief at `degrees` at all distances.
+/// Renders a relief at `degrees` at all distances, with colours that follow the relief and with independent colours.
 fn shown(
     studio: &Studio,
-    subject: &mut Subject,
+    [following, apart]: &mut [Subject; 2],
     degrees: f32,
     seed: u64,
 ) -> Result<[Shown; DISTANCES.len()], LabError> {
     let (camera, (columns, rows)) = seen(degrees);
-    let state = subject.seen_by(&camera);
+    let state = following.seen_by(&camera);
     let size = |per_pixel: u32| (columns * FAR / per_pixel, rows * FAR / per_pixel);
     let settings = Truth::Shadowed.settings(size(NEAR), studio.pick(QUICK_SAMPLES, SAMPLES), seed);
-    let truth = studio.shoot_truth(&mut subject.renderer, &state, &RenderSettings { shadows: false, ..settings })?;
+    let truth = studio.shoot_truth(&mut following.renderer, &state, &RenderSettings { shadows: false, ..settings })?;
     let mut at = |per_pixel: u32| -> Result<Shown, LabError> {
-        let mut one = |relief_color| {
-            let shading = Technique::Leadr.with(ShadingOptions { relief_color, ..Default::default() });
-            let settings =
-                RenderSettings { size: size(per_pixel), samples: 1, shading, shadows: false, ..Default::default() };
-            studio.shoot(&mut subject.renderer, &state, &settings)
-        };
+        let shading = Technique::Leadr.with(ShadingOptions::default());
+        let settings =
+            RenderSettings { size: size(per_pixel), samples: 1, shading, shadows: false, ..Default::default() };
+        let one = |subject: &mut Subject| studio.shoot(&mut subject.renderer, &state, &settings);
         let truth = truth.of_blocks(per_pixel / NEAR).map_err(fault)?;
-        Ok(Shown { truth, followed: one(true)?, apart: one(false)? })
+        Ok(Shown { truth, followed: one(following)?, apart: one(apart)? })
     };
     Ok([at(NEAR)?, at(FAR)?])
 }
@@ -193,11 +192,14 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         for relief in 1..=reliefs {
             let camera = seen(45.0).0;
             let tile = Tile::new(Spectrum::Gaussian, TEXELS, 4.0, u64::from(relief));
-            let stage = Stage::still(vec![painted(&tile, paint)], Views { near: camera, mid: camera, far: camera });
-            let mut subject = Subject::under_the_sky(studio, stage, 0.0)?;
+            let subject = |follows| {
+                let views = Views { near: camera, mid: camera, far: camera };
+                Subject::under_the_sky(studio, Stage::still(vec![painted(&tile, paint, follows)], views), 0.0)
+            };
+            let mut subjects = [subject(true)?, subject(false)?];
             for (angle, degrees) in DEGREES.into_iter().enumerate() {
                 for (distance, shown) in
-                    shown(studio, &mut subject, degrees, u64::from(relief))?.into_iter().enumerate()
+                    shown(studio, &mut subjects, degrees, u64::from(relief))?.into_iter().enumerate()
                 {
                     pictures[distance][angle].push(shown);
                 }
@@ -328,7 +330,7 @@ mod tests {
     fn paint_coverage_matches_its_setting() {
         let tile = Tile::new(Spectrum::Gaussian, TEXELS, 4.0, 1);
         for (paint, share) in [(Paint::Tops, 0.3), (Paint::Cracks, 0.3), (Paint::OneSide, 0.5), (Paint::Nothing, 0.0)] {
-            let object = painted(&tile, paint);
+            let object = painted(&tile, paint, true);
             let colors = &object.material.as_ref().unwrap().colors;
             let red = colors.iter().filter(|texel| **texel == RED).count() as f32 / colors.len() as f32;
             assert!((red - share).abs() < 0.02, "{paint:?}: {red}");

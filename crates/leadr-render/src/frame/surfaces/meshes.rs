@@ -75,7 +75,6 @@ impl MeshPipelines {
             relief: state.height_scale != 0.0 && any(|kind| kind.horizon),
             casters: !self.casters.is_empty(),
             bases: self.kinds.iter().fold(Bases::default(), |all, kind| all.and(kind.features.bases)),
-            relief_color: any(|kind| kind.follows.any()),
         }
     }
 

@@ -79,7 +79,7 @@ impl OceanFilterPass {
                     fragment: Some(into.choose("passes/ocean/filter.frag", "passes/ocean/filter_shade.frag")),
                     colors: into.formats(),
                     depth: into.depth(),
-                    spec: &[into.spec(needs, Bases::default(), false), own].concat(),
+                    spec: &[into.spec(needs, Bases::default()), own].concat(),
                     structs: &[&[WaterGpu::LAYOUT, ShoreGpu::LAYOUT, CascadeGpu::LAYOUT], into.structs()].concat(),
                     ..Default::default()
                 },

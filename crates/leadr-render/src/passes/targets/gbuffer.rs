@@ -10,7 +10,7 @@ use super::begin::Begin;
 use leadr_gpu::{Commands, Gpu, Image, ImageDesc, Result, Use};
 use leadr_reflectance::frame::octahedral_decode;
 
-/// The LEADR G-buffer, which holds all inputs for shading a pixel in 88 bytes (`passes/gbuffer.glsl`), except for the depth, which
+/// The LEADR G-buffer, which holds all inputs for shading a pixel in 72 bytes (`passes/gbuffer.glsl`), except for the depth, which
 /// is in [`VisibleSurface`](super::VisibleSurface).
 #[derive(Clone)]
 pub struct GBuffer {
@@ -22,12 +22,10 @@ pub struct GBuffer {
     pub surface: Image,
     /// The horizon of the relief, packed as RG32UI.
     pub horizon: Image,
-    /// The reflectance at normal incidence, and the two roughnesses of the surface, as RGBA32UI.
+    /// The reflectance at normal incidence, the number of the measured material, and the reflectance of the diffuse base, as RGBA32UI.
     pub reflection: Image,
     /// The emission, as RG32UI.
     pub emission: Image,
-    /// How the albedo depends on the relief, packed as RGBA32UI.
-    pub relief_color: Image,
 }
 
 /// The values of a [`GBuffer`] pixel that layers show.
@@ -49,20 +47,19 @@ pub struct FilteredPixel {
 
 impl GBuffer {
     /// The formats of the images, in attachment order.
-    pub const FORMATS: [vk::Format; 7] = [
+    pub const FORMATS: [vk::Format; 6] = [
         vk::Format::R32G32B32A32_UINT,
         vk::Format::R32G32B32A32_UINT,
         vk::Format::R32G32_UINT,
         vk::Format::R32G32_UINT,
         vk::Format::R32G32B32A32_UINT,
         vk::Format::R32G32_UINT,
-        vk::Format::R32G32B32A32_UINT,
     ];
 
     /// Creates a G-buffer of `size` pixels.
     pub fn new(gpu: &Arc<Gpu>, size: (u32, u32)) -> Result<Self> {
         let color = |format| ImageDesc::new(format, size.0, size.1).color_target();
-        let [slopes, material, surface, horizon, reflection, emission, relief_color] = Self::FORMATS.map(color);
+        let [slopes, material, surface, horizon, reflection, emission] = Self::FORMATS.map(color);
         // The join pass writes to `slopes` and `material`.
         Ok(Self {
             slopes: Image::new(gpu, "g-buffer slopes", slopes.storage())?,
@@ -71,14 +68,13 @@ impl GBuffer {
             horizon: Image::new(gpu, "g-buffer horizon", horizon)?,
             reflection: Image::new(gpu, "g-buffer reflection", reflection)?,
             emission: Image::new(gpu, "g-buffer emission", emission)?,
-            relief_color: Image::new(gpu, "g-buffer relief colour", relief_color)?,
         })
     }
 
     /// The images in attachment order.
-    pub fn colors(&self) -> [&Image; 7] {
-        let Self { slopes, material, surface, horizon, reflection, emission, relief_color } = self;
-        [slopes, material, surface, horizon, reflection, emission, relief_color]
+    pub fn colors(&self) -> [&Image; 6] {
+        let Self { slopes, material, surface, horizon, reflection, emission } = self;
+        [slopes, material, surface, horizon, reflection, emission]
     }
 
     /// Runs `draw`, which filters the pixels of one kind of surface into the G-buffer, within the scissor (x, y, width, height).

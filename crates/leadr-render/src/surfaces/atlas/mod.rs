@@ -21,7 +21,7 @@ use rayon::prelude::*;
 
 use self::frames::{AtlasFrames, gradient_transform};
 use self::levels::{CoarseShape, Star, coarse_levels};
-use super::material::{Codes, HALF_FORMAT, MaterialImages, ReliefColorImages, halves};
+use super::material::{Codes, HALF_FORMAT, MaterialImages};
 use super::moments::LeadrMapGpu;
 use super::patch_mesh::{PatchMesh, TileLayout};
 use super::topology::Topology;
@@ -68,13 +68,11 @@ pub struct AtlasGpu {
     pub f0: Image,
     /// The coarse levels of the emission, with the accessibility in alpha.
     pub light: Image,
-    /// The coarse levels of [`ReliefColorImages::weighted`].
-    pub weighted: Image,
 }
 
 impl AtlasGpu {
     /// Creates placeholders for an object whose maps are not an atlas. Shaders never read them.
-    pub fn none(gpu: &Arc<Gpu>, weighted: &Image) -> Result<Self> {
+    pub fn none(gpu: &Arc<Gpu>) -> Result<Self> {
         let image = |what: &str, format| placeholder(gpu, &format!("no coarse {what}"), format);
         Ok(Self {
             links: Buffer::from_slice(gpu, "no links", &[0u32; 40])?,
@@ -83,7 +81,6 @@ impl AtlasGpu {
             color: image("colour", HALF_FORMAT)?,
             f0: image("reflectance", HALF_FORMAT)?,
             light: image("light", HALF_FORMAT)?,
-            weighted: weighted.clone(),
         })
     }
 
@@ -99,11 +96,11 @@ impl AtlasGpu {
         topology: &Topology,
         layout: TileLayout,
         maps: &LeadrMapGpu,
-        material: Option<(&MaterialImages, &ReliefColorImages)>,
+        material: Option<&MaterialImages>,
         none: &Self,
     ) -> Result<Self> {
         let size = maps.slopes.mip_extent(0);
-        if let Some((material, _)) = material.filter(|(material, _)| material.color.mip_extent(0) != size) {
+        if let Some(material) = material.filter(|material| material.color.mip_extent(0) != size) {
             let ([w, h], [width, height]) = (material.color.mip_extent(0), size);
             let fault = format!("colours of {w}x{h} texels do not match heights of {width}x{height}");
             return Err(GpuError::usage(format!("atlas of {name}"), fault));
@@ -132,16 +129,7 @@ impl AtlasGpu {
             image.write(0, 0, &halves)?;
             Ok::<_, GpuError>(image)
         };
-        if let Some((images, relief_color)) = material {
-            if relief_color.follows.heights {
-                let layers = relief_color.weighted.desc().layers;
-                let desc = ImageDesc::new(HALF_FORMAT, width, height).layers(layers);
-                atlas.weighted = Image::new(gpu, &format!("{name} coarse weighted colours"), desc)?;
-                for layer in 0..layers {
-                    let texels = floats(&relief_color.weighted, SOURCE_LEVEL - relief_color.skipped, layer)?;
-                    atlas.weighted.write(0, layer, &halves(&coarse_levels(&star, &frames, shape, &texels)))?;
-                }
-            }
+        if let Some(images) = material {
             let codes = Codes::new();
             let decoded = |image: &Image| {
                 let texels: Vec<[u8; 4]> = image.read(SOURCE_LEVEL, 0)?;
@@ -194,7 +182,7 @@ fn light_texels(images: &MaterialImages) -> Result<Vec<[f32; 4]>> {
     let count = images.color.mip_extent(SOURCE_LEVEL).iter().product::<u32>() as usize;
     let mut texels = vec![[0.0, 0.0, 0.0, 1.0]; count];
     if images.features.emission {
-        for (texel, [r, g, b, _]) in texels.iter_mut().zip(floats(&images.emission, SOURCE_LEVEL, 0)?) {
+        for (texel, [r, g, b, _]) in texels.iter_mut().zip(floats(&images.emission, SOURCE_LEVEL)?) {
             *texel = [r, g, b, 1.0];
         }
     }

@@ -22,9 +22,6 @@ use leadr_reflectance::visible::kernel::kernel_lod;
 use leadr_reflectance::visible::mapped::{
     mapped_diffuse_light, mapped_diffuse_moments, mapped_fresnel, mapped_slopes, mapped_specular_light,
 };
-use leadr_reflectance::visible::relief_color::{
-    ReliefColor, lit_slopes_score, relief_color, seen_height, seen_slopes_score, slopes_change,
-};
 use leadr_reflectance::visible::slopes::{VISIBLE_TAIL, visible_slopes};
 use leadr_reflectance::visible::specular::{VisibleProbe, mapped_probes, probe_rule, visible_probe, visible_probes};
 use leadr_testing::gpu::test_gpu;
@@ -214,35 +211,4 @@ fn horizon_parity() {
     );
     let Some(gpu) = test_gpu() else { return };
     finite::<11, 0>(&gpu, &mut Random(11), "visible/horizon", 9, 1, |_| []);
-}
-
-#[test]
-fn relief_color_parity() {
-    parity::<12>(
-        "visible/relief_color",
-        // Measured 2.9e-3: viewers at grazing angles and lights from below.
-        Tolerance { relative: 4e-3, floor: |_| 1.0, unit: |_| 0.0 },
-        |r| {
-            let ((wo, m, s), wi) = (surface(r, false), r.direction());
-            join(&[&wo.to_array(), &wi.to_array(), &m.to_array(), &s.to_array(), &[r.unit()]])
-        },
-        |x| {
-            let (wo, wi, m, s) = (v3(x, 0), v3(x, 3), v2(x, 6), v3(x, 8));
-            let o = direction_area(wo, m, slope_cholesky(clamp_covariance(s)));
-            let height = seen_height(&o, x[11]);
-            let score = lit_slopes_score(wo, wi, m, s);
-            let r = ReliefColor {
-                low: DVec3::new(0.1, -0.02, 0.0),
-                high: DVec3::new(0.2, -0.03, 0.01),
-                x: DVec3::new(0.03, 0.0, -0.01),
-                y: DVec3::new(0.0, 0.02, 0.01),
-            };
-            let seen = seen_slopes_score(wo, m, s);
-            let change = slopes_change(&r, &score, s);
-            let color = relief_color(DVec3::new(0.5, 0.2, 0.9), &r, height, change);
-            list![[height], score.moved, score.narrowed, seen.moved, seen.narrowed, change, color]
-        },
-    );
-    let Some(gpu) = test_gpu() else { return };
-    finite::<12, 1>(&gpu, &mut Random(13), "visible/relief_color", 17, 2, |r| [r.unit() as f32]);
 }
