@@ -24,7 +24,7 @@ use reflections::Truth;
 
 /// The number of facets whose reflections are computed. Mixtures are fitted to one of every [`FIT_STEP`] of them.
 const SAMPLES: usize = 8192;
-const FIT_STEP: usize = 4;
+const FIT_STEP: usize = 3;
 /// The variance that is added to slopes, and to heights relative to their variance, so that flat classes have a density.
 const SLOPE_FLOOR: f64 = 2e-4;
 const HEIGHT_FLOOR: f64 = 1e-3;
