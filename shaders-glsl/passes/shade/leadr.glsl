@@ -94,6 +94,8 @@ SpecularTerm grid_specular(Surface surface, vec3 wo, vec3 S) {
 
 // The number of probes per lobe, for three or more lobes (docs/measurements/fitting.md gives the error).
 const int PROBES_OF_LOBE = 5;
+// The number of probes for each of several classes of facets, which together see as much of the environment as one.
+const int MOST_CLASS_PROBES = CLASSES == 2 ? 9 : PROBES_OF_LOBE;
 
 // The positions of a lobe's probes, and the visible area of the lobe.
 struct ProbedLobe {
@@ -177,9 +179,9 @@ SpecularTerm probes_specular(const ProbeSums sums, const Surface surface, const 
 
 // Returns the specular term from `count` probes among the visible slopes.
 SpecularTerm probe_specular(Surface surface, vec3 wo, const vec3 S, int count) {
-    ProbedLobe lobe = probed_lobe(surface, wo, S, probe_kernel(count));
-    bool fitted = is_fitted(surface.fit);
     ProbeSums sums = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0, 0.0);
+    bool fitted = is_fitted(surface.fit);
+    ProbedLobe lobe = probed_lobe(surface, wo, S, probe_kernel(count));
     [[unroll]] for (int i = 0; i < count; ++i) {
         add_probe(sums, surface, wo, lobe, probe_node(count, i, lobe.probes.wide), fitted);
     }
@@ -274,10 +276,9 @@ vec3 diffuse_environment(const Surface surface, const NormalMoments normals) {
     if (BY_CLASS && SHADOWING != LEADR_SHADOWING_NONE) {
         // The mesosurface blocks the light from below.
         ClassEnvironment e = class_environment_of(surface);
-        vec3 up = normal_of_slope(surface.whole_mean);
         vec3 above = sh_irradiance(c, from_frame(surface.frame, e.normal)) + rest_irradiance(surface, e.normal);
-        vec3 below = max(sh_irradiance(c, from_frame(surface.frame, -up)) + rest_irradiance(surface, -up), 0.0);
-        whole = max(above - (0.5 - 0.5 * dot(e.normal, up)) * below, 0.0) * (e.open / LEADR_PI);
+        float tilted = 0.5 - 0.5 * dot(e.normal, normal_of_slope(surface.whole_mean));
+        whole = max(above - tilted * surface.below, 0.0) * (e.open / LEADR_PI);
         open = e.open;
     } else if (FACET_SHADOWING == LEADR_SHADOWING_CORRELATED) {
         BentNormal bent = bent_normal(surface.wo, surface.mean_slope, surface.slope_covariance);
@@ -396,15 +397,12 @@ vec3 sized_light(const Surface surface, const DirectionArea o, const Light light
     return fresnel_schlick(surface.f0, dot(light.wi, wh)) * (0.25 * displaced_ggx_ndf(wh, m, wider) * lit);
 }
 
-// The number of probes for each of several classes of facets, which together see as much of the environment as one.
-const int CLASS_PROBES = CLASSES > 1 && SAMPLES > 9 ? 9 : SAMPLES;
-
 // Returns the base's specular reflection of the environment.
 SpecularTerm environment_specular(const Surface surface, const Base base) {
     if (GGX_BASE) {
         return ggx_specular(surface, surface.wo, base.ggx);
     }
-    return gaussian_specular(surface, surface.wo, base.S, VISIBLE_SLOPES ? CLASS_PROBES : SAMPLES);
+    return gaussian_specular(surface, surface.wo, base.S, VISIBLE_SLOPES && CLASSES > 1 ? min(SAMPLES, MOST_CLASS_PROBES) : SAMPLES);
 }
 
 // Returns only the mean Fresnel reflectance, for the diffuse base.
@@ -644,6 +642,11 @@ vec3 classes_radiance(Surface surface) {
     vec4 seen = classes_seen(surface);
     [[unroll]] for (int number = 0; number < LIGHTS; ++number) {
         pixel_lights_open[number] = BY_CLASS ? classes_open(surface.classes, pixel_lights[number].wi) : vec4(1.0);
+    }
+    if (BY_CLASS && DIFFUSE_ENVIRONMENT) {
+        vec3 down = -normal_of_slope(surface.whole_mean);
+        vec3 irradiance = sh_irradiance(environment_sh(), from_frame(surface.frame, down)) + rest_irradiance(surface, down);
+        surface.below = max(irradiance, 0.0);
     }
     vec3 sum = vec3(0.0);
     for (int k = 0; k < surface.classes.count; ++k) {

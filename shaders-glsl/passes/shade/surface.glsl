@@ -38,6 +38,7 @@ struct Surface {
     vec2 whitened;       // direction of the viewer in the space where the relief is isotropic
     vec2 whole_mean;     // mean slope of all classes
     vec3 whole_cholesky; // Cholesky factor of the covariance of all classes
+    vec3 below;          // with BY_CLASS, irradiance of the environment on the underside of the mesosurface
     int part;            // number of the class that is shaded
 };
 
