@@ -9,7 +9,6 @@ use leadr_reflectance::facets::projected_area::{meso_area, slope_spread};
 use leadr_reflectance::frame::frame_about;
 use leadr_reflectance::integrals::facet_specular::{facet_specular, facet_specular_density, facet_visibility};
 use leadr_reflectance::integrals::sh::sh_add_light;
-use leadr_reflectance::masking::correlated::direction_area;
 use leadr_reflectance::masking::shadowing::Shadowing;
 use leadr_reflectance::random::Random;
 use leadr_reflectance::slopes::grid::slope_cholesky;
