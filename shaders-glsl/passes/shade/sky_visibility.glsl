@@ -13,11 +13,12 @@ layout(set = 1, std430) readonly buffer SkyVisibility {
     vec4 sky_corner; // xyz: lowest corner of the volume; its floor; in metres
     vec4 sky_rates;  // xy: nodes per metre, horizontally; zw: one over the height range of the layers above and below the floor
     vec2 sky_across; // number of nodes
-    uint sky_nodes[];
+    uvec2 sky_nodes[];
 };
 
 vec4 sky_node(const uvec3 at, const uvec2 size) {
-    return unpackSnorm4x8(sky_nodes[(at.z * size.y + at.y) * size.x + at.x]);
+    uvec2 node = sky_nodes[(at.z * size.y + at.y) * size.x + at.x];
+    return vec4(unpackSnorm2x16(node.x), unpackSnorm2x16(node.y));
 }
 
 // Returns the visibility of the surroundings at a point of the macrosurface. w is the visible fraction of a constant environment,

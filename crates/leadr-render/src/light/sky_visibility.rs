@@ -123,8 +123,8 @@ impl SkyVisibility {
         })
     }
 
-    /// Returns the volume in the layout of `passes/shade/sky_visibility.glsl`: a header, followed by nodes with eight bits per
-    /// number.
+    /// Returns the volume in the layout of `passes/shade/sky_visibility.glsl`: a header, followed by nodes with 16 bits per
+    /// number. With eight bits, rounding would darken unoccluded surfaces by up to 0.4 %.
     pub fn bytes(&self) -> Vec<u8> {
         let [rate, above_and_below] = [self.step, Vec2::from(self.reach)].map(Vec2::recip);
         let head = SkyVisibilityGpu {
@@ -132,10 +132,10 @@ impl SkyVisibility {
             sky_rates: [rate.x, rate.y, above_and_below.x, above_and_below.y],
             sky_across: self.size.map(|nodes| nodes as f32),
         };
-        let byte = |v: f32| ((v.clamp(-1.0, 1.0) * 127.0).round() as i8).cast_unsigned();
-        let node = |&[x, y, z, a]: &[f32; 4]| [x / 1.5, y / 1.5, z / 1.5, 2.0 * a - 1.0].map(byte);
-        let nodes: Vec<[u8; 4]> = self.nodes.iter().map(node).collect();
-        [bytemuck::bytes_of(&head), nodes.as_flattened()].concat()
+        let level = |v: f32| (v.clamp(-1.0, 1.0) * 32767.0).round() as i16;
+        let node = |&[x, y, z, a]: &[f32; 4]| [x / 1.5, y / 1.5, z / 1.5, 2.0 * a - 1.0].map(level);
+        let nodes: Vec<[i16; 4]> = self.nodes.iter().map(node).collect();
+        [bytemuck::bytes_of(&head), bytemuck::cast_slice(&nodes)].concat()
     }
 
     /// Returns the first-order visibility `b` and `a` at a point, interpolated between nodes. `sky_seen` in
