@@ -12,7 +12,7 @@ use leadr::render::surfaces::patch_mesh::PatchMesh;
 use leadr::scenes::plane::{even, plane};
 use leadr::scenes::sphere::cube_sphere;
 use leadr_testing::gpu::{TestGpu, test_gpu};
-use leadr_testing::render::in_room;
+use leadr_testing::render::{bumps, in_room};
 
 const SIZE: u32 = 96;
 const WHITE: [f32; 4] = [0.8, 0.8, 0.8, 0.9];
@@ -269,4 +269,30 @@ fn sky_layer_shows_occlusion_by_large_shapes() {
     };
     println!("floor {least:.2} to {most:.2}; probes at the box {:.2}, beyond {:.2}", mean(true), mean(false));
     assert!(least < 0.75 && most > 0.97 && mean(true) < mean(false) - 0.1);
+}
+
+/// Neither a flat plane nor its bumps hide any of the sky, so both terms keep all of the environment's light.
+#[test]
+fn planes_hide_no_sky_from_themselves() {
+    let Some(gpu) = test_gpu() else { return };
+    let plane = || Object::new("plane", plane(4.0, 32, 2.0, [0.5, 0.5, 0.5, 0.35], even));
+    for (kind, object) in [("flat", plane()), ("bumpy", plane().with_heights(bumps(64, 4.0, 3), 1.0))] {
+        let mut renderer = in_room(&gpu, vec![object], [0.3, 0.6, 1.0]);
+        let camera = Camera::looking_at(Vec3::new(0.0, -6.0, 6.0), Vec3::ZERO, 25.0);
+        let state = FrameState::new(camera, vec![Pose::REST]);
+        let mut picture = |sky_occlusion| {
+            let shading = Technique::Leadr.with(ShadingOptions { sky_occlusion, ..Default::default() });
+            renderer
+                .render(&state, &RenderSettings { size: (SIZE, SIZE), shading, ..Default::default() })
+                .unwrap()
+                .color
+        };
+        let (without, with) = (picture(false), picture(true));
+        let (sky, objects) = (renderer.layer(Layer::Sky).unwrap(), renderer.layer(Layer::Patch).unwrap());
+        let on_plane = || (0..objects.len()).filter(|&i| objects[i][0] > 0.0);
+        let least = on_plane().map(|i| sky[i][0]).fold(1.0, f32::min);
+        let worst = on_plane().map(|i| (with[i][1] / without[i][1] - 1.0).abs()).fold(0.0, f32::max);
+        println!("{kind}: sky {least:.4}, radiance off by {worst:.5}");
+        assert!(least > 0.999 && worst < 1e-3, "{kind}: {least} {worst}");
+    }
 }

@@ -17,7 +17,9 @@ impl SkyCache {
     /// Returns the buffer of the visibility volume around the shadow casters, or `None` without casters. The volume is made again
     /// when the casters have moved.
     pub fn around(&mut self, gpu: &Arc<Gpu>, casters: &[&PosedObject]) -> Result<Option<Buffer>> {
-        let Some(columns) = Columns::of(casters.iter().flat_map(|posed| posed.triangles())) else { return Ok(None) };
+        let relief = casters.iter().map(|posed| posed.highest_bump()).fold(0.0, f32::max);
+        let triangles = casters.iter().flat_map(|posed| posed.triangles());
+        let Some(columns) = Columns::of(triangles, relief) else { return Ok(None) };
         if let Some((known, _, buffer)) = &self.last
             && *known == columns
         {

@@ -30,8 +30,9 @@ const EMPTY: Span = [f32::INFINITY, f32::NEG_INFINITY];
 
 impl Columns {
     /// Returns columns through the solids that these triangles enclose. The triangles run counter-clockwise seen from outside. An
-    /// open surface becomes as thick as a column is wide. Returns `None` without triangles.
-    pub fn of(triangles: impl Iterator<Item = [Vec3; 3]> + Clone) -> Option<Self> {
+    /// open surface becomes as thick as a column is wide, plus twice the depth of its bumps, so that the bumps lie within it.
+    /// `relief` is the depth of the deepest bump in metres. Returns `None` without triangles.
+    pub fn of(triangles: impl Iterator<Item = [Vec3; 3]> + Clone, relief: f32) -> Option<Self> {
         let (low, high) = triangles
             .clone()
             .flatten()
@@ -48,7 +49,8 @@ impl Columns {
         for triangle in triangles.filter(|triangle| triangle.iter().all(|p| p.is_finite())) {
             columns.cross(triangle, &mut crossings);
         }
-        columns.spans = crossings.into_iter().map(|crossings| spans(crossings, cell)).collect();
+        let thin = cell + 2.0 * relief;
+        columns.spans = crossings.into_iter().map(|crossings| spans(crossings, thin)).collect();
         Some(columns)
     }
 
@@ -148,7 +150,7 @@ pub(super) mod tests {
     fn columns_hold_the_matter_of_spheres() {
         let mut triangles = ball(Vec3::new(1.0, 2.0, 0.5), 0.5);
         triangles.extend(ball(Vec3::new(1.0, 2.0, 3.0), 1.0));
-        let columns = Columns::of(triangles.into_iter()).unwrap();
+        let columns = Columns::of(triangles.into_iter(), 0.0).unwrap();
         let spans: Vec<Span> = columns.spans_at(Vec2::new(1.01, 2.01)).collect();
         assert_eq!(spans.len(), 2, "{spans:?}");
         for (span, want) in spans.iter().zip([[2.0, 4.0], [0.0, 1.0]]) {
@@ -156,7 +158,7 @@ pub(super) mod tests {
         }
         assert!(columns.is_solid(Vec3::new(1.0, 2.0, 3.5)) && !columns.is_solid(Vec3::new(1.0, 2.0, 1.5)));
         assert!(columns.spans_at(Vec2::new(9.0, 2.0)).next().is_none());
-        assert_eq!(Columns::of(std::iter::empty()), None);
+        assert_eq!(Columns::of(std::iter::empty(), 0.0), None);
     }
 
     #[test]
@@ -166,12 +168,14 @@ pub(super) mod tests {
             let t = |p: [Vec2; 3]| p.map(|p| p.extend(z));
             if up { [t([a, b, c]), t([a, c, d])] } else { [t([a, c, b]), t([a, d, c])] }
         };
-        let at = |triangles: &[[Vec3; 3]]| -> Vec<Span> {
-            Columns::of(triangles.iter().copied()).unwrap().spans_at(Vec2::new(0.4, 0.7)).collect()
+        let over = |triangles: &[[Vec3; 3]], relief: f32| -> Vec<Span> {
+            Columns::of(triangles.iter().copied(), relief).unwrap().spans_at(Vec2::new(0.4, 0.7)).collect()
         };
+        let at = |triangles: &[[Vec3; 3]]| over(triangles, 0.0);
         let thin = 1.0 / COLUMNS;
         assert_eq!(at(&plate(2.0, true)), [[2.0 - thin, 2.0]]);
         assert_eq!(at(&plate(2.0, false)), [[2.0, 2.0 + thin]]);
+        assert_eq!(over(&plate(2.0, true), 0.25), [[1.5 - thin, 2.0]]);
         let nested = [plate(3.0, true), plate(2.0, true), plate(1.5, false), plate(1.0, false)].concat();
         assert_eq!(at(&nested), [[1.0, 3.0]]);
     }

@@ -12,7 +12,7 @@ use std::f32::consts::TAU;
 use glam::{Vec2, Vec3};
 use rayon::prelude::*;
 
-use super::casters::Columns;
+use super::casters::{Columns, Span};
 use crate::constants::{SKY_LAYERS, SKY_LAYERS_BELOW, SKY_NODES};
 use leadr_gpu::shared_struct;
 
@@ -138,10 +138,10 @@ impl SkyVisibility {
         [bytemuck::bytes_of(&head), bytemuck::cast_slice(&nodes)].concat()
     }
 
-    /// Returns the first-order visibility `b` and `a` at a point, interpolated between nodes. `sky_seen` in
-    /// `passes/shade/sky_visibility.glsl` does the same.
+    /// Returns the first-order visibility `b` and `a` at a point of a surface, interpolated between nodes one node away from it.
+    /// `sky_seen` in `passes/shade/sky_visibility.glsl` does the same.
     #[cfg(test)]
-    fn seen(&self, position: Vec3) -> [f32; 4] {
+    fn seen(&self, position: Vec3, normal: Vec3) -> [f32; 4] {
         let (below, above) = (SKY_LAYERS_BELOW as f32, (SKY_LAYERS - 1 - SKY_LAYERS_BELOW) as f32);
         let up = position.z - self.floor;
         let layer = if up < 0.0 {
@@ -149,7 +149,7 @@ impl SkyVisibility {
         } else {
             below + (up / self.reach[0]).sqrt() * above
         };
-        let at = ((position.truncate() - self.origin) / self.step).extend(layer);
+        let at = ((position.truncate() - self.origin) / self.step).extend(layer) + normal;
         let last = Vec3::new(self.size[0] as f32, self.size[1] as f32, LAYERS as f32) - 1.0;
         let at = at.clamp(Vec3::ZERO, last - 1e-3);
         let (base, part) = (at.floor(), at.fract());
@@ -192,22 +192,35 @@ impl Elevations {
         let matter = Vec2::new(columns.size[0] as f32, columns.size[1] as f32) * columns.cell;
         let (low, high) = (columns.origin, columns.origin + matter);
         let (mut hidden, mut towards) = (0.0f32, Vec3::ZERO);
+        // The spans at this sample of the march and at the last one, with the bins that they hide.
+        let (mut here, mut last) = (Vec::<(Span, [u32; 2])>::new(), Vec::<(Span, [u32; 2])>::new());
         for direction in self.azimuths[usize::from(between)] {
             // The ray is only followed within the extent of the columns in x and y.
             let (a, b) = ((low - position.truncate()) / direction, (high - position.truncate()) / direction);
             let (near, far) = (a.min(b).max_element().max(0.0), a.max(b).min_element());
             let mut bits = 0u64;
-            let mut t = near + 0.35 * columns.cell;
+            let mut t = near;
+            last.clear();
             while t < far {
-                let step = (0.8 * columns.cell).max(GROWTH * t);
-                for [bottom, top] in columns.spans_at(position.truncate() + direction * t) {
-                    let sine = |z: f32| (z - position.z) / ((z - position.z).powi(2) + t * t).sqrt();
-                    let [from, to] = [bottom, top].map(|z| (sine(z) * 32.0 + 32.5).clamp(0.0, 64.0) as u32);
+                let bin = |z: f32| {
+                    let up = z - position.z;
+                    (up / (up * up + t * t).sqrt() * 32.0 + 32.5).clamp(0.0, 64.0) as u32
+                };
+                let spans = columns.spans_at(position.truncate() + direction * t);
+                here.extend(spans.map(|span| (span, span.map(bin))));
+                for (span, bins) in &here {
+                    // Matter that reaches from the last sample to this one also hides the directions between them.
+                    let joined = last.iter().filter(|(other, _)| other[0] <= span[1] && span[0] <= other[1]);
+                    let [from, to] =
+                        joined.fold(*bins, |[from, to], (_, other)| [from.min(other[0]), to.max(other[1])]);
                     if to > from {
                         bits |= (u64::MAX >> (64 - (to - from))) << from;
                     }
                 }
-                t += step;
+                std::mem::swap(&mut here, &mut last);
+                here.clear();
+                // Samples are dense near the node, whose own column comes first.
+                t += if t > near { (0.8 * columns.cell).max(GROWTH * t) } else { 0.35 * columns.cell };
             }
             while bits != 0 {
                 let from = bits.trailing_zeros() as usize;
@@ -224,7 +237,8 @@ impl Elevations {
     }
 }
 
-/// Gives each node inside matter the mean of its visible neighbours, so that interpolation does not darken nearby points.
+/// Gives each node inside matter the mean of its visible neighbours, so that interpolation does not darken nearby points. A node below
+/// the floor is like the node above it.
 fn filled(mut seen: Vec<Option<[f32; 4]>>, [width, depth]: [usize; 2]) -> Vec<[f32; 4]> {
     let around = |seen: &[Option<[f32; 4]>], i: usize| {
         let (x, y, k) = ((i % width) as isize, (i / width % depth) as isize, (i / (width * depth)) as isize);
@@ -240,6 +254,10 @@ fn filled(mut seen: Vec<Option<[f32; 4]>>, [width, depth]: [usize; 2]) -> Vec<[f
         }
         (count > 0.0).then(|| sum.map(|s| s / count))
     };
+    // Only open surfaces on the floor reach below it. They contain their own bumps, which see as much as the surface.
+    for i in (0..SKY_LAYERS_BELOW as usize * width * depth).rev() {
+        seen[i] = seen[i].or(seen[i + width * depth]);
+    }
     for _ in 0..2 {
         let missing = (0..seen.len()).filter(|&i| seen[i].is_none());
         let found: Vec<(usize, [f32; 4])> = missing.filter_map(|i| Some((i, around(&seen, i)?))).collect();
@@ -267,11 +285,11 @@ mod tests {
     #[test]
     fn floor_visibility_past_a_sphere_matches_closed_form() {
         for height in [1.0f32, 1.6] {
-            let volume = SkyVisibility::around(&Columns::of(ball(Vec3::Z * height, 1.0).into_iter()).unwrap());
+            let volume = SkyVisibility::around(&Columns::of(ball(Vec3::Z * height, 1.0).into_iter(), 0.0).unwrap());
             let (mut square, mut without, mut count) = (0.0, 0.0, 0.0);
             for i in 0..900 {
                 let position = Vec2::new((i % 30) as f32, (i / 30) as f32) * 0.2 - 2.9;
-                let seen = cosine_share(volume.seen(position.extend(0.0)), Vec3::Z);
+                let seen = cosine_share(volume.seen(position.extend(0.0), Vec3::Z), Vec3::Z);
                 let wanted = truth(position, height, 1.0);
                 square += (seen - wanted).powi(2);
                 without += (1.0 - wanted).powi(2);
@@ -285,20 +303,52 @@ mod tests {
 
     #[test]
     fn convex_shapes_are_unoccluded() {
-        let volume = SkyVisibility::around(&Columns::of(ball(Vec3::Z, 1.0).into_iter()).unwrap());
+        let volume = SkyVisibility::around(&Columns::of(ball(Vec3::Z, 1.0).into_iter(), 0.0).unwrap());
         for i in 0..200 {
             let z = (i as f32 + 0.5) / 100.0 - 1.0;
             let n = (Vec2::from_angle(2.4 * i as f32) * (1.0 - z * z).sqrt()).extend(z);
-            // Shading offsets its lookups in the same way.
-            let position = Vec3::Z + n + n * volume.step.max_element();
-            let seen = cosine_share(volume.seen(position), n);
-            assert!(seen > 0.95, "{n}: {seen}");
+            let seen = cosine_share(volume.seen(Vec3::Z + n, n), n);
+            assert!(seen > 0.999, "{n}: {seen}");
+        }
+    }
+
+    /// Returns the least visibility at points above a sheet of this slope, whose relief is this deep in metres.
+    fn least_above_sheet(slope: Vec2, relief: f32, above: f32) -> f32 {
+        let normal = (-slope).extend(1.0).normalize();
+        let at = |p: Vec2| p.extend(slope.dot(p));
+        let [a, b, c, d] = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|p| at(Vec2::from(p) * 4.0));
+        let columns = Columns::of([[a, b, c], [a, c, d]].into_iter(), relief).unwrap();
+        let volume = SkyVisibility::around(&columns);
+        let seen = |i: i32| {
+            let p = at(Vec2::new((i % 30) as f32, (i / 30) as f32) * 0.2 - 2.9) + normal * above;
+            cosine_share(volume.seen(p, normal), normal)
+        };
+        (0..900).map(seen).fold(1.0, f32::min)
+    }
+
+    #[test]
+    fn sheets_are_unoccluded() {
+        for slope in [Vec2::ZERO, Vec2::new(0.05, 0.0), Vec2::new(0.18, 0.24), Vec2::new(0.0, 3.0)] {
+            let least = least_above_sheet(slope, 0.0, 0.0);
+            assert!(least > 0.999, "{slope}: {least}");
+        }
+    }
+
+    #[test]
+    fn relief_is_left_to_horizons() {
+        for slope in [Vec2::ZERO, Vec2::new(0.05, 0.0), Vec2::new(0.18, 0.24)] {
+            for relief in [0.03, 0.1, 0.3] {
+                for above in [-relief, relief] {
+                    let least = least_above_sheet(slope, relief, above);
+                    assert!(least > 0.97, "{slope}, {above} m: {least}");
+                }
+            }
         }
     }
 
     #[test]
     fn distant_points_are_unoccluded() {
-        let volume = SkyVisibility::around(&Columns::of(ball(Vec3::Z, 1.0).into_iter()).unwrap());
+        let volume = SkyVisibility::around(&Columns::of(ball(Vec3::Z, 1.0).into_iter(), 0.0).unwrap());
         let rim = volume.nodes.iter().take(volume.size[0]).map(|node| cosine_share(*node, Vec3::Z));
         assert!(rim.into_iter().all(|seen| seen > 0.9));
         assert!(volume.nodes.len() <= SKY_NODES as usize);
