@@ -59,7 +59,7 @@ def main():
     if not asked.only or "slopes" in asked.only:
         import reliefs
 
-        for name in ("studs", *reliefs.SHARED):
+        for name in ("studs", *reliefs.SHARED, *reliefs.MADE):
             if reliefs.heights(name) is not None:
                 found["slopes"][name] = score.slopes(name)
     if asked.sheet and chosen:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+import bases
 import panoramas
 import reliefs
 import truth
@@ -25,6 +26,30 @@ PLANES = {
     "leather": ("leather", 0.2, "soft"),
     "studs": ("studs", 1.0, "pixel"),
     "studs-sunless": ("studs", 1.0, "checks"),
+}
+# Reliefs whose slopes are not Gaussian, and two whose slopes are. Name: scale.
+CLASSES = {
+    "walkway": 0.3,
+    "sheet": 0.5,
+    "studs": 1.0,
+    "tiles": 1.0,
+    "bricks": 1.0,
+    "shingles": 1.0,
+    "weave": 1.0,
+    "blocks": 1.0,
+    "rock": 1.0,
+    "ground": 0.5,
+    "leather": 0.2,
+}
+FEWER = (18, 12)  # pixels
+SUNS = {"sunny": "spiaggia", "sunless": "soft"}
+# What is asked of a relief: base, terms, and the length of the truth's paths.
+ASKED = {
+    "all": ("half", "all", 2),
+    "specular": ("half", "specular", 2),
+    "metal": ("gold", "specular", 2),
+    "bounces-0.5": ("half", "all", 8),
+    "bounces-0.9": ("bright", "all", 8),
 }
 AZIMUTH = -50  # of all cameras, degrees
 
@@ -74,6 +99,8 @@ class Case:
     relief: str = "studs"
     scale: float = 0.0
     noise: float = 0.01  # where its samples end, if `spp` does not end them before
+    base: str = "plain"  # see bases.py
+    depth: int = 2  # of the truth's paths: 2 reflects light once
 
     def heights(self):
         """Metres."""
@@ -84,7 +111,15 @@ class Case:
 
     def facts(self):
         fields = ("scene", "panorama", "camera", "size", "alpha", "terms", "relief", "scale")
+        # Truths that are kept have no others.
+        others = {"base": "plain", "depth": 2}
+        fields += tuple(field for field, usual in others.items() if getattr(self, field) != usual)
         return {field: getattr(self, field) for field in fields}
+
+    def seen(self):
+        """The camera that leadr is given: its plane has the mean height of the relief at z = 0, the truth height 0."""
+        lower = 0.0 if self.scale == 0 else float(self.heights().mean())
+        return {**self.camera, **{end: [*self.camera[end][:2], self.camera[end][2] - lower] for end in ("position", "target")}}
 
     def available(self):
         return self.panorama_file() is not None and (self.scale == 0 or reliefs.heights(self.relief) is not None)
@@ -93,6 +128,8 @@ class Case:
         if self.name.startswith("reference/"):
             few = PLAIN_REFERENCE if self.scene == "sphere" else RELIEF_REFERENCE
             return {way: flags for way, flags in few.items() if flags[-1] <= 64}
+        if self.name.startswith("classes/"):
+            return {"1 sample": WAYS["1 sample"]}
         if self.name.startswith("plane/") and self.terms == "all":
             return {**WAYS, **OTHERS}
         if self.scene == "sphere" and self.terms == "specular" and self.alpha <= 0.1:
@@ -102,8 +139,10 @@ class Case:
     def flags(self):
         """What leadr is told besides the way. The environment's terms include lights that leadr takes out of it."""
         terms = {"all": "all", "specular": "specular-environment", "diffuse": "diffuse-environment"}[self.terms]
-        flags = ["--scene", self.scene, "--bare", "--height-map", reliefs.path(self.relief), "--height-scale", self.scale]
+        flags = ["--scene", self.scene, "--bare", "--height-map", reliefs.path(self.relief)]
+        flags += ["--height", reliefs.HEIGHT, "--height-scale", self.scale]  # a material has another height by itself
         flags += ["--roughness", self.alpha, "--terms", terms, "--size", f"{self.size[0]}x{self.size[1]}"]
+        flags += bases.flags(self.base) + (["--interreflection", "on"] if self.depth > 2 else [])
         return flags + (["--atlas-tile", 8] if self.scene == "sphere" else [])
 
     def mask(self):
@@ -153,6 +192,21 @@ def planes():
                 yield Case(f"plane/{name}/{view}/{terms}", "plane", panorama, seen, size, 0.35, terms, spp, relief, scale, noise)
 
 
+def classes():
+    """The far and the oblique view with their pixels, but fewer of them."""
+    for relief, scale in CLASSES.items():
+        h = reliefs.heights(relief)
+        height = 0.0 if h is None else float(h.mean() * reliefs.HEIGHT * scale)
+        for light, panorama in SUNS.items():
+            for view in ("far", "oblique"):
+                angle, distance, fov, size, spp, _ = VIEWS[view]
+                fewer = math.tan(math.radians(fov) / 2) * FEWER[1] / size[1]
+                seen = camera(angle, distance, math.degrees(2 * math.atan(fewer)), height)
+                for asked, (base, terms, depth) in ASKED.items():
+                    name = f"classes/{relief}/{light}/{view}/{asked}"
+                    yield Case(name, "plane", panorama, seen, FEWER, 0.35, terms, spp, relief, scale, 0.01, base, depth)
+
+
 def references():
     """Coarse relief, of which a reference can afford many samples, and spheres, which show whether it has a pattern."""
     h = reliefs.heights("rock64")
@@ -169,6 +223,6 @@ def references():
 
 def chosen(patterns):
     """The cases whose names match one of the patterns (`*` and `?`, or the beginning of the name); all without patterns."""
-    every = [*spheres(), *flats(), *planes(), *references()]
+    every = [*spheres(), *flats(), *planes(), *classes(), *references()]
     match = lambda name: any(name.startswith(p) or fnmatch.fnmatch(name, p) for p in patterns)
     return [case for case in every if not patterns or match(case.name)]

@@ -21,6 +21,12 @@ def save(path, array):
     mi.Bitmap(np.ascontiguousarray(array, dtype=np.float32)).write(str(path))
 
 
+def save_codes(path, array):
+    """8-bit codes."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    mi.Bitmap(np.ascontiguousarray(array)).write(str(path))
+
+
 def load(path):
     """Linear RGB."""
     bitmap = mi.Bitmap(str(path)).convert(mi.Bitmap.PixelFormat.RGB, mi.Struct.Type.Float32, srgb_gamma=False)

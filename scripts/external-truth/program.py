@@ -40,4 +40,4 @@ def capture(out, panorama, camera, *flags):
 
 def picture(case, way, flags):
     name = f"{case.name.replace('/', '-')}-{way.replace(' ', '-')}.exr"
-    return files.load(capture(name, case.panorama_file(), case.camera, *case.flags(), *flags))
+    return files.load(capture(name, case.panorama_file(), case.seen(), *case.flags(), *flags))

@@ -36,8 +36,8 @@ def rgbe(colors):
 def write(chosen):
     texels, index, start = [], [], 0
     for case in chosen:
-        # Specular and diffuse light add up to all of it; the references are judged elsewhere.
-        if case.terms == "all" or case.name.startswith("reference/"):
+        # Specular and diffuse light add up to all of it; the report does not draw the others.
+        if case.terms == "all" or case.name.startswith(("reference/", "classes/")):
             continue
         reference, noise = truth.picture(case)
         side = 3 if case.scene == "sphere" else 2

@@ -1,4 +1,4 @@
-"""The truth: Mitsuba's path tracer, light reflected once, on leadr's plane and sphere."""
+"""The truth: Mitsuba's path tracer on leadr's plane and sphere."""
 import hashlib
 import json
 import math
@@ -8,13 +8,11 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+import bases
 import files
 import reliefs
 
 HALF = 4.0  # half the plane's side, metres
-F0 = 0.04
-# Linear, and 8-bit where colours of vertices reach leadr's shaders.
-ALBEDO = [round(c * 255) / 255 for c in (0.27, 0.23, 0.19)]
 CHUNK = 256  # samples per pixel of one of the pictures whose spread tells the noise
 
 
@@ -50,7 +48,7 @@ def smith_lambda(a):
     return dr.select(a > 12, 0.0, 0.5 * (dr.erf(a) - 1 + dr.exp(-a * a) / (a * math.sqrt(math.pi))))
 
 
-def mean_fresnel(alpha, count=256):
+def mean_fresnel(alpha, f0, count=256):
     """Mean Fresnel term of the mirrors that a viewer sees, at `count` even cosines."""
     node, weight = np.polynomial.hermite_e.hermegauss(60)
     sx, sy = np.meshgrid(node * alpha / math.sqrt(2), node * alpha / math.sqrt(2))
@@ -59,7 +57,7 @@ def mean_fresnel(alpha, count=256):
     for cosine in np.maximum(np.linspace(0, 1, count), 1e-3):
         area = np.maximum(cosine - math.sqrt(1 - cosine * cosine) * sx, 0)
         facing = np.minimum(area / np.sqrt(1 + sx**2 + sy**2), 1)
-        means.append((weight * area * (F0 + (1 - F0) * (1 - facing) ** 5)).sum() / (weight * area).sum())
+        means.append((weight * area * (f0 + (1 - f0) * (1 - facing) ** 5)).sum() / (weight * area).sum())
     return np.array(means, dtype=np.float32)
 
 
@@ -72,8 +70,10 @@ class Coat(mi.BSDF):
         self.alpha = props.get("alpha", 0.35)
         self.specular = props.get("specular", True)
         self.diffuse = props.get("diffuse", True)
+        base = bases.BASES[props.get("base", "plain")]
+        self.albedo, self.f0 = mi.Color3f(*base.albedo), mi.Color3f(*base.f0)
         self.distribution = mi.MicrofacetDistribution(mi.MicrofacetType.Beckmann, self.alpha, True)
-        self.reflected = mi.Float(mean_fresnel(self.alpha))
+        self.reflected = mi.Float(mean_fresnel(self.alpha, base.f0[0]))
         flags = mi.BSDFFlags.GlossyReflection | mi.BSDFFlags.DiffuseReflection | mi.BSDFFlags.FrontSide
         self.m_components = [flags]
         self.m_flags = flags
@@ -92,11 +92,11 @@ class Coat(mi.BSDF):
         total = mi.Color3f(0)
         if self.specular:
             half = dr.normalize(wi + wo)
-            fresnel = F0 + (1 - F0) * dr.power(dr.clip(1 - dr.dot(wi, half), 0, 1), 5)
+            fresnel = self.f0 + (1 - self.f0) * dr.power(dr.clip(1 - dr.dot(wi, half), 0, 1), 5)
             lit = 1 / (1 + self.hidden(wi) + self.hidden(wo))
-            total += mi.Color3f(fresnel * self.distribution.eval(half) * lit / (4 * wi.z))
+            total += fresnel * (self.distribution.eval(half) * lit / (4 * wi.z))
         if self.diffuse:
-            total += mi.Color3f(*ALBEDO) * wo.z * dr.inv_pi * (1 - self.mean_reflected(wi.z))
+            total += self.albedo * (wo.z * dr.inv_pi * (1 - self.mean_reflected(wi.z)))
         return dr.select(above, total, 0)
 
     def density(self, wi, wo):
@@ -142,24 +142,29 @@ class Coat(mi.BSDF):
 mi.register_bsdf("coat", Coat)
 
 
+def grid(at, texel, heights):
+    """Vertices at `at` texels along both axes."""
+    x, y = np.meshgrid(at * texel, at * texel)
+    return np.stack([x, y, heights], -1).reshape(-1, 3).astype(np.float32)
+
+
 def plane(heights, bsdf):
-    """The plane's triangles: a vertex per texel of `heights` (metres), as many repeats as 8 m hold. The diagonals of the cells turn
-    from cell to cell: all one way, they would favour slopes that fall along them (leather, a light 45 degrees high: 2 %)."""
+    """The plane's triangles: a vertex per texel of `heights` (metres), as many repeats as 8 m hold, and one in the centre of each
+    cell at the mean height of its corners. Two triangles a cell would favour slopes along their diagonals, and diagonals that
+    change from cell to cell lock to weaves of even period."""
     n = len(heights)
     texel = reliefs.REPEAT / n
     side = round(2 * HALF / texel)
     at = np.arange(side) - side // 2
-    z = heights[np.ix_(at % n, at % n)]
-    x, y = np.meshgrid((at + 0.5) * texel, (at + 0.5) * texel)
-    vertices = np.stack([x, y, z], -1).reshape(-1, 3).astype(np.float32)
+    corners = grid(at + 0.5, texel, heights[np.ix_(at % n, at % n)])
+    middle = (heights + np.roll(heights, -1, 0) + np.roll(heights, -1, 1) + np.roll(heights, -1, (0, 1))) / 4
+    centres = grid(at[:-1] + 1, texel, middle[np.ix_(at[:-1] % n, at[:-1] % n)])
+    vertices = np.concatenate([corners, centres])
     cell = np.arange(side - 1)
     a = (cell[:, None] * side + cell).ravel()
-    b, c, d = a + 1, a + side + 1, a + side
-    turned = ((cell[:, None] + cell) % 2 == 1).ravel()
-    triangles = np.concatenate([
-        np.stack([a, b, np.where(turned, d, c)], 1),
-        np.stack([np.where(turned, b, a), c, d], 1),
-    ])
+    around = [a, a + 1, a + side + 1, a + side]
+    centre = len(corners) + np.arange(len(a))
+    triangles = np.concatenate([np.stack([around[k], around[(k + 1) % 4], centre], 1) for k in range(4)])
     props = mi.Properties()
     props["bsdf"] = bsdf
     mesh = mi.Mesh("plane", len(vertices), len(triangles), props=props)
@@ -171,8 +176,8 @@ def plane(heights, bsdf):
 
 
 def shape(case):
-    terms = {"all": {}, "specular": dict(diffuse=False), "diffuse": dict(specular=False)}[case.terms]
-    coat = mi.load_dict(dict(type="coat", alpha=case.alpha, **terms))
+    terms = dict(specular=case.terms != "diffuse", diffuse=case.terms != "specular" and not bases.BASES[case.base].metal)
+    coat = mi.load_dict(dict(type="coat", alpha=case.alpha, base=case.base, **terms))
     if case.scene == "sphere":
         return mi.load_dict(dict(type="sphere", bsdf=coat))
     if case.scale == 0:
@@ -185,7 +190,7 @@ def picture(case):
     root mean square of the picture. Kept, under a name that changes with what it shows."""
     about = dict(case.facts(), spp=case.spp, noise_goal=case.noise)
     if case.scale != 0:
-        about["mesh"] = "diagonals both ways"
+        about["mesh"] = "four triangles a cell"
     key = hashlib.sha256(json.dumps(about, sort_keys=True).encode()).hexdigest()[:10]
     path = files.OUT / "truth" / f"{case.name.removeprefix('reference/').replace('/', '-')}-{key}.exr"
     meta = path.with_suffix(".json")
@@ -195,7 +200,7 @@ def picture(case):
     scene = mi.load_dict(
         dict(
             type="scene",
-            integrator=dict(type="path", max_depth=2, rr_depth=100),
+            integrator=dict(type="path", max_depth=case.depth, rr_depth=100),
             sensor=sensor(case.camera, case.size),
             light=emitter(case.panorama_file()),
             shape=shape(case),
