@@ -27,7 +27,7 @@ PLANES = {
     "studs": ("studs", 1.0, "pixel"),
     "studs-sunless": ("studs", 1.0, "checks"),
 }
-# Reliefs whose slopes are not Gaussian, and two whose slopes are. Name: scale.
+# Reliefs whose slopes are not Gaussian, and three whose slopes are. Name: scale.
 CLASSES = {
     "walkway": 0.3,
     "sheet": 0.5,
