@@ -20,7 +20,7 @@ struct LitProbe {
     float lit;       // lit fraction of the probe, times the ratio between the probe's fraction of the visible facets and its weight
     float grazing;   // the value `lit`, weighted by Schlick's term
     vec3 wi;         // direction of the probe's environment lookup, of any length
-    float narrowing; // factor on the variance of the lookup, 0.5..1
+    float narrowing; // factor on the variance of the lookup, 0.1..1
 };
 
 // The largest logarithm of the ratio between a probe's fraction of the visible facets and its weight. Only directions next to the horizon
@@ -33,6 +33,13 @@ const float LEADR_HALF_DEVIATION = 0.5;
 // The factor on the horizon's excess for specular reflection. Visible specular facets reflect lower parts of the environment than the
 // average facet, and there the jagged true horizon hides more. The value is fitted to images (theory, section 10).
 const float LEADR_SPECULAR_HORIZON = 1.2;
+
+// The smallest distance of the horizon of the mesosurface from the lookup direction, in standard deviations of the kernel. A wider kernel
+// would reach light from below the mesosurface, which no facet reflects.
+const float LEADR_HORIZON_DEVIATIONS = 2.0;
+
+// The smallest factor on the variance of the lookup.
+const float LEADR_NARROWEST = 0.1;
 
 // Returns the lit fraction of a direction, and the lit fraction weighted by Schlick's term. If `relief` is true, the horizon h also shadows
 // light whose standard deviation is `deviation`.
@@ -84,8 +91,10 @@ LitProbe lit_probe(const int shadowing, const VisibleProbes probes, const Direct
     float bias = (above - below) / max(above + below, 1e-6);
     vec3 rise = d.up - p.wi * dot(d.up, p.wi);
     vec3 towards = p.wi + rise * (bias * sqrt(p.variance) * inversesqrt(max(dot(rise, rise), 1e-8)));
+    float widest = max(dot(up, towards), 0.0) * inversesqrt(max(dot(towards, towards), 1e-12)) / LEADR_HORIZON_DEVIATIONS;
+    float narrowing = clamp(widest * widest / max(p.variance, 1e-12), LEADR_NARROWEST, 1.0 - 0.5 * bias * bias);
     vec2 both = 0.5 * (high + low);
-    return LitProbe(both.x, both.y, towards, 1.0 - 0.5 * bias * bias);
+    return LitProbe(both.x, both.y, towards, narrowing);
 }
 
 // Returns the same for one Gaussian of slopes.

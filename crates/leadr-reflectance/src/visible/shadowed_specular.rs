@@ -17,6 +17,9 @@
 //! by `bias sin δ`. The tilt accounts for the fraction `bias²` of the variance along the tilt, so the kernel's variance shrinks by half of
 //! this fraction. Bumps larger than the pixel occlude each of the two directions by its height above the bumps' horizon
 //! ([`horizon_visibility`]). A single value for both directions would make a lobe that is cut by a horizon too bright.
+//!
+//! A lookup has a round kernel, which would reach light from below the mesosurface. No facet reflects this light, so the kernel near the
+//! horizon is narrower: its standard deviation is at most half the height of the lookup direction.
 
 use super::horizon::{Horizon, horizon_visibility, raised_horizon};
 use super::lit_slopes::lit_share;
@@ -38,6 +41,13 @@ const MOST_SHARE: f64 = 4.0;
 /// The standard deviation of the part of the lobe around each of a probe's two directions, relative to the standard deviation of the probe.
 const HALF_DEVIATION: f64 = 0.5;
 
+/// The smallest distance of the horizon of the mesosurface from the lookup direction, in standard deviations of the kernel. It minimises
+/// the error of flat planes under panoramas.
+const HORIZON_DEVIATIONS: f64 = 2.0;
+
+/// The smallest factor of the lookup variance.
+const NARROWEST: f64 = 0.1;
+
 /// The lit part of a probe.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LitProbe {
@@ -47,7 +57,7 @@ pub struct LitProbe {
     pub grazing: f64,
     /// The unit lookup direction in the environment.
     pub wi: DVec3,
-    /// The factor of the lookup variance, from 0.5 to 1.
+    /// The factor of the lookup variance, from 0.1 to 1.
     pub narrowing: f64,
 }
 
@@ -92,11 +102,13 @@ pub fn lit_probe(
     let rise = up - p.wi * up.dot(p.wi);
     let tilt = bias * p.variance.sqrt() / rise.length_squared().max(1e-8).sqrt();
     let tilted = p.wi + tilt * rise;
+    let wi = tilted / tilted.length_squared().max(1e-12).sqrt();
+    let widest = up.dot(wi).max(0.0) / HORIZON_DEVIATIONS;
     LitProbe {
         lit: 0.5 * (high.x + low.x),
         grazing: 0.5 * (high.y + low.y),
-        wi: tilted / tilted.length_squared().max(1e-12).sqrt(),
-        narrowing: 1.0 - 0.5 * bias * bias,
+        wi,
+        narrowing: (widest * widest / p.variance.max(1e-12)).min(1.0 - 0.5 * bias * bias).max(NARROWEST),
     }
 }
 
@@ -127,4 +139,33 @@ pub fn visible_specular_environment(
     // The weights of a rule sum to one. With approximate shares the sum may exceed one, but it must not add energy.
     sum.reflected /= lit.max(1.0);
     sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::facets::normal_distribution::normal_cdf;
+    use crate::visible::specular::probe_rule;
+
+    /// A flat plane seen from above reflects no light from below its horizon.
+    #[test]
+    fn lookups_reach_little_light_from_below() {
+        for degrees in [20.0f64, 45.0, 60.0, 75.0] {
+            let (y, z) = degrees.to_radians().sin_cos();
+            for alpha in [0.2f64, 0.35, 0.6] {
+                let s = DVec3::new(0.5, 0.5, 0.0) * alpha * alpha;
+                let reflected = |radiance: &dyn Fn(&VisibleProbe) -> f64| {
+                    let f0 = DVec3::splat(0.04);
+                    let lookup = |p: &VisibleProbe| DVec3::splat(radiance(p));
+                    let wo = DVec3::new(0.0, y, z);
+                    let (shadowing, rule) = (Shadowing::Correlated, probe_rule(16));
+                    visible_specular_environment(shadowing, wo, DVec2::ZERO, s, f0, rule, lookup).reflected.x
+                };
+                // The radiance is 1 below the horizon and 0 above it.
+                let below = reflected(&|p| normal_cdf(-p.wi.z.asin() / p.variance.sqrt()));
+                let share = below / reflected(&|_| 1.0);
+                assert!(share < 0.015, "{degrees} degrees, alpha {alpha}: {share}");
+            }
+        }
+    }
 }
