@@ -22,7 +22,7 @@ const AZIMUTHS: usize = 32;
 const ELEVATIONS: usize = 20;
 /// The maximum number of facets that are measured, for all classes and for each class.
 const MOST_FACETS: usize = 1 << 15;
-const MOST_OF_CLASS: usize = 1 << 11;
+const MOST_OF_CLASS: usize = 1 << 10;
 /// Steps of a march are one texel up to this distance in texels, and grow in proportion beyond.
 const FINE: f64 = 24.0;
 /// The largest distance of a march, in repeats.
