@@ -3,6 +3,7 @@
 mod antialiasing;
 mod baked;
 mod bounces;
+mod classes;
 mod deform;
 mod displaced_models;
 mod edges;

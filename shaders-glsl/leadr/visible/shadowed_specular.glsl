@@ -91,7 +91,7 @@ LitProbe lit_probe(const int shadowing, const VisibleProbes probes, const Direct
     float bias = (above - below) / max(above + below, 1e-6);
     vec3 rise = d.up - p.wi * dot(d.up, p.wi);
     vec3 towards = p.wi + rise * (bias * sqrt(p.variance) * inversesqrt(max(dot(rise, rise), 1e-8)));
-    float widest = max(dot(up, towards), 0.0) * inversesqrt(max(dot(towards, towards), 1e-12)) / LEADR_HORIZON_DEVIATIONS;
+    float widest = max(dot(d.up, towards), 0.0) * inversesqrt(max(dot(towards, towards), 1e-12)) / LEADR_HORIZON_DEVIATIONS;
     float narrowing = clamp(widest * widest / max(p.variance, 1e-12), LEADR_NARROWEST, 1.0 - 0.5 * bias * bias);
     vec2 both = 0.5 * (high + low);
     return LitProbe(both.x, both.y, towards, narrowing);

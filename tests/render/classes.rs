@@ -1,0 +1,101 @@
+//! Relief with hard edges, shaded by classes of facets: one sample of LEADR against the reference with shadows of the relief, and white
+//! reliefs in a furnace.
+
+use crate::reference::{mean, renderer, state};
+use glam::Vec3;
+use leadr::maps::{HeightMap, procedural};
+use leadr::render::frame::Renderer;
+use leadr::render::scene::Object;
+use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
+use leadr::render::surfaces::displacement::HeightField;
+use leadr::render::surfaces::tessellation::TessellationSettings;
+use leadr::scenes::plane::{even, plane};
+use leadr_testing::gpu::test_gpu;
+
+const CELLS: u32 = 64;
+
+/// Heights of bricks in two rows per repeat, with sloping sides, or of grooves across x.
+fn hard_edges(bricks: bool) -> HeightMap {
+    let side = |x: f32, period: f32| {
+        let x = (x / period).fract() * period;
+        (0.35 * x.min(period - x)).min(1.0)
+    };
+    let height = |i: u32| {
+        let (x, y) = ((i % CELLS) as f32 + 0.5, (i / CELLS) as f32 + 0.5);
+        let shifted = if (y as u32 / 16).is_multiple_of(2) { x } else { x + 16.0 };
+        if bricks { side(shifted, 32.0).min(side(y, 16.0)) } else { side(x, 16.0) }
+    };
+    HeightMap { width: CELLS, height: CELLS, texels: (0..CELLS * CELLS).map(height).collect() }
+}
+
+/// Three by three repeats of one metre. `depth` is the height of 1 in texels.
+fn surface(map: HeightMap, depth: f32) -> Object {
+    let mesh = plane(1.5, 3 * CELLS / 32, 1.0, [1.0; 4], even);
+    let heights = HeightField::repeating(map);
+    let object = Object::new("plane", mesh).with_heights(heights, depth / CELLS as f32).with_specular_f0(0.0);
+    Object { casts_shadow: true, ..object }
+}
+
+fn radiance(renderer: &mut Renderer, sun: Option<Vec3>, technique: Technique, options: ShadingOptions) -> f64 {
+    let reference = technique.is_reference();
+    let settings = RenderSettings {
+        size: if reference { (128, 64) } else { (2, 1) },
+        samples: if reference { 4 } else { 1 },
+        shading: technique.with(ShadingOptions { relief_shadows: reference, ..options }),
+        tessellation: TessellationSettings { to_texels: true, ..Default::default() },
+        shadows: false,
+        ..Default::default()
+    };
+    mean(&renderer.render(&state(sun), &settings).unwrap().color)
+}
+
+#[test]
+fn hard_edges_follow_the_reference() {
+    let Some(gpu) = test_gpu() else { return };
+    for bricks in [false, true] {
+        let mut renderer = renderer(&gpu, surface(hard_edges(bricks), 4.0), 0.0);
+        let mut errors = [0.0f64; 2];
+        for sun in [Vec3::new(1.0, 0.2, 0.7), Vec3::new(0.3, 1.0, 0.5), Vec3::new(-0.8, 0.4, 0.6)] {
+            let sun = Some(sun.normalize());
+            let truth = radiance(&mut renderer, sun, Technique::Reference, ShadingOptions::default());
+            for (error, classes) in errors.iter_mut().zip([true, false]) {
+                let options = ShadingOptions { classes, ..Default::default() };
+                let found = radiance(&mut renderer, sun, Technique::Leadr, options);
+                println!("bricks {bricks}, {sun:.2?}, classes {classes}: {found:.4} of {truth:.4}");
+                *error = error.max((found / truth - 1.0).abs());
+            }
+        }
+        assert!(errors[0] < 0.1 && errors[0] < 0.6 * errors[1], "{errors:?}");
+    }
+}
+
+#[test]
+fn rock_is_one_class() {
+    let Some(gpu) = test_gpu() else { return };
+    let mut renderer = renderer(&gpu, surface(procedural::fbm(CELLS, CELLS, 3, 8, 4, 0.5), 8.0), 0.5);
+    let sun = Some(Vec3::new(1.0, 0.2, 0.7).normalize());
+    let [on, off] = [true, false].map(|classes| {
+        radiance(&mut renderer, sun, Technique::Leadr, ShadingOptions { classes, ..Default::default() })
+    });
+    assert_eq!(on, off);
+}
+
+#[test]
+fn white_reliefs_are_white_in_a_furnace() {
+    let Some(gpu) = test_gpu() else { return };
+    for (map, depth) in
+        [(hard_edges(true), 4.0), (hard_edges(false), 4.0), (procedural::fbm(CELLS, CELLS, 3, 8, 4, 0.5), 20.0)]
+    {
+        let mut renderer = renderer(&gpu, surface(map, depth), 1.0);
+        let [lost, kept] = [false, true].map(|interreflection| {
+            1.0 - radiance(
+                &mut renderer,
+                None,
+                Technique::Leadr,
+                ShadingOptions { interreflection, ..Default::default() },
+            )
+        });
+        println!("a furnace loses {lost:.4} without and {kept:.4} with light between bumps");
+        assert!(lost > 0.02 && kept.abs() < 0.02, "{lost} {kept}");
+    }
+}
