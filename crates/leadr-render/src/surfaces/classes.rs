@@ -1,5 +1,5 @@
 //! The classes of facets of an object's relief, such as the tops, walls and bottoms of bricks
-//! ([`classes`](leadr_maps::derive::classes)).
+//! ([`classes`]).
 //!
 //! One class is one Gaussian of slopes. A relief with more classes has two image layers per class with slope and height moments, and
 //! one layer per class with colours if the classes differ in material. A smooth surface has only the classes of its material.
@@ -207,7 +207,7 @@ const FACTOR_RANGE: [f64; FACTORS] = [0.015625, 0.03125, 0.0625, 0.125, 0.25, 0.
 /// The images of the classes. Clones share the images.
 #[derive(Clone)]
 pub struct ClassImages {
-    /// Two layers per class ([`ClassLevel`](leadr_maps::ClassLevel)).
+    /// Two layers per class ([`leadr_maps::ClassLevel`]).
     pub moments: Image,
     /// The weighted colours of each class, and the weights.
     pub colors: Image,
