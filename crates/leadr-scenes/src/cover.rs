@@ -463,7 +463,7 @@ impl SampledMaterial {
     }
 
     /// Returns the number of texture repeats per unit of height, for repeats of `repeat` metres. This scale comes from the file's scale,
-    /// the fit to the normals, or the default ([`USUAL_HEIGHT`], limited by [`USUAL_SLOPE`]).
+    /// the fit to the normals, or the default ([`USUAL_HEIGHT`], limited by [`leadr_maps::derive::USUAL_SLOPE`]).
     pub fn unit(&self, repeat: f32) -> f32 {
         self.scale.map_or(self.agreed, |metres| metres / repeat)
     }
