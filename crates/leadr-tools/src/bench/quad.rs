@@ -125,7 +125,8 @@ pub fn in_a_goal(row: &Row) -> bool {
 }
 
 /// Returns the settings of the paper. The paper uses masking without shadowing, as in the printed algorithms, and base
-/// roughness in the frame of the macrosurface. The paper has no pixel kernel and no occlusion by the relief.
+/// roughness in the frame of the macrosurface. The paper has no pixel kernel, no occlusion by the relief and
+/// one Gaussian of slopes.
 pub fn paper(technique: Technique, quadrature: Quadrature, terms: Terms) -> Shading {
     technique.with(ShadingOptions {
         quadrature,
@@ -136,6 +137,7 @@ pub fn paper(technique: Technique, quadrature: Quadrature, terms: Terms) -> Shad
         relief_occlusion: false,
         sky_occlusion: false,
         relief_color: false,
+        classes: false,
         ..Default::default()
     })
 }
