@@ -53,7 +53,7 @@ pub(super) fn shade_kind(
         bases: Bases {
             // Techniques without a Beckmann base use the roughness of measured materials, but not their lobes.
             fit_lobes: if settings.shading.technique().has_base_frame() { bases.fit_lobes } else { 0 },
-            classes: if settings.shading.has_classes() && settings.edges().is_none() { bases.classes } else { 1 },
+            classes: if settings.shading.has_classes() { bases.classes } else { 1 },
             ..bases
         },
         light_visibility: false,

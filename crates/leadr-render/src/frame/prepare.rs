@@ -54,6 +54,11 @@ impl Renderer {
         };
         let (settings, drawing) = drawing(settings, kind, purpose);
         let filter = drawing.filter;
+        // The G-buffer has no room for classes of facets.
+        let kind = match filter {
+            FilterInto::Radiance(kind) => kind,
+            FilterInto::GBuffer => ShadeKind { bases: Bases { classes: 1, ..kind.bases }, ..kind },
+        };
         let mut surfaces = self.surfaces.prepare(state, &settings, drawing)?;
         let targets = self.targets_for(&surfaces, &settings, drawing)?;
         let path = self.prepare_path(state, &settings, kind, filter, &mut surfaces, &targets)?;
