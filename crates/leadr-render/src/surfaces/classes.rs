@@ -87,7 +87,7 @@ impl ObjectClasses {
         };
         let rise_over_run = object.mesh.triangles && object.slopes.is_some();
         let repeat = if rise_over_run { DVec2::ONE } else { metres_per_repeat(&object.mesh)? };
-        let level = first_level(object);
+        let level = first_level(object, wrap);
         let facets = match &level {
             Some(level) => Facets::OfTexels(level),
             None => Facets::OfHeights(&field.map, wrap),
@@ -164,11 +164,28 @@ fn is_constant(heights: &[f32]) -> bool {
     heights.iter().all(|height| *height == heights[0])
 }
 
+/// The largest difference between the mean slopes of texels with the same heights, relative to the slopes, as for block compression.
+const ALIKE: f64 = 0.05;
+
+/// Whether two levels have the same mean slopes up to the precision of files.
+fn agrees(a: &MomentLevel, b: &MomentLevel) -> bool {
+    let (mut difference, mut square) = (0.0, 0.0);
+    for (a, b) in a.texels.iter().zip(&b.texels) {
+        for axis in 0..2 {
+            difference += f64::from(a.mean_slope[axis] - b.mean_slope[axis]).powi(2);
+            square += f64::from(b.second[axis]);
+        }
+    }
+    a.texels.len() == b.texels.len() && difference <= ALIKE * ALIKE * square
+}
+
 /// Returns the finest moments of an object's slopes, or `None` if they are those of its heights.
-fn first_level(object: &Object) -> Option<MomentLevel> {
+fn first_level(object: &Object, wrap: Wrap) -> Option<MomentLevel> {
     let map = &object.heights.as_ref()?.map;
     if let Some(moments) = &object.moments {
-        return moments.levels.first().cloned();
+        // A file gives the classes of the heights from which it was baked.
+        let level = moments.levels.first()?;
+        return (!agrees(level, &MomentLevel::of_heights(map, wrap))).then(|| level.clone());
     }
     let slopes = object.slopes.as_ref()?;
     let moments = |(i, &[x, y]): (usize, &[f32; 2])| {
