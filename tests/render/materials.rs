@@ -56,7 +56,7 @@ fn checker(texels: u32, square: u32, filtered: Filtered) -> MaterialMap {
 /// A floor that reflects the sun, chequered in two roughnesses; a pixel covers several squares.
 fn floor(gpu: &TestGpu, filtered: Filtered) -> Renderer {
     let object = Object::new("floor", plane(4.0, 8, 0.05, [1.0; 4], even))
-        .with_material(checker(128, 64, filtered))
+        .with_material(checker(512, 256, filtered))
         .with_specular_f0(0.3)
         .without_shadow();
     under_sky(gpu, vec![object], 64)
@@ -155,25 +155,28 @@ fn two_roughnesses_on_relief() {
 /// Metres per unit of height of [`material`].
 const HEIGHT: f32 = 0.4;
 
-/// A noise material with everything: colours, patches of metal, two roughnesses, heights and their normals.
+/// A noise material with everything: colours, patches of metal, two roughnesses, heights and their normals. Texels at the borders of
+/// stripes have a roughness between both, so stripes have many texels.
 fn material() -> Material {
+    const SIZE: u32 = 256;
     let texture = |channels: usize, value: &dyn Fn(u32, usize) -> u8| {
-        let codes = (0..64 * 64).flat_map(|i| (0..channels).map(move |c| (i, c))).map(|(i, c)| value(i, c)).collect();
-        Texture::new(Raster::new(64, 64, channels, Samples::U8(codes)).unwrap(), "made", Encoding::Linear)
+        let texels = (0..SIZE * SIZE).flat_map(|i| (0..channels).map(move |c| (i, c)));
+        let codes = texels.map(|(i, c)| value(i, c)).collect();
+        Texture::new(Raster::new(SIZE, SIZE, channels, Samples::U8(codes)).unwrap(), "made", Encoding::Linear)
     };
-    let heights = bumps(64, 6.0, 5);
+    let heights = bumps(SIZE, 24.0, 5);
     // Normals of the same heights on a plane with textures that repeat every 2 m.
     let normal = |i: u32, channel: usize| {
-        let at = |dx: u32, dy: u32| heights.map.texels[((i / 64 + dy) % 64 * 64 + (i + dx) % 64) as usize];
-        let per_metre = HEIGHT * 64.0 / 2.0 / 2.0;
-        let [s, t] = [at(1, 0) - at(63, 0), at(0, 1) - at(0, 63)].map(|rise| rise * per_metre);
+        let at = |dx: u32, dy: u32| heights.map.texels[((i / SIZE + dy) % SIZE * SIZE + (i + dx) % SIZE) as usize];
+        let per_metre = HEIGHT * SIZE as f32 / 2.0 / 2.0;
+        let [s, t] = [at(1, 0) - at(SIZE - 1, 0), at(0, 1) - at(0, SIZE - 1)].map(|rise| rise * per_metre);
         let length = (1.0 + s * s + t * t).sqrt();
         (127.5 + 127.5 * [-s, t][channel] / length + 0.5) as u8
     };
     let mut material = Material::new("everything");
     material.base_color = Input::colors(texture(3, &|i, c| (60 + (i * (c as u32 + 7)) % 150) as u8));
-    material.metalness = Input::texture(texture(1, &|i, _| if i % 4 < 2 { 255 } else { 0 }), 0);
-    material.roughness = Input::texture(texture(1, &|i, _| if i / 64 % 4 < 2 { 60 } else { 200 }), 0);
+    material.metalness = Input::texture(texture(1, &|i, _| if i % 16 < 8 { 255 } else { 0 }), 0);
+    material.roughness = Input::texture(texture(1, &|i, _| if i / SIZE % 64 < 32 { 60 } else { 200 }), 0);
     material.normal_map = Some(NormalMap { texture: texture(2, &normal), green: GreenAxis::Up, scale: 1.0 });
     let map = heights.map.clone();
     material.relief = Some(Relief { map, scale: Some(HEIGHT), in_widths: false, middle: 0.0 });
@@ -229,7 +232,7 @@ fn material_keeps_its_appearance_at_a_distance() {
             error.rrmse
         };
         let (leadr, mip) = (error(Technique::Leadr), error(Technique::NormalMip));
-        assert!(leadr < 0.06, "{leadr} {mip}");
+        assert!(leadr < 0.075 && leadr < 0.6 * mip, "{leadr} {mip}");
     }
 }
 

@@ -176,7 +176,7 @@ fn tops_under_a_detail() {
     for material in [&bare, &covered] {
         let shoot = |follows: bool, technique: Technique, samples: u32| {
             let mut stage = dressed::plane_stage(material, None);
-            // Steep, with pixels as wide as a bump.
+            // Steep, with pixels as wide as several bumps.
             let positions = &stage.objects[0].mesh.positions;
             let centre = positions.iter().sum::<Vec3>() / positions.len() as f32;
             let eye = centre + Vec3::new(0.3, -0.85, 0.42).normalize() * 200.0;
@@ -189,11 +189,11 @@ fn tops_under_a_detail() {
                 technique.with(ShadingOptions { relief_shadows: technique.is_reference(), ..Default::default() });
             let tessellation = TessellationSettings { to_texels: true, ..Default::default() };
             let settings =
-                RenderSettings { size: (24, 24), samples, shading, tessellation, shadows: false, ..Default::default() };
+                RenderSettings { size: (8, 8), samples, shading, tessellation, shadows: false, ..Default::default() };
             renderer.render(&state, &settings).unwrap().color
         };
         let [on, off] = [true, false].map(|follows| shoot(follows, Technique::Leadr, 1));
-        let truth = shoot(false, Technique::Reference, 64);
+        let truth = shoot(false, Technique::Reference, 256);
         let change = difference(&on, &off);
         let red = |picture: &[[f32; 4]]| {
             let sum = |c: usize| picture.iter().map(|texel| f64::from(texel[c])).sum::<f64>();
@@ -201,7 +201,7 @@ fn tops_under_a_detail() {
         };
         let [want, got, mean] = [&truth, &on, &off].map(|picture| red(picture));
         println!("change {change:.5}, red {want:.4}, LEADR {got:.4}, of the mean colour {mean:.4}");
-        assert!((got - want).abs() < 0.5 * (mean - want).abs(), "{want} {got} {mean}");
+        assert!((got - want).abs() < 0.6 * (mean - want).abs(), "{want} {got} {mean}");
         changes.push(change);
     }
     // Colours covered by the detail follow nothing.

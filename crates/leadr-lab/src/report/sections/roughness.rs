@@ -26,7 +26,7 @@ const INTRO: &str = "A chequered floor with the roughnesses .1 and .6 reflects t
 const ALPHAS: [f32; 2] = [0.1, 0.6];
 /// The number of texels along the map, and along a square. Texels between squares have a roughness between both.
 const TEXELS: u32 = 512;
-const SQUARE: u32 = 16;
+const SQUARE: u32 = 256;
 /// The camera distances in metres. A pixel is .8 to 6.4 squares wide.
 const DISTANCES: [f32; 6] = [6.0, 9.0, 12.0, 18.0, 24.0, 48.0];
 
@@ -59,7 +59,7 @@ fn stage(filtered: Filtered, views: Views) -> Stage {
     };
     let colors = (0..TEXELS * TEXELS).map(|i| [90, 90, 90, alpha_code(alpha(i))]).collect();
     let map = MaterialMap::new(TEXELS, TEXELS, colors);
-    let floor = Object::new("floor", plane(3.0, 4, 1.0, [1.0; 4], even));
+    let floor = Object::new("floor", plane(3.0, 4, 0.0625, [1.0; 4], even));
     Stage::still(vec![floor.with_material(map).with_specular_f0(0.3).without_shadow()], views)
 }
 
