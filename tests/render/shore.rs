@@ -8,7 +8,7 @@ use leadr::render::camera::Camera;
 use leadr::render::frame::{Layer, Renderer};
 use leadr::render::light::sky::Sky;
 use leadr::render::scene::{FrameState, Pose, Scene};
-use leadr::render::settings::{RenderSettings, Technique};
+use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
 use leadr::render::surfaces::ocean::shore::ShoreGpu;
 use leadr::scenes::shore::{beach, sea, shore, waves};
 use leadr_testing::gpu::{TestGpu, run_probe_with, test_gpu};
@@ -172,7 +172,9 @@ fn one_pass_filters_and_shades_as_two_do() {
     let (mut renderer, state) = scene(&gpu, camera);
     let mut all = 0.0f32;
     for technique in Technique::ALL.into_iter().filter(|technique| !technique.is_reference()) {
-        let settings = RenderSettings { size: (96, 60), shading: technique.into(), ..RenderSettings::default() };
+        // The G-buffer holds one class of facets.
+        let shading = technique.with(ShadingOptions { classes: false, ..ShadingOptions::default() });
+        let settings = RenderSettings { size: (96, 60), shading, ..RenderSettings::default() };
         let state = state(1.7, &Sky::with_sun(0.6, 2.5));
         let one = renderer.render(&state, &settings).unwrap();
         let two = renderer.render_in_two_passes(&state, &settings).unwrap();
