@@ -6,8 +6,8 @@
 // Computes light that the facets of a relief send to each other (crates/leadr-reflectance/src/integrals/interreflection.rs). All blocked
 // directions see the same mean radiosity. Once per pixel:
 //     ReliefBounces bounces = relief_bounces(sky, albedo);
-// and for each light, with the shares of the classes in its flux (the visible shares towards it), whose irradiance on the mesosurface without shadows is E (in direction wi, E is the light's irradiance times the
-// clamped cosine to the normal of the mean slope):
+// and for each light, with its irradiance E on the mesosurface without shadows (the light's irradiance times the clamped cosine between its
+// direction and the normal of the mean slope), and the shares of the classes in its flux (the visible shares towards it):
 //     vec3 B = relief_radiosity(bounces, E, shares);    // for the sky: sky.flux
 // The visible facets of class k then reflect albedo[k] * (1 - seen[k]) * B / pi (ClassEnvironment.seen). Specular reflections in blocked
 // directions see the radiance B / pi.

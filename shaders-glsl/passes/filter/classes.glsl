@@ -1,5 +1,5 @@
-// Filters the classes of facets under a pixel. All quantities are weighted by the class, so they are linear (crates/leadr-maps,
-// class_map.rs).
+// Filters the classes of facets under a pixel. All quantities are weighted by the class, so they are linear
+// (crates/leadr-maps/src/class_map).
 #ifndef LEADR_FILTER_CLASSES
 #define LEADR_FILTER_CLASSES
 
@@ -72,10 +72,10 @@ void classes_of_material(inout ClassMeans means) {
 }
 
 // Returns the classes of a footprint. scale is the height scale, map converts gradients to slopes, and tint is a factor on the colours and
-// on alpha. material is the mean material before this factor if colours differ, and else after it. Every class has the given slope and covariance in addition, from other sources than the map.
-// gradient_variance is the variance of the gradients in the footprint, in units of the map.
-FacetClasses facet_classes(const ClassMeans means, const vec2 gradient_variance, const float scale, const SlopeMap map, const vec2 slope, const vec3 covariance,
-                           const vec4 material, const vec4 tint) {
+// on alpha. material is the mean material, before this factor if colours differ, and after it otherwise. slope and covariance come from
+// other sources than the map, and every class has them in addition. gradient_variance is the variance of the gradients in the footprint, in units of the map.
+FacetClasses facet_classes(const ClassMeans means, const vec2 gradient_variance, const float scale, const SlopeMap map, const vec2 slope,
+                           const vec3 covariance, const vec4 material, const vec4 tint) {
     FacetClasses classes;
     classes.count = 0;
     float whole = 0.0;
@@ -94,7 +94,8 @@ FacetClasses facet_classes(const ClassMeans means, const vec2 gradient_variance,
             classes.material[n] = material;
             if (CLASS_COLORS) {
                 // A class that the footprint in the colours does not contain has the mean material.
-                vec4 color = (max(means.color[k], 0.0) + LEAST_CLASS * LEAST_CLASS * material) / (max(means.color_weight[k], 0.0) + LEAST_CLASS * LEAST_CLASS);
+                const float least = LEAST_CLASS * LEAST_CLASS;
+                vec4 color = (max(means.color[k], 0.0) + least * material) / (max(means.color_weight[k], 0.0) + least);
                 classes.material[n] = tint * vec4(color.rgb, sqrt(color.a));
             }
             whole += w;

@@ -20,7 +20,7 @@ float hidden_by_horizon(const Surface surface) {
     return clamp(dot(weight, normal_of_slope(surface.mean_slope)), 0.0, 1.0);
 }
 
-// Returns the radiance of the relief in directions that other facets block. lights are those of the pixel. larger is the result of
+// Returns the radiance of the relief in directions that other facets block, from the lights in pixel_lights. larger is the result of
 // hidden_by_horizon.
 vec3 relief_radiance(const Surface surface, const float larger) {
     vec4 share = vec4(1.0, 0.0, 0.0, 0.0), depth = vec4(0.0);

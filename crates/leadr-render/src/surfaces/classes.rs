@@ -218,7 +218,7 @@ fn metres_per_repeat(mesh: &PatchMesh) -> Option<DVec2> {
 
 /// The number of factors of the height scale for which depths towards the sky are stored.
 const FACTORS: usize = 11;
-/// These factors: powers of two.
+/// The factors of the height scale, each twice the one before.
 const FACTOR_RANGE: [f64; FACTORS] = [0.015625, 0.03125, 0.0625, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
 
 /// The images of the classes. Clones share the images.
@@ -276,9 +276,7 @@ impl ClassImages {
             (open.correlation.map(|c| c as f32), FACTOR_RANGE.map(|factor| classes.sky_depths(factor)));
         Ok(Self { moments, colors, open: table, centers, unit, correlation, sky_depths })
     }
-}
 
-impl ClassImages {
     /// Returns the optical depth of each class towards the sky, if a factor multiplies the height scale.
     pub fn sky_depths(&self, factor: f32) -> [f32; MOST_CLASSES] {
         let at = (factor.abs().log2() - FACTOR_RANGE[0].log2() as f32).clamp(0.0, (FACTORS - 1) as f32);
