@@ -15,18 +15,26 @@ float openness_inside(const float open, const float inside) {
 }
 
 // Returns the fraction of the facets of a class that is lit, among those that are visible. seen and lit are the openness towards viewer and
-// light, and po and pi are both directions in the space where the relief is isotropic. For equal azimuths, one direction hides all that the
-// other one hides. For azimuths that are far apart, correlation is 1 for facets that are open to both by their height, as in Smith's form, 0
-// for independent directions, and negative for facets that each direction hides from a different side.
-float class_lit_fraction(const int shadowing, const float correlation, const float seen, const float lit, const vec2 po, const vec2 pi) {
-    if (shadowing == LEADR_SHADOWING_NONE || shadowing == LEADR_SHADOWING_NORMAL_MAP) return 1.0;
+// light, and f is the result of `decorrelation`: 0 where one direction hides all that the other one hides, and 1 for azimuths that are far
+// apart. There, correlation is 1 for facets that are open to both by their height, as in Smith's form, 0 for independent directions, and
+// negative for facets that each direction hides from a different side.
+float class_lit_fraction(const float f, const float correlation, const float seen, const float lit) {
     float o = 1.0 / max(seen, LEADR_MIN_OPEN) - 1.0;
     float i = 1.0 / max(lit, LEADR_MIN_OPEN) - 1.0;
     float more = max(o, i);
     float less = min(o, i);
-    float f = 1.0;
-    if (shadowing != LEADR_SHADOWING_SMITH) f = decorrelation(po, pi, 1.0, more, less, shadowing == LEADR_SHADOWING_CORRELATED_SIMPLE);
     return (1.0 + o) / (1.0 + more + f * less * (1.0 + (1.0 - correlation) * more));
+}
+
+// Returns the same for a model of shadowing. po and pi are both directions in the space where the relief is isotropic.
+float class_lit_fraction(const int shadowing, const float correlation, const float seen, const float lit, const vec2 po, const vec2 pi) {
+    if (shadowing == LEADR_SHADOWING_NONE || shadowing == LEADR_SHADOWING_NORMAL_MAP) return 1.0;
+    float o = 1.0 / max(seen, LEADR_MIN_OPEN) - 1.0;
+    float i = 1.0 / max(lit, LEADR_MIN_OPEN) - 1.0;
+    float f = 1.0;
+    if (shadowing != LEADR_SHADOWING_SMITH)
+        f = decorrelation(po, pi, 1.0, max(o, i), min(o, i), shadowing == LEADR_SHADOWING_CORRELATED_SIMPLE);
+    return class_lit_fraction(f, correlation, seen, lit);
 }
 
 #endif

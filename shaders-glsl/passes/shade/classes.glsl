@@ -1,12 +1,30 @@
 // The classes of facets under a pixel, each shaded as a surface of its own (leadr/masking/classes.glsl).
 #ifndef LEADR_SHADE_CLASSES
 #define LEADR_SHADE_CLASSES
+#include "harmonics.glsl"
 #include "lighting.glsl"
 #include "leadr/visible/class_environment.glsl"
 
 // The lights of the pixel, which all classes share, and the openness of the classes towards them.
 Light pixel_lights[LIGHTS > 0 ? LIGHTS : 1];
 vec4 pixel_lights_open[LIGHTS > 0 ? LIGHTS : 1];
+// The environment in directions of the sky.
+struct PixelSky {
+    vec3 direction[LEADR_SKY_DIRECTIONS];
+    vec3 radiance[LEADR_SKY_DIRECTIONS];
+    vec4 open[LEADR_SKY_DIRECTIONS];
+    float decorrelation[LEADR_SKY_DIRECTIONS];
+    vec3 below;
+};
+PixelSky pixel_sky;
+// The class that is shaded.
+struct ShadedClass {
+    int number;        // number of the class in the maps
+    float seen;        // openness towards the viewer
+    float correlation; // of the openness towards different directions
+};
+ShadedClass shaded_class;
+vec4 pixel_seen; // openness of the classes towards the viewer
 
 #ifdef LEADR_CLASS_OPENNESS
 vec4 class_openness_at(const vec2 at) {
@@ -19,56 +37,54 @@ vec4 class_openness_at(const vec2 at) {
 #endif
 
 // Returns the openness of the classes towards w, in the order of the maps.
-vec4 classes_open(const FacetClasses c, const vec3 w) {
-    float up = w.z - dot(c.offset, w.xy);
-    vec2 q = vec2(dot(c.s, w.xy), dot(c.t, w.xy));
+vec4 classes_open(const vec3 w) {
+    float up = w.z - dot(pixel_classes.offset, w.xy);
+    vec2 q = vec2(dot(pixel_classes.s, w.xy), dot(pixel_classes.t, w.xy));
     vec4 open = class_openness_at(0.5 + 0.5 * q / (length(q) + max(up, 1e-4)));
     return up > 0.0 ? open : vec4(0.0);
 }
 
-// Returns the openness of one class. of_map is the openness in the order of the maps.
-float class_open(const FacetClasses c, const int k, const vec4 of_map) {
-    return openness_inside(of_map[c.number[k]], c.inside);
+// Returns the openness of the class with this number. of_map is the openness in the order of the maps.
+float class_open(const int number, const vec4 of_map) {
+    return openness_inside(of_map[number], pixel_classes.inside);
 }
 
 // Prepares the shading of the classes, and returns the share of each in the visible area.
 vec4 classes_seen(inout Surface surface) {
-    FacetClasses c = surface.classes;
-    vec4 share = vec4(c.share[0], c.share[1], c.share[2], c.share[3]);
+    vec4 share = vec4(pixel_classes.share[0], pixel_classes.share[1], pixel_classes.share[2], pixel_classes.share[3]);
     if (!BY_CLASS) {
         return share;
     }
     surface.whole_mean = surface.mean_slope;
     surface.whole_cholesky = slope_cholesky(surface.slope_covariance);
     surface.whitened = whitened_direction(surface.wo, surface.whole_cholesky);
-    vec4 of_map = classes_open(c, surface.wo);
-    for (int k = 0; k < c.count; ++k) {
-        surface.seen[k] = max(class_open(c, k, of_map), 1e-3);
-        share[k] *= visible_area(surface.wo, c.mean[k], c.covariance[k]) * surface.seen[k];
+    vec4 of_map = classes_open(surface.wo);
+    for (int k = 0; k < pixel_classes.count; ++k) {
+        pixel_seen[k] = max(class_open(pixel_classes.number[k], of_map), LEADR_MIN_OPEN);
+        share[k] *= visible_area(surface.wo, pixel_classes.mean[k], pixel_classes.covariance[k]) * pixel_seen[k];
     }
     return share / max(dot(share, vec4(1.0)), 1e-9);
 }
 
 // Returns the surface that consists of one class only.
 Surface class_part(Surface surface, const int k) {
-    surface.part = k;
-    surface.mean_slope = surface.classes.mean[k];
-    surface.slope_covariance = surface.classes.covariance[k];
-    surface.albedo = surface.classes.material[k].rgb;
-    surface.alpha = surface.classes.material[k].a;
+    shaded_class = ShadedClass(pixel_classes.number[k], pixel_seen[k], pixel_classes.correlation[k]);
+    surface.mean_slope = pixel_classes.mean[k];
+    surface.slope_covariance = pixel_classes.covariance[k];
+    surface.albedo = pixel_classes.material[k].rgb;
+    surface.alpha = pixel_classes.material[k].a;
     return surface;
 }
 
-// Returns the fraction of the visible facets of class k that are lit from wi. of_map is the openness towards wi.
-float class_lit(const Surface surface, const int k, const vec3 wi, const vec4 of_map) {
+// Returns the fraction of the visible facets of the shaded class that are lit from wi. of_map is the openness towards wi.
+float class_lit(const Surface surface, const vec3 wi, const vec4 of_map) {
     vec2 whitened = whitened_direction(wi, surface.whole_cholesky);
-    float open = class_open(surface.classes, k, of_map);
-    return class_lit_fraction(SHADOWING, surface.classes.correlation[k], surface.seen[k], open, surface.whitened, whitened);
+    float open = class_open(shaded_class.number, of_map);
+    return class_lit_fraction(SHADOWING, shaded_class.correlation, shaded_class.seen, open, surface.whitened, whitened);
 }
 
-// Returns the fraction of the visible facets of the shaded class that are lit from wi.
 float class_lit(const Surface surface, const vec3 wi) {
-    return class_lit(surface, surface.part, wi, classes_open(surface.classes, wi));
+    return class_lit(surface, wi, classes_open(wi));
 }
 
 // Returns the fraction of the base's facets that are lit from wi, among those that are visible, on the shaded class.
@@ -78,11 +94,38 @@ float class_base_lit(const Surface surface, const vec3 wi) {
     return lit_fraction(SHADOWING, direction_area(surface.wo, m, cholesky), direction_area(wi, m, cholesky));
 }
 
-// Returns the environment that the visible facets of the shaded class see.
-ClassEnvironment class_environment_of(const Surface surface) {
-    int k = surface.part;
-    return class_environment(surface.wo, surface.mean_slope, surface.slope_covariance, surface.whole_mean, surface.seen[k],
-                             surface.classes.sky_depth[k]);
+// Looks up the environment that all classes share.
+void look_up_sky(const Surface surface) {
+    vec3 up = normal_of_slope(surface.whole_mean);
+    Frame frame = frame_about(up);
+    const float variance = 0.5 / float(LEADR_SKY_DIRECTIONS); // of a cone that holds a twelfth of the hemisphere
+    [[unroll]] for (int i = 0; i < LEADR_SKY_DIRECTIONS; ++i) {
+        vec3 wi = from_frame(frame, sky_direction(i));
+        vec2 whitened = whitened_direction(wi, surface.whole_cholesky);
+        pixel_sky.decorrelation[i] = SHADOWING == LEADR_SHADOWING_SMITH ? 1.0 : decorrelation(surface.whitened, whitened, 1.0, 0.0, 0.0, true);
+        pixel_sky.open[i] = classes_open(wi);
+        pixel_sky.radiance[i] = lobe_radiance(surface, wi, variance);
+        pixel_sky.direction[i] = wi;
+    }
+    vec3 down = from_frame(surface.frame, -up);
+    pixel_sky.below = max(sh_irradiance(environment_sh(), down) + rest_irradiance(surface, down), 0.0) / LEADR_PI;
+}
+
+// Returns the diffuse radiance of the shaded class under the environment, per unit of albedo, and under a sky of radiance 1.
+vec4 class_sky_light(const Surface surface) {
+    NormalMoments visible = visible_diffuse_moments(surface.wo, surface.mean_slope, surface.slope_covariance, DIFFUSE_TERMS);
+    vec4 lit = vec4(0.0), all = vec4(0.0);
+    [[unroll]] for (int i = 0; i < LEADR_SKY_DIRECTIONS; ++i) {
+        vec4 part = mean_cosine(visible, pixel_sky.direction[i]) * vec4(pixel_sky.radiance[i], 1.0);
+        float open = class_open(shaded_class.number, pixel_sky.open[i]);
+        lit += class_lit_fraction(pixel_sky.decorrelation[i], shaded_class.correlation, shaded_class.seen, open) * part;
+        all += part;
+    }
+    // The sums give only the part that is not shadowed. The mesosurface blocks the light from below.
+    vec3 rest = rest_irradiance(surface, visible.mean) * sh_rest_damping(visible.mean);
+    vec3 whole = leadr_diffuse_environment(visible, surface.frame, environment_sh(), rest);
+    float tilted = 0.5 - 0.5 * dot(visible.mean, normal_of_slope(surface.whole_mean));
+    return vec4(max(whole - tilted * pixel_sky.below, 0.0), 1.0 - tilted) * lit / max(all, vec4(1e-9));
 }
 
 #endif

@@ -170,9 +170,9 @@ vec3 family_radiance(Surface surface) {
         vec2 tilt = tilt_to_edge(surface.wo, surface.mean_slope);
         surface.mean_slope += tilt;
         surface.slope_covariance += vec3(tilt * tilt, tilt.x * tilt.y);
-        for (int k = 0; CLASSES > 1 && k < surface.classes.count; ++k) {
-            surface.classes.mean[k] += tilt;
-            surface.classes.covariance[k] += vec3(tilt * tilt, tilt.x * tilt.y);
+        for (int k = 0; CLASSES > 1 && k < pixel_classes.count; ++k) {
+            pixel_classes.mean[k] += tilt;
+            pixel_classes.covariance[k] += vec3(tilt * tilt, tilt.x * tilt.y);
         }
     }
     if (FINEST_LEVEL && (FACET_FRAME || is_fitted(surface.fit))) {

@@ -29,7 +29,7 @@ vec3 relief_radiance(const Surface surface, const float larger) {
     vec3 albedo[4] = vec3[4](surface.albedo, vec3(0.0), vec3(0.0), vec3(0.0));
     int count = 1;
     if (CLASSES > 1) {
-        FacetClasses c = surface.classes;
+        FacetClasses c = pixel_classes;
         count = c.count;
         share = vec4(c.share[0], c.share[1], c.share[2], c.share[3]);
         depth = c.sky_depth;
@@ -56,9 +56,9 @@ vec3 relief_radiance(const Surface surface, const float larger) {
             Light light = pixel_lights[number];
             vec4 lit = share;
             if (BY_CLASS) {
-                vec4 of_map = classes_open(surface.classes, light.wi);
+                vec4 of_map = classes_open(light.wi);
                 for (int k = 0; k < count; ++k) {
-                    lit[k] *= visible_area(light.wi, m[k], S[k]) * class_open(surface.classes, k, of_map);
+                    lit[k] *= visible_area(light.wi, m[k], S[k]) * class_open(pixel_classes.number[k], of_map);
                 }
                 lit /= max(dot(lit, vec4(1.0)), 1e-9);
             }
@@ -71,8 +71,8 @@ vec3 relief_radiance(const Surface surface, const float larger) {
 // Returns the fraction of the hemisphere of the visible facets in which they see the relief.
 float relief_seen(const Surface surface, const float larger) {
     float sky = 1.0;
-    if (BY_CLASS) {
-        sky = class_environment_of(surface).seen;
+    if (BY_CLASS && SHADOWING != LEADR_SHADOWING_NONE) {
+        sky = surface.sky_light.a;
     } else if (SHADOWING >= LEADR_SHADOWING_CORRELATED) {
         sky = bent_normal(surface.wo, surface.mean_slope, surface.slope_covariance).open;
     }

@@ -25,7 +25,6 @@
 #include "leadr/visible/specular.glsl"
 
 const float GRID_DEVIATION = 0.05; // angular deviation of the light of one grid sample, for the horizon of the relief
-const int DIFFUSE_TERMS = 2; // number of terms of the closed form (leadr/visible/diffuse.glsl)
 const bool FACET_SPECULAR = FACET_FRAME && !FINEST_LEVEL && !GGX_BASE; // whether lights use facet_specular.glsl
 
 // The means over the visible specular facets.
@@ -274,12 +273,8 @@ vec3 diffuse_environment(const Surface surface, const NormalMoments normals) {
     vec3 whole;
     float open = 1.0; // fraction of the light that the facets do not shadow
     if (BY_CLASS && SHADOWING != LEADR_SHADOWING_NONE) {
-        // The mesosurface blocks the light from below.
-        ClassEnvironment e = class_environment_of(surface);
-        vec3 above = sh_irradiance(c, from_frame(surface.frame, e.normal)) + rest_irradiance(surface, e.normal);
-        float tilted = 0.5 - 0.5 * dot(e.normal, normal_of_slope(surface.whole_mean));
-        whole = max(above - tilted * surface.below, 0.0) * (e.open / LEADR_PI);
-        open = e.open;
+        whole = surface.sky_light.rgb;
+        open = surface.sky_light.a;
     } else if (FACET_SHADOWING == LEADR_SHADOWING_CORRELATED) {
         BentNormal bent = bent_normal(surface.wo, surface.mean_slope, surface.slope_covariance);
         whole = shadowed_diffuse_environment(bent, surface.frame, c, rest_irradiance(surface, bent.normal));
@@ -606,7 +601,7 @@ vec3 leadr_radiance(Surface surface) {
             Light light;
             if (CLASSES > 1 || INTERREFLECTION) {
                 light = pixel_lights[number];
-                light.irradiance *= BY_CLASS ? class_lit(surface, surface.part, light.wi, pixel_lights_open[number]) : 1.0;
+                light.irradiance *= BY_CLASS ? class_lit(surface, light.wi, pixel_lights_open[number]) : 1.0;
             } else {
                 light = light_at(number, surface);
             }
@@ -641,22 +636,29 @@ vec3 leadr_radiance(Surface surface) {
 vec3 classes_radiance(Surface surface) {
     vec4 seen = classes_seen(surface);
     [[unroll]] for (int number = 0; number < LIGHTS; ++number) {
-        pixel_lights_open[number] = BY_CLASS ? classes_open(surface.classes, pixel_lights[number].wi) : vec4(1.0);
+        pixel_lights_open[number] = BY_CLASS ? classes_open(pixel_lights[number].wi) : vec4(1.0);
     }
-    if (BY_CLASS && DIFFUSE_ENVIRONMENT) {
-        vec3 down = -normal_of_slope(surface.whole_mean);
-        vec3 irradiance = sh_irradiance(environment_sh(), from_frame(surface.frame, down)) + rest_irradiance(surface, down);
-        surface.below = max(irradiance, 0.0);
+    const bool sees_sky = BY_CLASS && SHADOWING != LEADR_SHADOWING_NONE && (DIFFUSE_ENVIRONMENT || INTERREFLECTION);
+    if (sees_sky) {
+        look_up_sky(surface);
     }
     vec3 sum = vec3(0.0);
-    for (int k = 0; k < surface.classes.count; ++k) {
-        sum += seen[k] * leadr_radiance(class_part(surface, k));
+    for (int k = 0; k < pixel_classes.count; ++k) {
+        Surface part = class_part(surface, k);
+        if (sees_sky) {
+            part.sky_light = class_sky_light(part);
+        }
+        sum += seen[k] * leadr_radiance(part);
     }
     return sum;
 }
 
 // Returns the radiance of a surface, by classes of facets where it has several.
 vec3 relief_shaded(Surface surface) {
+    if (BY_CLASS) {
+        // The openness of the classes accounts for the bumps inside the footprint.
+        surface.horizon = raised_horizon(surface.horizon, 1.0 - pixel_classes.inside);
+    }
     if (CLASSES > 1 || INTERREFLECTION) {
         [[unroll]] for (int number = 0; number < LIGHTS; ++number) {
             pixel_lights[number] = light_at(number, surface);

@@ -33,6 +33,8 @@ const bool MAPPED = NORMAL_MAPPED && !FINEST_LEVEL;
 const bool BY_CLASS = CLASSES > 1 && CLASSES_HIDE && !MAPPED;
 const int FACET_SHADOWING = BY_CLASS ? LEADR_SHADOWING_NONE : SHADOWING;
 
+const int DIFFUSE_TERMS = 2; // number of terms of the closed form (leadr/visible/diffuse.glsl)
+
 const bool SPECULAR_LIGHTS = (TERMS & TERM_SPECULAR_LIGHTS) != 0;
 const bool DIFFUSE_LIGHTS = (TERMS & TERM_DIFFUSE_LIGHTS) != 0;
 const bool SPECULAR_ENVIRONMENT = (TERMS & TERM_SPECULAR_ENVIRONMENT) != 0;

@@ -31,16 +31,16 @@ struct Surface {
     Horizon horizon;     // horizon of the relief
     vec4 sky;            // fraction of the environment that large shapes leave visible (sky_seen)
     vec4 cone;           // replaces the horizon with CONES; w < 0 without a cone
-    FacetClasses classes; // with CLASSES > 1
     vec3 relief_radiance; // with INTERREFLECTION, radiance of the relief in blocked directions
     float larger;         // with INTERREFLECTION, fraction of the hemisphere that bumps larger than the footprint hide
-    vec4 seen;           // with BY_CLASS, openness of the classes towards the viewer
     vec2 whitened;       // direction of the viewer in the space where the relief is isotropic
     vec2 whole_mean;     // mean slope of all classes
     vec3 whole_cholesky; // Cholesky factor of the covariance of all classes
-    vec3 below;          // with BY_CLASS, irradiance of the environment on the underside of the mesosurface
-    int part;            // number of the class that is shaded
+    vec4 sky_light;      // with BY_CLASS, the result of class_sky_light for the shaded class
 };
+
+// The classes of facets of the pixel, with CLASSES > 1. Drivers copy values of type Surface, which has none of these arrays.
+FacetClasses pixel_classes;
 
 // Whether the base is a measured material. At the finest level, this excludes normal-map facets that face away.
 bool is_fitted(const uint fit) {
@@ -96,7 +96,7 @@ Surface surface_at(const FilteredSurface f, const vec3 eye, const vec3 ray, cons
     s.horizon = f.horizon;
     s.cone = f.cone;
     if (CLASSES > 1) {
-        s.classes = f.classes;
+        pixel_classes = f.classes;
     }
     s.sky = vec4(0.0, 0.0, 0.0, 1.0);
     return s;

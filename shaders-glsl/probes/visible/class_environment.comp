@@ -6,7 +6,7 @@
 
 void main() {
     if (gl_GlobalInvocationID.x >= count) return;
-    at = gl_GlobalInvocationID.x * 48;
+    at = gl_GlobalInvocationID.x * 45;
     vec3 wo = next3();
     vec3 albedo[4];
     for (int k = 0; k < 4; ++k) albedo[k] = next3();
@@ -15,23 +15,19 @@ void main() {
     vec2 m[4];
     vec3 S[4];
     vec4 depth = vec4(0.0);
-    vec4 open;
     for (int k = 0; k < 4; ++k) {
         float w = next();
         if (k < classes) share[k] = w;
         m[k] = next2();
         S[k] = next3();
         depth[k] = next();
-        open[k] = next();
     }
     share /= dot(share, vec4(1.0));
-    at = gl_GlobalInvocationID.x * 38;
+    vec3 wi = sky_direction(int(next()));
+    at = gl_GlobalInvocationID.x * 22;
     ClassSky sky = class_sky(classes, share, m, S, depth);
     for (int k = 0; k < 4; ++k) {
-        ClassEnvironment e = class_environment(wo, m[k], S[k], sky.mean, open[k], depth[k]);
-        put(e.normal);
-        put(e.open);
-        put(e.seen);
+        put(mean_cosine(visible_diffuse_moments(wo, m[k], S[k], 3), wi));
         put(sky.area[k]);
         put(sky.flux[k]);
         put(sky.blocked[k]);

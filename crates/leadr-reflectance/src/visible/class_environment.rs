@@ -1,46 +1,87 @@
-//! The environment that the visible facets of each class see, as one irradiance lookup per class.
+//! The environment that the visible facets of a class see, from twelve directions.
 //!
-//! The fraction of the sky that a facet of class `k` sees is `T_k / (1 + x_k open_k)`. `T_k` is the mean of `(1 + n·g)/2` over the visible
-//! facets, which is the part of their hemisphere above the mesosurface. `x_k` is the depth towards the
-//! [sky](crate::masking::class_sky), and `open_k` is the openness towards the viewer. Facets that a low viewer sees are high, so they see
-//! more of the sky. In Smith's form, `1 / (1 + x open)` is the part that sees both the viewer and the sky, `1 / (1 + Λ + x)`, divided by the
-//! part that sees the viewer.
+//! Without shadows, a class reflects the irradiance about its visible normals, less the light from below, which the mesosurface blocks.
+//! Other facets leave the part `Σ lit c L / Σ c L`, over directions of the sky with the mean cosine `c` of the visible facets and the
+//! radiance `L`. The directions decide only this part, so that small lights between them are not lost.
 //!
-//! The lookup's normal leans less than the visible facets, because the mesosurface and other facets block the light from below. The slope
-//! relative to the mesosurface is divided by `1 + 0.53 μ + 0.27 σ + 2 x open`, with the mean `μ` and the deviation `σ` of the visible slopes.
-//! The constants are fitted to the mean directions of light in ray casts of studs, bricks, tiles, grooves, scans and noise.
+//! Directions of the sky need only the simple form of the correlation of viewer and light
+//! ([`Shadowing::CorrelatedSimple`](crate::masking::shadowing::Shadowing::CorrelatedSimple)).
 
 use glam::DVec3;
 
-use super::slopes::visible_slopes;
-use crate::facets::normal_length::mean_inverse_normal_length;
-use crate::masking::class_sky::ClassSky;
-use crate::masking::classes::Class;
-use crate::slopes::grid::normal_of_slope;
+use crate::integrals::diffuse::NormalMoments;
 
-/// The environment that the visible facets of a class see.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ClassEnvironment {
-    /// The unit normal of the irradiance lookup, in the tangent frame.
-    pub normal: DVec3,
-    /// The factor of the irradiance, from 0 to 1.
-    pub open: f64,
-    /// The fraction of the hemisphere, weighted by the cosine, in which the visible facets see the sky above the mesosurface. In the rest,
-    /// they see other facets.
-    pub seen: f64,
+/// The number of directions.
+pub const SKY_DIRECTIONS: usize = 12;
+/// The directions on each of two rings.
+const ON_RING: usize = SKY_DIRECTIONS / 2;
+
+/// Returns direction `i` in a frame whose z axis is the normal of the mesosurface. Each direction stands for a twelfth of the hemisphere. The
+/// directions lie on two rings, at the heights of Gauss's rule.
+pub fn sky_direction(i: usize) -> DVec3 {
+    let upper = if i < ON_RING { 0.0 } else { 1.0 };
+    let z = 0.5 + (upper - 0.5) / 3.0f64.sqrt();
+    let (y, x) = (std::f64::consts::TAU * ((i % ON_RING) as f64 + 0.25 + 0.5 * upper) / ON_RING as f64).sin_cos();
+    (1.0 - z * z).sqrt() * DVec3::new(x, y, 0.0) + z * DVec3::Z
 }
 
-/// Returns the environment that class `k` of a sky sees from the viewer `wo`, towards which its openness is `open`.
-pub fn class_environment(sky: &ClassSky, wo: DVec3, k: usize, class: &Class, open: f64) -> ClassEnvironment {
-    let m = sky.mean;
-    let per_square = 1.0 / (1.0 + m.length_squared());
-    let up = normal_of_slope(m);
-    let v = visible_slopes(wo, class.mean, class.covariance);
-    let depth = sky.depths[k] * open;
-    let cosine = mean_inverse_normal_length(v.mean, v.cov) * (1.0 + m.dot(v.mean)) * per_square.sqrt();
-    let seen = ((0.5 + 0.5 * cosine) / (1.0 + depth)).clamp(0.0, 1.0);
-    let off = v.mean - m;
-    let (mean, deviation) = ((off.length_squared() * per_square).sqrt(), ((v.cov.x + v.cov.y) * per_square).sqrt());
-    let normal = normal_of_slope(m + off / (1.0 + 0.53 * mean + 0.27 * deviation + 2.0 * depth));
-    ClassEnvironment { normal, open: (seen / (0.5 + 0.5 * normal.dot(up))).min(1.0), seen }
+/// Returns `E[max(0, x)]` of a normal variable with this mean and variance, without an exponential. The error is less than 0.006 standard
+/// deviations.
+fn near_clamped_mean(mean: f64, variance: f64) -> f64 {
+    let deviation = variance.max(1e-12).sqrt();
+    mean.max(0.0) + 0.39894228 * deviation * (1.0 - mean.abs() / (3.1 * deviation)).max(0.0).powi(4)
+}
+
+/// Returns the mean of the clamped cosine towards `wi` over facets with these moments of the normals.
+pub fn mean_cosine(normals: &NormalMoments, wi: DVec3) -> f64 {
+    let mean = wi.dot(normals.mean);
+    let mixed = DVec3::new(wi.y * wi.z, wi.x * wi.z, wi.x * wi.y);
+    let square = (wi * wi).dot(normals.diag) + 2.0 * mixed.dot(normals.off);
+    near_clamped_mean(mean, (square - mean * mean).max(0.0))
+}
+
+/// Returns the fraction of the hemisphere, weighted by the cosine, in which facets see the sky above the mesosurface of unit normal `up`. In
+/// the rest, they see other facets. `lit` is the fraction of the facets that sees each direction.
+pub fn sky_seen(visible: &NormalMoments, up: DVec3, directions: &[DVec3], lit: &[f64]) -> f64 {
+    let (mut seen, mut all) = (0.0, 0.0);
+    for (wi, lit) in directions.iter().zip(lit) {
+        let cosine = mean_cosine(visible, *wi);
+        (seen, all) = (seen + lit * cosine, all + cosine);
+    }
+    (0.5 + 0.5 * visible.mean.dot(up)) * seen / all.max(1e-9)
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DVec2, DVec3};
+
+    use super::*;
+    use crate::visible::diffuse::{clamped_mean, visible_diffuse_moments};
+
+    #[test]
+    fn near_clamped_mean_is_near() {
+        let worst =
+            (-400..=400).map(|i| 0.01 * f64::from(i)).map(|x| (near_clamped_mean(x, 1.0) - clamped_mean(x, 1.0)).abs());
+        let worst = worst.fold(0.0, f64::max);
+        assert!(worst < 0.006, "{worst}");
+    }
+
+    #[test]
+    fn facets_see_what_is_lit() {
+        let directions: Vec<DVec3> = (0..SKY_DIRECTIONS).map(sky_direction).collect();
+        // The rule integrates the cosine over the hemisphere.
+        assert!((directions.iter().map(|w| w.z).sum::<f64>() / 6.0 - 1.0).abs() < 1e-12);
+        let slope = DVec2::new(-1.0, 0.0);
+        let moments = |m, s| visible_diffuse_moments(DVec3::new(0.0, 0.6, 0.8), m, s, 3);
+        let (flat, wall) = (moments(DVec2::ZERO, DVec3::ZERO), moments(slope, DVec3::ZERO));
+        let seen = |normals, lit: fn(&DVec3) -> bool| {
+            let lit: Vec<f64> = directions.iter().map(|w| if lit(w) { 1.0 } else { 0.0 }).collect();
+            sky_seen(normals, DVec3::Z, &directions, &lit)
+        };
+        assert!((seen(&flat, |_| true) - 1.0).abs() < 1e-6);
+        assert!((seen(&wall, |_| true) - (0.5 + 0.125f64.sqrt())).abs() < 1e-3);
+        // What lies in front of a wall hides more of its sky than what lies behind it.
+        let (no_front, no_back) = (seen(&wall, |w| w.x < 0.0 || w.z > 0.5), seen(&wall, |w| w.x > 0.0 || w.z > 0.5));
+        assert!(no_front < no_back - 0.1 && seen(&flat, |w| w.z > 0.5) < 0.9, "{no_front} {no_back}");
+    }
 }
