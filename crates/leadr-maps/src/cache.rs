@@ -147,7 +147,7 @@ impl MapCache {
 
     /// Returns the stored value of this `kind` and key. If no value is stored, calls `make` and stores the result. `read`
     /// decodes the content, which has at most `most` bytes, or returns a description of its defect. A damaged or unusable
-    /// cache only logs a warning.
+    /// cache only logs a warning. Results of more than half a gibibyte are not stored.
     ///
     /// # Errors
     /// Returns the errors of `make`.
@@ -169,6 +169,10 @@ impl MapCache {
             Err(sentence) => tracing::warn!("{sentence}"),
         }
         let (value, content) = make()?;
+        if content.len() as u64 > MOST_BYTES / 2 {
+            // Storing it would remove most of the other files.
+            return Ok(value);
+        }
         match self.write(&name, key, &content) {
             Ok(()) => self.trim(&self.path(&name), MOST_BYTES),
             Err(error) => tracing::warn!("cache file {error}"),

@@ -50,7 +50,7 @@ mod tiff_read;
 pub mod tonemap;
 mod types;
 
-pub use class_map::{ClassColors, ClassFrame, ClassLevel, ClassMap};
+pub use class_map::{CLASS_SOURCES, ClassColors, ClassFrame, ClassLevel, ClassMap};
 pub use fault::{MapError, MapFault};
 pub use header::ImageHeader;
 pub use image_format::ImageFormat;

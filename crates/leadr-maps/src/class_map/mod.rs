@@ -9,6 +9,7 @@
 //! [`LeadrMap`]: crate::LeadrMap
 
 mod colors;
+mod stored;
 
 use std::ops::Range;
 
@@ -24,6 +25,21 @@ pub use colors::ClassColors;
 use crate::derive::{CORNERS, Cell, ClassMaterial, Classes, Facet, Facets, MaterialAt};
 use crate::pyramid::{Pyramid, Row, level_sizes};
 use crate::{HeightMap, Moments, Wrap};
+
+/// The source code that determines classes, class maps and their openness, as part of cache keys.
+pub const CLASS_SOURCES: [&str; 11] = [
+    include_str!("mod.rs"),
+    include_str!("colors.rs"),
+    include_str!("stored.rs"),
+    include_str!("../derive/classes/mod.rs"),
+    include_str!("../derive/classes/axes.rs"),
+    include_str!("../derive/classes/facets.rs"),
+    include_str!("../derive/classes/mixture.rs"),
+    include_str!("../derive/classes/reflections.rs"),
+    include_str!("../derive/openness.rs"),
+    include_str!("../moments.rs"),
+    include_str!("../pyramid.rs"),
+];
 
 /// The number of rows that are filtered together.
 const BAND: u32 = 64;

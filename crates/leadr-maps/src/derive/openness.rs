@@ -14,9 +14,12 @@ use rayon::prelude::*;
 
 use super::classes::{Cell, ClassMaterial, Classes, Facet, Facets};
 use crate::Wrap;
+use crate::cache::{expect_all, put, take};
 
 /// The number of texels along one side of a table.
 pub const OPENNESS_SIDE: usize = 32;
+/// The number of texels of a table.
+const TEXELS: usize = OPENNESS_SIDE * OPENNESS_SIDE;
 /// The number of azimuths and of elevations that are measured.
 const AZIMUTHS: usize = 32;
 const ELEVATIONS: usize = 20;
@@ -118,7 +121,34 @@ impl Openness {
             let directions: Vec<_> = reaches.iter().step_by(CORRELATED_STEP).enumerate().flat_map(seen).collect();
             correlation(&directions)
         });
-        Self { correlation, texels: (0..OPENNESS_SIDE * OPENNESS_SIDE).map(texel).collect() }
+        Self { correlation, texels: (0..TEXELS).map(texel).collect() }
+    }
+
+    /// Appends the table to the content of a cache file.
+    pub fn put(&self, content: &mut Vec<u8>) {
+        put(content, &self.correlation);
+        self.texels.iter().for_each(|texel| put(content, &texel.map(f16::to_bits)));
+    }
+
+    /// Removes a table from the front of a cache file's content.
+    ///
+    /// # Errors
+    /// Fails if the content is too short, or if a value is out of range.
+    pub fn take(content: &mut &[u8]) -> Result<Self, &'static str> {
+        let correlation: [f64; MOST_CLASSES] =
+            take(content, MOST_CLASSES)?.try_into().map_err(|_| "it is too short")?;
+        let texels = take::<[u16; MOST_CLASSES]>(content, TEXELS)?;
+        Self::new_checked(correlation, texels.into_iter().map(|texel| texel.map(f16::from_bits)).collect())
+    }
+
+    /// Creates a table from stored values.
+    ///
+    /// # Errors
+    /// Fails if a value is out of range.
+    fn new_checked(correlation: [f64; MOST_CLASSES], texels: Vec<[f16; MOST_CLASSES]>) -> Result<Self, &'static str> {
+        expect_all(&correlation, |c| (LEAST_CORRELATION..=1.0).contains(c))?;
+        expect_all(&texels, |texel| texel.iter().all(|open| (f16::ZERO..=f16::ONE).contains(open)))?;
+        Ok(Self { correlation, texels })
     }
 }
 
