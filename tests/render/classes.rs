@@ -3,9 +3,11 @@
 
 use crate::reference::{mean, renderer, state};
 use glam::Vec3;
-use leadr::maps::{HeightMap, procedural};
+use leadr::maps::cache::MapCache;
+use leadr::maps::{HeightMap, RgbImage, procedural};
 use leadr::render::frame::Renderer;
-use leadr::render::scene::Object;
+use leadr::render::light::environment::Environment;
+use leadr::render::scene::{FrameState, Object, Pose, Scene};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
 use leadr::render::surfaces::displacement::HeightField;
 use leadr::render::surfaces::tessellation::TessellationSettings;
@@ -98,4 +100,47 @@ fn white_reliefs_are_white_in_a_furnace() {
         println!("a furnace loses {lost:.4} without and {kept:.4} with light between bumps");
         assert!(lost > 0.02 && kept.abs() < 0.02, "{lost} {kept}");
     }
+}
+
+/// Classes are found for the first frame that needs them, whenever it comes, and then come from the cache.
+#[test]
+fn classes_are_found_when_a_frame_needs_them() {
+    let Some(gpu) = test_gpu() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let found = || {
+        let files = std::fs::read_dir(folder.path()).map(Iterator::flatten).into_iter().flatten();
+        files.filter(|file| file.file_name().to_string_lossy().starts_with("classes-")).count()
+    };
+    let sun = Some(Vec3::new(1.0, 0.2, 0.7).normalize());
+    let settings = |technique: Technique, classes: bool| RenderSettings {
+        size: (4, 2),
+        samples: 1,
+        shading: technique.with(ShadingOptions { classes, ..Default::default() }),
+        ..Default::default()
+    };
+    let by_class = settings(Technique::Leadr, true);
+    let renderer = |first: &RenderSettings| {
+        let scene = Scene {
+            objects: vec![surface(hard_edges(true), 4.0).with_instances(2)],
+            cache: Some(MapCache::in_folder(folder.path())),
+            ..Scene::default()
+        };
+        let state = FrameState { poses: vec![Pose::REST; 2], ..state(sun) };
+        let sky = RgbImage { width: 2, height: 1, texels: vec![[0.5; 3]; 2] };
+        let environment = Environment::from_equirect(&gpu, 16, &sky).unwrap();
+        (Renderer::for_frames_like(&gpu, scene, environment, &state, first).unwrap(), state)
+    };
+    let others =
+        [settings(Technique::Leadr, false), settings(Technique::Clean, true), settings(Technique::Reference, true)];
+    let (mut late, state) = renderer(&others[0]);
+    let before = others.map(|settings| late.render(&state, &settings).unwrap().color);
+    assert_eq!(found(), 0, "no frame needed classes");
+    let found_late = late.render(&state, &by_class).unwrap().color;
+    assert_eq!(found(), 1);
+    assert!(found_late != before[0]);
+    // Frames without classes stay the same.
+    assert_eq!(others.map(|settings| late.render(&state, &settings).unwrap().color), before);
+    let (mut early, state) = renderer(&by_class);
+    assert_eq!(early.render(&state, &by_class).unwrap().color, found_late);
+    assert_eq!(found(), 1);
 }

@@ -6,7 +6,7 @@ use super::camera::Camera;
 use super::constants::CHARTS;
 use super::light::exposure;
 use super::light::sky::Sky;
-use super::surfaces::classes::ObjectClasses;
+use super::surfaces::classes::StoredClasses;
 use super::surfaces::displacement::HeightField;
 use super::surfaces::moments::MomentFormat;
 use super::surfaces::ocean::Ocean;
@@ -213,8 +213,9 @@ pub struct Object {
     /// Whether colours that follow the relief separate classes of facets
     /// ([`ShadingOptions::relief_color`](crate::settings::ShadingOptions::relief_color)).
     pub follows_relief: bool,
-    /// The classes of facets of the relief and of the material. Without them, the renderer finds them in the maps.
-    pub classes: Option<ObjectClasses>,
+    /// The classes of facets of the relief, from a baked file. Without them, the renderer finds them in the maps. It also finds them if
+    /// the height scale is negative, or if the material separates classes.
+    pub classes: Option<StoredClasses>,
     /// Whether the object casts a shadow.
     pub casts_shadow: bool,
     /// The number of times that the object is drawn, each time with its own pose. Instances share the mesh and the maps on the

@@ -43,6 +43,9 @@ impl Renderer {
     ) -> Result<PreparedFrame<'_>> {
         settings.check().map_err(|fault| GpuError::Usage { name: "settings".to_owned(), fault })?;
         self.check_loops(state, settings)?;
+        if settings.shading.has_classes() {
+            self.surfaces.meshes.find_classes()?;
+        }
         self.prepared += 1;
         let max_vertices_per_draw = self.gpu.tessellated_vertices_per_draw().unwrap_or(u32::MAX);
         let tessellation = TessellationSettings { max_vertices_per_draw, ..settings.tessellation };
@@ -50,7 +53,7 @@ impl Renderer {
         let light_visibility = purpose == Purpose::Light;
         let kind = ShadeKind {
             light_visibility,
-            ..shade_kind(state, &settings, &self.environment, self.surfaces.meshes.demands(state))
+            ..shade_kind(state, &settings, &self.environment, self.surfaces.meshes.demands(state, &settings))
         };
         let (settings, drawing) = drawing(settings, kind, purpose);
         let filter = drawing.filter;

@@ -19,8 +19,10 @@ use crate::passes::CommonPasses;
 use crate::passes::geometry::CasterKinds;
 use crate::scene::{FrameState, Scene};
 use crate::settings::RenderSettings;
-use crate::surfaces::classes::ObjectClasses;
+use crate::surfaces::classes::SceneClasses;
 use crate::surfaces::fits::Fits;
+use crate::surfaces::half_range::fill_half_range;
+use crate::surfaces::moments::MomentFormat;
 use crate::surfaces::numbering::Numbering;
 use crate::surfaces::object::Upload;
 use crate::surfaces::placeholders::Placeholders;
@@ -96,15 +98,19 @@ impl Renderer {
         environment: Environment,
         first: Option<(&FrameState, &RenderSettings)>,
     ) -> Result<Self> {
-        objects
-            .par_iter_mut()
-            .filter(|object| object.classes.is_none())
-            .for_each(|object| object.classes = ObjectClasses::of(object));
+        if map_precision == MomentFormat::Float16 {
+            objects.par_iter_mut().for_each(fill_half_range);
+        }
         let numbering = Numbering::of(&objects)?;
-        let pipelines = MeshPipelines::of(gpu, &objects, numbering);
+        let mut pipelines = MeshPipelines::of(gpu, &objects, numbering);
+        let shades_classes = first.is_some_and(|(_, settings)| settings.shading.has_classes());
+        let classes = SceneClasses::of(&mut objects, cache.as_ref(), shades_classes);
+        if let SceneClasses::Found(found) = &classes {
+            pipelines.add_classes(found);
+        }
         let casters = pipelines.casters();
         let first = first.map(|(state, settings)| {
-            let kind = shade_kind(state, settings, &environment, pipelines.demands(state));
+            let kind = shade_kind(state, settings, &environment, pipelines.demands(state, settings));
             (state, drawing(*settings, kind, Purpose::Picture))
         });
         let fits = Fits::of(&objects)?;
@@ -127,7 +133,7 @@ impl Renderer {
         // Meshes are many small tasks, so they come last and fill the threads' idle time.
         let ((sea, passes), meshes) = rayon::join(
             || rayon::join(|| ocean.map(sea).transpose(), passes),
-            || Meshes::new(pipelines, objects, upload, of_meshes),
+            || Meshes::new(pipelines, objects, classes, upload, of_meshes),
         );
         let (irradiance, tables, common) = passes?;
         Ok(Self {

@@ -208,8 +208,11 @@ impl FilterPass {
                 ("TileRecords", Descriptor::Storage(&visible.tiles.records)),
             ];
             // A pass that shades covers the screen, so it needs no tiles.
-            cmd.bind(&self.pipelines[&posed.object.kind], if light.is_some() { &pixels[..6] } else { &pixels });
-            cmd.bind_set(&posed.object.set);
+            let (kind, set) = posed
+                .by_class()
+                .map_or((posed.object.kind, &posed.object.set), |by_class| (by_class.kind, &by_class.set));
+            cmd.bind(&self.pipelines[&kind], if light.is_some() { &pixels[..6] } else { &pixels });
+            cmd.bind_set(set);
             if let Some(scene) = light {
                 cmd.bind_set(scene);
             }

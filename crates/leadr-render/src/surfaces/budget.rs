@@ -47,7 +47,7 @@ pub fn map_bytes(object: &Object, format: MomentFormat) -> u64 {
         let bytes = 4 + 4 * u64::from(map.f0.is_some());
         with_mips(u64::from(map.width) * u64::from(map.height) * bytes)
     });
-    relief + material + object.classes.as_ref().map_or(0, ObjectClasses::bytes)
+    relief + material
 }
 
 /// Returns the size in bytes of the largest image among an object's maps, either the slope moments or the colours.
@@ -79,6 +79,18 @@ impl Room {
     /// Returns the memory that is available now for maps in this format.
     pub fn on(gpu: &Gpu, format: MomentFormat) -> Self {
         Self { format, device: gpu.memory_room() }
+    }
+
+    /// Checks that the images of classes fit into memory. Each entry has the name and the classes of an object.
+    ///
+    /// # Errors
+    /// As [`check`](Self::check).
+    pub fn check_classes(&self, classes: &[(&str, &ObjectClasses)]) -> Result<()> {
+        let bytes = |classes: &ObjectClasses| classes.bytes().iter().sum::<u64>();
+        let Some((name, _)) = classes.iter().max_by_key(|(_, classes)| bytes(classes)) else { return Ok(()) };
+        let needs: u64 = classes.iter().map(|(_, classes)| bytes(classes)).sum();
+        let piece = classes.iter().flat_map(|(_, classes)| classes.bytes()).max().unwrap_or(0);
+        self.device.check(needs, piece, &format!("a scene with the classes of facets of {name}"), "--classes off")
     }
 
     /// Checks that the maps of these objects fit into memory. Only the sizes of the maps are used, so their texels may be missing.

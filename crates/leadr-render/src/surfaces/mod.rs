@@ -8,7 +8,7 @@ pub mod displacement;
 pub mod divided;
 pub mod fits;
 pub mod flat;
-mod half_range;
+pub mod half_range;
 pub mod horizon;
 pub mod material;
 pub mod moments;

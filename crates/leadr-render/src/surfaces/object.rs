@@ -1,7 +1,7 @@
 //! An [`Object`] on the device.
 
 use std::collections::HashMap;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use glam::{Vec2, Vec3};
 
@@ -11,7 +11,6 @@ use super::detail::{DetailImages, DetailKind};
 use super::displacement::{Border, BoundaryHeights, HeightField};
 use super::fits::Fits;
 use super::flat;
-use super::half_range::fill_half_range;
 use super::horizon::{HorizonInput, HorizonMaps};
 use super::material::{Bases, CutoutKind, MaterialFeatures, MaterialImages, address_mode};
 use super::moments::{LeadrMapGpu, MomentFormat, field_maps};
@@ -90,10 +89,23 @@ pub struct GpuObject {
     pub maps: Arc<ObjectMaps>,
     /// The descriptor set of the mesh and the maps.
     pub set: ResourceSet,
+    /// The buffers in the set that belong to the mesh: patches, edge heights and vertex heights.
+    buffers: [Buffer; 3],
     /// The inputs that the filter pass fetches for this object.
     pub kind: SurfaceKind,
+    /// The inputs for frames that shade the relief by classes of facets, if there are several classes and they are known.
+    by_class: OnceLock<ByClass>,
     /// The number of the measured material, counted from 1, or 0 without one.
     fit: u32,
+}
+
+/// The inputs for an object that is shaded by classes of facets.
+pub struct ByClass {
+    /// The inputs that the filter pass fetches.
+    pub kind: SurfaceKind,
+    /// The descriptor set of the mesh, the maps and the classes.
+    pub set: ResourceSet,
+    images: ClassImages,
 }
 
 /// The maps of an object.
@@ -109,8 +121,6 @@ pub struct ObjectMaps {
     charts: Buffer,
     /// The repeating detail relief. Objects without a detail have placeholders.
     detail: Arc<DetailImages>,
-    /// The images of the classes of facets.
-    classes: ClassImages,
     sampler: Sampler,
     of_coarse_levels: Sampler,
 }
@@ -184,16 +194,10 @@ impl SurfaceKind {
             tiled: tiles,
             displaced: object.heights.is_some(),
             colored: object.material.is_some(),
-            features: MaterialFeatures {
-                bases: Bases {
-                    classes: object.classes.as_ref().map_or(1, |classes| classes.count()),
-                    ..features.bases
-                },
-                ..features
-            },
+            features: MaterialFeatures { bases: Bases { classes: 1, ..features.bases }, ..features },
             charted: object.charts.is_some(),
-            class_colors: object.classes.as_ref().is_some_and(|classes| classes.colors.is_some()),
-            tap_rows: if object.classes.as_ref().is_some_and(ObjectClasses::has_sharp_roughness) { 3 } else { 1 },
+            class_colors: false,
+            tap_rows: 1,
             horizon: object.height_scale != 0.0
                 && object.material.as_ref().is_none_or(|map| map.cones.is_none())
                 && object
@@ -214,6 +218,18 @@ impl SurfaceKind {
 }
 
 impl SurfaceKind {
+    /// Returns the kind of the object if it is shaded by these classes.
+    #[must_use]
+    pub fn with_classes(self, classes: &ObjectClasses) -> Self {
+        let bases = Bases { classes: classes.count(), ..self.features.bases };
+        Self {
+            features: MaterialFeatures { bases, ..self.features },
+            class_colors: classes.colors.is_some(),
+            tap_rows: if classes.has_sharp_roughness() { 3 } else { 1 },
+            ..self
+        }
+    }
+
     /// Whether the device samples the heights by example, which includes the heights at edges.
     pub fn displaced_by_example(self) -> bool {
         self.displaced && self.by_example
@@ -291,10 +307,6 @@ impl ObjectMaps {
             Some(detail) => Arc::new(DetailImages::new(gpu, name, detail, &object.mesh, border, &none.material)?),
             None => none.detail.clone(),
         };
-        let classes = match &object.classes {
-            Some(classes) => ClassImages::new(gpu, name, classes, &none.classes)?,
-            None => none.classes.clone(),
-        };
         let charts: Vec<ChartsGpu> = charts.unwrap_or_default().iter().map(ChartsGpu::of).collect();
         let charts = if charts.is_empty() { vec![ChartsGpu { corners: [[0.0; 2]; CHART_CORNERS] }] } else { charts };
         let atlas = match border {
@@ -319,15 +331,14 @@ impl ObjectMaps {
             material,
             charts: Buffer::from_slice(gpu, &format!("{name} charts"), &charts)?,
             detail,
-            classes,
             sampler: Sampler::with_modes(gpu, Filter::Trilinear, modes)?,
             of_coarse_levels: Sampler::new(gpu, Filter::Bilinear, AddressMode::ClampToEdge)?,
         })
     }
 
     /// Returns the images and the layout buffers, with their names in the shaders.
-    fn bindings(&self) -> Vec<(&'static str, Descriptor<'_>)> {
-        let Self { leadr, horizons, atlas, material, detail, classes, sampler, of_coarse_levels, .. } = self;
+    fn bindings<'a>(&'a self, classes: &'a ClassImages) -> Vec<(&'static str, Descriptor<'a>)> {
+        let Self { leadr, horizons, atlas, material, detail, sampler, of_coarse_levels, .. } = self;
         let [colors, emission, occlusion, opacity] = &material.samplers;
         let images: [(&str, &Image, &Sampler); 22] = [
             ("height_map", &leadr.heights, sampler),
@@ -376,9 +387,6 @@ impl GpuObject {
             let fault = "a coarser mesh cannot share maps made for the patches of the finer mesh".to_owned();
             return Err(GpuError::Usage { name: object.name, fault });
         }
-        if upload.format == MomentFormat::Float16 {
-            fill_half_range(&mut object);
-        }
         let kind = SurfaceKind::of(&object, &object.mesh);
         let coarse = coarse_mesh.map(|mesh| (SurfaceKind::of(&object, &mesh), mesh));
         let fit = upload.fits.number_of(&object);
@@ -401,13 +409,13 @@ impl GpuObject {
         let maps = maps?;
         // The device now has the height texels, so the CPU's copy is freed.
         object.heights.iter_mut().for_each(|field| field.map.texels = Vec::new());
-        object.classes = None;
+        let none = &upload.none.classes;
         let coarse = coarse.map(|(kind, carrier, mesh)| {
             let object = Object { mesh, ..object.clone() };
-            Self::with_maps(gpu, object, fit, kind, carrier, maps.clone())
+            Self::with_maps(gpu, object, fit, kind, carrier, maps.clone(), none)
         });
         let coarse = coarse.transpose()?;
-        Ok((Self::with_maps(gpu, object, fit, kind, carrier, maps)?, coarse))
+        Ok((Self::with_maps(gpu, object, fit, kind, carrier, maps, none)?, coarse))
     }
 
     fn with_maps(
@@ -417,6 +425,7 @@ impl GpuObject {
         kind: SurfaceKind,
         Carrier { topology, boundary }: Carrier,
         maps: Arc<ObjectMaps>,
+        no_classes: &ClassImages,
     ) -> Result<Self> {
         let name = &object.name;
         let (low, high) =
@@ -424,11 +433,11 @@ impl GpuObject {
         let patches = Buffer::from_slice(gpu, &format!("{name} patches"), &patches(&object, &topology))?;
         let edges = Buffer::from_slice(gpu, &format!("{name} edge heights"), &boundary.edges)?;
         let vertices = Buffer::from_slice(gpu, &format!("{name} vertex heights"), &boundary.vertices)?;
-        let buffers =
-            [("Patches", &patches), ("EdgeHeights", &edges), ("VertexHeights", &vertices), ("Charts", &maps.charts)];
-        let buffers = buffers.map(|(name, buffer)| (name, Descriptor::Storage(buffer)));
+        let buffers = [patches, edges, vertices];
         Ok(Self {
-            set: ResourceSet::new(gpu, &OBJECT, &[&buffers[..], &maps.bindings()[..]].concat())?,
+            set: set_of(gpu, &buffers, &maps, no_classes)?,
+            buffers,
+            by_class: OnceLock::new(),
             relief: high - low,
             height_range: boundary.patch_range,
             edge_texels: boundary.edge_texels,
@@ -441,14 +450,26 @@ impl GpuObject {
         })
     }
 
+    /// Adds the classes of the object, which has none yet. `images` are those of `classes`.
+    pub fn add_classes(&self, gpu: &Arc<Gpu>, kind: SurfaceKind, images: ClassImages) -> Result<()> {
+        let set = set_of(gpu, &self.buffers, &self.maps, &images)?;
+        self.by_class.get_or_init(|| ByClass { kind, set, images });
+        Ok(())
+    }
+
+    /// Returns the inputs for frames that shade by classes, if several classes are known.
+    pub fn by_class(&self) -> Option<&ByClass> {
+        self.by_class.get()
+    }
+
     /// Creates a buffer that the CPU writes every frame, with room for `count` values (at least one) of `bytes` bytes each.
     pub(super) fn frame_buffer(&self, gpu: &Arc<Gpu>, what: &str, count: usize, bytes: usize) -> Result<Buffer> {
         let name = format!("{} {what}", self.object.name);
         Buffer::new(gpu, &name, (count.max(1) * bytes) as u64, Memory::Upload)
     }
 
-    /// Returns the record of the object. Only the fields that do not depend on the pose are set.
-    pub(super) fn record(&self, shown: &Shown) -> ObjectRecordGpu {
+    /// Returns the record of the object in a frame that uses these classes. Only the fields that do not depend on the pose are set.
+    pub(super) fn record(&self, shown: &Shown, by_class: Option<&ByClass>) -> ObjectRecordGpu {
         let flags = [
             (FLAG_DISPLACED, self.kind.displaced),
             (FLAG_FLAT, self.kind.flat),
@@ -461,6 +482,13 @@ impl GpuObject {
             (FLAG_MASK, self.kind.features.cutout == Some(CutoutKind::Mask)),
         ];
         let height_scale = shown.height_scale * self.object.height_scale;
+        let record = by_class.map_or_else(bytemuck::Zeroable::zeroed, |ByClass { images, .. }| ObjectRecordGpu {
+            class_centers: images.centers,
+            class_unit: images.unit,
+            class_correlation: images.correlation,
+            class_sky_depth: images.sky_depths(shown.height_scale),
+            ..bytemuck::Zeroable::zeroed()
+        });
         ObjectRecordGpu {
             height_scale,
             specular_f0: self.object.specular_f0,
@@ -468,13 +496,17 @@ impl GpuObject {
             fit: self.fit,
             edge_tint: edge_tint_bits(self.object.edge_tint),
             relief: self.relief * height_scale.abs(),
-            class_centers: self.maps.classes.centers,
-            class_unit: self.maps.classes.unit,
-            class_correlation: self.maps.classes.correlation,
-            class_sky_depth: self.maps.classes.sky_depths(shown.height_scale),
-            ..bytemuck::Zeroable::zeroed()
+            ..record
         }
     }
+}
+
+/// Creates the descriptor set of an object from the buffers of its mesh, its maps and its classes.
+fn set_of(gpu: &Arc<Gpu>, buffers: &[Buffer; 3], maps: &ObjectMaps, classes: &ClassImages) -> Result<ResourceSet> {
+    let [patches, edges, vertices] = buffers;
+    let buffers = [("Patches", patches), ("EdgeHeights", edges), ("VertexHeights", vertices), ("Charts", &maps.charts)];
+    let buffers = buffers.map(|(name, buffer)| (name, Descriptor::Storage(buffer)));
+    ResourceSet::new(gpu, &OBJECT, &[&buffers[..], &maps.bindings(classes)[..]].concat())
 }
 
 /// Returns, for each object, the index of the first earlier object that has the same maps.
@@ -511,8 +543,6 @@ fn have_same_maps(a: &Object, b: &Object) -> bool {
     let same_surface = |a: &PatchMesh, b: &PatchMesh| {
         a.patches == b.patches && a.positions == b.positions && a.normals == b.normals && a.texcoords == b.texcoords
     };
-    // The classes of steep relief differ from those of flat relief.
-    let centers = |object: &Object| object.classes.as_ref().map(|classes| classes.map.centers.clone());
     is_relief_alone(a)
         && is_relief_alone(b)
         && of_a.border == of_b.border
@@ -520,7 +550,6 @@ fn have_same_maps(a: &Object, b: &Object) -> bool {
         && a.height_scale.partial_cmp(&0.0) == b.height_scale.partial_cmp(&0.0)
         && (!matches!(of_a.border, Border::Tiles(_)) || same_surface(&a.mesh, &b.mesh))
         && !of_a.map.texels.is_empty()
-        && centers(a) == centers(b)
         && of_a.map == of_b.map
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{Mat2, Vec2, Vec3};
 
 use super::flat::Chart;
-use super::object::GpuObject;
+use super::object::{ByClass, GpuObject};
 use super::patch_mesh::PosedVertices;
 use super::records::ObjectRecords;
 use super::sphere::Sphere;
@@ -24,9 +24,16 @@ pub struct PosedObject {
     pub height_scale: f32,
     /// The records of all objects of the frame.
     pub records: Arc<ObjectRecords>,
+    /// Whether the frame shades by classes of facets.
+    pub shades_classes: bool,
 }
 
 impl PosedObject {
+    /// Returns the inputs for the classes of the object, if the frame shades by classes and the object has several.
+    pub fn by_class(&self) -> Option<&ByClass> {
+        self.object.by_class().filter(|_| self.shades_classes)
+    }
+
     /// Returns the mean length of a height texel in the world, in metres, which is infinite without heights.
     pub fn texel_length(&self) -> f32 {
         let positions = &self.vertices.positions;

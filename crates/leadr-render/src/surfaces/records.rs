@@ -116,7 +116,7 @@ impl ObjectRecordGpu {
             displacement: height_scale * object.object.height_scale,
             viewer_above: vertices.positions.first().map_or(0.0, |&p| normal.dot(shown.eye - p)),
             texel_repeat: mesh.flat_repeat.unwrap_or(0.0),
-            ..object.record(shown)
+            ..object.record(shown, posed.by_class())
         }
     }
 }

@@ -17,8 +17,10 @@ use crate::passes::targets::{GeometryTargets, VisibleSurface};
 use crate::scene::{FrameState, Object, Pose};
 use crate::settings::{Needs, RenderSettings};
 use crate::surfaces::budget::Room;
+use crate::surfaces::classes::{ClassImages, ClassSources, FoundClasses, ObjectClasses, SceneClasses};
 use crate::surfaces::divided::{DividedObject, DivisionBuffers};
 use crate::surfaces::material::Bases;
+use crate::surfaces::moments::MomentFormat;
 use crate::surfaces::numbering::Numbering;
 use crate::surfaces::object::{GpuObject, ObjectMaps, SurfaceKind, Upload, with_same_maps};
 use crate::surfaces::object_view::{DrawnObject, ObjectView, Viewpoint};
@@ -29,6 +31,7 @@ use crate::surfaces::sphere::Sphere;
 use crate::surfaces::tessellation::{Lens, TessellationSettings};
 use crate::view::{Samples, View};
 use leadr_gpu::{Buffer, Commands, Gpu, ResourceSet, Result};
+use leadr_maps::cache::MapCache;
 
 /// The smallest distance between vertices of a shadow caster, in texels of the shadow map.
 const CASTER_SPACING: f32 = 4.0;
@@ -40,41 +43,76 @@ pub struct Meshes {
     pipelines: MeshPipelines,
     records: Pool<ObjectRecords>,
     views: Pool<ViewRecords>,
+    /// The maps in which the classes of the objects are found, until a frame needs the classes.
+    unfound: Option<Vec<Option<ClassSources<'static>>>>,
+    cache: Option<MapCache>,
+    format: MomentFormat,
+    no_classes: ClassImages,
 }
 
 /// The pipelines for the objects of a scene, which are described before the upload.
 pub struct MeshPipelines {
     gpu: Arc<Gpu>,
-    kinds: Vec<SurfaceKind>,
+    /// The kinds of all meshes, each with the number of its object.
+    kinds: Vec<(usize, SurfaceKind)>,
+    /// The kinds for frames that shade by classes of facets, if the classes are known.
+    by_class: Option<Vec<SurfaceKind>>,
     casters: CasterKinds,
     numbering: Numbering,
     geometry: Cache<GeometryKind, GeometryPass>,
-    filters: Cache<(Needs, bool, FilterInto), FilterPass>,
+    filters: Cache<(Needs, bool, bool, FilterInto), FilterPass>,
 }
 
 impl MeshPipelines {
     /// Describes the pipelines for these objects without making any.
     pub fn of(gpu: &Arc<Gpu>, objects: &[Object], numbering: Numbering) -> Self {
         let (mut kinds, mut casters) = (Vec::new(), CasterKinds::default());
-        for object in objects {
+        for (number, object) in objects.iter().enumerate() {
             for mesh in std::iter::once(&object.mesh).chain(&object.coarse_mesh) {
                 let kind = SurfaceKind::of(object, mesh);
-                kinds.push(kind);
+                kinds.push((number, kind));
                 if object.casts_shadow {
                     casters = casters.or(CasterKinds::of(kind));
                 }
             }
         }
-        Self { gpu: gpu.clone(), kinds, casters, numbering, geometry: Cache::default(), filters: Cache::default() }
+        let (geometry, filters) = (Cache::default(), Cache::default());
+        Self { gpu: gpu.clone(), kinds, by_class: None, casters, numbering, geometry, filters }
+    }
+
+    /// Describes the pipelines for objects with these classes. Frames then shade by classes.
+    pub fn add_classes(&mut self, found: &FoundClasses) {
+        self.by_class = Some(self.kinds_of(found));
+    }
+
+    fn kinds_of(&self, found: &FoundClasses) -> Vec<SurfaceKind> {
+        let kind = |&(number, kind): &(usize, SurfaceKind)| {
+            found[number].as_ref().map_or(kind, |classes| kind.with_classes(classes))
+        };
+        self.kinds.iter().map(kind).collect()
+    }
+
+    /// Whether frames with these settings shade by classes.
+    fn shades_classes(&self, settings: &RenderSettings) -> bool {
+        settings.shading.has_classes() && self.by_class.is_some()
+    }
+
+    /// Returns the kinds of all meshes in frames with these settings.
+    fn kinds(&self, settings: &RenderSettings) -> Vec<SurfaceKind> {
+        match &self.by_class {
+            Some(kinds) if settings.shading.has_classes() => kinds.clone(),
+            _ => self.kinds.iter().map(|(_, kind)| *kind).collect(),
+        }
     }
 
     /// Returns the shading features that the objects require.
-    pub fn demands(&self, state: &FrameState) -> Demands {
-        let any = |is: fn(&SurfaceKind) -> bool| self.kinds.iter().any(is);
+    pub fn demands(&self, state: &FrameState, settings: &RenderSettings) -> Demands {
+        let kinds = self.kinds(settings);
+        let any = |is: fn(&SurfaceKind) -> bool| kinds.iter().any(is);
         Demands {
             relief: state.height_scale != 0.0 && any(|kind| kind.horizon),
             casters: !self.casters.is_empty(),
-            bases: self.kinds.iter().fold(Bases::default(), |all, kind| all.and(kind.features.bases)),
+            bases: kinds.iter().fold(Bases::default(), |all, kind| all.and(kind.features.bases)),
         }
     }
 
@@ -90,13 +128,14 @@ impl MeshPipelines {
         settings: &RenderSettings,
         drawing: SurfaceDrawing,
     ) -> Result<(ForViews<GeometryPass>, FilterPass)> {
-        let Self { gpu, kinds, geometry, filters, numbering, .. } = self;
+        let (kinds, shades_classes) = (self.kinds(settings), self.shades_classes(settings));
+        let Self { gpu, geometry, filters, numbering, .. } = self;
         let numbering = *numbering;
         let (needs, filter) = (settings.shading.needs(), drawing.filter);
         let relief_drawn = settings.geometry_scale(state.height_scale) != 0.0;
         Ok((
-            drawing.geometry(|kind| geometry.get(kind, || GeometryPass::new(gpu, kind, kinds, numbering)))?,
-            filters.get((needs, relief_drawn, filter), || {
+            drawing.geometry(|kind| geometry.get(kind, || GeometryPass::new(gpu, kind, &kinds, numbering)))?,
+            filters.get((needs, shades_classes, relief_drawn, filter), || {
                 FilterPass::new(gpu, needs, relief_drawn, filter, kinds.iter().copied(), numbering)
             })?,
         ))
@@ -104,6 +143,8 @@ impl MeshPipelines {
 }
 
 struct Mesh {
+    /// The number of the object in the scene. Instances share it.
+    number: usize,
     fine: DetailLevel,
     coarse: Option<DetailLevel>,
 }
@@ -147,15 +188,31 @@ impl DetailLevel {
 
 impl Mesh {
     /// Uploads an object. `maps` are the maps that it shares with another object, if any.
-    fn new(gpu: &Arc<Gpu>, object: Object, upload: Upload<'_>, maps: Option<Arc<ObjectMaps>>) -> Result<Self> {
+    fn new(
+        gpu: &Arc<Gpu>,
+        (number, object): (usize, Object),
+        upload: Upload<'_>,
+        maps: Option<Arc<ObjectMaps>>,
+    ) -> Result<Self> {
         let (fine, coarse) = GpuObject::upload(gpu, object, upload, maps)?;
-        Ok(Self { fine: DetailLevel::new(fine), coarse: coarse.map(DetailLevel::new) })
+        Ok(Self { number, fine: DetailLevel::new(fine), coarse: coarse.map(DetailLevel::new) })
     }
 
     /// Returns one mesh for each instance of the object.
     fn instances(self) -> impl Iterator<Item = Self> {
         let count = self.fine.object.object.instances;
-        (0..count).map(move |_| Self { fine: self.fine.again(), coarse: self.coarse.as_ref().map(DetailLevel::again) })
+        let number = self.number;
+        let again =
+            move |_| Self { number, fine: self.fine.again(), coarse: self.coarse.as_ref().map(DetailLevel::again) };
+        (0..count).map(again)
+    }
+
+    /// Uploads the classes of the object.
+    fn add_classes(&self, gpu: &Arc<Gpu>, classes: ObjectClasses, none: &ClassImages) -> Result<()> {
+        let objects = std::iter::once(&self.fine).chain(&self.coarse).map(|level| &level.object);
+        let kinds: Vec<_> = objects.clone().map(|object| object.kind.with_classes(&classes)).collect();
+        let images = ClassImages::new(gpu, &self.fine.object.object.name, classes, none)?;
+        objects.zip(kinds).try_for_each(|(object, kind)| object.add_classes(gpu, kind, images.clone()))
     }
 
     /// Returns the level of detail that the camera needs, with its posed vertices. `edges` is whether there are edge samples.
@@ -166,7 +223,7 @@ impl Mesh {
         tessellation: &TessellationSettings,
         edges: bool,
     ) -> (&mut DetailLevel, PosedVertices) {
-        let Self { fine, coarse } = self;
+        let Self { fine, coarse, .. } = self;
         if let Some(level) = coarse {
             let vertices = pose.apply(&level.object.object.mesh);
             let nearest = vertices.positions.iter().map(|p| p.distance(lens.eye)).fold(f32::INFINITY, f32::min);
@@ -188,13 +245,14 @@ impl Mesh {
 }
 
 impl Meshes {
-    /// Uploads the objects of `pipelines`. At the same time, another thread runs `meanwhile` on the pipelines.
+    /// Uploads the objects of `pipelines` and their classes. At the same time, another thread runs `meanwhile` on the pipelines.
     ///
     /// # Errors
     /// Returns an error if memory is short, and the errors of `meanwhile`.
     pub fn new(
         mut pipelines: MeshPipelines,
         objects: Vec<Object>,
+        classes: SceneClasses,
         upload: Upload<'_>,
         meanwhile: impl FnOnce(&mut MeshPipelines) -> Result<()> + Send,
     ) -> Result<Self> {
@@ -202,7 +260,44 @@ impl Meshes {
         Room::on(gpu, upload.format).check(&objects)?;
         let (meshes, done) = rayon::join(|| upload_all(gpu, objects, upload), || meanwhile(&mut pipelines));
         done?;
-        Ok(Self { meshes: meshes?, pipelines, records: Pool::default(), views: Pool::default(), gpu: gpu.clone() })
+        let (found, unfound) = match classes {
+            SceneClasses::Found(found) => (found, None),
+            SceneClasses::Unfound(sources) => (Vec::new(), Some(sources)),
+        };
+        let meshes = Self {
+            meshes: meshes?,
+            pipelines,
+            records: Pool::default(),
+            views: Pool::default(),
+            unfound,
+            cache: upload.cache.cloned(),
+            format: upload.format,
+            no_classes: upload.none.classes.clone(),
+            gpu: gpu.clone(),
+        };
+        meshes.upload_classes(found)?;
+        Ok(meshes)
+    }
+
+    /// Finds and uploads the classes of the objects, unless they are known.
+    ///
+    /// # Errors
+    /// Returns an error if memory is short. Frames then show one class.
+    pub fn find_classes(&mut self) -> Result<()> {
+        let Some(sources) = self.unfound.take() else { return Ok(()) };
+        let found = SceneClasses::find(sources, self.cache.as_ref());
+        let kinds = self.pipelines.kinds_of(&found);
+        self.upload_classes(found)?;
+        self.pipelines.by_class = Some(kinds);
+        Ok(())
+    }
+
+    fn upload_classes(&self, mut found: FoundClasses) -> Result<()> {
+        let classes = self.meshes.iter().filter_map(|mesh| Some((mesh, found.get_mut(mesh.number)?.take()?)));
+        let classes: Vec<(&Mesh, ObjectClasses)> = classes.collect();
+        let named: Vec<_> = classes.iter().map(|(mesh, of)| (mesh.fine.object.object.name.as_str(), of)).collect();
+        Room::on(&self.gpu, self.format).check_classes(&named)?;
+        classes.into_par_iter().try_for_each(|(mesh, classes)| mesh.add_classes(&self.gpu, classes, &self.no_classes))
     }
 }
 
@@ -211,7 +306,7 @@ fn upload_all(gpu: &Arc<Gpu>, objects: Vec<Object>, upload: Upload<'_>) -> Resul
     let same = with_same_maps(&objects);
     let (own, shared): (Vec<_>, Vec<_>) =
         objects.into_iter().enumerate().partition(|&(index, _)| same[index].is_none());
-    let mesh = |(index, object): (usize, Object), maps| Ok((index, Mesh::new(gpu, object, upload, maps)?));
+    let mesh = |object: (usize, Object), maps| Ok((object.0, Mesh::new(gpu, object, upload, maps)?));
     let mut meshes: BTreeMap<usize, Mesh> =
         own.into_par_iter().map(|object| mesh(object, None)).collect::<Result<_>>()?;
     let with_maps = |object: (usize, Object)| {
@@ -225,8 +320,8 @@ fn upload_all(gpu: &Arc<Gpu>, objects: Vec<Object>, upload: Upload<'_>) -> Resul
 
 impl Meshes {
     /// Returns the shading features that the meshes require.
-    pub fn demands(&self, state: &FrameState) -> Demands {
-        self.pipelines.demands(state)
+    pub fn demands(&self, state: &FrameState, settings: &RenderSettings) -> Demands {
+        self.pipelines.demands(state, settings)
     }
 
     /// Poses the meshes for a frame, in buffers that no other frame uses. Also makes the pipelines of the meshes.
@@ -238,6 +333,7 @@ impl Meshes {
     ) -> Result<PreparedMeshes> {
         let (geometry, filter) = self.pipelines.prepare(state, settings, drawing)?;
         let lens = state.camera.lens(settings.size.1);
+        let shades_classes = self.pipelines.shades_classes(settings);
         let Self { gpu, records, views, .. } = self;
         let objects = self.meshes.len();
         let records = records.take(|| ObjectRecords::new(gpu, objects))?;
@@ -249,7 +345,8 @@ impl Meshes {
             let lights = if level.object.object.casts_shadow { drawing.shadow_maps as usize } else { 0 };
             let height_scale = settings.geometry_scale(state.height_scale);
             let object = level.object.clone();
-            let posed = PosedObject { object, number, vertices, height_scale, records: records.clone() };
+            let posed =
+                PosedObject { object, number, vertices, height_scale, records: records.clone(), shades_classes };
             written.push(ObjectRecordGpu::new(&posed, &shown));
             meshes.push(level.prepare(gpu, posed, lights)?);
         }

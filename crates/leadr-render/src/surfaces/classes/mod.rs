@@ -1,34 +1,68 @@
 //! The classes of facets of an object's relief, such as the tops, walls and bottoms of bricks
-//! ([`classes`]).
+//! ([`classes`](leadr_maps::derive::classes)).
 //!
 //! One class is one Gaussian of slopes. A relief with more classes has two image layers per class with slope and height moments, and
 //! one layer per class with colours if the classes differ in material. A smooth surface has only the classes of its material.
 
-use std::sync::Arc;
+mod images;
+mod sources;
 
-use glam::{DVec2, DVec3, Vec3};
-use half::f16;
-use leadr_gpu::{Gpu, Image, ImageDesc, Result, vk};
-use leadr_maps::derive::{ClassMaterial, Classes, Facets, OPENNESS_SIDE, Openness, classes};
-use leadr_maps::{ClassColors, ClassLevel, ClassMap, MomentLevel, Moments, Wrap};
+use std::convert::Infallible;
+
+use glam::{DVec2, DVec3};
+use leadr_maps::cache::{MapCache, expect_all, expect_end, put, take};
+use leadr_maps::derive::{OPENNESS_SIDE, Openness};
+use leadr_maps::{ClassColors, ClassLevel, ClassMap};
 use leadr_reflectance::masking::classes::{Class, MOST_CLASSES};
+use rayon::prelude::*;
 
-use super::displacement::Border;
-use super::material::Codes;
-use super::patch_mesh::PatchMesh;
-use crate::scene::{MaterialMap, Object};
+use crate::scene::Object;
 
-/// The format of the moments and of the weighted colours.
-const FORMAT: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
-/// The number of patches from which the size of a map repeat is measured.
-const MEASURED: usize = 64;
-/// The maximum side of an image of class colours, in texels. For larger colour maps, the image starts at a coarser level.
-const MOST_TEXELS: u32 = 2048;
+pub use images::ClassImages;
+pub use sources::ClassSources;
+
 /// The ratio of the `α²` of two classes from which pixels at their border look blurred if a single row of taps filters them.
 const APART: f64 = 2.0;
 
+/// The classes of a relief, as a baked file stores them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StoredClasses {
+    /// The moments of each class.
+    pub map: ClassMap,
+    /// How much of each class other facets hide, for heights that are not inverted.
+    pub open: Openness,
+}
+
+impl StoredClasses {
+    /// Multiplies all heights by a factor.
+    pub fn scale(&mut self, factor: f32) {
+        self.map.centers.as_flattened_mut().iter_mut().for_each(|center| *center *= factor);
+        self.map.units.iter_mut().for_each(|unit| *unit *= factor);
+    }
+
+    /// Subtracts `height` from all heights.
+    pub fn lower(&mut self, height: f32) {
+        self.map.centers.iter_mut().for_each(|[_, _, center]| *center -= height);
+    }
+
+    /// Reverses the order of the rows, and with it the direction of `t`.
+    #[must_use]
+    pub fn with_reversed_rows(mut self) -> Self {
+        self.map.centers.iter_mut().for_each(|[_, t, _]| *t = -*t);
+        for ClassLevel { width, layers, .. } in &mut self.map.levels {
+            for layer in layers {
+                *layer = layer.chunks_exact(*width as usize).rev().flatten().copied().collect();
+                // The third value is the first or mixed moment of the slopes along t.
+                layer.iter_mut().for_each(|[_, _, value, _]| *value = -*value);
+            }
+        }
+        self.open.texels = self.open.texels.chunks_exact(OPENNESS_SIDE).rev().flatten().copied().collect();
+        self
+    }
+}
+
 /// The classes of an object's relief and of the material on it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ObjectClasses {
     /// The moments of each class. Smooth surfaces have no levels.
     pub map: ClassMap,
@@ -40,71 +74,88 @@ pub struct ObjectClasses {
     pub colors: Option<ClassColors>,
 }
 
-impl ObjectClasses {
-    /// Finds the classes of an object, which must still hold its maps. Returns `None` if one class describes the surface, or if the
-    /// maps are an atlas or projected along the axes.
-    pub fn of(object: &Object) -> Option<Self> {
-        let codes = Codes::new();
-        let texel = object.material.as_ref().map(|map| {
-            move |i: usize| {
-                let [r, g, b, square] = codes.linear(map.colors[i]);
-                [r, g, b, square.sqrt()]
-            }
-        });
-        let material = object.material.as_ref().zip(texel.as_ref()).filter(|(map, _)| has_classes(object, map));
-        let material = material.map(|(map, texel)| {
-            let size = [map.width, map.height];
-            (map, ClassMaterial { size, texel, follows_relief: object.follows_relief })
-        });
-        let colors = |facets, found: &Classes| {
-            let (map, material) = material.as_ref()?;
-            ClassColors::new(facets, found, material, skipped_levels(map))
-        };
-        let material = material.as_ref().map(|(_, material)| material);
-        if object.mesh.triplanar.is_some() {
-            return None;
+/// The classes of the objects of a scene, in scene order. `None` means a single class.
+pub type FoundClasses = Vec<Option<ObjectClasses>>;
+
+/// The classes of the objects of a scene, or the maps in which they are found.
+pub enum SceneClasses {
+    /// The maps, for frames that may need the classes later.
+    Unfound(Vec<Option<ClassSources<'static>>>),
+    /// The classes.
+    Found(FoundClasses),
+}
+
+impl SceneClasses {
+    /// Finds the classes if they are `wanted`. The objects must still hold their maps.
+    pub fn of(objects: &mut [Object], cache: Option<&MapCache>, wanted: bool) -> Self {
+        let stored: Vec<_> = objects.iter_mut().map(|object| object.classes.take()).collect();
+        let sources = objects.par_iter().zip(stored).map(|(object, stored)| ClassSources::of(object, stored));
+        if wanted {
+            Self::Found(sources.map(|sources| ObjectClasses::of(sources?, cache)).collect())
+        } else {
+            Self::Unfound(sources.map(|sources| sources.map(ClassSources::into_owned)).collect())
         }
-        let field = object.heights.as_ref();
-        let relief = field.filter(|field| object.height_scale != 0.0 && !is_constant(&field.map.texels));
-        if relief.is_none() {
-            // Without relief, only the material has classes.
-            let flat = classes(Facets::Flat, [1.0; 2], Some(material?));
-            if flat.count() == 1 {
-                return None;
-            }
-            if field.is_none() {
-                let colors = colors(Facets::Flat, &flat)?;
-                let map = ClassMap { centers: vec![[0.0; 3]; flat.count()], units: [1.0; 3], levels: Vec::new() };
-                let open = Openness { correlation: [1.0; MOST_CLASSES], texels: Vec::new() };
-                return Some(Self { map, open, slope_scale: DVec2::ONE, colors: Some(colors) });
-            }
-        }
-        let field = field?;
-        let wrap = match field.border {
-            Border::Wrap => Wrap::Repeat,
-            Border::Clamp => Wrap::Clamp,
-            Border::Tiles(_) => return None,
-        };
-        let rise_over_run = object.mesh.triangles && object.slopes.is_some();
-        let repeat = if rise_over_run { DVec2::ONE } else { metres_per_repeat(&object.mesh)? };
-        let level = first_level(object, wrap);
-        let facets = match &level {
-            Some(level) => Facets::OfTexels(level),
-            None => Facets::OfHeights(&field.map, wrap),
-        };
-        let scale = f64::from(object.height_scale) / repeat;
-        let found = classes(facets, scale.to_array(), material);
-        (found.count() > 1).then(|| {
-            let map = ClassMap::new(facets, &found, material);
-            let open = Openness::new(facets, wrap, &found, material, map.units, object.height_scale < 0.0);
-            Self { map, open, slope_scale: scale, colors: colors(facets, &found) }
-        })
     }
 
-    /// Multiplies all heights by a factor.
-    pub fn scale(&mut self, factor: f32) {
-        self.map.centers.as_flattened_mut().iter_mut().for_each(|center| *center *= factor);
-        self.map.units.iter_mut().for_each(|unit| *unit *= factor);
+    /// Finds the classes in these maps.
+    pub fn find(sources: Vec<Option<ClassSources<'_>>>, cache: Option<&MapCache>) -> FoundClasses {
+        sources.into_par_iter().map(|sources| ObjectClasses::of(sources?, cache)).collect()
+    }
+}
+
+/// The bytes per texel of the cached classes at most: eight layers, and their mask.
+const MOST_TEXEL_BYTES: u64 = 8 * 2 * MOST_CLASSES as u64 + 1;
+
+impl ObjectClasses {
+    fn of(mut sources: ClassSources<'_>, cache: Option<&MapCache>) -> Option<Self> {
+        if let Some(stored) = sources.take_stored() {
+            return Some(sources.with_stored(stored));
+        }
+        let Some(cache) = cache else { return sources.find() };
+        let texels = [sources.relief_size(), sources.color_size()].into_iter().flatten();
+        // All levels together have less than twice the texels of the first.
+        let texels: u64 = texels.map(|size| 2 * size.map(u64::from).iter().product::<u64>()).sum();
+        let read = |content: &[u8]| Self::read(content, &sources);
+        let make = || {
+            let found = sources.find();
+            let content = Self::content(found.as_ref());
+            Ok::<_, Infallible>((found, content))
+        };
+        let Ok(found) = cache.load_or_make("classes", sources.key(), MOST_TEXEL_BYTES * texels + (1 << 16), read, make);
+        found
+    }
+
+    /// Returns the content of a cache file with these classes.
+    fn content(found: Option<&Self>) -> Vec<u8> {
+        let mut content = Vec::new();
+        let Some(Self { map, open, colors, .. }) = found else { return content };
+        put(&mut content, &[map.count() as u32, u32::from(colors.is_some())]);
+        if !map.levels.is_empty() {
+            map.put(&mut content);
+            open.put(&mut content);
+        }
+        colors.iter().for_each(|colors| colors.put(&mut content));
+        content
+    }
+
+    /// Reads the content of a cache file.
+    fn read(mut content: &[u8], sources: &ClassSources<'_>) -> Result<Option<Self>, &'static str> {
+        if content.is_empty() {
+            return Ok(None);
+        }
+        let [count, has_colors] = take::<u32>(&mut content, 2)?[..] else { return Err("it is too short") };
+        expect_all(&[count], |count| (2..=MOST_CLASSES as u32).contains(count))?;
+        let (count, colored) = (count as usize, has_colors == 1);
+        let (map, open) = match sources.relief_size() {
+            Some(size) => (ClassMap::take(&mut content, size, count)?, Openness::take(&mut content)?),
+            None => smooth(count),
+        };
+        let colors = match sources.color_size() {
+            Some(size) if colored => Some(ClassColors::take(&mut content, size, sources.skipped(), count)?),
+            _ => None,
+        };
+        expect_end(content)?;
+        Ok(Some(Self { map, open, slope_scale: sources.scale(), colors }))
     }
 
     /// Returns the optical depths of the classes towards the sky, if a factor multiplies the height scale.
@@ -134,181 +185,176 @@ impl ObjectClasses {
         most > APART * least
     }
 
-    /// Returns the number of bytes of the images.
-    pub fn bytes(&self) -> u64 {
-        let levels = self.map.levels.iter().chain(self.colors.iter().flat_map(|colors| &colors.levels));
-        levels.map(|level| 8 * u64::from(level.width) * u64::from(level.height) * level.layers.len() as u64).sum()
+    /// Returns the number of bytes of each image.
+    pub fn bytes(&self) -> [u64; 2] {
+        let bytes =
+            |level: &ClassLevel| 8 * u64::from(level.width) * u64::from(level.height) * level.layers.len() as u64;
+        let colors = self.colors.iter().flat_map(|colors| &colors.levels);
+        [self.map.levels.iter().map(bytes).sum(), colors.map(bytes).sum()]
     }
 }
 
-/// Whether classes can depend on the material of an object.
-fn has_classes(object: &Object, map: &MaterialMap) -> bool {
-    // With charts, the colours have different texture coordinates from the heights. A measured material has its own facet distribution.
-    let lies_on_relief = object.charts.is_none() || object.heights.is_none();
-    lies_on_relief
-        && map.fit.is_none()
-        && !map.colors.is_empty()
-        && map.colors.len() == map.width as usize * map.height as usize
+/// Returns the map and the openness of a smooth surface.
+fn smooth(count: usize) -> (ClassMap, Openness) {
+    let map = ClassMap { centers: vec![[0.0; 3]; count], units: [1.0; 3], levels: Vec::new() };
+    (map, Openness { correlation: [1.0; MOST_CLASSES], texels: Vec::new() })
 }
 
-/// Returns how many of the finest colour levels have no class colours.
-fn skipped_levels(map: &MaterialMap) -> usize {
-    let mut skipped = 0;
-    while map.width.max(map.height) >> skipped > MOST_TEXELS {
-        skipped += 1;
-    }
-    skipped
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::MaterialMap;
+    use crate::surfaces::displacement::HeightField;
+    use crate::surfaces::patch_mesh::PatchMesh;
+    use glam::{Vec2, Vec3};
+    use leadr_maps::HeightMap;
 
-fn is_constant(heights: &[f32]) -> bool {
-    heights.iter().all(|height| *height == heights[0])
-}
-
-/// The largest difference between the mean slopes of texels with the same heights, relative to the slopes, as for block compression.
-const ALIKE: f64 = 0.05;
-
-/// Whether two levels have the same mean slopes up to the precision of files.
-fn agrees(a: &MomentLevel, b: &MomentLevel) -> bool {
-    let (mut difference, mut square) = (0.0, 0.0);
-    for (a, b) in a.texels.iter().zip(&b.texels) {
-        for axis in 0..2 {
-            difference += f64::from(a.mean_slope[axis] - b.mean_slope[axis]).powi(2);
-            square += f64::from(b.second[axis]);
-        }
-    }
-    a.texels.len() == b.texels.len() && difference <= ALIKE * ALIKE * square
-}
-
-/// Returns the finest moments of an object's slopes, or `None` if they are those of its heights.
-fn first_level(object: &Object, wrap: Wrap) -> Option<MomentLevel> {
-    let map = &object.heights.as_ref()?.map;
-    if let Some(moments) = &object.moments {
-        // A file gives the classes of the heights from which it was baked.
-        let level = moments.levels.first()?;
-        return (!agrees(level, &MomentLevel::of_heights(map, wrap))).then(|| level.clone());
-    }
-    let slopes = object.slopes.as_ref()?;
-    let moments = |(i, &[x, y]): (usize, &[f32; 2])| {
-        let [ss, tt, st] = object.slope_spread.as_ref().map_or([0.0; 3], |spread| spread[i]);
-        let second = [x * x + ss, y * y + tt];
-        Moments { mean_slope: [x, y], second, cross: x * y + st, height: map.texels[i] }
-    };
-    let texels = slopes.iter().enumerate().map(moments).collect();
-    Some(MomentLevel { width: map.width, height: map.height, texels })
-}
-
-/// Returns the size of a map repeat in metres along both texture coordinates, as the root mean square over patches.
-fn metres_per_repeat(mesh: &PatchMesh) -> Option<DVec2> {
-    let step = mesh.patches.len().div_ceil(MEASURED).max(1);
-    let (mut squares, mut count) = (DVec2::ZERO, 0.0);
-    for (patch, texcoords) in mesh.patches.iter().zip(&mesh.texcoords).step_by(step) {
-        let [a, b, d] = [patch[0], patch[1], patch[3]].map(|vertex| mesh.positions[vertex as usize]);
-        let ([u, v], [p, q]) = ([texcoords[1] - texcoords[0], texcoords[3] - texcoords[0]], [b - a, d - a]);
-        let area = u.perp_dot(v);
-        let along_s: Vec3 = (p * v.y - q * u.y) / area;
-        let along_t: Vec3 = (q * u.x - p * v.x) / area;
-        if along_s.is_finite() && along_t.is_finite() {
-            squares += DVec2::new(f64::from(along_s.length_squared()), f64::from(along_t.length_squared()));
-            count += 1.0;
-        }
-    }
-    let sizes = DVec2::new((squares.x / count).sqrt(), (squares.y / count).sqrt());
-    (sizes.is_finite() && sizes.min_element() > 0.0).then_some(sizes)
-}
-
-/// The number of factors of the height scale for which depths towards the sky are stored.
-const FACTORS: usize = 11;
-/// The factors of the height scale, each twice the one before.
-const FACTOR_RANGE: [f64; FACTORS] = [0.015625, 0.03125, 0.0625, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
-
-/// The images of the classes. Clones share the images.
-#[derive(Clone)]
-pub struct ClassImages {
-    /// Two layers per class ([`leadr_maps::ClassLevel`]).
-    pub moments: Image,
-    /// The weighted colours of each class, and the weights.
-    pub colors: Image,
-    /// The [openness](Openness) of each class.
-    pub open: Image,
-    /// The centres of the classes.
-    pub centers: [[f32; 4]; MOST_CLASSES],
-    /// The units of the moments about the centres, and the slope variance of the map in these units, summed over both axes.
-    pub unit: [f32; 4],
-    /// The [correlation](Openness::correlation) of the openness of each class.
-    pub correlation: [f32; MOST_CLASSES],
-    /// The optical depth of each class towards the sky, at each of [`FACTORS`] of the height scale.
-    sky_depths: [[f32; MOST_CLASSES]; FACTORS],
-}
-
-impl ClassImages {
-    /// Creates placeholders. Shaders never read them.
-    pub fn none(gpu: &Arc<Gpu>) -> Result<Self> {
-        let image = |name| {
-            let image = Image::new(gpu, name, ImageDesc::new(FORMAT, 1, 1).layers(2))?;
-            (0..2).try_for_each(|layer| image.write(0, layer, &[[f16::ZERO; 4]])).map(|()| image)
+    /// One patch of one metre with blocks on it.
+    fn blocks() -> Object {
+        let corners = [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y];
+        let mesh = PatchMesh {
+            positions: corners.map(|at| at.extend(0.0)).to_vec(),
+            normals: vec![Vec3::Z; 4],
+            texcoords: vec![corners],
+            patches: vec![[0, 1, 2, 3]],
+            ..PatchMesh::default()
         };
-        let open = Image::new(gpu, "no class openness", ImageDesc::new(FORMAT, 1, 1))?;
-        open.write(0, 0, &[[f16::ONE; 4]])?;
-        let (moments, colors) = (image("no class moments")?, image("no class colours")?);
-        let (centers, sky_depths) = ([[0.0; 4]; MOST_CLASSES], [[0.0; MOST_CLASSES]; FACTORS]);
-        Ok(Self { moments, colors, open, centers, unit: [1.0; 4], correlation: [1.0; MOST_CLASSES], sky_depths })
+        let height =
+            |i: u32| f32::from(u8::from((i / 8 + i / 256).is_multiple_of(2))) + 0.01 * ((i * 7919) % 13) as f32;
+        let map = HeightMap { width: 32, height: 32, texels: (0..1024).map(height).collect() };
+        Object::new("blocks", mesh).with_heights(HeightField::repeating(map), 0.05)
     }
 
-    /// Uploads the classes of an object.
-    pub fn new(gpu: &Arc<Gpu>, name: &str, classes: &ObjectClasses, none: &Self) -> Result<Self> {
-        let ObjectClasses { map, open, colors, .. } = classes;
-        let colors = match colors {
-            Some(colors) => uploaded(gpu, &format!("{name} class colours"), &colors.levels)?,
-            None => none.colors.clone(),
+    fn rough(object: Object, alpha: impl Fn(usize) -> u8) -> Object {
+        let colors = (0..1024).map(|i| [200, 100, 50, alpha(i)]).collect();
+        object.with_material(MaterialMap::new(32, 32, colors))
+    }
+
+    fn found(object: &Object, stored: Option<StoredClasses>, cache: Option<&MapCache>) -> Option<ObjectClasses> {
+        ObjectClasses::of(ClassSources::of(object, stored)?, cache)
+    }
+
+    #[test]
+    fn classes_are_stored_in_the_cache() {
+        let folder = tempfile::tempdir().unwrap();
+        let cache = MapCache::in_folder(folder.path());
+        let files = || {
+            let entries = std::fs::read_dir(folder.path()).map(Iterator::flatten).into_iter().flatten();
+            entries.map(|entry| entry.path()).collect::<Vec<_>>()
         };
-        if map.levels.is_empty() {
-            return Ok(Self { colors, ..none.clone() });
+        let two_roughnesses = |i: usize| if i.is_multiple_of(3) { 40 } else { 200 };
+        let flat = |mut object: Object| {
+            object.heights = None;
+            object
+        };
+        let even = |mut object: Object| {
+            object.heights.iter_mut().for_each(|field| field.map.texels.fill(0.25));
+            object
+        };
+        let objects = [
+            blocks(),
+            rough(blocks(), |_| 200),
+            rough(blocks(), two_roughnesses),
+            flat(rough(blocks(), two_roughnesses)),
+            even(rough(blocks(), two_roughnesses)),
+        ];
+        for (i, object) in objects.iter().enumerate() {
+            let exact = found(object, None, None);
+            assert_eq!(exact.as_ref().is_some_and(|classes| classes.colors.is_some()), i >= 3, "{i}");
+            assert!(found(object, None, Some(&cache)) == exact && files().len() == i + 1, "{i}");
+            assert!(found(object, None, Some(&cache)) == exact && files().len() == i + 1, "{i}");
         }
-        let moments = uploaded(gpu, &format!("{name} class moments"), &map.levels)?;
-        let mut centers = [[0.0; 4]; MOST_CLASSES];
-        centers.iter_mut().zip(&map.centers).for_each(|(to, [s, t, h])| *to = [*s, *t, *h, 0.0]);
-        let side = OPENNESS_SIDE as u32;
-        let table = Image::new(gpu, &format!("{name} class openness"), ImageDesc::new(FORMAT, side, side))?;
-        table.write(0, 0, &open.texels)?;
-        let [s, t, h] = map.units;
-        let unit = [s, t, h, variance_in_units(map)];
-        let (correlation, sky_depths) =
-            (open.correlation.map(|c| c as f32), FACTOR_RANGE.map(|factor| classes.sky_depths(factor)));
-        Ok(Self { moments, colors, open: table, centers, unit, correlation, sky_depths })
-    }
-
-    /// Returns the optical depth of each class towards the sky, if a factor multiplies the height scale.
-    pub fn sky_depths(&self, factor: f32) -> [f32; MOST_CLASSES] {
-        let at = (factor.abs().log2() - FACTOR_RANGE[0].log2() as f32).clamp(0.0, (FACTORS - 1) as f32);
-        let first = (at as usize).min(FACTORS - 2);
-        let part = at - first as f32;
-        std::array::from_fn(|k| {
-            let [low, high] = [first, first + 1].map(|i| self.sky_depths[i][k]);
-            low + part * (high - low)
-        })
-    }
-}
-
-fn uploaded(gpu: &Arc<Gpu>, name: &str, levels: &[ClassLevel]) -> Result<Image> {
-    let ClassLevel { width, height, layers } = &levels[0];
-    let image = Image::new(gpu, name, ImageDesc::new(FORMAT, *width, *height).full_mips().layers(layers.len() as u32))?;
-    for (mip, level) in (0..).zip(levels) {
-        for (number, layer) in (0..).zip(&level.layers) {
-            image.write(mip, number, layer)?;
+        // Other inputs have their own entries.
+        let steeper = Object { height_scale: 0.2, ..blocks() };
+        let inverted = Object { height_scale: -0.05, ..blocks() };
+        for (i, object) in [steeper, inverted].iter().enumerate() {
+            found(object, None, Some(&cache));
+            assert_eq!(files().len(), objects.len() + i + 1);
         }
     }
-    Ok(image)
-}
 
-/// Returns the slope variance of a whole map in the units of its classes, summed over both axes.
-fn variance_in_units(map: &ClassMap) -> f32 {
-    let unit = DVec2::new(f64::from(map.units[0]), f64::from(map.units[1]));
-    let classes = map.mean();
-    let mean: DVec2 = classes.iter().map(|class| class.share * class.mean).sum();
-    let variance = |class: &Class| {
-        let off = class.mean - mean;
-        class.share * (class.covariance.truncate() + off * off)
-    };
-    let variance: DVec2 = classes.iter().map(variance).sum();
-    (variance / (unit * unit)).element_sum() as f32
+    #[test]
+    fn one_class_and_damaged_entries_are_cached_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let cache = MapCache::in_folder(folder.path());
+        let mut smooth = blocks();
+        let wave = |i: usize| (i as f32 * std::f32::consts::TAU / 32.0).sin();
+        smooth
+            .heights
+            .iter_mut()
+            .flat_map(|field| field.map.texels.iter_mut().enumerate())
+            .for_each(|(i, h)| *h = wave(i));
+        smooth.height_scale = 1e-3;
+        assert_eq!(found(&smooth, None, Some(&cache)), None);
+        let entry = || std::fs::read_dir(folder.path()).unwrap().next().unwrap().unwrap().path();
+        assert_eq!(std::fs::metadata(entry()).unwrap().len(), 24, "only a header");
+        std::fs::remove_file(entry()).unwrap();
+
+        let exact = found(&blocks(), None, Some(&cache));
+        let file = entry();
+        let good = std::fs::read(&file).unwrap();
+        for damaged in [good[..good.len() / 2].to_vec(), [&good[..30], &[0xff; 9], &good[39..]].concat()] {
+            std::fs::write(&file, damaged).unwrap();
+            assert!(found(&blocks(), None, Some(&cache)) == exact);
+            assert_eq!(std::fs::read(&file).unwrap(), good, "the entry is replaced");
+        }
+        // A file with a good checksum and another number of classes is too short or too long.
+        let sources = ClassSources::of(&blocks(), None).map(ClassSources::into_owned);
+        let content = ObjectClasses::content(exact.as_ref());
+        for count in [0_u32, 1, 5, 2 + u32::from(content[0] == 2)] {
+            let planted = [&count.to_le_bytes()[..], &content[4..]].concat();
+            assert!(ObjectClasses::read(&planted, sources.as_ref().unwrap()).is_err(), "{count}");
+        }
+    }
+
+    #[test]
+    fn classes_of_a_file_are_used_where_they_apply() {
+        let exact = found(&blocks(), None, None).unwrap();
+        // The file describes its classes in another way than the search.
+        let mut stored = StoredClasses { map: exact.map.clone(), open: exact.open.clone() };
+        stored.open.correlation = [0.25; MOST_CLASSES];
+        let of_file = |object: &Object| {
+            found(object, Some(stored.clone()), None).is_some_and(|classes| classes.open == stored.open)
+        };
+        assert!(of_file(&blocks()) && of_file(&rough(blocks(), |_| 200)));
+        assert!(!of_file(&Object { height_scale: -0.05, ..blocks() }), "the openness of inverted relief differs");
+        assert!(
+            !of_file(&rough(blocks(), |i| if i.is_multiple_of(3) { 40 } else { 200 })),
+            "the material separates classes"
+        );
+        assert!(!of_file(&rough(blocks(), |_| 200).with_relief_color()));
+        assert_eq!(stored.clone().with_reversed_rows().with_reversed_rows(), stored);
+    }
+
+    #[test]
+    fn reversed_rows_have_the_classes_of_the_reversed_relief() {
+        let sorted = |classes: ObjectClasses| {
+            let mut means: Vec<Class> = classes.map.mean();
+            means.sort_by(|a, b| a.share.total_cmp(&b.share).then(a.mean.y.total_cmp(&b.mean.y)));
+            means
+        };
+        // Ramps along t, which rise slowly and fall fast.
+        let mut object = blocks();
+        let texels = object.heights.iter_mut().flat_map(|field| field.map.texels.iter_mut().enumerate());
+        texels.for_each(|(i, h)| *h = [0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.4][i / 32 % 10]);
+        let upright = found(&object, None, None).unwrap();
+        let stored = StoredClasses { map: upright.map.clone(), open: upright.open.clone() };
+        object.heights.iter_mut().for_each(|field| {
+            field.map.texels = field.map.texels.chunks_exact(32).rev().flatten().copied().collect();
+        });
+        let reversed = found(&object, None, None).unwrap();
+        let of_file = found(&object, Some(stored.with_reversed_rows()), None).unwrap();
+        for (a, b) in sorted(of_file.clone()).iter().zip(sorted(reversed.clone())) {
+            assert!((a.share - b.share).abs() < 0.02 && (a.mean - b.mean).length() < 0.05 * b.mean.length().max(1.0));
+        }
+        let open = |classes: &ObjectClasses, y: f64| {
+            let units = DVec2::new(f64::from(classes.map.units[0]), f64::from(classes.map.units[1])) * 0.05;
+            let open = classes.open.towards(DVec3::new(0.0, y, 1.0).normalize(), units);
+            classes.map.mean().iter().zip(open).map(|(class, open)| class.share * open).sum::<f64>()
+        };
+        for y in [-4.0, 4.0] {
+            let [a, b] = [&of_file, &reversed].map(|classes| open(classes, y));
+            assert!((a - b).abs() < 0.02, "{y}: {a} {b}");
+        }
+    }
 }

@@ -1,0 +1,115 @@
+//! The images of the classes of an object.
+
+use std::sync::Arc;
+
+use glam::DVec2;
+use half::f16;
+use leadr_gpu::{Gpu, Image, ImageDesc, Result, vk};
+use leadr_maps::derive::OPENNESS_SIDE;
+use leadr_maps::{ClassLevel, ClassMap};
+use leadr_reflectance::masking::classes::{Class, MOST_CLASSES};
+
+use super::ObjectClasses;
+
+/// The format of the moments and of the weighted colours.
+const FORMAT: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
+
+/// The number of factors of the height scale for which depths towards the sky are stored.
+const FACTORS: usize = 11;
+/// The factors of the height scale, each twice the one before.
+const FACTOR_RANGE: [f64; FACTORS] = [0.015625, 0.03125, 0.0625, 0.125, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0];
+
+/// The images of the classes. Clones share the images.
+#[derive(Clone)]
+pub struct ClassImages {
+    /// Two layers per class ([`leadr_maps::ClassLevel`]).
+    pub moments: Image,
+    /// The weighted colours of each class, and the weights.
+    pub colors: Image,
+    /// The [openness](Openness) of each class.
+    pub open: Image,
+    /// The centres of the classes.
+    pub centers: [[f32; 4]; MOST_CLASSES],
+    /// The units of the moments about the centres, and the slope variance of the map in these units, summed over both axes.
+    pub unit: [f32; 4],
+    /// The [correlation](Openness::correlation) of the openness of each class.
+    pub correlation: [f32; MOST_CLASSES],
+    /// The optical depth of each class towards the sky, at each of [`FACTORS`] of the height scale.
+    sky_depths: [[f32; MOST_CLASSES]; FACTORS],
+}
+
+impl ClassImages {
+    /// Creates placeholders. Shaders never read them.
+    pub fn none(gpu: &Arc<Gpu>) -> Result<Self> {
+        let image = |name| {
+            let image = Image::new(gpu, name, ImageDesc::new(FORMAT, 1, 1).layers(2))?;
+            (0..2).try_for_each(|layer| image.write(0, layer, &[[f16::ZERO; 4]])).map(|()| image)
+        };
+        let open = Image::new(gpu, "no class openness", ImageDesc::new(FORMAT, 1, 1))?;
+        open.write(0, 0, &[[f16::ONE; 4]])?;
+        let (moments, colors) = (image("no class moments")?, image("no class colours")?);
+        let (centers, sky_depths) = ([[0.0; 4]; MOST_CLASSES], [[0.0; MOST_CLASSES]; FACTORS]);
+        Ok(Self { moments, colors, open, centers, unit: [1.0; 4], correlation: [1.0; MOST_CLASSES], sky_depths })
+    }
+
+    /// Uploads the classes of an object.
+    pub fn new(gpu: &Arc<Gpu>, name: &str, classes: ObjectClasses, none: &Self) -> Result<Self> {
+        let is_smooth = classes.map.levels.is_empty();
+        let sky_depths =
+            if is_smooth { none.sky_depths } else { FACTOR_RANGE.map(|factor| classes.sky_depths(factor)) };
+        let ObjectClasses { map, open, colors, .. } = classes;
+        let colors = match colors {
+            Some(colors) => uploaded(gpu, &format!("{name} class colours"), colors.levels)?,
+            None => none.colors.clone(),
+        };
+        if is_smooth {
+            return Ok(Self { colors, ..none.clone() });
+        }
+        let [s, t, h] = map.units;
+        let unit = [s, t, h, variance_in_units(&map)];
+        let moments = uploaded(gpu, &format!("{name} class moments"), map.levels)?;
+        let mut centers = [[0.0; 4]; MOST_CLASSES];
+        centers.iter_mut().zip(&map.centers).for_each(|(to, [s, t, h])| *to = [*s, *t, *h, 0.0]);
+        let side = OPENNESS_SIDE as u32;
+        let table = Image::new(gpu, &format!("{name} class openness"), ImageDesc::new(FORMAT, side, side))?;
+        table.write(0, 0, &open.texels)?;
+        let correlation = open.correlation.map(|c| c as f32);
+        Ok(Self { moments, colors, open: table, centers, unit, correlation, sky_depths })
+    }
+
+    /// Returns the optical depth of each class towards the sky, if a factor multiplies the height scale.
+    pub fn sky_depths(&self, factor: f32) -> [f32; MOST_CLASSES] {
+        let at = (factor.abs().log2() - FACTOR_RANGE[0].log2() as f32).clamp(0.0, (FACTORS - 1) as f32);
+        let first = (at as usize).min(FACTORS - 2);
+        let part = at - first as f32;
+        std::array::from_fn(|k| {
+            let [low, high] = [first, first + 1].map(|i| self.sky_depths[i][k]);
+            low + part * (high - low)
+        })
+    }
+}
+
+/// Uploads levels. Each layer is freed after its upload.
+fn uploaded(gpu: &Arc<Gpu>, name: &str, levels: Vec<ClassLevel>) -> Result<Image> {
+    let ClassLevel { width, height, layers } = &levels[0];
+    let image = Image::new(gpu, name, ImageDesc::new(FORMAT, *width, *height).full_mips().layers(layers.len() as u32))?;
+    for (mip, level) in (0..).zip(levels) {
+        for (number, layer) in (0..).zip(level.layers) {
+            image.write(mip, number, &layer)?;
+        }
+    }
+    Ok(image)
+}
+
+/// Returns the slope variance of a whole map in the units of its classes, summed over both axes.
+fn variance_in_units(map: &ClassMap) -> f32 {
+    let unit = DVec2::new(f64::from(map.units[0]), f64::from(map.units[1]));
+    let classes = map.mean();
+    let mean: DVec2 = classes.iter().map(|class| class.share * class.mean).sum();
+    let variance = |class: &Class| {
+        let off = class.mean - mean;
+        class.share * (class.covariance.truncate() + off * off)
+    };
+    let variance: DVec2 = classes.iter().map(variance).sum();
+    (variance / (unit * unit)).element_sum() as f32
+}
