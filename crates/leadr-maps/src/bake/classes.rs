@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::Inputs;
 use crate::class_map::{ClassFrame, ClassRows};
-use crate::derive::{Classes, Facets, classes, classes_of_count, usual_scale};
+use crate::derive::{Classes, Facets, Openness, classes, classes_of_count, usual_scale};
 use crate::pyramid::Row;
 use crate::{HeightMap, MomentLevel, Wrap};
 
@@ -34,6 +34,7 @@ const SIGNIFICANT_HEIGHT: f64 = 0.1;
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct ClassPlan {
     pub frame: ClassFrame,
+    pub open: Openness,
     /// The size of a significant moment in each channel of a class of share 1.
     significant: [f64; 8],
 }
@@ -60,20 +61,21 @@ impl ClassPlan {
 pub struct FoundClasses {
     relief: Relief,
     classes: Classes,
+    wrap: Wrap,
     /// The factors from slopes along `s` and `t` to rise over run.
     scale: [f64; 2],
 }
 
 #[derive(Clone, Debug)]
 enum Relief {
-    Heights(HeightMap, Wrap),
+    Heights(HeightMap),
     Texels(MomentLevel),
 }
 
 impl Relief {
-    const fn facets(&self) -> Facets<'_> {
+    const fn facets(&self, wrap: Wrap) -> Facets<'_> {
         match self {
-            Self::Heights(map, wrap) => Facets::OfHeights(map, *wrap),
+            Self::Heights(map) => Facets::OfHeights(map, wrap),
             Self::Texels(level) => Facets::OfTexels(level),
         }
     }
@@ -88,7 +90,7 @@ impl Inputs {
         let relief = match (&self.heights, &self.normals) {
             (Some(map), None) => {
                 let texels = map.texels.iter().map(|h| by * h).collect();
-                Relief::Heights(HeightMap { texels, ..*map }, self.wrap)
+                Relief::Heights(HeightMap { texels, ..*map })
             }
             _ => {
                 let rows = (0..height as u32).into_par_iter().map(|y| self.moments(by, y));
@@ -97,16 +99,16 @@ impl Inputs {
             }
         };
         let of_unit = match &relief {
-            Relief::Heights(map, _) if self.height_scale.is_none() => f64::from(usual_scale(map)),
+            Relief::Heights(map) if self.height_scale.is_none() => f64::from(usual_scale(map)),
             _ => 1.0,
         };
         // Texels are square, so a repeat along t is `height / width` texture widths long.
         let scale = [of_unit, of_unit * width / height];
         let classes = match count {
-            Some(count) => classes_of_count(relief.facets(), scale, count),
-            None => classes(relief.facets(), scale, None),
+            Some(count) => classes_of_count(relief.facets(self.wrap), scale, count),
+            None => classes(relief.facets(self.wrap), scale, None),
         };
-        FoundClasses { relief, classes, scale }
+        FoundClasses { relief, classes, wrap: self.wrap, scale }
     }
 }
 
@@ -127,15 +129,17 @@ impl FoundClasses {
     }
 
     pub(super) fn plan(&self) -> ClassPlan {
-        let frame = ClassFrame::new(self.relief.facets(), &self.classes);
+        let facets = self.relief.facets(self.wrap);
+        let frame = ClassFrame::new(facets, &self.classes);
+        let open = Openness::new(facets, self.wrap, &self.classes, None, frame.units, false);
         let [s, t] = [0, 1].map(|axis| SIGNIFICANT_SLOPE / (f64::from(frame.units[axis]) * self.scale[axis].abs()));
         let z = SIGNIFICANT_HEIGHT;
-        ClassPlan { frame, significant: [0.0, s, t, z, s * s, t * t, s * t, z * z] }
+        ClassPlan { frame, open, significant: [0.0, s, t, z, s * s, t * t, s * t, z * z] }
     }
 
     /// Appends the channels of the classes to each texel of rows of the finest level.
     pub(super) fn append(&self, frame: &ClassFrame, rows: &mut [Row], range: Range<u32>) {
-        let of_classes = ClassRows::new(self.relief.facets(), &self.classes, None, frame).rows(range);
+        let of_classes = ClassRows::new(self.relief.facets(self.wrap), &self.classes, None, frame).rows(range);
         let channels = 8 * self.count();
         rows.par_iter_mut().zip(of_classes).for_each(|(row, of_classes)| {
             let before = row.len() / (of_classes.len() / channels);

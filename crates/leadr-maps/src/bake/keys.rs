@@ -61,8 +61,9 @@ pub(super) fn keys(plan: &Plan, slots: &[Option<usize>], report: Option<&Report>
         ("leadr.wrap", if plan.wrap == Wrap::Repeat { "repeat" } else { "clamp" }.to_owned()),
     ];
     keys.extend(offsets.map(|offsets| ("leadr.offsets", offsets)));
-    if let Some(ClassPlan { frame, .. }) = &plan.classes {
+    if let Some(ClassPlan { frame, open, .. }) = &plan.classes {
         let numbers = |values: &[f32]| values.iter().map(|v| format!("{v:e}")).collect::<Vec<_>>().join(" ");
+        keys.push(("leadr.class_openness", open.text()));
         keys.push(("leadr.class_centers", numbers(frame.centers.as_flattened())));
         keys.push(("leadr.class_units", numbers(&frame.units)));
     }

@@ -17,6 +17,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<BakedMap, MapFault> {
     let keys = [
         "channels",
         "class_centers",
+        "class_openness",
         "class_units",
         "factors",
         "height_scale",

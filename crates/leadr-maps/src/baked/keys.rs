@@ -3,6 +3,7 @@
 use super::map::{BakedLevel, BakedMap, HeightUnit, REMEDY};
 use crate::bake::blocks::{BlockPlan, Slot, of_rest_name, stored_names};
 use crate::bake::{CLASS_CHANNELS, HEIGHT_REST, Kind, Precision};
+use crate::derive::Openness;
 use crate::{ClassFrame, MapFault, Wrap};
 
 pub(super) struct Keys {
@@ -91,9 +92,23 @@ impl Keys {
                 Some(ClassFrame { centers, units })
             }
         };
-        let levels = Vec::new();
-        let map =
-            BakedMap { kind, precision, channels, wrap, height_scale, heights, middle, of_normals, classes, levels };
+        let openness = match find("leadr.class_openness").filter(|_| classes.is_some()) {
+            Some(text) => Openness::of_text(text).ok_or_else(|| wrong("leadr.class_openness"))?,
+            None => None,
+        };
+        let map = BakedMap {
+            kind,
+            precision,
+            channels,
+            wrap,
+            height_scale,
+            heights,
+            middle,
+            of_normals,
+            classes,
+            openness,
+            levels: Vec::new(),
+        };
         Ok(Self { map, factors, blocks })
     }
 

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use crate::bake::{CLASS_CHANNELS, Kind, Precision};
+use crate::derive::Openness;
 use crate::halves::half;
 use crate::moments::{LeadrMap, MomentLevel, Moments};
 use crate::{ClassFrame, ClassLevel, ClassMap, HeightMap, MapFault, Wrap};
@@ -28,6 +29,8 @@ pub struct BakedMap {
     pub of_normals: bool,
     /// The centres and units of the classes, if the map has several.
     pub classes: Option<ClassFrame>,
+    /// The openness of the classes. Files of earlier versions lack it.
+    pub openness: Option<Openness>,
     /// The mip levels, from the largest to the level of 1 x 1 texels.
     pub levels: Vec<BakedLevel>,
 }

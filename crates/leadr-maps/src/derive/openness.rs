@@ -31,6 +31,9 @@ const FINE: f64 = 24.0;
 /// The largest distance of a march, in repeats.
 const MOST_REPEATS: f64 = 1.5;
 
+/// The version of the directions and values of a stored table.
+const VERSION: u32 = 1;
+
 /// The smallest correlation of directions.
 const LEAST_CORRELATION: f64 = -2.0;
 /// The elevations and the step in azimuth at which the correlation is measured.
@@ -139,6 +142,39 @@ impl Openness {
             take(content, MOST_CLASSES)?.try_into().map_err(|_| "it is too short")?;
         let texels = take::<[u16; MOST_CLASSES]>(content, TEXELS)?;
         Self::new_checked(correlation, texels.into_iter().map(|texel| texel.map(f16::from_bits)).collect())
+    }
+
+    /// Returns the table as the text of a key in a baked file: the version, the correlations, and the texels as 16-bit floats in
+    /// hexadecimal digits.
+    pub(crate) fn text(&self) -> String {
+        let mut text = VERSION.to_string();
+        self.correlation.iter().for_each(|c| text += &format!(" {c:e}"));
+        text.push(' ');
+        self.texels.as_flattened().iter().for_each(|open| text += &format!("{:04x}", open.to_bits()));
+        text
+    }
+
+    /// Reads the text of a key in a baked file. A text of another version is `Some(None)`, and a damaged text is `None`.
+    #[expect(clippy::option_option, reason = "two kinds of missing tables")]
+    pub(crate) fn of_text(text: &str) -> Option<Option<Self>> {
+        let mut words = text.split(' ');
+        if words.next()?.parse::<u32>().ok()? != VERSION {
+            return Some(None);
+        }
+        let mut correlation = [0.0; MOST_CLASSES];
+        for c in &mut correlation {
+            *c = words.next()?.parse().ok()?;
+        }
+        let digits = words.next()?.as_bytes();
+        let value = |digits: &[u8; 4]| {
+            let text = std::str::from_utf8(digits).ok().filter(|_| digits.iter().all(u8::is_ascii_hexdigit))?;
+            u16::from_str_radix(text, 16).ok().map(f16::from_bits)
+        };
+        let values: Vec<f16> = digits.as_chunks().0.iter().map(value).collect::<Option<_>>()?;
+        if words.next().is_some() || digits.len() != 4 * MOST_CLASSES * TEXELS {
+            return None;
+        }
+        Self::new_checked(correlation, values.as_chunks().0.to_vec()).ok().map(Some)
     }
 
     /// Creates a table from stored values.

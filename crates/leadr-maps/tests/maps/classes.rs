@@ -2,7 +2,7 @@
 
 use leadr_maps::bake::{ExrFile, Inputs, Kind, Layout, Plan, Precision, bake};
 use leadr_maps::baked::BakedMap;
-use leadr_maps::derive::{Facets, classes_of_count};
+use leadr_maps::derive::{Facets, Openness, classes_of_count};
 use leadr_maps::{ClassMap, HeightMap, LeadrMap, Wrap};
 use leadr_reflectance::masking::classes::Class;
 
@@ -36,12 +36,15 @@ fn classes_come_back_to_the_last_bit() {
         let relief = tiles(width, height);
         let facets = Facets::OfHeights(&relief, Wrap::Repeat);
         let scale = [1.0, f64::from(width) / f64::from(height)];
-        let exact = ClassMap::new(facets, &classes_of_count(facets, scale, count), None);
+        let found = classes_of_count(facets, scale, count);
+        let exact = ClassMap::new(facets, &found, None);
+        let open = Openness::new(facets, Wrap::Repeat, &found, None, exact.units, false);
         let inputs = with_classes(&relief, count);
         for precision in [Precision::F32, Precision::F16] {
             let (ktx2, _) = baked(&inputs, Kind::Leadr, precision);
             for map in [ktx2, exr(&inputs, precision)] {
                 assert!(map.class_map().unwrap() == exact, "{width}x{height} {count} {precision:?}");
+                assert!(map.openness.as_ref() == Some(&open), "{width}x{height} {count} {precision:?}");
                 let plain = baked(&Inputs { classes: None, ..inputs.clone() }, Kind::Leadr, precision).0;
                 assert!(plain.class_map().is_none() && plain.moments() == map.moments());
             }
@@ -103,14 +106,22 @@ fn damaged_classes_are_faults_and_never_panics() {
             let at = bytes.windows(from.len()).position(|part| part == from.as_bytes()).unwrap();
             let mut damaged = bytes.clone();
             damaged[at..at + to.len()].copy_from_slice(to.as_bytes());
-            BakedMap::decode(&damaged).map(|map| map.class_map()).map_err(|fault| fault.to_string())
+            BakedMap::decode(&damaged).map_err(|fault| fault.to_string())
         };
+        let digits = bytes.windows(64).find(|part| part.iter().all(u8::is_ascii_hexdigit)).unwrap();
+        let digits = String::from_utf8(digits.to_vec()).unwrap();
         for (from, to, what) in [
             ("leadr.class_centers", "leadr.class_zenters", "leadr.class_centers is missing"),
             ("leadr.class_units", "leadr.class_unitz", "leadr.class_units is missing"),
             ("leadr.class_units\0", "leadr.class_units\0-", "leadr.class_units is invalid"),
             ("leadr.class_units\0", "leadr.class_units\0nan ", "leadr.class_units is invalid"),
             ("leadr.class_centers\0", "leadr.class_centers\x001 2 ", "leadr.class_centers is invalid"),
+            ("leadr.class_openness\0", "leadr.class_openness\0one", "leadr.class_openness is invalid"),
+            ("leadr.class_openness\0", "leadr.class_openness\x001 9 ", "leadr.class_openness is invalid"),
+            ("leadr.class_openness\0", "leadr.class_openness\x001 nan ", "leadr.class_openness is invalid"),
+            // The first value of the table is not a number, or not a share.
+            (digits.as_str(), "00g0", "leadr.class_openness is invalid"),
+            (digits.as_str(), "4000", "leadr.class_openness is invalid"),
         ] {
             let error = replaced(from, to).unwrap_err();
             assert!(error.contains(what), "{precision:?} {to}: {error}");
@@ -118,6 +129,11 @@ fn damaged_classes_are_faults_and_never_panics() {
         for to in ["class3.w", "class1.w", "class2.q"] {
             let error = replaced("class2.w", to).unwrap_err();
             assert!(error.contains("leadr.channels is invalid"), "{precision:?} {to}: {error}");
+        }
+        // Files of other versions lack the table.
+        for to in ["leadr.class_openzess", "leadr.class_openness\x002"] {
+            let map = replaced("leadr.class_openness", to).unwrap();
+            assert!(map.class_map().is_some() && map.openness.is_none(), "{to}");
         }
         let whole = bytes.len();
         let mut state = 7u64;
