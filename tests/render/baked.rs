@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use leadr::gpu::Gpu;
 use leadr::maps::bake::{ExrFile, Inputs as BakeInputs, Kind, Ktx2File, Layout, Plan, Precision, Roughness, bake};
+use leadr::maps::baked::BakedMap;
 use leadr::maps::material::{Material, RoughnessMeaning};
 use leadr::maps::save::save_exr;
 use leadr::maps::{RgbImage, load_height_map, load_raster, procedural};
@@ -62,19 +63,7 @@ impl Files {
             let (raster, meaning) = (load_raster(self.at("roughness.png")).unwrap(), RoughnessMeaning::Perceptual);
             inputs.roughness = Some(Roughness { raster, channel: 0, meaning });
         }
-        let plan = Plan::new(&inputs, Kind::Leadr, Layout::Leadr, precision).unwrap();
-        let path = self.at(name);
-        let mut file = std::fs::File::create(&path).unwrap();
-        if name.ends_with(".exr") {
-            let mut target = ExrFile::new(&plan).unwrap();
-            let report = bake(&inputs, &plan, &mut target, &|_| ()).unwrap();
-            target.finish(&mut file, &report).unwrap();
-        } else {
-            let mut target = Ktx2File::new(&mut file, &plan).unwrap();
-            let report = bake(&inputs, &plan, &mut target, &|_| ()).unwrap();
-            target.finish(&report).unwrap();
-        }
-        path
+        write(&inputs, &self.at(name), precision)
     }
 
     /// The separate files.
@@ -88,6 +77,22 @@ impl Files {
             ..MaterialFiles::default()
         }
     }
+}
+
+/// Bakes a map of kind leadr into a file, and returns its path.
+fn write(inputs: &BakeInputs, path: &Path, precision: Precision) -> PathBuf {
+    let plan = Plan::new(inputs, Kind::Leadr, Layout::Leadr, precision).unwrap();
+    let mut file = std::fs::File::create(path).unwrap();
+    if path.extension().is_some_and(|extension| extension == "exr") {
+        let mut target = ExrFile::new(&plan).unwrap();
+        let report = bake(inputs, &plan, &mut target, &|_| ()).unwrap();
+        target.finish(&mut file, &report).unwrap();
+    } else {
+        let mut target = Ktx2File::new(&mut file, &plan).unwrap();
+        let report = bake(inputs, &plan, &mut target, &|_| ()).unwrap();
+        target.finish(&report).unwrap();
+    }
+    path.to_path_buf()
 }
 
 fn config(scene: &str, height_map: &Path, material: MaterialFiles) -> SceneConfig {
@@ -191,4 +196,37 @@ fn steep_relief_keeps_spread_and_position() {
     println!("steep: f16 file {half:.2e}, f16 on the device {on_device:.2e}, blocks {blocks:.2e}");
     assert!(on_device > 0.0 && on_device < 1e-3 && half > 0.0 && half < 1e-3, "{on_device} {half}");
     assert!(blocks > half && blocks < 1e-2, "{blocks}");
+}
+
+/// A file that stores classes gives the picture of its maps, up to the samples in which the classes are found.
+#[test]
+fn a_file_with_classes_gives_the_picture_of_its_maps() {
+    let Some(gpu) = test_gpu() else { return };
+    let files = Files::new(8);
+    // Grooves with a steep and a gentle side, so that a wrong orientation shows.
+    let height = |y: u32| match y % 32 {
+        0..8 => 0.0,
+        y @ 8..10 => (y - 8) as f32 / 2.0,
+        10..22 => 1.0,
+        y => (32 - y) as f32 / 10.0,
+    };
+    let texels: Vec<f32> = (0..64 * 64).map(|i| height(i / 64)).collect();
+    save_exr(files.at("heights.exr"), 64, 64, &[("height", &texels)]).unwrap();
+    let maps = config("plane", &files.at("heights.exr"), MaterialFiles::default());
+    let expected = picture(&gpu, &maps);
+    let one_class = rrmse(&expected, &picture_by(&gpu, &maps, false)).unwrap();
+    assert!(one_class > 0.01, "{one_class:.1e}");
+    for (name, precision) in
+        [("a.ktx2", Precision::F32), ("b.exr", Precision::F32), ("c.exr", Precision::F16), ("d.ktx2", Precision::Bc)]
+    {
+        let heights = load_height_map(files.at("heights.exr")).unwrap();
+        // The default height of 0.12 m on the default repeat of 2 m.
+        let mut inputs = BakeInputs { heights: Some(heights), height_scale: Some(0.06), ..Default::default() };
+        inputs.classes = Some(inputs.find_classes(None));
+        let file = write(&inputs, &files.at(name), precision);
+        assert!(BakedMap::load(&file).unwrap().openness.is_some());
+        let error = rrmse(&expected, &picture(&gpu, &config("plane", &file, MaterialFiles::default()))).unwrap();
+        println!("{name}: {error:.1e}");
+        assert!(error < 3e-3, "{name}: {error:.1e}");
+    }
 }

@@ -32,6 +32,7 @@ use leadr_render::light::sky::Sky;
 use leadr_render::scene::{FrameState, Tiling};
 use leadr_render::settings::RenderSettings;
 use leadr_render::surfaces::budget::Room;
+use leadr_render::surfaces::classes::StoredClasses;
 
 /// The input files of a scene. They are loaded and checked.
 #[derive(Debug)]
@@ -67,7 +68,9 @@ impl Inputs {
                 } else {
                     height_map = Some(map.height_map().map_err(fault)?);
                     let in_widths = map.heights == HeightUnit::Width;
-                    baked = map.into_moments().map(|moments| BakedRelief { moments, in_widths });
+                    let classes = map.class_map().zip(map.openness.clone());
+                    let classes = classes.map(|(map, open)| StoredClasses { map, open });
+                    baked = map.into_moments().map(|moments| BakedRelief { moments, classes, in_widths });
                 }
             }
             heights => {

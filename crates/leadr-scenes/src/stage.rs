@@ -13,6 +13,7 @@ use leadr_render::camera::Camera;
 use leadr_render::light::exposure::exposure;
 use leadr_render::light::sky::Sky;
 use leadr_render::scene::{FrameState, MAX_POINT_LIGHTS, Object, PointLight, Pose, Scene, Sun};
+use leadr_render::surfaces::classes::StoredClasses;
 use leadr_render::surfaces::displacement::HeightField;
 use leadr_render::surfaces::ocean::Ocean;
 use leadr_render::surfaces::patch_mesh::PatchMesh;
@@ -288,6 +289,8 @@ pub const GENERATED_HEIGHT: f32 = 0.6;
 pub struct BakedRelief {
     /// The slope moments of all mip levels.
     pub moments: LeadrMap,
+    /// The classes of facets, if the file has several.
+    pub classes: Option<StoredClasses>,
     /// Whether heights are in widths of the map, and not in an unknown unit.
     pub in_widths: bool,
 }
@@ -350,6 +353,9 @@ impl ReliefOptions {
         {
             texel.height -= middle;
         }
+        for classes in self.baked.iter_mut().flat_map(|baked| &mut baked.classes) {
+            classes.lower(middle);
+        }
         HeightField::repeating(map)
     }
 
@@ -404,7 +410,10 @@ pub fn plane_stage(mut relief: ReliefOptions) -> Stage {
     let (mesh, coarse) = plane_meshes(heights.map.width.max(heights.map.height), repeat, relief.color());
     let mut object = Object::new("plane", mesh).with_heights(heights, metres);
     object.coarse_mesh = coarse;
-    object.moments = relief.baked.take().map(|baked| baked.moments);
+    if let Some(BakedRelief { moments, classes, .. }) = relief.baked.take() {
+        object.moments = Some(moments);
+        object.classes = classes.map(StoredClasses::with_reversed_rows);
+    }
     Stage::still(vec![object], plane_views())
 }
 
@@ -451,7 +460,7 @@ mod tests {
     #[test]
     fn a_height_map_lies_as_in_a_material() {
         let map = HeightMap::new(4, 3, (0..12).map(|i| (i * i) as f32 / 144.0).collect()).unwrap();
-        let baked = BakedRelief { moments: LeadrMap::new(&map, Wrap::Repeat), in_widths: false };
+        let baked = BakedRelief { moments: LeadrMap::new(&map, Wrap::Repeat), classes: None, in_widths: false };
         let relief = Relief { map: map.clone(), scale: Some(1.0), in_widths: false, middle: map.mean() };
         let material = Material { relief: Some(relief), ..Material::new("squares") };
         let dressed = crate::dressed::plane_stage(&material, None).objects.remove(0);

@@ -74,7 +74,11 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
             bc_variance: worst(&bc),
         });
         let stage = |baked: Option<BakedMap>| {
-            let baked = baked.and_then(BakedMap::into_moments).map(|moments| BakedRelief { moments, in_widths: false });
+            let baked = baked.and_then(BakedMap::into_moments).map(|moments| BakedRelief {
+                moments,
+                classes: None,
+                in_widths: false,
+            });
             let relief = ReliefOptions { map: Some(map.clone()), baked, ..ReliefOptions::default() };
             plane_stage(ReliefOptions { height: Some(scale * USUAL_RELIEF), ..relief })
         };
