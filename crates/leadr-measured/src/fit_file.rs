@@ -6,6 +6,7 @@
 //! | `masking` | the masking model of the fit: `smith`, `vgroove` or `normal-map` |
 //! | `diffuse` | the albedo of the diffuse base, in linear RGB |
 //! | `fresnel` | the reflectances of the facets at even steps of the difference angle from 0 to 90°, in linear RGB |
+//! | `residual` | whether `fresnel` is a residual, whose values can exceed 1; false if absent |
 //! | `density` | the densities of facet normals at `θ = (i/n)² 90°`; if anisotropic, one row per azimuth `k/rows` of a turn |
 //! | `lobes` | the Gaussian lobes of the same slopes: `share` and `covariance` `[xx, yy, xy]` |
 //!
@@ -17,7 +18,7 @@ use glam::DVec3;
 use serde_json::{Value, json};
 
 use leadr_maps::{MapError, MapFault, limits};
-use leadr_reflectance::facets::fresnel::{Fresnel, FresnelTable};
+use leadr_reflectance::facets::fresnel::{Fresnel, FresnelTable, MAX_RESIDUAL};
 use leadr_reflectance::facets::gaussian_mixture::{Lobe, MOST_LOBES};
 use leadr_reflectance::facets::polar_table::PolarTable;
 use leadr_reflectance::facets::radial_table::RadialTable;
@@ -63,7 +64,7 @@ impl FitFile {
         };
         let lobes: Vec<Value> =
             self.lobes.iter().map(|l| json!({ "share": l.share, "covariance": l.covariance.to_array() })).collect();
-        json!({
+        let mut value = json!({
             "format": FORMAT,
             "version": VERSION,
             "masking": masking_name(facets.masking),
@@ -71,7 +72,11 @@ impl FitFile {
             "fresnel": fresnel,
             "density": density,
             "lobes": lobes,
-        })
+        });
+        if matches!(&facets.fresnel, Fresnel::Tabulated(table) if table.is_residual()) {
+            value["residual"] = json!(true);
+        }
+        value
     }
 
     /// Reads a fitted material from a file.
@@ -105,13 +110,14 @@ impl FitFile {
         let name = value["masking"].as_str().unwrap_or_default();
         let masking = MASKINGS.iter().find(|(known, _)| *known == name).map(|(_, form)| *form);
         let masking = masking.ok_or_else(|| MapFault::damaged("its masking is not smith, vgroove or normal-map"))?;
-        let diffuse = color(&value["diffuse"], "diffuse")?;
+        let diffuse = color(&value["diffuse"], "diffuse", 1.0)?;
         let reflectances = array(&value["fresnel"], "fresnel")?;
         if reflectances.len() > MOST_NODES {
             return Err(MapFault::damaged("its 'fresnel' is too long"));
         }
-        let fresnel = reflectances.iter().map(|f| color(f, "fresnel")).collect::<Result<_, _>>()?;
-        let fresnel = FresnelTable::new(fresnel).map_err(MapFault::damaged)?;
+        let most = if value["residual"].as_bool() == Some(true) { MAX_RESIDUAL } else { 1.0 };
+        let fresnel = reflectances.iter().map(|f| color(f, "fresnel", most)).collect::<Result<_, _>>()?;
+        let fresnel = FresnelTable::residual(fresnel).map_err(MapFault::damaged)?;
         let rows = array(&value["density"], "density")?;
         let empty = || MapFault::damaged("its 'density' is not a table of densities");
         let distribution = if rows.iter().all(Value::is_number) {
@@ -153,8 +159,8 @@ fn numbers(value: &Value, name: &str, least: [f64; 3], most: f64) -> Result<DVec
     }
 }
 
-fn color(value: &Value, name: &str) -> Result<DVec3, MapFault> {
-    numbers(value, name, [0.0; 3], 1.0)
+fn color(value: &Value, name: &str, most: f64) -> Result<DVec3, MapFault> {
+    numbers(value, name, [0.0; 3], most)
 }
 
 fn densities(values: &[Value]) -> Result<Vec<f64>, MapFault> {
@@ -209,6 +215,18 @@ mod tests {
                 assert!((a - b).length() < 1e-9 * a.length().max(1e-3), "{a} {b}");
             }
         }
+    }
+
+    #[test]
+    fn residuals_are_kept_only_if_declared() {
+        let mut fit = sample(false);
+        fit.brdf.facets.fresnel =
+            Fresnel::Tabulated(FresnelTable::residual(vec![DVec3::new(1.7, 0.5, 0.2), DVec3::splat(40.0)]).unwrap());
+        let mut value = fit.to_json();
+        let back = FitFile::from_json(&value).unwrap().brdf.facets.fresnel;
+        assert!((back.at(1.0) - DVec3::new(1.7, 0.5, 0.2)).length() < 1e-12 && back.at(0.0).x > 39.0);
+        value["residual"] = json!(false);
+        assert!(FitFile::from_json(&value).unwrap_err().to_string().contains("fresnel"));
     }
 
     #[test]

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::app::flags::scene::{Names, one_of};
+use leadr_reflectance::extraction::fit::Extraction;
 use leadr_reflectance::extraction::power_iteration::Backscattering;
 use leadr_reflectance::facets::gaussian_mixture::MOST_LOBES;
 use leadr_render::settings::numbers::whole;
@@ -39,13 +40,16 @@ pub struct FitArgs {
     /// Approximate the slope distribution by up to N Gaussian lobes
     #[arg(long, value_name = "N", default_value_t = MOST_LOBES as u32, value_parser = |text: &str| whole(text, 1, MOST_LOBES as u32))]
     pub lobes: u32,
-    /// Fit only backscattering, as in the thesis, without refining the fit over all other directions
-    #[arg(long)]
-    pub backscattering_only: bool,
+    /// Set how the facets are extracted
+    #[arg(long, value_name = "HOW", value_parser = one_of(EXTRACTIONS), default_value = "refined")]
+    extraction: Extraction,
+    /// The same as --extraction slice
+    #[arg(long, hide = true, conflicts_with = "extraction")]
+    backscattering_only: bool,
     /// Write the fitted material to this file; other commands read the file with --material
     #[arg(long, short, value_name = "FILE.json")]
     pub output: Option<PathBuf>,
-    /// Draw spheres in the same light: the measurement, the fit, the fit of the thesis, and GGX and Beckmann with the same roughness
+    /// Draw spheres in the same light: the measurement, the fit, the fits of --extraction slice and thesis, and GGX and Beckmann with the same roughness
     #[arg(long, value_name = "FILE.png")]
     pub picture: Option<PathBuf>,
     /// Write a page that shows the spheres, their errors and cross sections of the lobes; the picture is the one of --picture, else a new FILE.png
@@ -58,6 +62,23 @@ pub struct FitArgs {
     #[arg(long, value_name = "FILE.pbrt")]
     pub pbrt: Option<PathBuf>,
 }
+
+impl FitArgs {
+    /// Returns the requested extraction.
+    pub fn extraction(&self) -> Extraction {
+        if self.backscattering_only { Extraction::Slice } else { self.extraction }
+    }
+}
+
+const EXTRACTIONS: Names<Extraction> = &[
+    ("refined", Extraction::Refined, "Slopes, Fresnel term and diffuse base from all directions"),
+    ("slice", Extraction::Slice, "Slopes from backscattering, Fresnel term from the slice φ_d = 90° and at most 1"),
+    (
+        "thesis",
+        Extraction::Thesis,
+        "Slopes from backscattering, Fresnel term from all directions (algorithm 2), which may exceed 1",
+    ),
+];
 
 const MASKINGS: Names<Backscattering> = &[
     ("smith", Backscattering::Smith, "Smith's masking"),

@@ -19,8 +19,8 @@ use leadr_maps::save::save_png;
 use leadr_maps::shown::shown_path;
 use leadr_maps::tonemap::Tonemap;
 use leadr_measured::Measured;
-use leadr_measured::fit_file::{FitFile, masking_name};
-use leadr_reflectance::extraction::fit::{Fit, FitOptions, Step, fit};
+use leadr_measured::fit_file::FitFile;
+use leadr_reflectance::extraction::fit::{Extraction, Fit, FitOptions, Step, fit};
 use leadr_reflectance::extraction::roughness::ggx_roughness;
 use leadr_reflectance::extraction::samples::samples;
 use leadr_reflectance::facets::ellipse::ellipse_from_roughness;
@@ -35,7 +35,7 @@ use leadr_tools::html::{Figure, Html, PageSection, Table, address, page};
 
 /// The width of a sphere in pixels, and the number of spheres in the picture.
 const SPHERE: u32 = 128;
-const SHOWN: usize = 5;
+const SHOWN: usize = 6;
 /// The light directions of the plots, in degrees from the normal.
 const LIT_FROM: [f64; 3] = [15.0, 45.0, 75.0];
 
@@ -53,16 +53,19 @@ pub fn run(arguments: &FitArgs, output: &Output) -> Result<(), AppError> {
         angles: arguments.angles as usize,
         azimuths: arguments.azimuths as usize,
         lobes: arguments.lobes as usize,
-        refine: !arguments.backscattering_only && !measured.is_backscattering(),
+        // A table of backscattering has no directions to refine over.
+        extraction: match arguments.extraction() {
+            Extraction::Refined if measured.is_backscattering() => Extraction::Slice,
+            extraction => extraction,
+        },
     };
     let found = timed_fit(&measured, isotropic, &options, output, &mut seconds);
     let found = found.ok_or_else(|| {
         let file = shown_path(&arguments.input);
         AppError::Failed(format!("{file}: the material reflects nothing back towards the light: give another one"))
     })?;
-    let masking = masking_name(options.hiding.masking());
     let mut report =
-        FitReport::new(arguments.input.clone(), measured.description(), isotropic, masking, &found, seconds);
+        FitReport::new(arguments.input.clone(), measured.description(), isotropic, &options, &found, seconds);
     if let Some(picture) = &picture {
         let start = Instant::now();
         report.spheres = draw(&measured, &found, picture, output)?;
@@ -175,11 +178,12 @@ fn draw(measured: &Measured, found: &Fit, file: &Path, output: &Output) -> Resul
     output.say("drawing spheres");
     let (ggx, beckmann) = (found.as_ggx(), found.as_beckmann());
     let curves: Vec<_> = found.curves.iter().flatten().filter_map(|curve| found.with_curve(curve)).collect();
-    let mut materials: Vec<&(dyn Brdf + Sync)> = vec![measured, &found.fitted, &found.thesis, &ggx, &beckmann];
+    let mut materials: Vec<&(dyn Brdf + Sync)> =
+        vec![measured, &found.fitted, &found.slice, &found.thesis, &ggx, &beckmann];
     materials.extend(curves.iter().map(|curve| curve as &(dyn Brdf + Sync)));
     let images = spheres(&materials, &ggx, SPHERE);
     save_png(file, &contact_sheet(&images[..SHOWN]), 1.0, Tonemap::Clamp)?;
-    let names = ["fitted", "backscattering alone", "GGX", "Beckmann", "shifted gamma", "ABC"];
+    let names = ["fitted", "slice", "thesis", "GGX", "Beckmann", "shifted gamma", "ABC"];
     let errors = images[1..].iter().map(|image| sphere_error(&images[0], image));
     Ok(names.into_iter().zip(errors).map(|(material, error)| SphereReport { material, error }).collect())
 }
@@ -190,7 +194,7 @@ fn html(measured: &Measured, found: &Fit, report: &FitReport, picture: Option<&P
         body.figures(&[Figure {
             file: picture.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default(),
             alt: "Spheres of the material and its fits".to_owned(),
-            caption: vec!["Measured, fitted, backscattering alone, GGX, Beckmann".to_owned()],
+            caption: vec!["Measured, fitted, slice, thesis, GGX, Beckmann".to_owned()],
             width: SHOWN as u32 * (SPHERE + 8) + 8,
             height: SPHERE + 16,
             scale: 1,
@@ -202,10 +206,11 @@ fn html(measured: &Measured, found: &Fit, report: &FitReport, picture: Option<&P
     }
     body.table(&table);
     let (ggx, beckmann) = (found.as_ggx(), found.as_beckmann());
-    let materials: [(&str, &dyn Brdf); 5] = [
+    let materials: [(&str, &dyn Brdf); 6] = [
         ("measured", measured),
         ("fitted", &found.fitted),
-        ("backscattering alone", &found.thesis),
+        ("slice", &found.slice),
+        ("thesis", &found.thesis),
         ("GGX", &ggx),
         ("Beckmann", &beckmann),
     ];

@@ -8,7 +8,8 @@ use serde::Serialize;
 
 use super::export::{Renderer, is_round};
 use leadr_maps::shown::{shown, shown_path};
-use leadr_reflectance::extraction::fit::Fit;
+use leadr_measured::fit_file::masking_name;
+use leadr_reflectance::extraction::fit::{Extraction, Fit, FitOptions};
 use leadr_reflectance::extraction::parametric::ParametricCurve;
 use leadr_reflectance::extraction::power_iteration::Backscattering;
 use leadr_reflectance::extraction::samples::Misfit;
@@ -23,6 +24,7 @@ pub struct FitReport {
     input: PathBuf,
     pub database: String,
     isotropic: bool,
+    extraction: &'static str,
     masking: &'static str,
     /// The masking model that the fit used for backscattering.
     backscattering: &'static str,
@@ -38,8 +40,9 @@ pub struct FitReport {
     lobes: Vec<LobeReport>,
     /// The shifted gamma curve and the ABC curve that are nearest to the slopes; null for anisotropic materials.
     curves: Option<[CurveReport; 2]>,
-    /// The misfits of this fit and of the fit in the thesis, over all measured directions.
+    /// The misfits of this fit and of the two fits of backscattering, over all measured directions.
     misfit: MisfitReport,
+    slice_misfit: MisfitReport,
     thesis_misfit: MisfitReport,
     /// The misfits of the exports to other renderers.
     pub exports: Vec<ExportReport>,
@@ -157,12 +160,20 @@ const fn backscattering_name(kind: Backscattering) -> &'static str {
     }
 }
 
+const fn extraction_name(extraction: Extraction) -> &'static str {
+    match extraction {
+        Extraction::Refined => "refined",
+        Extraction::Slice => "slice",
+        Extraction::Thesis => "thesis",
+    }
+}
+
 impl FitReport {
     pub fn new(
         input: PathBuf,
         database: String,
         isotropic: bool,
-        masking: &'static str,
+        options: &FitOptions,
         fit: &Fit,
         seconds: Seconds,
     ) -> Self {
@@ -172,7 +183,8 @@ impl FitReport {
             input,
             database,
             isotropic,
-            masking,
+            extraction: extraction_name(options.extraction),
+            masking: masking_name(options.hiding.masking()),
             backscattering: backscattering_name(fit.backscattering),
             beckmann: Roughness::of(fit.beckmann),
             ggx: Roughness::of(fit.ggx),
@@ -183,6 +195,7 @@ impl FitReport {
             lobes: fit.lobes.iter().map(lobe).collect(),
             curves: fit.curves.map(|curves| curves.map(CurveReport::from)),
             misfit: fit.misfit.into(),
+            slice_misfit: fit.slice_misfit.into(),
             thesis_misfit: fit.thesis_misfit.into(),
             exports: Vec::new(),
             spheres: Vec::new(),
@@ -215,9 +228,12 @@ impl fmt::Display for FitReport {
         if let Some([gamma, abc]) = &self.curves {
             writeln!(f, "  other curves: {gamma}; {abc}")?;
         }
-        let (best, alone) = (&self.misfit, &self.thesis_misfit);
-        write!(f, "  all directions: relative RMSE {:.3} (backscattering alone {:.3}), ", best.rrmse, alone.rrmse)?;
-        write!(f, "of cube roots {:.3} ({:.3})", best.cube_root_rrmse, alone.cube_root_rrmse)?;
+        write!(f, "  all directions:")?;
+        for (name, wrong) in
+            [(self.extraction, self.misfit), ("slice", self.slice_misfit), ("thesis", self.thesis_misfit)]
+        {
+            write!(f, "\n    {name}: relative RMSE {:.3}, of cube roots {:.3}", wrong.rrmse, wrong.cube_root_rrmse)?;
+        }
         for ExportReport { renderer, misfit } in &self.exports {
             let (rrmse, roots) = (misfit.rrmse, misfit.cube_root_rrmse);
             write!(f, "\n  for {renderer}: relative RMSE {rrmse:.3}, of cube roots {roots:.3}")?;

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-use super::fresnel::mean_ratio_fresnel;
+use super::fresnel::{slice_fresnel, thesis_fresnel};
 use super::lobes::fit_lobes;
 use super::parametric::{Family, ParametricCurve, nearest};
 use super::power_iteration::{Backscattering, Extracted, extract_polar, extract_radial};
@@ -14,7 +14,7 @@ use super::samples::{Misfit, direction, misfit, samples};
 use crate::color::luminance;
 use crate::facets::beckmann::Beckmann;
 use crate::facets::ellipse::covariance_from_roughness;
-use crate::facets::fresnel::Fresnel;
+use crate::facets::fresnel::{Fresnel, FresnelTable};
 use crate::facets::gaussian_mixture::Lobe;
 use crate::facets::ggx::Ggx;
 use crate::facets::radial_table::angle_at;
@@ -25,11 +25,23 @@ use crate::materials::brdf::Brdf;
 use crate::materials::fitted::FittedBrdf;
 use crate::materials::microfacet::Microfacet;
 
+/// The method that extracts the facets of a material.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Extraction {
+    /// The slopes, the Fresnel term and a diffuse base are refined over all directions.
+    #[default]
+    Refined,
+    /// The slopes are those of backscattering, and the Fresnel term that of [`slice_fresnel`]. Use it if only backscattering is known.
+    Slice,
+    /// The slopes are those of backscattering, and the Fresnel term that of [`thesis_fresnel`] (thesis algorithm 2).
+    Thesis,
+}
+
 /// The options of a fit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FitOptions {
-    /// The masking-shadowing model of the backscattering. With [`Backscattering::Smith`] and `refine`, the fit selects the better of the
-    /// two Smith models.
+    /// The masking-shadowing model of the backscattering. With [`Backscattering::Smith`] and [`Extraction::Refined`], the fit selects the
+    /// better of the two Smith models.
     pub hiding: Backscattering,
     /// The number of angles at which backscattering is sampled, at least 3.
     pub angles: usize,
@@ -37,14 +49,14 @@ pub struct FitOptions {
     pub azimuths: usize,
     /// The number of Gaussian lobes, at most [`MOST_LOBES`](crate::facets::gaussian_mixture::MOST_LOBES).
     pub lobes: usize,
-    /// Whether to refine the backscattering fit over all directions. Disable the refinement if only backscattering data exist.
-    pub refine: bool,
+    /// The method that gives [`Fit::fitted`].
+    pub extraction: Extraction,
 }
 
 impl Default for FitOptions {
-    /// Returns the options of the thesis, which are 90 angles and 90 azimuths, with four lobes and with refinement.
+    /// Returns the options of the thesis, which are 90 angles and 90 azimuths, with four lobes and with refinement over all directions.
     fn default() -> Self {
-        Self { hiding: Backscattering::Smith, angles: 90, azimuths: 90, lobes: 4, refine: true }
+        Self { hiding: Backscattering::Smith, angles: 90, azimuths: 90, lobes: 4, extraction: Extraction::Refined }
     }
 }
 
@@ -59,17 +71,21 @@ pub struct Fit {
     pub beckmann: DVec3,
     /// The GGX roughness matrix of the extracted slopes, in `α²` terms.
     pub ggx: DVec3,
-    /// The thesis' material, which has the extracted slopes and the mean Fresnel term.
+    /// The material of [`Extraction::Thesis`]. Its Fresnel term can be a residual above 1.
     pub thesis: FittedBrdf,
-    /// The best fitted material.
+    /// The material of [`Extraction::Slice`].
+    pub slice: FittedBrdf,
+    /// The material of the requested extraction.
     pub fitted: FittedBrdf,
-    /// The Gaussian lobes fitted to the slopes of the best material.
+    /// The Gaussian lobes of the slopes of [`Self::fitted`].
     pub lobes: Vec<Lobe>,
     /// The nearest published parametric curves: a shifted gamma distribution and an ABC curve. Only isotropic slopes have these curves.
     pub curves: Option<[ParametricCurve; 2]>,
-    /// The misfit of the thesis' material to the measured material.
+    /// The misfit of [`Self::thesis`] to the measured material.
     pub thesis_misfit: Misfit,
-    /// The misfit of the best material to the measured material.
+    /// The misfit of [`Self::slice`] to the measured material.
+    pub slice_misfit: Misfit,
+    /// The misfit of [`Self::fitted`] to the measured material.
     pub misfit: Misfit,
 }
 
@@ -87,10 +103,10 @@ pub enum Step {
 }
 
 impl Fit {
-    /// Returns the thesis' material, with Gaussian slopes that have the same second moments.
+    /// Returns [`Self::slice`] with Gaussian slopes that have the same second moments (thesis listing 4.4).
     pub fn as_beckmann(&self) -> Microfacet<Beckmann> {
         let covariance = covariance_from_roughness(self.beckmann);
-        self.thesis_with(Beckmann::new(self.extracted.slopes.mean_slope(), covariance))
+        self.slice_with(Beckmann::new(self.extracted.slopes.mean_slope(), covariance))
     }
 
     /// Returns the best material with the slopes of a parametric curve, or `None` if the curve has no table.
@@ -99,13 +115,13 @@ impl Fit {
         Some(FittedBrdf { facets, diffuse: self.fitted.diffuse })
     }
 
-    /// Returns the thesis' material, with GGX slopes that have the same mean absolute values.
+    /// Returns [`Self::slice`] with GGX slopes that have the same mean absolute values (thesis listing 4.5).
     pub fn as_ggx(&self) -> Microfacet<Ggx> {
-        self.thesis_with(Ggx::new(self.extracted.slopes.mean_slope(), self.ggx))
+        self.slice_with(Ggx::new(self.extracted.slopes.mean_slope(), self.ggx))
     }
 
-    fn thesis_with<D>(&self, distribution: D) -> Microfacet<D> {
-        let Microfacet { masking, fresnel, .. } = &self.thesis.facets;
+    fn slice_with<D>(&self, distribution: D) -> Microfacet<D> {
+        let Microfacet { masking, fresnel, .. } = &self.slice.facets;
         Microfacet { distribution, masking: *masking, fresnel: fresnel.clone() }
     }
 }
@@ -133,29 +149,38 @@ pub fn fit(brdf: &dyn Brdf, isotropic: bool, options: &FitOptions, watch: &mut d
     };
     let masking = options.hiding.masking();
     let all = samples(brdf, isotropic);
+    let refines = options.extraction == Extraction::Refined;
     let mut candidates = match options.hiding {
         // Both Smith models can fit the backscattering, so a choice between the two needs other directions.
-        Backscattering::Smith if options.refine => vec![Backscattering::Smith, Backscattering::SmithRendered],
+        Backscattering::Smith if refines => vec![Backscattering::Smith, Backscattering::SmithRendered],
         other => vec![other],
     }
     .into_iter();
     let (mut backscattering, mut extracted) = candidates.next().and_then(|kind| Some((kind, extract(kind)?)))?;
     watch(Step::Fresnel);
-    let mut thesis = with_mean_fresnel(brdf, &extracted.slopes, masking, angles);
-    let mut thesis_misfit = misfit(&all, &thesis);
+    let thesis = with_fresnel(&extracted.slopes, masking, thesis_fresnel(brdf, &extracted.slopes, masking, angles));
+    let thesis_misfit = misfit(&all, &thesis);
+    let of_slice = |slopes: &Tabulated| {
+        let material = with_fresnel(slopes, masking, slice_fresnel(brdf, slopes, masking, angles));
+        let wrong = misfit(&all, &material);
+        (material, wrong)
+    };
+    let (mut slice, mut slice_misfit) = of_slice(&extracted.slopes);
     for kind in candidates {
         let found = extract(kind)?;
-        let material = with_mean_fresnel(brdf, &found.slopes, masking, angles);
-        let wrong = misfit(&all, &material);
+        let (material, wrong) = of_slice(&found.slopes);
         // Measured materials are close to both Smith models, but rendered materials match one model exactly.
-        if wrong.divergence < RENDERED * thesis_misfit.divergence {
-            (backscattering, extracted, thesis, thesis_misfit) = (kind, found, material, wrong);
+        if wrong.divergence < RENDERED * slice_misfit.divergence {
+            (backscattering, extracted, slice, slice_misfit) = (kind, found, material, wrong);
         }
     }
-    let (mut fitted, mut best) = (thesis.clone(), thesis_misfit);
-    if options.refine && thesis_misfit.divergence > PERFECT {
+    let (mut fitted, mut best) = match options.extraction {
+        Extraction::Thesis => (thesis.clone(), thesis_misfit),
+        Extraction::Slice | Extraction::Refined => (slice.clone(), slice_misfit),
+    };
+    if refines && slice_misfit.divergence > PERFECT {
         watch(Step::Refinement);
-        let refined = refine(&all, &thesis);
+        let refined = refine(&all, &slice);
         let wrong = misfit(&all, &refined);
         if wrong.divergence < best.divergence {
             (fitted, best) = (refined, wrong);
@@ -173,10 +198,12 @@ pub fn fit(brdf: &dyn Brdf, isotropic: bool, options: &FitOptions, watch: &mut d
         ggx: ggx_roughness(&extracted.slopes),
         extracted,
         thesis,
+        slice,
         fitted,
         lobes,
         curves,
         thesis_misfit,
+        slice_misfit,
         misfit: best,
     })
 }
@@ -186,9 +213,9 @@ const PERFECT: f64 = 1e-6;
 /// The factor by which the Smith model of renderers must reduce the divergence to be selected.
 const RENDERED: f64 = 0.5;
 
-fn with_mean_fresnel(brdf: &dyn Brdf, slopes: &Tabulated, masking: Masking, count: usize) -> FittedBrdf {
-    let fresnel = Fresnel::Tabulated(mean_ratio_fresnel(brdf, slopes, masking, count));
-    FittedBrdf { facets: Microfacet { distribution: slopes.clone(), masking, fresnel }, diffuse: DVec3::ZERO }
+fn with_fresnel(slopes: &Tabulated, masking: Masking, fresnel: FresnelTable) -> FittedBrdf {
+    let facets = Microfacet { distribution: slopes.clone(), masking, fresnel: Fresnel::Tabulated(fresnel) };
+    FittedBrdf { facets, diffuse: DVec3::ZERO }
 }
 
 #[cfg(test)]
@@ -242,15 +269,21 @@ mod tests {
             }
         }
         let fit = fit_of(&Paint(varnish()), true);
-        println!("diffuse {}, misfit {:?}, thesis {:?}", fit.fitted.diffuse, fit.misfit, fit.thesis_misfit);
+        println!("diffuse {}, misfit {:?}, slice {:?}", fit.fitted.diffuse, fit.misfit, fit.slice_misfit);
         assert!((fit.fitted.diffuse - DVec3::new(0.4, 0.2, 0.1)).length() < 0.02, "{}", fit.fitted.diffuse);
         assert!(
-            fit.misfit.rrmse < 0.2 * fit.thesis_misfit.rrmse
-                && fit.misfit.perceptual < 0.2 * fit.thesis_misfit.perceptual
+            fit.misfit.rrmse < 0.2 * fit.slice_misfit.rrmse
+                && fit.misfit.perceptual < 0.2 * fit.slice_misfit.perceptual
         );
-        let thesis = FitOptions { refine: false, ..FitOptions::default() };
-        let thesis = super::fit(&Paint(varnish()), true, &thesis, &mut |_| ()).unwrap();
-        assert_eq!(thesis.misfit, thesis.thesis_misfit);
+        let with = |extraction| {
+            let options = FitOptions { extraction, ..FitOptions::default() };
+            super::fit(&Paint(varnish()), true, &options, &mut |_| ()).unwrap()
+        };
+        let slice = with(Extraction::Slice);
+        assert_eq!((slice.misfit, &slice.fitted), (slice.slice_misfit, &slice.slice));
+        let thesis = with(Extraction::Thesis);
+        assert_eq!((thesis.misfit, &thesis.fitted), (thesis.thesis_misfit, &thesis.thesis));
+        assert_eq!(thesis.thesis_misfit, fit.thesis_misfit);
     }
 
     fn varnish() -> Microfacet<Ggx> {

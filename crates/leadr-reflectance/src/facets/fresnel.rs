@@ -77,8 +77,11 @@ pub fn fresnel_conductor(cosine: f64, eta: DVec3, k: DVec3) -> DVec3 {
     DVec3::new(channel(eta.x, k.x), channel(eta.y, k.y), channel(eta.z, k.z))
 }
 
+/// The largest value of a residual.
+pub const MAX_RESIDUAL: f64 = 1e6;
+
 /// A table of the Fresnel reflectance at equal steps of the difference angle from 0° to 90°, with linear interpolation. Section 4.2 of the
-/// thesis extracts this table from a measured material.
+/// thesis extracts this table from a measured material. A table can also be a residual, whose values exceed 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FresnelTable(Vec<DVec3>);
 
@@ -88,17 +91,37 @@ impl FresnelTable {
     /// # Errors
     /// If there are fewer than two entries, or an entry is not finite or is outside 0..1. The message names the entry.
     pub fn new(values: Vec<DVec3>) -> Result<Self, String> {
+        Self::within(values, 1.0)
+    }
+
+    /// Creates a table of residuals (thesis 4.2), which replace the Fresnel term of a material that facets do not describe. The values are
+    /// from 0 to [`MAX_RESIDUAL`], so the material can reflect more light than it receives.
+    ///
+    /// # Errors
+    /// As for [`Self::new`], with the larger limit.
+    pub fn residual(values: Vec<DVec3>) -> Result<Self, String> {
+        Self::within(values, MAX_RESIDUAL)
+    }
+
+    fn within(values: Vec<DVec3>, most: f64) -> Result<Self, String> {
         if values.len() < 2 {
             return Err(format!("the Fresnel table has {} entries; give at least 2, for 0° and 90°", values.len()));
         }
-        let bad = |v: &DVec3| !v.to_array().iter().all(|c| (0.0..=1.0).contains(c));
+        let bad = |v: &DVec3| !v.to_array().iter().all(|c| (0.0..=most).contains(c));
         match values.iter().position(bad) {
             Some(index) => {
                 let value = values[index];
-                Err(format!("entry {index} of the Fresnel table is {value}; reflectances are finite and within 0..1"))
+                Err(format!(
+                    "entry {index} of the Fresnel table is {value}; its values are finite and within 0..{most}"
+                ))
             }
             None => Ok(Self(values)),
         }
+    }
+
+    /// Whether a value exceeds 1, which no reflectance does.
+    pub fn is_residual(&self) -> bool {
+        self.0.iter().any(|value| value.max_element() > 1.0)
     }
 
     /// Returns the reflectance at the cosine of a difference angle. The cosine is clamped to 0..1.
@@ -133,7 +156,7 @@ pub enum Fresnel {
 }
 
 impl Fresnel {
-    /// Returns the reflectance at `cosine = wo·wh`, in linear RGB from 0 to 1.
+    /// Returns the reflectance at `cosine = wo·wh`, in linear RGB from 0 to 1. Only a residual table exceeds 1.
     pub fn at(&self, cosine: f64) -> DVec3 {
         match self {
             Self::Ideal => DVec3::ONE,
@@ -236,6 +259,11 @@ mod tests {
             let values = vec![DVec3::ONE, DVec3::new(0.5, bad, 0.5)];
             assert!(FresnelTable::new(values).unwrap_err().contains("entry 1 "), "{bad} accepted as a reflectance");
         }
+        let residual = vec![DVec3::ONE, DVec3::new(0.5, 1.5, MAX_RESIDUAL)];
+        let residual = FresnelTable::residual(residual).unwrap();
+        assert!(residual.is_residual() && !table.is_residual());
+        assert_eq!(residual.at(0.0), DVec3::new(0.5, 1.5, MAX_RESIDUAL));
+        assert!(FresnelTable::residual(vec![DVec3::ONE, DVec3::splat(2.0 * MAX_RESIDUAL)]).is_err());
     }
 
     #[test]

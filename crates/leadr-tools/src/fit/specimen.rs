@@ -65,7 +65,7 @@ mod tests {
     #[test]
     fn the_lacquer_is_no_single_lobe() {
         let found = Lacquer::fit().unwrap();
-        assert!(found.misfit.rrmse < 0.5 * found.thesis_misfit.rrmse, "{:?} {:?}", found.misfit, found.thesis_misfit);
+        assert!(found.misfit.rrmse < 0.5 * found.slice_misfit.rrmse, "{:?} {:?}", found.misfit, found.slice_misfit);
         assert!(found.lobes.len() > 1);
     }
 }

@@ -197,29 +197,22 @@ fn compared(
     let mut rows = Vec::new();
     let mut table = Table::new(
         "Spheres: relative RMSE, and mean ΔE₀₀ of the pixels as shown",
-        [
-            "material",
-            "measured, fitted, backscattering alone, GGX, Beckmann",
-            "fitted",
-            "backscattering",
-            "GGX",
-            "Beckmann",
-        ],
+        ["material", "measured, fitted, slice, thesis, GGX, Beckmann", "fitted", "slice", "thesis", "GGX", "Beckmann"],
     );
     for Specimen { name, material, fit } in all {
         let (ggx, beckmann) = (fit.as_ggx(), fit.as_beckmann());
-        let materials: [&(dyn Brdf + Sync); 5] = [&**material, &fit.fitted, &fit.thesis, &ggx, &beckmann];
+        let materials: [&(dyn Brdf + Sync); 6] = [&**material, &fit.fitted, &fit.slice, &fit.thesis, &ggx, &beckmann];
         let images = spheres(&materials, &ggx, size);
         let figure = studio.picture(&format!("measured-{name}"), &contact_sheet(&images), 1.0, name, Vec::new())?;
         let errors: Vec<_> = images[1..].iter().map(|image| sphere_error(&images[0], image)).collect();
         let shown = errors.iter().map(|e| Cell::from(format!("{}, ΔE {}", number(e.rrmse), number(e.delta_e))));
         table.row([Cell::from(name.as_str()), Cell::Figure(figure)].into_iter().chain(shown));
-        for (form, error) in ["fitted", "backscattering alone", "GGX", "Beckmann"].into_iter().zip(&errors) {
+        for (form, error) in ["fitted", "slice", "thesis", "GGX", "Beckmann"].into_iter().zip(&errors) {
             rows.push(SphereRow { material: name.clone(), form, rrmse: error.rrmse, delta_e: error.delta_e });
         }
     }
     html.table(&table);
-    for form in ["fitted", "backscattering alone", "GGX", "Beckmann"] {
+    for form in ["fitted", "slice", "thesis", "GGX", "Beckmann"] {
         let of: Vec<&SphereRow> = rows.iter().filter(|row| row.form == form).collect();
         let mean = |value: fn(&SphereRow) -> f64| of.iter().map(|row| value(row)).sum::<f64>() / of.len().max(1) as f64;
         findings.push(format!(
