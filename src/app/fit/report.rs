@@ -10,11 +10,11 @@ use super::export::{Renderer, is_round};
 use leadr_maps::shown::{shown, shown_path};
 use leadr_measured::fit_file::masking_name;
 use leadr_reflectance::extraction::fit::{Extraction, Fit, FitOptions};
-use leadr_reflectance::extraction::parametric::ParametricCurve;
 use leadr_reflectance::extraction::power_iteration::Backscattering;
 use leadr_reflectance::extraction::samples::Misfit;
 use leadr_reflectance::facets::ellipse::{bivariate_from_roughness, ellipse_from_roughness};
 use leadr_reflectance::facets::gaussian_mixture::Lobe;
+use leadr_reflectance::facets::parametric_curve::ParametricCurve;
 use leadr_tools::fit::spheres::SphereError;
 
 /// A fitted material.

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::fresnel::{slice_fresnel, thesis_fresnel};
 use super::lobes::fit_lobes;
-use super::parametric::{Family, ParametricCurve, nearest};
+use super::parametric::nearest;
 use super::power_iteration::{Backscattering, Extracted, extract_polar, extract_radial};
 use super::refinement::refine;
 use super::roughness::{beckmann_roughness, ggx_roughness};
@@ -17,6 +17,7 @@ use crate::facets::ellipse::covariance_from_roughness;
 use crate::facets::fresnel::{Fresnel, FresnelTable};
 use crate::facets::gaussian_mixture::Lobe;
 use crate::facets::ggx::Ggx;
+use crate::facets::parametric_curve::{Family, ParametricCurve};
 use crate::facets::radial_table::angle_at;
 use crate::facets::slope_distribution::SlopeDistribution;
 use crate::facets::tabulated::Tabulated;

@@ -1,73 +1,14 @@
-//! Published two-parameter curves for measured materials: the shifted gamma distribution (SGD: Bagher, Soler and Holzschuch 2012) and the
-//! ABC model (Löw, Kronander, Ynnerman and Unger 2012).
+//! Finds the parametric curve that is nearest to extracted slopes.
 
 use std::f64::consts::TAU;
 
-use crate::facets::radial_table::{RadialTable, angle_at, angle_rule};
+use crate::facets::parametric_curve::{Family, ParametricCurve};
+use crate::facets::radial_table::{RadialTable, angle_rule};
 
-/// The number of nodes in the table of a curve.
-const NODES: usize = 180;
 /// The step size at which the search stops.
 const FINEST: f64 = 1e-5;
 /// The range of the search for the exponent. Exponents outside this range do not describe realistic facets.
 const EXPONENTS: (f64, f64) = (-2.0, 20.0);
-
-/// A family of parametric curves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Family {
-    /// The shifted gamma distribution `P22 ∝ e^(−x) / x^p`, `x = α + tan² θ / α`.
-    ShiftedGamma,
-    /// The ABC model `D ∝ (1 + B (1 − cos θ))^(−C)`.
-    Abc,
-}
-
-/// A parametric curve of the normal density, up to a constant factor.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ParametricCurve {
-    /// A curve of [`Family::ShiftedGamma`].
-    ShiftedGamma {
-        /// The positive width `α`.
-        alpha: f64,
-        /// The exponent `p`.
-        p: f64,
-    },
-    /// A curve of [`Family::Abc`].
-    Abc {
-        /// The positive inverse width `B`.
-        b: f64,
-        /// The exponent `C`.
-        c: f64,
-    },
-}
-
-impl ParametricCurve {
-    fn of(family: Family, [width, exponent]: [f64; 2]) -> Self {
-        match family {
-            Family::ShiftedGamma => Self::ShiftedGamma { alpha: width.exp(), p: exponent },
-            Family::Abc => Self::Abc { b: width.exp(), c: exponent },
-        }
-    }
-
-    /// Returns `ln D` at the angle `theta` to the macrosurface normal, up to a constant.
-    pub fn ln_density(&self, theta: f64) -> f64 {
-        match *self {
-            Self::ShiftedGamma { alpha, p } => {
-                let cosine = theta.cos().max(1e-9);
-                let x = alpha + theta.tan().powi(2) / alpha;
-                // The logarithm is relative to the density at θ = 0, which can be huge.
-                -(x - alpha) - p * (x / alpha).ln() - 4.0 * cosine.ln()
-            }
-            Self::Abc { b, c } => -c * (b * 2.0 * (0.5 * theta).sin().powi(2)).ln_1p(),
-        }
-    }
-
-    /// Builds a table of the curve's slopes.
-    pub fn table(&self) -> Option<RadialTable> {
-        RadialTable::new(
-            &(0..NODES).map(|i| self.ln_density(angle_at(i as f64 / NODES as f64)).exp()).collect::<Vec<_>>(),
-        )
-    }
-}
 
 /// Returns the maximum-likelihood curve of a family for the slopes of a table.
 pub fn nearest(slopes: &RadialTable, family: Family) -> ParametricCurve {
@@ -121,6 +62,7 @@ fn search(family: Family, mut parameters: [f64; 2], divergence: &impl Fn(&Parame
 mod tests {
     use super::*;
     use crate::facets::ggx::Ggx;
+    use crate::facets::radial_table::angle_at;
     use crate::facets::slope_distribution::SlopeDistribution as _;
     use glam::{DVec2, DVec3};
 

@@ -17,6 +17,7 @@ pub mod metals;
 pub mod normal_distribution;
 pub mod normal_length;
 pub mod normal_spread;
+pub mod parametric_curve;
 pub mod polar_table;
 pub mod projected_area;
 pub mod radial_table;

@@ -1,5 +1,6 @@
 //! The renderer's interface to materials: evaluation, sampling and density.
 
+pub mod abc;
 pub mod brdf;
 pub mod classic;
 pub mod energy;
@@ -9,3 +10,4 @@ pub mod half_difference;
 pub mod lambert;
 pub mod microfacet;
 pub mod multiscattering;
+pub mod shifted_gamma;
