@@ -8,9 +8,10 @@ use glam::DVec3;
 
 use leadr_maps::material::{Anisotropy, Input, Material, RoughnessMeaning, alpha_code, alpha_of};
 use leadr_measured::fit_file::{FitFile, masking_name};
+use leadr_reflectance::extraction::lobes::fit_lobes;
 use leadr_reflectance::facets::ellipse::ellipse_from_roughness;
 use leadr_reflectance::facets::fresnel::{Fresnel, schlick_weight};
-use leadr_reflectance::facets::gaussian_mixture::Lobe;
+use leadr_reflectance::facets::gaussian_mixture::{DRAWN_LOBES, Lobe};
 use leadr_reflectance::masking::variants::Masking;
 use leadr_reflectance::materials::fitted_table::{FittedTable, lobe_alpha};
 
@@ -35,7 +36,13 @@ pub fn apply_fit(fit: &FitFile, material: &mut Material) {
             "material {name}: its masking, {form}, needs --technique reference; others use smith, so fit it with leadr fit --masking smith"
         );
     }
-    let alpha = joint_alpha(&fit.lobes);
+    // A fit with more lobes than the renderer draws is approximated again.
+    let lobes = if fit.lobes.len() > DRAWN_LOBES {
+        fit_lobes(&fit.brdf.facets.distribution, DRAWN_LOBES)
+    } else {
+        fit.lobes.clone()
+    };
+    let alpha = joint_alpha(&lobes);
     let rgb = |c: DVec3| Input::constant(c.as_vec3().to_array());
     material.base_color = rgb(fit.brdf.diffuse);
     material.metalness = Input::constant(0.0);
@@ -43,8 +50,8 @@ pub fn apply_fit(fit: &FitFile, material: &mut Material) {
     material.specular = Input::constant(1.0);
     material.edge_tint = [0.0; 3];
     // The roughness is quantised as in the renderer, so that the renderer does not scale the measured slopes.
-    material.fit = Some(Arc::new(FittedTable::new(&fit.brdf, &fit.lobes, alpha_of(alpha_code(alpha as f32)))));
-    material.anisotropy = anisotropy_of(&fit.lobes, alpha);
+    material.fit = Some(Arc::new(FittedTable::new(&fit.brdf, &lobes, alpha_of(alpha_code(alpha as f32)))));
+    material.anisotropy = anisotropy_of(&lobes, alpha);
     let mean = mean_alpha(material);
     match material.roughness_meaning {
         RoughnessMeaning::Alpha => material.roughness.factor = alpha as f32 / mean,
@@ -123,6 +130,10 @@ fn schlick_f0(fresnel: &Fresnel) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use leadr_reflectance::facets::radial_table::RadialTable;
+    use leadr_reflectance::facets::tabulated::Tabulated;
+    use leadr_reflectance::materials::fitted::FittedBrdf;
+    use leadr_reflectance::materials::microfacet::Microfacet;
 
     #[test]
     fn schlick_form_is_recovered() {
@@ -130,6 +141,22 @@ mod tests {
             let found = schlick_f0(&Fresnel::Schlick(f0));
             assert!((found - f0).length() < 1e-9, "{found}");
         }
+    }
+
+    #[test]
+    fn more_lobes_than_the_renderer_draws_are_reduced() {
+        let density = |i: usize| (1.0 + 40.0 * (i as f64 / 60.0).powi(4)).powi(-2);
+        let table = RadialTable::new(&(0..60).map(density).collect::<Vec<_>>()).unwrap();
+        let distribution = Tabulated::Radial(table);
+        let lobes = fit_lobes(&distribution, 8);
+        assert!(lobes.len() > DRAWN_LOBES);
+        let facets = Microfacet { distribution, masking: Masking::SmithCorrelated, fresnel: Fresnel::Ideal };
+        let fit = FitFile { brdf: FittedBrdf { facets, diffuse: DVec3::ZERO }, lobes };
+        let table = material_of(&fit, "rough").fit.unwrap();
+        assert_eq!(table.lobes() as usize, DRAWN_LOBES);
+        // The lobes begin after 13 words, and each lobe has five.
+        let shares: f32 = (0..DRAWN_LOBES).map(|lobe| table.words()[13 + 5 * lobe]).sum();
+        assert!((shares - 1.0).abs() < 1e-5, "{shares}");
     }
 
     #[test]

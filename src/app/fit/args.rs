@@ -7,7 +7,7 @@ use clap::Args;
 use crate::app::flags::scene::{Names, one_of};
 use leadr_reflectance::extraction::fit::Extraction;
 use leadr_reflectance::extraction::power_iteration::Backscattering;
-use leadr_reflectance::facets::gaussian_mixture::MOST_LOBES;
+use leadr_reflectance::facets::gaussian_mixture::{DRAWN_LOBES, MOST_LOBES};
 use leadr_render::settings::numbers::whole;
 
 /// Examples that are printed after the help text.
@@ -37,8 +37,8 @@ pub struct FitArgs {
     /// Sample an anisotropic material at N azimuths
     #[arg(long, value_name = "N", default_value_t = 90, value_parser = |text: &str| whole(text, 8_u32, 360))]
     pub azimuths: u32,
-    /// Approximate the slope distribution by up to N Gaussian lobes
-    #[arg(long, value_name = "N", default_value_t = MOST_LOBES as u32, value_parser = |text: &str| whole(text, 1, MOST_LOBES as u32))]
+    /// Approximate the slope distribution by up to N Gaussian lobes; the renderer draws at most 4
+    #[arg(long, value_name = "N", default_value_t = DRAWN_LOBES as u32, value_parser = |text: &str| whole(text, 1, MOST_LOBES as u32))]
     pub lobes: u32,
     /// Set how the facets are extracted
     #[arg(long, value_name = "HOW", value_parser = one_of(EXTRACTIONS), default_value = "refined")]

@@ -5,12 +5,14 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
 
-use super::samples::direction;
-use crate::facets::gaussian_mixture::{Lobe, MOST_LOBES};
+use super::samples::{Misfit, Sample, direction, misfit};
+use crate::facets::gaussian_mixture::{GaussianMixture, Lobe, MOST_LOBES};
 use crate::facets::radial_table::angle_at;
 use crate::facets::slope_distribution::SlopeDistribution as _;
 use crate::facets::tabulated::Tabulated;
 use crate::limits::MIN_VARIANCE;
+use crate::materials::fitted::FittedBrdf;
+use crate::materials::microfacet::Microfacet;
 use crate::slopes::statistics::outer_square;
 
 const ITERATIONS: u32 = 300;
@@ -81,6 +83,32 @@ pub fn fit_lobes(slopes: &Tabulated, count: usize) -> Vec<Lobe> {
     lobes
 }
 
+/// The errors of a material whose slopes are replaced by Gaussian lobes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LobeErrors {
+    /// The lobes.
+    pub lobes: Vec<Lobe>,
+    /// The Kullback–Leibler divergence of the lobes from the slopes of the table, `∫ P ln (P / Q)`, in nats.
+    pub slopes: f64,
+    /// The misfit of the material to the samples.
+    pub misfit: Misfit,
+}
+
+/// Replaces the slopes of a material by up to `count` lobes and compares the material with samples (thesis 5.3).
+pub fn lobe_errors(material: &FittedBrdf, samples: &[Sample], count: usize) -> LobeErrors {
+    let Microfacet { distribution, masking, fresnel } = &material.facets;
+    let lobes = fit_lobes(distribution, count);
+    let mixture = GaussianMixture::new(distribution.mean_slope(), &lobes);
+    let (mut divergence, mut total) = (0.0, 0.0);
+    for (slope, mass) in points(distribution) {
+        divergence += mass * (distribution.p22(slope) / mixture.p22(slope).max(1e-300)).ln();
+        total += mass;
+    }
+    let facets = Microfacet { distribution: mixture, masking: *masking, fresnel: fresnel.clone() };
+    let misfit = misfit(samples, &FittedBrdf { facets, diffuse: material.diffuse });
+    LobeErrors { lobes, slopes: divergence / total, misfit }
+}
+
 struct Gaussian {
     inverse: DVec3,
     peak: f64,
@@ -129,9 +157,12 @@ fn points(slopes: &Tabulated) -> Vec<(DVec2, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::facets::gaussian_mixture::GaussianMixture;
+    use crate::extraction::samples::samples;
+    use crate::facets::fresnel::Fresnel;
+    use crate::facets::ggx::Ggx;
     use crate::facets::polar_table::PolarTable;
     use crate::facets::radial_table::RadialTable;
+    use crate::masking::variants::Masking;
 
     fn radial(of: &GaussianMixture) -> Tabulated {
         let at = |i: usize| {
@@ -168,6 +199,28 @@ mod tests {
             let error = (found.covariance - expected.covariance).length() / expected.covariance.length();
             assert!((found.share - expected.share).abs() < 0.01 && error < 0.02, "{found:?} {expected:?}");
         }
+    }
+
+    /// A distribution with long tails needs many lobes.
+    #[test]
+    fn more_lobes_are_closer() {
+        let ggx = Ggx::isotropic(DVec2::ZERO, 0.2);
+        let at = |i: usize| {
+            let (sine, cosine) = angle_at(i as f64 / 90.0).sin_cos();
+            ggx.ndf(DVec3::new(sine, 0.0, cosine))
+        };
+        let distribution = Tabulated::Radial(RadialTable::new(&(0..90).map(at).collect::<Vec<_>>()).unwrap());
+        let facets = Microfacet { distribution, masking: Masking::SmithCorrelated, fresnel: Fresnel::Ideal };
+        let material = FittedBrdf { facets, diffuse: DVec3::ZERO };
+        let samples = samples(&material, true);
+        let errors: Vec<LobeErrors> = (1..=MOST_LOBES).map(|count| lobe_errors(&material, &samples, count)).collect();
+        for error in &errors {
+            println!("{} lobes: {:.5} {:?}", error.lobes.len(), error.slopes, error.misfit);
+        }
+        assert!(errors.windows(2).all(|pair| pair[1].slopes < 1.001 * pair[0].slopes));
+        let [one, eight] = [&errors[0], &errors[MOST_LOBES - 1]];
+        assert!(eight.lobes.len() == MOST_LOBES && eight.slopes < 0.01 * one.slopes, "{} {}", one.slopes, eight.slopes);
+        assert!(eight.misfit.perceptual < 0.1 * one.misfit.perceptual, "{:?} {:?}", one.misfit, eight.misfit);
     }
 
     #[test]

@@ -6,8 +6,10 @@ use glam::{DVec2, DVec3};
 use super::beckmann::Beckmann;
 use super::slope_distribution::SlopeDistribution;
 
-/// The maximum number of lobes in a fit.
-pub const MOST_LOBES: usize = 4;
+/// The maximum number of lobes in a fit. The thesis compares one lobe with eight (5.3).
+pub const MOST_LOBES: usize = 8;
+/// The maximum number of lobes that the renderer draws.
+pub const DRAWN_LOBES: usize = 4;
 
 /// One Gaussian lobe.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,4 +1,4 @@
-//! A material that consists of tabulated facets over a diffuse base.
+//! A material that consists of facets over a diffuse base.
 
 use std::f64::consts::FRAC_1_PI;
 
@@ -6,18 +6,19 @@ use glam::{DVec2, DVec3};
 
 use super::brdf::{Brdf, BrdfSample, cosine_sample};
 use super::microfacet::Microfacet;
+use crate::facets::slope_distribution::SlopeDistribution;
 use crate::facets::tabulated::Tabulated;
 
-/// A material with the BRDF `f_r = F D G / (4 cos θ_i cos θ_o) + diffuse / π`.
+/// A material with the BRDF `f_r = F D G / (4 cos θ_i cos θ_o) + diffuse / π`. The facets of a fit are tabulated.
 #[derive(Clone, Debug, PartialEq)]
-pub struct FittedBrdf {
+pub struct FittedBrdf<D = Tabulated> {
     /// The specular facets.
-    pub facets: Microfacet<Tabulated>,
+    pub facets: Microfacet<D>,
     /// The albedo of the diffuse base, in linear RGB.
     pub diffuse: DVec3,
 }
 
-impl FittedBrdf {
+impl<D> FittedBrdf<D> {
     /// Returns the probability of sampling the diffuse term, which is its fraction of the reflectance at normal incidence.
     fn diffuse_share(&self) -> f64 {
         let [diffuse, specular] = [self.diffuse, self.facets.fresnel.at(1.0)].map(|c| c.element_sum());
@@ -25,7 +26,7 @@ impl FittedBrdf {
     }
 }
 
-impl Brdf for FittedBrdf {
+impl<D: SlopeDistribution> Brdf for FittedBrdf<D> {
     fn eval_cos(&self, wo: DVec3, wi: DVec3) -> DVec3 {
         let diffuse = if wo.z <= 0.0 { DVec3::ZERO } else { self.diffuse * (FRAC_1_PI * wi.z.max(0.0)) };
         diffuse + self.facets.eval_cos(wo, wi)

@@ -10,7 +10,7 @@ use glam::{DVec2, DVec3};
 use super::fitted::FittedBrdf;
 use crate::facets::curve::Curve;
 use crate::facets::ellipse::ellipse_from_roughness;
-use crate::facets::gaussian_mixture::{Lobe, MOST_LOBES};
+use crate::facets::gaussian_mixture::{DRAWN_LOBES, Lobe};
 use crate::facets::slope_distribution::SlopeDistribution as _;
 
 const MOST_ALPHA: f64 = 2.0;
@@ -41,11 +41,11 @@ pub fn widest_direction(covariance: DVec3) -> f64 {
 }
 
 impl FittedTable {
-    /// Packs a fit and its first [`MOST_LOBES`] lobes. `alpha` is the equivalent roughness of the fit. A surface of another roughness
+    /// Packs a fit and its first [`DRAWN_LOBES`] lobes. `alpha` is the equivalent roughness of the fit. A surface of another roughness
     /// scales the slopes by the ratio of the roughnesses.
     pub fn new(brdf: &FittedBrdf, lobes: &[Lobe], alpha: f32) -> Self {
         let facets = &brdf.facets;
-        let lobes = &lobes[..lobes.len().min(MOST_LOBES)];
+        let lobes = &lobes[..lobes.len().min(DRAWN_LOBES)];
         let rows = facets.distribution.ln_d();
         let area = |azimuth: f64, j: usize| {
             let cosine = (j as f64 / AREAS as f64).powi(2);
@@ -56,7 +56,7 @@ impl FittedTable {
             .map(|k| TAU * k as f64 / rows.len() as f64)
             .map(|azimuth| Curve::new((0..=AREAS).map(|j| area(azimuth, j)).collect()))
             .collect();
-        let density_at = HEAD + MOST_LOBES * LOBE;
+        let density_at = HEAD + DRAWN_LOBES * LOBE;
         let nodes = rows[0].values().len();
         let area_at = density_at + 2 * nodes * rows.len();
         let fresnel_at = area_at + 2 * (AREAS + 1) * rows.len();
