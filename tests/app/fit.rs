@@ -60,8 +60,12 @@ fn table_is_drawn_as_a_material() {
     let exports = &report["exports"];
     assert_eq!((exports[0]["renderer"].as_str(), exports[1]["renderer"].as_str()), (Some("mitsuba"), Some("pbrt")));
     assert!(exports[0]["misfit"]["rrmse"].as_f64().is_some_and(|wrong| wrong < 1.0), "{exports}");
-    assert_eq!(report["spheres"].as_array().unwrap().len(), 7);
-    assert_eq!(report["extraction"].as_str(), Some("slice"));
+    assert_eq!(
+        names_of(&report["spheres"], "material"),
+        ["fitted", "slice", "thesis", "GGX", "Beckmann", "SGD", "ABC"]
+    );
+    assert_eq!(names_of(&report["published"], "model"), ["SGD", "ABC"]);
+    assert_eq!((report["bytes"]["thesis"].as_u64(), report["extraction"].as_str()), (Some(2160), Some("slice")));
     let curves = &report["curves"];
     assert_eq!((curves[0]["family"].as_str(), curves[1]["family"].as_str()), (Some("shifted_gamma"), Some("abc")));
     // Near its peak GGX is an ABC curve of exponent 2; wide lobes are less steep.
@@ -73,7 +77,7 @@ fn table_is_drawn_as_a_material() {
     assert!(std::fs::read_to_string(&xml).unwrap().contains("roughconductor"));
     assert!(std::fs::read_to_string(&pbrt).unwrap().contains("MakeNamedMaterial \"gold\""));
     let picture = image::open(at("gold.png")).unwrap();
-    assert_eq!((picture.width(), picture.height()), (824, 144));
+    assert_eq!((picture.width(), picture.height()), (1096, 144));
     assert!(std::fs::read_to_string(&page).unwrap().contains("gold.png"));
 
     let drawn = at("gold_drawn.png");
@@ -96,6 +100,10 @@ fn table_is_drawn_as_a_material() {
     assert_eq!(output.status.code(), Some(0));
     let grooves = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!([&smiths, &grooves].map(|report| report.contains("vgroove")), [false, true], "{smiths}\n{grooves}");
+}
+
+fn names_of(list: &serde_json::Value, key: &str) -> Vec<String> {
+    list.as_array().unwrap().iter().map(|entry| entry[key].as_str().unwrap().to_owned()).collect()
 }
 
 /// A grid of half and difference angles. GGX facets of this α reflect with the factor `strength`, and with more for `φ_d` near 0.
@@ -143,6 +151,79 @@ fn extractions_differ_where_the_fit_is_wrong() {
     assert_eq!(refined["thesis_misfit"], thesis["thesis_misfit"]);
     let error = |report: &serde_json::Value| report["misfit"]["divergence"].as_f64().unwrap();
     assert!(error(&refined) < error(&slice), "{refined} {slice}");
+}
+
+#[test]
+fn more_lobes_are_closer_to_the_fit() {
+    let folder = tempfile::tempdir().unwrap();
+    let (csv, json) = (folder.path().join("gold.csv"), folder.path().join("gold.json"));
+    backscattering(&csv);
+    let output = run("fit", &[text(&csv), "--lobes", "8", "--lobe-errors", "-o", text(&json), "--json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let rows = report["lobe_errors"].as_array().unwrap();
+    let divergence = |row: &serde_json::Value| row["slope_divergence"].as_f64().unwrap();
+    assert!(rows.len() == 8 && divergence(&rows[7]) < 0.1 * divergence(&rows[0]), "{rows:?}");
+    let kept: serde_json::Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
+    assert!(kept["lobes"].as_array().unwrap().len() > 4, "{}", kept["lobes"]);
+}
+
+#[test]
+fn a_folder_is_fitted_despite_faults() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| text(&folder.path().join(name)).to_owned();
+    std::fs::create_dir(at("in")).unwrap();
+    grid(Path::new(&at("in/rough.csv")), 0.5, 0.1);
+    backscattering(Path::new(&at("in/gold.csv")));
+    std::fs::write(at("in/short.binary"), [90u8, 0, 0, 0]).unwrap();
+    std::fs::write(at("in/README.txt"), "notes").unwrap();
+    let arguments = [
+        &at("in"),
+        "--angles",
+        "30",
+        "-o",
+        &at("fits"),
+        "--csv",
+        &at("all.csv"),
+        "--page",
+        &at("all.html"),
+        "--delta-e",
+        &at("delta.png"),
+        "--json",
+    ];
+    let output = run("fit", &arguments);
+    let log = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{log}");
+    assert!(log.contains("short.binary") && log.contains("1 of 3 files could not be fitted"), "{log}");
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(report["materials"].as_array().unwrap().len(), 2);
+    assert!(report["failed"][0]["file"].as_str().unwrap().ends_with("short.binary"), "{report}");
+    assert_eq!(names_of(&report["means"], "model"), ["fitted", "slice", "thesis", "GGX", "Beckmann", "SGD", "ABC"]);
+    let mut names: Vec<_> =
+        std::fs::read_dir(at("fits")).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
+    names.sort();
+    assert_eq!(names, ["gold.json", "rough.json"]);
+    let table = std::fs::read_to_string(at("all.csv")).unwrap();
+    let lines: Vec<Vec<&str>> = table.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!((lines.len(), lines[0].len()), (4, 38), "{table}");
+    assert!(lines.iter().all(|line| line.len() >= 38), "{table}");
+    assert_eq!([&lines[1], &lines[2], &lines[3]].map(|line| line[0]), ["gold.csv", "rough.csv", "short.binary"]);
+    let size = |name: &str| image::open(at(name)).map(|picture| (picture.width(), picture.height())).unwrap();
+    assert_eq!((size("all.png"), size("delta.png")), ((1096, 288), (896, 128)));
+    assert!(std::fs::read_to_string(at("all.html")).unwrap().contains("delta.png"));
+
+    for (arguments, code, word) in [
+        (vec![at("fits")], 1, "no file ends in .binary"),
+        (vec![at("in"), "-o".into(), at("a.json")], 2, "name a folder"),
+        (vec![at("in"), "--csv".into(), at("in/b.csv")], 2, "outside of the folder"),
+        (vec![at("in"), "--mitsuba".into(), at("b.xml")], 2, "give a file instead of a folder"),
+        (vec![at("in/gold.csv"), "--picture".into(), at("c.png"), "--delta-e".into(), at("c.png")], 2, "named twice"),
+    ] {
+        let output = run("fit", &arguments.iter().map(String::as_str).collect::<Vec<_>>());
+        let report = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {report}");
+        assert!(report.contains(word) && report.trim_end().lines().count() == 1, "{arguments:?}: {report}");
+    }
 }
 
 #[test]

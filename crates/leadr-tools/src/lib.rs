@@ -3,6 +3,7 @@
 
 pub mod bench;
 pub mod command;
+pub mod csv;
 pub mod error;
 pub mod fit;
 pub mod html;

@@ -16,6 +16,8 @@ pub const EXAMPLES: &str = "Examples:
   leadr fit paper_white_rgb.bsdf -o paper.json --page paper.html   also compare the fit with the measurement
   leadr fit fabric106.bin -o fabric.json                   fit an anisotropic material of the UTIA database
   leadr fit gold.binary --masking vgroove --json           print the numbers only
+  leadr fit gold.binary --extraction thesis                fit as in the thesis
+  leadr fit merl -o fits --csv fits.csv --page fits.html   fit every material of a folder
   leadr fit gold.binary --mitsuba gold.xml --pbrt gold.pbrt
   leadr capture --scene sphere --material gold.json        draw the fitted material
 
@@ -25,8 +27,8 @@ alone has lines theta,r,g,b. Angles are in degrees, and r,g,b are the BRDF f_r p
 /// Arguments of `leadr fit`.
 #[derive(Clone, Debug, Args)]
 pub struct FitArgs {
-    /// A measured material: a MERL .binary, an RGL .bsdf, a UTIA .bin or a .csv file
-    #[arg(value_name = "FILE")]
+    /// A measured material: a MERL .binary, an RGL .bsdf, a UTIA .bin or a .csv file; or a folder of such files
+    #[arg(value_name = "FILE|FOLDER")]
     pub input: PathBuf,
     /// Set the masking model of the facets
     #[arg(long, value_name = "HOW", value_parser = one_of(MASKINGS), default_value = "smith")]
@@ -46,12 +48,21 @@ pub struct FitArgs {
     /// The same as --extraction slice
     #[arg(long, hide = true, conflicts_with = "extraction")]
     backscattering_only: bool,
-    /// Write the fitted material to this file; other commands read the file with --material
-    #[arg(long, short, value_name = "FILE.json")]
+    /// Also compute the errors of the fit with 1 to 8 Gaussian lobes
+    #[arg(long)]
+    pub lobe_errors: bool,
+    /// Write the fitted material to this file; other commands read the file with --material. For a folder, write NAME.json to this folder
+    #[arg(long, short, value_name = "FILE.json|FOLDER")]
     pub output: Option<PathBuf>,
-    /// Draw spheres in the same light: the measurement, the fit, the fits of --extraction slice and thesis, and GGX and Beckmann with the same roughness
+    /// Write a table with one line per material
+    #[arg(long, value_name = "FILE.csv")]
+    pub csv: Option<PathBuf>,
+    /// Draw spheres in the same light: the measurement, the fit, the fits of --extraction slice and thesis, GGX and Beckmann with the same roughness, and fits of the SGD and ABC models. A folder has one row per material
     #[arg(long, value_name = "FILE.png")]
     pub picture: Option<PathBuf>,
+    /// Draw the colour difference ΔE of each model's sphere from the measured one, as the mean over all materials: black is 0, yellow is 20
+    #[arg(long, value_name = "FILE.png")]
+    pub delta_e: Option<PathBuf>,
     /// Write a page that shows the spheres, their errors and cross sections of the lobes; the picture is the one of --picture, else a new FILE.png
     #[arg(long, value_name = "FILE.html")]
     pub page: Option<PathBuf>,

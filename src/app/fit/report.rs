@@ -1,30 +1,37 @@
 //! The result that `leadr fit` prints.
 
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use serde::Serialize;
 
 use super::export::{Renderer, is_round};
+use super::folder::FailedFile;
 use leadr_maps::shown::{shown, shown_path};
+use leadr_measured::Measured;
 use leadr_measured::fit_file::masking_name;
 use leadr_reflectance::extraction::fit::{Extraction, Fit, FitOptions};
+use leadr_reflectance::extraction::lobes::LobeErrors;
 use leadr_reflectance::extraction::power_iteration::Backscattering;
-use leadr_reflectance::extraction::samples::Misfit;
+use leadr_reflectance::extraction::samples::{Misfit, Sample, misfit};
 use leadr_reflectance::facets::ellipse::{bivariate_from_roughness, ellipse_from_roughness};
 use leadr_reflectance::facets::gaussian_mixture::Lobe;
 use leadr_reflectance::facets::parametric_curve::ParametricCurve;
+use leadr_reflectance::materials::fitted_table::FittedTable;
+use leadr_reflectance::materials::shifted_gamma::ShiftedGammaChannel;
+use leadr_tools::csv::quoted;
+use leadr_tools::fit::models::{Models, NAMES};
 use leadr_tools::fit::spheres::SphereError;
 
 /// A fitted material.
 #[derive(Debug, Serialize)]
 pub struct FitReport {
     command: &'static str,
-    input: PathBuf,
+    pub input: PathBuf,
     pub database: String,
     isotropic: bool,
-    extraction: &'static str,
+    pub extraction: &'static str,
     masking: &'static str,
     /// The masking model that the fit used for backscattering.
     backscattering: &'static str,
@@ -38,12 +45,17 @@ pub struct FitReport {
     pub f0: [f64; 3],
     pub diffuse: [f64; 3],
     lobes: Vec<LobeReport>,
+    pub bytes: Bytes,
+    /// The errors of the fit with 1 to 8 lobes. The list is empty unless it was requested.
+    pub lobe_errors: Vec<LobeErrorReport>,
     /// The shifted gamma curve and the ABC curve that are nearest to the slopes; null for anisotropic materials.
     curves: Option<[CurveReport; 2]>,
     /// The misfits of this fit and of the two fits of backscattering, over all measured directions.
     misfit: MisfitReport,
     slice_misfit: MisfitReport,
     thesis_misfit: MisfitReport,
+    /// The fits of the SGD and ABC models. The list is empty if no spheres were drawn.
+    pub published: Vec<PublishedReport>,
     /// The misfits of the exports to other renderers.
     pub exports: Vec<ExportReport>,
     /// The errors of the rendered spheres. The list is empty if no spheres were drawn.
@@ -106,8 +118,8 @@ pub struct ExportReport {
 
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct MisfitReport {
-    rrmse: f64,
-    cube_root_rrmse: f64,
+    pub rrmse: f64,
+    pub cube_root_rrmse: f64,
     divergence: f64,
 }
 
@@ -129,6 +141,94 @@ pub struct Seconds {
     pub refinement: f64,
     pub lobes: f64,
     pub picture: f64,
+}
+
+/// The sizes of a fit in bytes.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Bytes {
+    /// The numbers that the renderer uploads.
+    renderer: u64,
+    /// The tables of the thesis (4.3) with as many angles: the Fresnel term, slopes, masking and quantiles, in 32 bits.
+    thesis: u64,
+    /// The JSON file.
+    pub file: u64,
+}
+
+impl Bytes {
+    fn of(fit: &Fit) -> Self {
+        let (angles, azimuths) = fit.fitted.facets.distribution.nodes();
+        // The thesis has 6 N numbers if isotropic, and 3 N_θ (1 + N_φ) numbers otherwise.
+        let numbers = 3 * angles * (1 + azimuths);
+        let renderer = FittedTable::new(&fit.fitted, &fit.lobes, 1.0).words().len();
+        Self { renderer: 4 * renderer as u64, thesis: 4 * numbers as u64, file: 0 }
+    }
+}
+
+/// The error of a fit with Gaussian lobes in place of its table.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct LobeErrorReport {
+    /// The requested number of lobes. Lobes of negligible weight are left out.
+    pub lobes: usize,
+    found: usize,
+    /// The divergence of the lobes from the slopes of the table, in nats.
+    #[serde(rename = "slope_divergence")]
+    pub slopes: f64,
+    pub misfit: MisfitReport,
+}
+
+impl LobeErrorReport {
+    pub fn new(count: usize, errors: &LobeErrors) -> Self {
+        Self { lobes: count, found: errors.lobes.len(), slopes: errors.slopes, misfit: errors.misfit.into() }
+    }
+}
+
+/// A fit of a published model.
+#[derive(Clone, Debug, Serialize)]
+#[serde(tag = "model")]
+pub enum PublishedReport {
+    #[serde(rename = "SGD")]
+    ShiftedGamma {
+        /// The parameters of red, green and blue.
+        channels: [ShiftedGammaReport; 3],
+        misfit: MisfitReport,
+    },
+    #[serde(rename = "ABC")]
+    Abc { diffuse: [f64; 3], a: [f64; 3], b: f64, c: f64, index: f64, misfit: MisfitReport },
+}
+
+/// The parameters of a channel of SGD.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct ShiftedGammaReport {
+    alpha: f64,
+    p: f64,
+    diffuse: f64,
+    specular: f64,
+    f0: f64,
+    f1: f64,
+}
+
+impl From<ShiftedGammaChannel> for ShiftedGammaReport {
+    fn from(channel: ShiftedGammaChannel) -> Self {
+        let ShiftedGammaChannel { alpha, p, diffuse, specular, fresnel: [f0, f1] } = channel;
+        Self { alpha, p, diffuse, specular, f0, f1 }
+    }
+}
+
+/// Returns the parameters and misfits of the published models.
+pub fn published_reports(models: &Models, samples: &[Sample]) -> Vec<PublishedReport> {
+    let shifted_gamma = models.shifted_gamma.as_ref().map(|model| PublishedReport::ShiftedGamma {
+        channels: model.channels().map(ShiftedGammaReport::from),
+        misfit: misfit(samples, model).into(),
+    });
+    let abc = models.abc.as_ref().map(|model| PublishedReport::Abc {
+        diffuse: model.diffuse.to_array(),
+        a: model.a.to_array(),
+        b: model.b,
+        c: model.c,
+        index: model.index,
+        misfit: misfit(samples, model).into(),
+    });
+    shifted_gamma.into_iter().chain(abc).collect()
 }
 
 impl From<Misfit> for MisfitReport {
@@ -169,20 +269,13 @@ const fn extraction_name(extraction: Extraction) -> &'static str {
 }
 
 impl FitReport {
-    pub fn new(
-        input: PathBuf,
-        database: String,
-        isotropic: bool,
-        options: &FitOptions,
-        fit: &Fit,
-        seconds: Seconds,
-    ) -> Self {
+    pub fn new(input: PathBuf, measured: &Measured, options: &FitOptions, fit: &Fit, seconds: Seconds) -> Self {
         let lobe = |lobe: &Lobe| LobeReport { share: lobe.share, roughness: Roughness::of(2.0 * lobe.covariance) };
         Self {
             command: "fit",
             input,
-            database,
-            isotropic,
+            database: measured.description(),
+            isotropic: measured.is_isotropic(),
             extraction: extraction_name(options.extraction),
             masking: masking_name(options.hiding.masking()),
             backscattering: backscattering_name(fit.backscattering),
@@ -193,16 +286,99 @@ impl FitReport {
             f0: fit.fitted.facets.fresnel.at(1.0).to_array(),
             diffuse: fit.fitted.diffuse.to_array().map(|c| if c < 1e-6 { 0.0 } else { c }),
             lobes: fit.lobes.iter().map(lobe).collect(),
+            bytes: Bytes::of(fit),
+            lobe_errors: Vec::new(),
             curves: fit.curves.map(|curves| curves.map(CurveReport::from)),
             misfit: fit.misfit.into(),
             slice_misfit: fit.slice_misfit.into(),
             thesis_misfit: fit.thesis_misfit.into(),
+            published: Vec::new(),
             exports: Vec::new(),
             spheres: Vec::new(),
             seconds,
             files: Vec::new(),
         }
     }
+}
+
+impl FitReport {
+    /// Returns the results in one line, without the files.
+    pub fn line(&self) -> String {
+        let name = self.input.file_name().map(Path::new).unwrap_or(&self.input);
+        let mut line = format!("{}: GGX {}; relative RMSE", shown_path(name), self.ggx);
+        for (name, wrong) in
+            [(self.extraction, self.misfit), ("slice", self.slice_misfit), ("thesis", self.thesis_misfit)]
+        {
+            line.push_str(&format!(" {name} {:.3},", wrong.rrmse));
+        }
+        line.pop();
+        if let Some(sphere) = self.spheres.first() {
+            line.push_str(&format!("; ΔE₀₀ {:.2}", sphere.error.delta_e));
+        }
+        line
+    }
+}
+
+/// The columns before the spheres.
+const COLUMNS: [&str; 24] = [
+    "file",
+    "fault",
+    "database",
+    "isotropic",
+    "extraction",
+    "beckmann_alpha",
+    "ggx_alpha",
+    "f0_r",
+    "f0_g",
+    "f0_b",
+    "diffuse_r",
+    "diffuse_g",
+    "diffuse_b",
+    "lobes",
+    "rrmse",
+    "cube_root_rrmse",
+    "slice_rrmse",
+    "slice_cube_root_rrmse",
+    "thesis_rrmse",
+    "thesis_cube_root_rrmse",
+    "renderer_bytes",
+    "thesis_bytes",
+    "file_bytes",
+    "fit_seconds",
+];
+
+/// Returns a table with one line per material, followed by one line per file without a fit. Numbers that a file lacks are empty.
+pub fn csv(reports: &[FitReport], failed: &[FailedFile]) -> String {
+    let name = |file: &Path| quoted(&shown(&file.file_name().unwrap_or_default().to_string_lossy()));
+    let spheres = NAMES.map(|name| name.to_ascii_lowercase());
+    let spheres = spheres.iter().flat_map(|name| ["rrmse", "delta_e_2000"].map(|what| format!("{name}_sphere_{what}")));
+    let head: Vec<String> = COLUMNS.map(str::to_owned).into_iter().chain(spheres).collect();
+    let fit = |report: &FitReport| {
+        let mut fields = vec![name(&report.input), String::new(), quoted(&shown(&report.database))];
+        fields.extend([report.isotropic.to_string(), report.extraction.to_owned()]);
+        let misfits = [report.misfit, report.slice_misfit, report.thesis_misfit];
+        let numbers = [report.beckmann.alpha, report.ggx.alpha].into_iter().chain(report.f0).chain(report.diffuse);
+        fields.extend(numbers.map(|number| number.to_string()));
+        fields.push(report.lobes.len().to_string());
+        fields.extend(misfits.iter().flat_map(|misfit| [misfit.rrmse, misfit.cube_root_rrmse]).map(|e| e.to_string()));
+        let Bytes { renderer, thesis, file } = report.bytes;
+        fields.extend([renderer, thesis, file].map(|bytes| bytes.to_string()));
+        let Seconds { slopes, fresnel, refinement, lobes, .. } = report.seconds;
+        fields.push((slopes + fresnel + refinement + lobes).to_string());
+        for name in NAMES {
+            let sphere = report.spheres.iter().find(|sphere| sphere.material == name);
+            let errors = sphere.map(|sphere| [sphere.error.rrmse, sphere.error.delta_e].map(|e| e.to_string()));
+            fields.extend(errors.unwrap_or_default());
+        }
+        fields
+    };
+    let fault = |FailedFile { file, fault }: &FailedFile| {
+        let mut fields = vec![name(file), quoted(&shown(fault))];
+        fields.resize(head.len(), String::new());
+        fields
+    };
+    let rows = reports.iter().map(fit).chain(failed.iter().map(fault));
+    [head.clone()].into_iter().chain(rows).map(|fields| fields.join(",") + "\n").collect()
 }
 
 impl fmt::Display for Roughness {
@@ -233,6 +409,14 @@ impl fmt::Display for FitReport {
             [(self.extraction, self.misfit), ("slice", self.slice_misfit), ("thesis", self.thesis_misfit)]
         {
             write!(f, "\n    {name}: relative RMSE {:.3}, of cube roots {:.3}", wrong.rrmse, wrong.cube_root_rrmse)?;
+        }
+        let Bytes { renderer, thesis, file } = self.bytes;
+        write!(f, "\n  bytes: {renderer} in the renderer, {file} in a file (tables of the thesis: {thesis})")?;
+        for LobeErrorReport { lobes, slopes, misfit: MisfitReport { rrmse, cube_root_rrmse, .. }, .. } in
+            &self.lobe_errors
+        {
+            write!(f, "\n  with {lobes} lobes: relative RMSE {rrmse:.4}, of cube roots {cube_root_rrmse:.4}")?;
+            write!(f, ", divergence of the slopes {slopes:.2e}")?;
         }
         for ExportReport { renderer, misfit } in &self.exports {
             let (rrmse, roots) = (misfit.rrmse, misfit.cube_root_rrmse);

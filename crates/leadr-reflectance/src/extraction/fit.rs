@@ -110,12 +110,6 @@ impl Fit {
         self.slice_with(Beckmann::new(self.extracted.slopes.mean_slope(), covariance))
     }
 
-    /// Returns the best material with the slopes of a parametric curve, or `None` if the curve has no table.
-    pub fn with_curve(&self, curve: &ParametricCurve) -> Option<FittedBrdf> {
-        let facets = Microfacet { distribution: Tabulated::Radial(curve.table()?), ..self.fitted.facets.clone() };
-        Some(FittedBrdf { facets, diffuse: self.fitted.diffuse })
-    }
-
     /// Returns [`Self::slice`] with GGX slopes that have the same mean absolute values (thesis listing 4.5).
     pub fn as_ggx(&self) -> Microfacet<Ggx> {
         self.slice_with(Ggx::new(self.extracted.slopes.mean_slope(), self.ggx))

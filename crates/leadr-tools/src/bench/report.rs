@@ -13,6 +13,7 @@ use super::rounds::{CPU, FRAME, PIXELS, TOTAL, WITH_GEOMETRY};
 use super::rows::Measured;
 use super::stats::{Line, Ratio, in_order, least_squares, median, quantile};
 use crate::command::device::DeviceInfo;
+use crate::csv::quoted;
 use crate::error::LabError;
 use crate::program::commit;
 use leadr_gpu::Gpu;
@@ -176,11 +177,6 @@ const COLUMNS: [&str; 17] = [
     "repeats",
     "measurements",
 ];
-
-/// Quotes a text for CSV if it has a comma or a quote.
-fn quoted(text: &str) -> String {
-    if text.contains([',', '"', '\n']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_owned() }
-}
 
 /// Formats rows as tidy CSV: a header with units, and a line per pass of each row. Numbers that a row lacks are empty.
 fn csv(rows: &[RowReport]) -> String {

@@ -155,23 +155,49 @@ fn inside(sphere: &RgbImage) -> impl Iterator<Item = (usize, DVec3)> + '_ {
         .map(|(i, c)| (i, DVec3::from_array(c.map(f64::from))))
 }
 
+/// Returns ΔE₀₀ of the displayed colours at every pixel, which is 0 outside the sphere.
+pub fn delta_e_of(measured: &RgbImage, fitted: &RgbImage) -> Vec<f64> {
+    let exposure = exposure(measured);
+    let mut all = vec![0.0; measured.texels.len()];
+    for ((i, m), (_, f)) in inside(measured).zip(inside(fitted)) {
+        all[i] = delta_e_2000(lab((m * exposure).to_array()), lab((f * exposure).to_array()));
+    }
+    all
+}
+
 /// Compares a sphere with the sphere of the measured material.
 pub fn sphere_error(measured: &RgbImage, fitted: &RgbImage) -> SphereError {
-    let exposure = exposure(measured);
-    let (mut difference, mut all, mut delta, mut count) = (0.0, 0.0, 0.0, 0.0);
+    let (mut difference, mut all, mut count) = (0.0, 0.0, 0.0);
     for ((_, m), (_, f)) in inside(measured).zip(inside(fitted)) {
         difference += (m - f).length_squared();
         all += m.length_squared();
-        delta += delta_e_2000(lab((m * exposure).to_array()), lab((f * exposure).to_array()));
         count += 1.0;
     }
+    let delta: f64 = delta_e_of(measured, fitted).iter().sum();
     SphereError { rrmse: (difference / all).sqrt(), delta_e: delta / count }
+}
+
+/// The space around the spheres of a contact sheet, in pixels.
+pub const GAP: u32 = 8;
+/// The colour between the spheres of a contact sheet.
+const BACKGROUND: [f32; 3] = [0.12; 3];
+
+/// Returns the pictures below each other. Narrow pictures are filled with the background at the right.
+pub fn stacked(rows: &[RgbImage]) -> RgbImage {
+    let width = rows.iter().map(|row| row.width).max().unwrap_or(0);
+    let height = rows.iter().map(|row| row.height).sum();
+    let mut texels = Vec::with_capacity((width * height) as usize);
+    for row in rows {
+        for line in row.texels.chunks_exact(row.width.max(1) as usize) {
+            texels.extend_from_slice(line);
+            texels.extend(std::iter::repeat_n(BACKGROUND, (width - row.width) as usize));
+        }
+    }
+    RgbImage { width, height, texels }
 }
 
 /// Returns the spheres side by side on grey, all with the exposure of the first sphere.
 pub fn contact_sheet(spheres: &[RgbImage]) -> RgbImage {
-    const GAP: u32 = 8;
-    const BACKGROUND: [f32; 3] = [0.12; 3];
     let size = spheres.first().map_or(1, |sphere| sphere.width);
     let scale = spheres.first().map_or(1.0, exposure) as f32;
     let (width, height) = (spheres.len() as u32 * (size + GAP) + GAP, size + 2 * GAP);
@@ -213,5 +239,12 @@ mod tests {
         let error = sphere_error(&images[0], &images[1]);
         assert!((error.rrmse - 0.5).abs() < 1e-6 && error.delta_e > 10.0, "{error:?}");
         assert_eq!(sphere_error(&images[0], &images[0]), SphereError { rrmse: 0.0, delta_e: 0.0 });
+        let map = delta_e_of(&images[0], &images[1]);
+        assert!(map[0] == 0.0 && map[12 * 24 + 12] > 10.0, "{} {}", map[0], map[12 * 24 + 12]);
+        let (wide, narrow) = (contact_sheet(&images), contact_sheet(&images[..1]));
+        let sheet = stacked(&[narrow.clone(), wide.clone()]);
+        assert_eq!((sheet.width, sheet.height), (wide.width, narrow.height + wide.height));
+        assert_eq!((sheet.at(20, 20), sheet.at(wide.width - 1, 20)), (narrow.at(20, 20), BACKGROUND));
+        assert_eq!(sheet.at(50, narrow.height + 20), wide.at(50, 20));
     }
 }

@@ -128,11 +128,14 @@ impl Comparison {
 
     /// Returns the FLIP error of each texel in the magma colour map, from black (0) to pale yellow (1).
     pub fn error_image(&self) -> Rgb8Image {
-        let map = FlipImageFloat::with_data(self.width, self.height, &self.flip_map);
-        let codes = map.apply_color_lut(&magma_lut()).to_vec();
-        let texels = codes.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect();
-        Rgb8Image { width: self.width, height: self.height, texels }
+        magma(self.width, self.height, &self.flip_map)
     }
+}
+
+/// Returns values from 0 to 1 in the magma colour map, from black (0) to pale yellow (1).
+pub fn magma(width: u32, height: u32, values: &[f32]) -> Rgb8Image {
+    let codes = FlipImageFloat::with_data(width, height, values).apply_color_lut(&magma_lut()).to_vec();
+    Rgb8Image { width, height, texels: codes.chunks_exact(3).map(|c| [c[0], c[1], c[2]]).collect() }
 }
 
 /// Checks that two sizes are equal. `a` and `b` name the sizes in the error message.
