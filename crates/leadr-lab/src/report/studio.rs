@@ -167,7 +167,17 @@ impl<'a> Studio<'a> {
         self.codes(name, &verdict.error_image, alt, caption)
     }
 
-    fn codes(&mut self, name: &str, codes: &Rgb8Image, alt: &str, caption: Vec<String>) -> Result<Figure, LabError> {
+    /// Stores a picture of sRGB codes.
+    ///
+    /// # Errors
+    /// Fails if the picture cannot be encoded.
+    pub fn codes(
+        &mut self,
+        name: &str,
+        codes: &Rgb8Image,
+        alt: &str,
+        caption: Vec<String>,
+    ) -> Result<Figure, LabError> {
         let file = format!("{PICTURES}/{name}.png");
         let bytes = encode_png_srgb8(codes).map_err(fault)?;
         if self.pictures.insert(file.clone(), bytes).is_some() {

@@ -1,11 +1,14 @@
 //! Fits measured materials to facets by power iteration, and renders displaced spheres with these materials at several
 //! distances.
 
+mod several;
+
 use std::path::{Path, PathBuf};
 
 use glam::DVec2;
 use serde::Serialize;
 
+use self::several::{SeveralRow, several};
 use crate::extraction_study::{Extraction, anisotropic, round};
 use crate::report::configuration::Configuration;
 use crate::report::section::Section;
@@ -19,12 +22,18 @@ use leadr_maps::shown::shown_path;
 use leadr_maps::{HeightMap, MapFault, RgbImage, procedural};
 use leadr_measured::Measured;
 use leadr_reflectance::extraction::fit::{Fit, FitOptions, fit};
+use leadr_reflectance::extraction::lobes::{LobeErrors, lobe_errors};
+use leadr_reflectance::extraction::samples::samples;
+use leadr_reflectance::facets::gaussian_mixture::MOST_LOBES;
+use leadr_reflectance::facets::tabulated::Tabulated;
 use leadr_reflectance::masking::shadowing::Shadowing;
 use leadr_reflectance::materials::brdf::Brdf;
 use leadr_render::settings::{RenderSettings, Technique, Terms};
 use leadr_scenes::dressed::sphere_stage;
 use leadr_scenes::stage::SPHERE_REPEAT;
 use leadr_tools::error::LabError;
+use leadr_tools::fit::mean_difference::{MOST_DELTA_E, MeanDifference};
+use leadr_tools::fit::models::{Models, NAMES};
 use leadr_tools::fit::specimen::{Lacquer, as_beckmann, dressed};
 use leadr_tools::fit::spheres::{contact_sheet, sphere_error, spheres};
 use leadr_tools::html::{Cell, Html, Plot, Scale, Table, number};
@@ -32,13 +41,14 @@ use leadr_tools::metrics::Mask;
 use leadr_tools::metrics::compare::{bias_over, rrmse_over};
 
 const INTRO: &str = "Facets of known slopes recovered by power iteration (the thesis' Table 4.I and Figure 4.5); spheres of measured \
-    materials and their fits (Figure 4.2); and the materials on displaced spheres (Figures 5.3 to 5.5). On the displaced spheres, one \
-    sample of LEADR with the fit's lobes is compared inside the outline with the supersampled reference, which uses the measured table. \
-    Also compared: one Beckmann lobe of the extracted roughness, the lobes about mipmapped normals, and Blinn-Phong. These pictures and \
-    the truth have no shadows between bumps. One far truth has all shadows and is also compared with the program's defaults. Narrow lobes \
-    reveal the random facets of a pixel, so each far sphere averages several similar reliefs. The goal's error excludes the remaining \
-    randomness. Last, one fit's slopes are scaled by a roughness texture (Figure 4.6). The lacquer is generated; measured files are drawn \
-    if LEADR_SHARED contains them.";
+    materials and their fits (Figures 4.2 and 4.3); the fits with 1 to 8 Gaussian lobes (section 5.3); and the materials on displaced \
+    spheres (Figures 5.3 to 5.5). On the displaced spheres, one sample of LEADR with the fit's lobes is compared inside the outline with \
+    the supersampled reference, which uses the measured table. Also compared: one Beckmann lobe of the extracted roughness, the lobes \
+    about mipmapped normals, and Blinn-Phong. These pictures and the truth have no shadows between bumps. One far truth has all shadows \
+    and is also compared with the program's defaults. Narrow lobes reveal the random facets of a pixel, so each far sphere averages \
+    several similar reliefs. The goal's error excludes the remaining randomness. Last, one fit's slopes are scaled by a roughness \
+    texture, and a model has one fit per material, with and without its roughness textures (Figure 4.6). The lacquer is generated; \
+    measured files are drawn if LEADR_SHARED contains them.";
 
 /// The roughnesses of Table 4.I, each with its largest error in the thesis.
 const TABLE_4_I: [(f64, f64); 4] = [(0.01, 0.03), (0.02, 0.004), (0.05, 0.002), (0.15, 0.0005)];
@@ -86,6 +96,16 @@ struct SphereRow {
 }
 
 #[derive(Serialize)]
+struct LobeRow {
+    material: String,
+    lobes: usize,
+    /// The divergence of the lobes from the slopes of the table.
+    slopes: f64,
+    rrmse: f64,
+    cube_root: f64,
+}
+
+#[derive(Serialize)]
 struct DisplacedRow {
     material: String,
     relief: &'static str,
@@ -107,7 +127,9 @@ struct Data {
     round: Vec<Extraction>,
     brushed: Vec<Extraction>,
     spheres: Vec<SphereRow>,
+    lobes: Vec<LobeRow>,
     displaced: Vec<DisplacedRow>,
+    several: Vec<SeveralRow>,
 }
 
 fn specimens() -> Result<Vec<Specimen>, LabError> {
@@ -141,9 +163,11 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let (round, brushed) = timings(studio, &mut html);
     let all = specimens()?;
     let spheres = compared(studio, &all, &mut html, &mut findings)?;
+    let lobes = lobes(&all, &mut html, &mut findings);
     let displaced = displaced(studio, &all, &mut html, &mut findings)?;
     roughened(studio, &all[0], &mut html, &mut findings)?;
-    Section::new(INTRO, findings, &html, &Data { table, round, brushed, spheres, displaced })
+    let several = several(studio, &all, &mut html, &mut findings)?;
+    Section::new(INTRO, findings, &html, &Data { table, round, brushed, spheres, lobes, displaced, several })
 }
 
 /// Writes Table 4.I.
@@ -186,7 +210,7 @@ fn timings(studio: &Studio, html: &mut Html) -> (Vec<Extraction>, Vec<Extraction
     (of_round, of_anisotropic)
 }
 
-/// Renders Figure 4.2.
+/// Renders Figures 4.2 and 4.3.
 fn compared(
     studio: &mut Studio,
     all: &[Specimen],
@@ -194,25 +218,40 @@ fn compared(
     findings: &mut Vec<String>,
 ) -> Result<Vec<SphereRow>, LabError> {
     let size = studio.pick(48, 128);
-    let mut rows = Vec::new();
+    let (mut rows, mut mean) = (Vec::new(), MeanDifference::new(size));
+    let pictures = format!("measured, {}", NAMES.join(", "));
     let mut table = Table::new(
-        "Spheres: relative RMSE, and mean ΔE₀₀ of the pixels as shown",
-        ["material", "measured, fitted, slice, thesis, GGX, Beckmann", "fitted", "slice", "thesis", "GGX", "Beckmann"],
+        "Spheres: relative RMSE, and mean ΔE₀₀ of the pixels as shown (thesis Figure 4.3)",
+        ["material", &pictures].into_iter().chain(NAMES),
     );
     for Specimen { name, material, fit } in all {
-        let (ggx, beckmann) = (fit.as_ggx(), fit.as_beckmann());
-        let materials: [&(dyn Brdf + Sync); 6] = [&**material, &fit.fitted, &fit.slice, &fit.thesis, &ggx, &beckmann];
-        let images = spheres(&materials, &ggx, size);
+        let isotropic = matches!(fit.slice.facets.distribution, Tabulated::Radial(_));
+        let models = Models::new(fit, &samples(&**material, isotropic));
+        let named = models.named();
+        let mut materials: Vec<&(dyn Brdf + Sync)> = vec![&**material];
+        materials.extend(named.iter().map(|(_, model)| *model));
+        let images = spheres(&materials, &models.ggx, size);
         let figure = studio.picture(&format!("measured-{name}"), &contact_sheet(&images), 1.0, name, Vec::new())?;
-        let errors: Vec<_> = images[1..].iter().map(|image| sphere_error(&images[0], image)).collect();
-        let shown = errors.iter().map(|e| Cell::from(format!("{}, ΔE {}", number(e.rrmse), number(e.delta_e))));
-        table.row([Cell::from(name.as_str()), Cell::Figure(figure)].into_iter().chain(shown));
-        for (form, error) in ["fitted", "slice", "thesis", "GGX", "Beckmann"].into_iter().zip(&errors) {
+        let mut cells = vec![Cell::from(name.as_str()), Cell::Figure(figure)];
+        cells.resize(2 + NAMES.len(), Cell::from("–"));
+        for (&(form, _), image) in named.iter().zip(&images[1..]) {
+            let error = sphere_error(&images[0], image);
+            mean.add(form, &images[0], image);
+            let column = NAMES.iter().position(|name| *name == form).unwrap_or_default();
+            cells[2 + column] = Cell::from(format!("{}, ΔE {}", number(error.rrmse), number(error.delta_e)));
             rows.push(SphereRow { material: name.clone(), form, rrmse: error.rrmse, delta_e: error.delta_e });
         }
+        table.row(cells);
     }
     html.table(&table);
-    for form in ["fitted", "slice", "thesis", "GGX", "Beckmann"] {
+    let caption = format!(
+        "Mean ΔE₀₀ over {} materials, from 0 (black) to {MOST_DELTA_E} (yellow), thesis Figure 4.2: {}",
+        all.len(),
+        NAMES.join(", ")
+    );
+    let figure = studio.codes("measured-delta-e", &mean.image(), "colour differences", vec![caption])?;
+    html.figures(&[figure]);
+    for form in NAMES {
         let of: Vec<&SphereRow> = rows.iter().filter(|row| row.form == form).collect();
         let mean = |value: fn(&SphereRow) -> f64| of.iter().map(|row| value(row)).sum::<f64>() / of.len().max(1) as f64;
         findings.push(format!(
@@ -222,6 +261,49 @@ fn compared(
         ));
     }
     Ok(rows)
+}
+
+/// Tabulates the errors of the fits with 1 to 8 Gaussian lobes (thesis 5.3).
+fn lobes(all: &[Specimen], html: &mut Html, findings: &mut Vec<String>) -> Vec<LobeRow> {
+    let mut rows = Vec::new();
+    for Specimen { name, material, fit } in all {
+        let isotropic = matches!(fit.slice.facets.distribution, Tabulated::Radial(_));
+        let samples = samples(&**material, isotropic);
+        let head = ["lobes", "divergence of the slopes", "relative RMSE", "of cube roots"];
+        let mut table =
+            Table::new(format!("{name}: the fit with Gaussian lobes in place of its table, over all directions"), head);
+        for lobes in 1..=MOST_LOBES {
+            let LobeErrors { slopes, misfit, .. } = lobe_errors(&fit.fitted, &samples, lobes);
+            let numbers = [slopes, misfit.rrmse, misfit.perceptual].map(Cell::from);
+            table.row([Cell::from(lobes.to_string())].into_iter().chain(numbers));
+            rows.push(LobeRow {
+                material: name.clone(),
+                lobes,
+                slopes,
+                rrmse: misfit.rrmse,
+                cube_root: misfit.perceptual,
+            });
+        }
+        table.row([
+            Cell::from("table"),
+            Cell::from(0.0),
+            Cell::from(fit.misfit.rrmse),
+            Cell::from(fit.misfit.perceptual),
+        ]);
+        html.table(&table);
+        let of = |lobes: usize| {
+            let row = rows.iter().find(|row| row.material == *name && row.lobes == lobes);
+            row.map_or_else(String::new, |row| number(row.rrmse))
+        };
+        findings.push(format!(
+            "{name}: with 1, 4 and 8 lobes, the relative RMSE over all directions is {}, {} and {}; with the table, {}.",
+            of(1),
+            of(4),
+            of(8),
+            number(fit.misfit.rrmse)
+        ));
+    }
+    rows
 }
 
 /// Returns a relief for one repeat of the sphere. The texels resolve the bumps, but a distant pixel covers hundreds of
