@@ -48,6 +48,34 @@ fn a_height_map_becomes_its_moments() {
     assert_eq!(files.len(), 1, "nothing is left beside it");
 }
 
+#[test]
+fn the_finest_levels_are_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let [heights, whole, coarse] = ["bumps.png", "whole.ktx2", "coarse.ktx2"].map(|name| folder.path().join(name));
+    bumps(&heights);
+    let report = |more: &[&str], file: &Path| -> serde_json::Value {
+        let output = bake(&[&[text(&heights), "--json", "-o", text(file)], more].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    let (all, fewer) = (report(&[], &whole), report(&["--drop-levels", "2"], &coarse));
+    assert_eq!((fewer["size"][0].as_u64(), fewer["levels"].as_u64()), (Some(12), Some(4)));
+    assert_eq!((all["dropped_levels"].as_u64(), fewer["dropped_levels"].as_u64()), (Some(0), Some(2)));
+    assert!(fewer["bytes"].as_u64().unwrap() * 8 < all["bytes"].as_u64().unwrap(), "{fewer}");
+    let [all, fewer] = [&whole, &coarse].map(|file| BakedMap::load(file).unwrap().moments().unwrap());
+    assert_eq!(fewer.levels, all.levels[2..]);
+    let refused = bake(&[text(&heights), "--drop-levels", "6", "-o", text(&coarse)]);
+    let error = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(refused.status.code() == Some(1) && error.trim().lines().count() == 1, "{error}");
+    assert!(error.contains("a map of 48 x 20 texels has no level 6; drop at most 5 levels"), "{error}");
+    let printed = bake(&[text(&heights), "--drop-levels", "1", "-o", text(&coarse)]);
+    let printed = String::from_utf8_lossy(&printed.stdout).into_owned();
+    assert!(
+        printed.contains("leadr 24x10, 5 levels") && printed.contains("dropped         1 finest level"),
+        "{printed}"
+    );
+}
+
 /// Writes a map of square tiles with steep borders.
 fn tiles(file: &Path) {
     let wall = |i: u32| ((i % 32) as f32 - 15.5).abs();

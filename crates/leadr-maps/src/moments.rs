@@ -74,6 +74,13 @@ impl Moments {
         [xx, yy, within(f64::from(self.cross) - mx * my, limit)]
     }
 
+    /// Returns the moments of slopes whose component along `t` is multiplied by `factor`.
+    #[must_use]
+    pub fn with_t_times(&self, factor: f32) -> Self {
+        let ([x, y], [xx, yy]) = (self.mean_slope, self.second);
+        Self { mean_slope: [x, factor * y], second: [xx, factor * factor * yy], cross: factor * self.cross, ..*self }
+    }
+
     /// Returns the moments of the heights multiplied by `scale`.
     pub fn scaled(&self, scale: f32) -> Self {
         let square = scale * scale;

@@ -161,16 +161,17 @@ impl MaterialFiles {
     /// If a file is missing, damaged, too large or of the wrong type.
     pub fn load_over(&self, mut material: Material, links: OutsideLinks) -> Result<Material, MapError> {
         if let Some(file) = self.folder.as_ref().filter(|path| path.is_file()) {
-            let relief = material.relief.take();
+            let (relief, slope_moments) = (material.relief.take(), material.slope_moments.take());
             let name = file.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
             material = material_of(&FitFile::load(file)?, &name);
-            material.relief = relief;
+            (material.relief, material.slope_moments) = (relief, slope_moments);
         } else if let Some(folder) = &self.folder {
             let folder = MaterialFolder::open(folder, links)?;
             folder.remark().iter().for_each(|remark| tracing::warn!("{remark}"));
-            let relief = material.relief.take();
+            let (relief, slope_moments) = (material.relief.take(), material.slope_moments.take());
             material = folder.load()?;
             material.relief = relief.or(material.relief);
+            material.slope_moments = slope_moments;
         }
         if let Some(file) = &self.color_map {
             material.set_colors(file)?;

@@ -10,11 +10,11 @@ use rayon::prelude::*;
 
 use super::cutout::filled;
 use super::sphere::color_code;
-use leadr_maps::derive::{USUAL_HEIGHT, usual_scale};
+use leadr_maps::derive::{USUAL_HEIGHT, usual_scale, usual_scale_of_slope};
 use leadr_maps::material::{
     Encoding, Input, Material, NormalMap, Opacity, Relief, RoughnessMeaning, Texture, TextureWrap, agreement,
 };
-use leadr_maps::moments::Wrap;
+use leadr_maps::moments::{MomentLevel, Moments, Wrap};
 use leadr_maps::srgb::{linear_of_srgb8, srgb8_from_linear};
 use leadr_reflectance::materials::fitted_table::FittedTable;
 use leadr_render::scene::{Cutout, MaterialMap, PropertyMap};
@@ -113,6 +113,21 @@ fn slopes(map: &NormalMap) -> Plate<2> {
     Plate::new(&map.texture, |x, y| map.slope(x, y).map(|v| v as f32))
 }
 
+/// Returns the slope moments `E[x], E[y], E[x²], E[y²], E[xy]`. Moments are linear, so they may be interpolated.
+fn slope_moments(level: &MomentLevel) -> Plate<5> {
+    let texel = |&Moments { mean_slope: [x, y], second: [xx, yy], cross, .. }: &Moments| [x, y, xx, yy, cross];
+    let texels = level.texels.iter().map(texel).collect();
+    let (transform, wrap) = (Affine2::IDENTITY, [TextureWrap::Repeat; 2]);
+    Plate { width: level.width, height: level.height, texels, transform, wrap }
+}
+
+/// Returns the default scale of heights without scale, in texture repeats per unit of height.
+fn default_scale(material: &Material, relief: &Relief) -> f32 {
+    let Some(level) = &material.slope_moments else { return usual_scale(&relief.map) };
+    let sum: f64 = level.texels.iter().map(|texel| f64::from(texel.second[0] + texel.second[1])).sum();
+    usual_scale_of_slope((sum / level.texels.len() as f64).sqrt() as f32)
+}
+
 /// Returns occlusion cones: directions with y up, whose coordinates are from -1 to 1, and the visible fraction.
 fn cones(texture: &Texture) -> Plate<4> {
     let raster = &texture.raster;
@@ -168,6 +183,8 @@ pub struct SampledMaterial {
     cones: Option<Plate<4>>,
     opacity: Option<(Property<1>, Option<f32>)>,
     slopes: Option<Plate<2>>,
+    /// The slope moments of heights whose texels contain several slopes, in the unit of the heights.
+    slope_moments: Option<Plate<5>>,
     anisotropy: Option<SampledAnisotropy>,
     heights: Option<Plate<1>>,
     /// The map height at which the surface coincides with the mesh.
@@ -240,7 +257,8 @@ pub fn finest(material: &Material) -> (u32, u32) {
     let anisotropy = material.anisotropy.as_ref().and_then(|a| a.direction.as_ref().or(a.strength.texture.as_ref()));
     let normal = material.normal_map.as_ref().map(|map| &map.texture).into_iter().chain(anisotropy);
     let heights = material.relief.as_ref().map(|relief| (relief.map.width, relief.map.height));
-    let sizes = textures.chain(numbers).chain(normal).map(texels_of).chain(heights);
+    let moments = material.slope_moments.as_ref().map(|level| (level.width, level.height));
+    let sizes = textures.chain(numbers).chain(normal).map(texels_of).chain(heights).chain(moments);
     sizes.fold((1, 1), |a, b| (a.0.max(b.0), a.1.max(b.1)))
 }
 
@@ -289,6 +307,7 @@ impl SampledMaterial {
             f0: color(&material.f0),
             specular: number(&material.specular),
             slopes: material.normal_map.as_ref().map(slopes),
+            slope_moments: material.slope_moments.as_ref().filter(|_| material.normal_map.is_none()).map(slope_moments),
             anisotropy: material.anisotropy.as_ref().filter(|a| a.strength.factor > 0.0).map(|anisotropy| {
                 SampledAnisotropy {
                     strength: number(&anisotropy.strength),
@@ -303,7 +322,7 @@ impl SampledMaterial {
             middle: material.relief.as_ref().map_or(0.0, |relief| relief.middle),
             scale: material.relief.as_ref().and_then(|relief| relief.scale),
             agreed: agreed_scale(material)
-                .or_else(|| material.relief.as_ref().map(|relief| usual_scale(&relief.map)))
+                .or_else(|| material.relief.as_ref().map(|relief| default_scale(material, relief)))
                 .unwrap_or(USUAL_HEIGHT),
             size: finest(material),
         }
@@ -392,7 +411,12 @@ impl SampledMaterial {
 
     /// Whether the material has slopes besides its heights.
     pub fn has_slopes(&self) -> bool {
-        self.slopes.is_some()
+        self.slopes.is_some() || self.slope_moments.is_some()
+    }
+
+    /// Whether the slopes vary within a texel.
+    pub fn has_slope_spread(&self) -> bool {
+        self.slope_moments.is_some()
     }
 
     /// Returns the colour, roughness and reflectance at a texture coordinate, with `t` down.
@@ -451,9 +475,28 @@ impl SampledMaterial {
         AnisotropySample { along, variance: 0.5 * (more * more - alpha * alpha) }
     }
 
-    /// Returns the relief slope at a texture coordinate. The slope comes from the normal map, or from central differences of heights that
-    /// are multiplied by `scale`, for a repeat of 1.
+    /// Returns the variances `ss, tt` and the covariance `st` of the slopes in a texel, for heights that are multiplied by `scale` and a
+    /// repeat of 1.
+    pub fn slope_spread(&self, texcoord: Vec2, scale: f32) -> [f32; 3] {
+        let Some([x, y, xx, yy, cross]) = self.slope_moments.as_ref().map(|plate| plate.at(texcoord)) else {
+            return [0.0; 3];
+        };
+        let moments = Moments { mean_slope: [x, y], second: [xx, yy], cross, height: 0.0 };
+        let square = f64::from(self.moment_scale(scale)).powi(2);
+        moments.slope_covariance().map(|variance| (square * variance) as f32)
+    }
+
+    /// Returns the factor on the slope moments. Without heights, they are rise over run.
+    fn moment_scale(&self, scale: f32) -> f32 {
+        if self.has_heights() { scale } else { 1.0 }
+    }
+
+    /// Returns the relief slope at a texture coordinate. The slope comes from the normal map, from the slope moments, or from central
+    /// differences of heights that are multiplied by `scale`, for a repeat of 1.
     pub fn relief_slope(&self, texcoord: Vec2, scale: f32) -> Vec2 {
+        if let Some([x, y, ..]) = self.slope_moments.as_ref().map(|plate| plate.at(texcoord)) {
+            return self.moment_scale(scale) * Vec2::new(x, y);
+        }
         let Some(heights) = self.heights.as_ref().filter(|_| self.slopes.is_none()) else {
             return self.slope(texcoord);
         };

@@ -24,7 +24,11 @@ pub const DRESSING: u64 = size_of::<Texel>() as u64 + 8 + 4;
 pub fn placeholder_plane(material: &Material) -> Object {
     let (width, height) = finest(material);
     let object = Object::new("plane", PatchMesh::default()).with_material(MaterialMap::new(width, height, Vec::new()));
-    if material.relief.is_none() && material.normal_map.is_none() && material.anisotropy.is_none() {
+    if material.relief.is_none()
+        && material.normal_map.is_none()
+        && material.anisotropy.is_none()
+        && material.slope_moments.is_none()
+    {
         return object;
     }
     object.with_heights(HeightField::repeating(HeightMap { width, height, texels: Vec::new() }), 1.0)
@@ -59,9 +63,12 @@ pub fn plane_stage(material: &Material, repeat: Option<f32>) -> Stage {
                 [slope.x, -slope.y]
             }));
         }
-        if sampled.is_anisotropic() {
-            let spread = |at| spread_of(sampled.anisotropy_at(upright(at)), |along| along);
-            object = object.with_slope_spread(per_texel(sampled.size, spread));
+        if sampled.is_anisotropic() || sampled.has_slope_spread() {
+            object = object.with_slope_spread(per_texel(sampled.size, |at| {
+                let [ss, tt, st] = sampled.slope_spread(upright(at), unit);
+                let base = spread_of(sampled.anisotropy_at(upright(at)), |along| along);
+                [base[0] + ss, base[1] + tt, base[2] - st]
+            }));
         }
     }
     if let Some(layer) = &material.detail {
@@ -130,6 +137,14 @@ pub fn sphere_stage(material: &Material, repeat: Option<f32>, tile: u32) -> Stag
             baked.height += weight * smooth.as_ref().map_or(0.0, |field| field.bicubic(at) - sampled.middle * unit);
             let slope = sampled.relief_slope(at, unit) * weight;
             gradient += slope.x * seen.s + slope.y * seen.t;
+            if sampled.has_slope_spread() {
+                let [ss, tt, st] = sampled.slope_spread(at, unit);
+                let [s, t] = [seen.s, seen.t].map(|axis| weight * by_texcoord(axis, &point));
+                let product = |a: Vec2, b: Vec2| [a.x * b.x, a.y * b.y, 0.5 * (a.x * b.y + a.y * b.x)];
+                for (variance, product) in [(ss, product(s, s)), (tt, product(t, t)), (2.0 * st, product(s, t))] {
+                    (0..3).for_each(|i| baked.spread[i] += variance * product[i]);
+                }
+            }
             if sampled.is_anisotropic() {
                 // The anisotropy follows the rotation of a lathe, from east to north.
                 let east = Vec3::Z.cross(point.normal).normalize_or(Vec3::X);
@@ -162,7 +177,7 @@ pub fn sphere_stage(material: &Material, repeat: Option<f32>, tile: u32) -> Stag
     if sampled.has_slopes() || sampled.is_anisotropic() {
         object = object.with_slopes(baked.iter().map(|b| b.slope).collect());
     }
-    if sampled.is_anisotropic() {
+    if sampled.is_anisotropic() || sampled.has_slope_spread() {
         object = object.with_slope_spread(baked.iter().map(|b| b.spread).collect());
     }
     if let Some(layer) = &material.detail {

@@ -68,9 +68,10 @@ impl Inputs {
                 } else {
                     height_map = Some(map.height_map().map_err(fault)?);
                     let in_widths = map.heights == HeightUnit::Width;
+                    let is_reduced = map.dropped_levels > 0;
                     let classes = map.class_map().zip(map.openness.clone());
                     let classes = classes.map(|(map, open)| StoredClasses { map, open });
-                    baked = map.into_moments().map(|moments| BakedRelief { moments, classes, in_widths });
+                    baked = map.into_moments().map(|moments| BakedRelief { moments, classes, in_widths, is_reduced });
                 }
             }
             heights => {

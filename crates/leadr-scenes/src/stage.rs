@@ -4,9 +4,11 @@ use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
 
+use super::dressed;
 use super::plane::{even, plane};
 use super::sphere::displaced_sphere;
 use leadr_maps::cache::{MapCache, cached};
+use leadr_maps::material::{Input, Material, Relief, RoughnessMeaning};
 use leadr_maps::{HeightMap, LeadrMap, procedural};
 use leadr_reflectance::color::luminance;
 use leadr_render::camera::Camera;
@@ -293,6 +295,8 @@ pub struct BakedRelief {
     pub classes: Option<StoredClasses>,
     /// Whether heights are in widths of the map, and not in an unknown unit.
     pub in_widths: bool,
+    /// Whether the file lacks finer levels, so that a texel of its finest level contains several slopes.
+    pub is_reduced: bool,
 }
 
 /// The material and the relief of the `plane` and `sphere` scenes.
@@ -359,6 +363,20 @@ impl ReliefOptions {
         HeightField::repeating(map)
     }
 
+    /// Takes the relief as a material whose texels contain several slopes. `metres` is the length of a unit of the heights.
+    fn take_material(&mut self, metres: f32) -> Material {
+        let [red, green, blue, alpha] = self.color();
+        let HeightField { map, .. } = self.field();
+        Material {
+            base_color: Input::constant([red, green, blue]),
+            roughness: Input::constant(alpha),
+            roughness_meaning: RoughnessMeaning::Alpha,
+            relief: Some(Relief { map, scale: Some(metres), in_widths: false, middle: 0.0 }),
+            slope_moments: self.baked.take().map(|mut baked| baked.moments.levels.swap_remove(0)),
+            ..Material::new("relief")
+        }
+    }
+
     fn color(&self) -> [f32; 4] {
         [0.27, 0.23, 0.19, self.roughness]
     }
@@ -373,6 +391,9 @@ pub const SPHERE_REPEAT: f32 = 1.2;
 pub fn sphere_stage(mut relief: ReliefOptions) -> Stage {
     let repeat = relief.repeat.unwrap_or(SPHERE_REPEAT);
     let metres = relief.metres_per_unit(repeat);
+    if relief.baked.as_ref().is_some_and(|baked| baked.is_reduced) {
+        return dressed::sphere_stage(&relief.take_material(metres), Some(repeat), relief.tile);
+    }
     let (mesh, heights) = displaced_sphere(&relief.field(), repeat, 16, relief.tile, relief.color());
     Stage::still(vec![Object::new("sphere", mesh).with_heights(heights, metres)], sphere_views())
 }
@@ -441,7 +462,6 @@ pub fn plane_views() -> Views {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use leadr_maps::material::{Material, Relief};
     use leadr_maps::moments::{Moments, Wrap};
 
     #[test]
@@ -460,10 +480,15 @@ mod tests {
     #[test]
     fn a_height_map_lies_as_in_a_material() {
         let map = HeightMap::new(4, 3, (0..12).map(|i| (i * i) as f32 / 144.0).collect()).unwrap();
-        let baked = BakedRelief { moments: LeadrMap::new(&map, Wrap::Repeat), classes: None, in_widths: false };
+        let baked = BakedRelief {
+            moments: LeadrMap::new(&map, Wrap::Repeat),
+            classes: None,
+            in_widths: false,
+            is_reduced: false,
+        };
         let relief = Relief { map: map.clone(), scale: Some(1.0), in_widths: false, middle: map.mean() };
         let material = Material { relief: Some(relief), ..Material::new("squares") };
-        let dressed = crate::dressed::plane_stage(&material, None).objects.remove(0);
+        let dressed = dressed::plane_stage(&material, None).objects.remove(0);
         let relief =
             ReliefOptions { map: Some(map), baked: Some(baked), height: Some(1.0), ..ReliefOptions::default() };
         let alone = plane_stage(relief).objects.remove(0);

@@ -26,6 +26,7 @@ pub const EXAMPLES: &str = "Examples:
   leadr bake Rock003 --format f16 --json -o rock.ktx2        bake a downloaded material with its roughness and colour
   leadr bake bricks.png --format bc -o bricks.ktx2           compress blocks, for leadr capture --scene plane --height-map
   leadr bake bricks.png --classes auto --format f16 -o bricks.ktx2   keep tops, walls and bottoms apart
+  leadr bake bricks.png --drop-levels 2 -o bricks.ktx2       begin with level 2, for bricks at a distance: a 16th of the bytes
   leadr bake bricks.png --layout oiio -o bricks.exr          write the six channels of maketx --bumpslopes
   leadr bake --normal bricks_n.png --gloss bricks_g.png --kind gloss -o bricks.ktx2   add the spread of the normals to the gloss
   leadr bake bricks_n.png --kind height -o bricks_h.png      compute heights from normals
@@ -97,6 +98,9 @@ pub struct BakeArgs {
     /// Store moments for N classes of facets, such as the tops, walls and bottoms of bricks (kind leadr); auto chooses N by the gain
     #[arg(long, value_name = "N|auto", value_parser = class_count, default_value = "1")]
     pub classes: ClassCount,
+    /// Leave the N finest levels out of the file, which is then about 4^N times smaller; the other levels keep the slopes of all
+    #[arg(long, value_name = "N", value_parser = |text: &str| whole(text, 0_u32, u32::MAX), default_value = "0")]
+    pub drop_levels: u32,
     /// Resample images of different sizes to the size of the first image, instead of refusing them
     #[arg(long)]
     pub resample: bool,

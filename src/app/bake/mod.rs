@@ -140,7 +140,8 @@ pub fn run(arguments: &BakeArgs, output: &Output) -> Result<(), AppError> {
         let begun = Instant::now();
         let kind = job.kind;
         let plan_of =
-            |precision| Plan::new(&inputs, kind, layout, precision).map_err(|fault| fault.in_file(sources.main()));
+            |precision| Plan::new(&inputs, kind, layout, precision)?.without_levels(arguments.drop_levels as usize);
+        let plan_of = |precision| plan_of(precision).map_err(|fault: MapFault| fault.in_file(sources.main()));
         let mut plan = plan_of(precision)?;
         let long = u64::from(plan.size[0]) * u64::from(plan.size[1]) >= LONG;
         let what = format!("baking {}", plan.kind.name());

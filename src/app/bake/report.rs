@@ -25,6 +25,8 @@ pub struct BakeReport {
     layout: &'static str,
     size: [u32; 2],
     levels: usize,
+    /// The number of finest levels that the file leaves out.
+    dropped_levels: usize,
     channels: Vec<&'static str>,
     /// The factor on the heights.
     height_scale: f32,
@@ -193,8 +195,9 @@ impl BakeReport {
             kind: plan.kind.name(),
             format: plan.precision.name(),
             layout: if plan.layout == Layout::Oiio { "oiio" } else { "leadr" },
-            size: plan.size,
+            size: baked.levels[0],
             levels: baked.levels.len(),
+            dropped_levels: plan.dropped_levels,
             channels: plan.channels.clone(),
             height_scale: plan.height_scale,
             in_widths: plan.in_widths,
@@ -225,6 +228,10 @@ impl fmt::Display for BakeReport {
         let ([w, h], [xx, yy, xy], [x, y]) = (self.size, self.slope_variance, self.mean_slope);
         let bytes = self.bytes_per_texel;
         writeln!(f, "{} {w}x{h}, {} levels, {}, {bytes} bytes per texel", self.kind, self.levels, self.format)?;
+        if self.dropped_levels > 0 {
+            let levels = if self.dropped_levels == 1 { "level" } else { "levels" };
+            writeln!(f, "dropped         {} finest {levels}", self.dropped_levels)?;
+        }
         writeln!(f, "slope variance  {xx:.6} {yy:.6}, covariance {xy:.6}; mean {x:.6} {y:.6}")?;
         let [[x0, x1], [y0, y1]] = self.slope_range;
         let [low, high] = self.height_range;

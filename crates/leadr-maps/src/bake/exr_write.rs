@@ -19,7 +19,6 @@ use half::f16;
 use super::keys::keys;
 use super::{Layout, Plan, Precision, Report, Target};
 use crate::fault::one_line;
-use crate::pyramid::level_sizes;
 use crate::{MapFault, Wrap, limits};
 
 /// An EXR file in preparation.
@@ -35,7 +34,7 @@ impl<'a> ExrFile<'a> {
     /// # Errors
     /// Fails if memory runs out.
     pub fn new(plan: &'a Plan) -> Result<Self, MapFault> {
-        let sizes = level_sizes(plan.size);
+        let sizes = plan.level_sizes();
         let plane = |&[w, h]: &[u32; 2]| {
             let texels = w as usize * h as usize;
             Ok(match plan.precision {
@@ -54,7 +53,7 @@ impl<'a> ExrFile<'a> {
     /// # Errors
     /// Fails if the file cannot be written.
     pub fn finish(self, file: &mut File, report: &Report) -> Result<(), MapFault> {
-        let Self { plan, planes, .. } = self;
+        let Self { plan, sizes, planes } = self;
         let mut channels = SmallVec::new();
         for (name, level_data) in plan.channels.iter().zip(planes) {
             let levels = Levels::Mip { rounding_mode: RoundingMode::Down, level_data };
@@ -65,7 +64,7 @@ impl<'a> ExrFile<'a> {
             blocks: Blocks::Tiles(Vec2(64, 64)),
             line_order: LineOrder::Increasing,
         };
-        let size = Vec2(plan.size[0] as usize, plan.size[1] as usize);
+        let size = Vec2(sizes[0][0] as usize, sizes[0][1] as usize);
         let mut attributes = LayerAttributes::default();
         let mut say = |key: &str, value: String| {
             attributes.other.insert(Text::from(key), AttributeValue::Text(Text::from(value.as_str())));

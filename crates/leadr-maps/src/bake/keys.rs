@@ -4,7 +4,6 @@ use super::blocks::{Slot, rest_name, stored_names};
 use super::classes::ClassPlan;
 use super::{CLASS_CHANNELS, Kind, Plan, Report};
 use crate::Wrap;
-use crate::pyramid::level_sizes;
 
 /// Returns the keys and their texts in no particular order. `slots` gives the plan's channel for each channel of the file.
 /// The length of a text does not depend on `report`.
@@ -13,7 +12,7 @@ pub(super) fn keys(plan: &Plan, slots: &[Option<usize>], report: Option<&Report>
         slots.iter().map(|slot| slot.map_or(none.into(), of)).collect::<Vec<String>>().join(" ")
     };
     let number = |v: f64| format!("{v:>+13.6e}");
-    let levels = level_sizes(plan.size).len();
+    let levels = plan.level_sizes().len();
     let errors: Vec<String> =
         (0..levels).map(|i| format!("{:>10.3e}", report.map_or(0.0, |r| r.errors[i].channels))).collect();
     let range = |c: usize| report.map_or([0.0; 2], |r| r.channel_ranges[c]).map(number).join(" ");
@@ -48,6 +47,7 @@ pub(super) fn keys(plan: &Plan, slots: &[Option<usize>], report: Option<&Report>
     };
     let mut keys = vec![
         ("leadr.channels", channels),
+        ("leadr.dropped_levels", plan.dropped_levels.to_string()),
         ("leadr.error", errors.join(" ")),
         ("leadr.factors", factors),
         // The `{:e}` format gives the shortest text that reproduces the number.

@@ -15,7 +15,6 @@ use ktx2::{Format, Header, Index, LevelIndex};
 use super::blocks::BlockPlan;
 use super::keys::{keys, packed};
 use super::{Plan, Precision, Report, Target};
-use crate::pyramid::level_sizes;
 use crate::{MapFault, bc5};
 
 /// The 32-bit float formats, each with its channel count.
@@ -110,7 +109,7 @@ impl<'a> Ktx2File<'a> {
     /// Fails if the file cannot be written.
     pub fn new(file: &'a mut File, plan: &'a Plan) -> Result<Self, MapFault> {
         let layers = layers(plan);
-        let sizes = level_sizes(plan.size);
+        let sizes = plan.level_sizes();
         let channels = layers[0].len();
         let (descriptor, keys) = (descriptor(plan.precision, channels), encoded_keys(plan, &layers, None));
         let descriptor_at = (Header::LENGTH + sizes.len() * LevelIndex::LENGTH) as u64;
@@ -132,8 +131,8 @@ impl<'a> Ktx2File<'a> {
                 floats => float_format(floats, channels),
             }),
             type_size: plan.precision.bytes() as u32,
-            pixel_width: plan.size[0],
-            pixel_height: plan.size[1],
+            pixel_width: sizes[0][0],
+            pixel_height: sizes[0][1],
             pixel_depth: 0,
             // In KTX2, a layer count of zero means that the texture is not an array.
             layer_count: if count > 1 { count as u32 } else { 0 },

@@ -1,4 +1,4 @@
-//! 16-bit PNG writer for the finest level, without mip levels. Artists can view and paint the file.
+//! 16-bit PNG writer for the finest level of the file, without mip levels. Artists can view and paint the file.
 
 use std::fs::File;
 use std::io::Write;
@@ -12,6 +12,7 @@ use crate::{MapFault, limits};
 /// A PNG file in preparation.
 pub struct PngFile<'a> {
     plan: &'a Plan,
+    size: [u32; 2],
     texels: Vec<f32>,
 }
 
@@ -26,8 +27,9 @@ impl<'a> PngFile<'a> {
     /// # Errors
     /// Fails if memory runs out.
     pub fn new(plan: &'a Plan) -> Result<Self, MapFault> {
-        let texels = plan.size[0] as usize * plan.size[1] as usize;
-        Ok(Self { plan, texels: limits::zeroed(texels * plan.kind.channels().len())? })
+        let size = plan.level_sizes()[0];
+        let texels = size[0] as usize * size[1] as usize;
+        Ok(Self { plan, size, texels: limits::zeroed(texels * plan.kind.channels().len())? })
     }
 
     /// Writes the file. Heights use the full code range, whose limits are in [`Report::height_range`]. Directions map -1..1
@@ -55,7 +57,7 @@ impl<'a> PngFile<'a> {
             3 => ExtendedColorType::Rgb16,
             _ => ExtendedColorType::Rgba16,
         };
-        let bytes = encode_png(&samples, self.plan.size, color)?;
+        let bytes = encode_png(&samples, self.size, color)?;
         file.write_all(&bytes).map_err(MapFault::io("cannot be written"))
     }
 }
@@ -66,7 +68,7 @@ impl Target for PngFile<'_> {
             return Ok(());
         }
         let (all, kept) = (self.plan.channels.len(), self.plan.kind.channels().len());
-        let width = self.plan.size[0] as usize;
+        let width = self.size[0] as usize;
         let start = first as usize * width * kept;
         let from = rows.iter().flat_map(|row| row.chunks_exact(all).flat_map(|texel| &texel[..kept]));
         self.texels[start..].iter_mut().zip(from).for_each(|(to, v)| *to = *v);

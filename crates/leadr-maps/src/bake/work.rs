@@ -32,8 +32,10 @@ pub struct Plan {
     pub layout: Layout,
     /// The number format.
     pub precision: Precision,
-    /// The width and height in texels.
+    /// The width and height of the inputs in texels.
     pub size: [u32; 2],
+    /// The number of finest levels that the file leaves out.
+    pub dropped_levels: usize,
     /// The names of the channels.
     pub channels: Vec<&'static str>,
     /// The power-of-two factor by which the file multiplies each channel.
@@ -110,6 +112,7 @@ impl Plan {
             layout,
             precision,
             size,
+            dropped_levels: 0,
             factors: vec![1.0; channels.len()],
             channels,
             height_scale,
@@ -134,6 +137,30 @@ impl Plan {
             _ => {}
         }
         Ok(plan)
+    }
+
+    /// Leaves out the `count` finest levels, so that the file is about `4^count` times smaller. The other levels do not change: their
+    /// moments include the slopes of the levels that are left out (Dupuy 2015, section 5.1).
+    ///
+    /// # Errors
+    /// Fails if no level would remain, or if the layout gives slopes per texel of the finest level.
+    pub fn without_levels(self, count: usize) -> Result<Self, MapFault> {
+        if self.layout == Layout::Oiio && count > 0 {
+            let what = "the layout oiio holds slopes per texel of the finest level, which must be there";
+            return Err(MapFault::unsupported(what, "drop no levels, or use the layout leadr"));
+        }
+        let [width, height] = self.size;
+        let most = level_sizes(self.size).len() - 1;
+        if count > most {
+            let what = format!("a map of {width} x {height} texels has no level {count}");
+            return Err(MapFault::unsupported(what, format!("drop at most {most} levels")));
+        }
+        Ok(Self { dropped_levels: count, ..self })
+    }
+
+    /// Returns the sizes of the levels in the file, largest first.
+    pub fn level_sizes(&self) -> Vec<[u32; 2]> {
+        level_sizes(self.size).split_off(self.dropped_levels)
     }
 
     /// Returns the number of classes that the file stores.
@@ -327,8 +354,8 @@ impl Differences {
 
     /// Returns the errors of a level of this size. Channel errors are relative to the finest level, because means on
     /// coarser levels are close to 0. The variance error is relative to the whole map.
-    fn error(&self, plan: &Plan, finest: &Self, size: [u32; 2], whole: &Self) -> LevelError {
-        let [texels, finest_texels] = [size, plan.size].map(|[w, h]| f64::from(w) * f64::from(h));
+    fn error(&self, plan: &Plan, finest: &Self, [size, finest_size]: [[u32; 2]; 2], whole: &Self) -> LevelError {
+        let [texels, finest_texels] = [size, finest_size].map(|[w, h]| f64::from(w) * f64::from(h));
         let relative =
             |difference: f64, value: f64| if difference > 0.0 { (difference / texels / value).sqrt() } else { 0.0 };
         let channels = self.0.len() - 1;
@@ -356,7 +383,7 @@ impl Differences {
 pub fn bake(inputs: &Inputs, plan: &Plan, target: &mut dyn Target, progress: &dyn Fn(f32)) -> Result<Report, MapFault> {
     let channels = plan.channels.len();
     let [width, height] = plan.size;
-    let levels = level_sizes(plan.size);
+    let levels = plan.level_sizes();
     let mut pyramid = Pyramid::new(plan.size, channels);
     let mut sums = Sums::default();
     let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; channels];
@@ -373,6 +400,7 @@ pub fn bake(inputs: &Inputs, plan: &Plan, target: &mut dyn Target, progress: &dy
             found.append(&classes.frame, &mut band, start..height.min(start + BAND));
         }
         pyramid.push(band, &mut |level, first, rows| {
+            let Some(level) = level.checked_sub(plan.dropped_levels) else { return Ok(()) };
             let exact: Vec<Vec<f32>> = rows.par_iter().map(|row| plan.stored(row)).collect();
             if level == 0 {
                 for row in &exact {
@@ -411,7 +439,8 @@ pub fn bake(inputs: &Inputs, plan: &Plan, target: &mut dyn Target, progress: &dy
     let count = f64::from(width) * f64::from(height);
     let [x, y, xx, yy, xy, _] = sums.sums.map(|sum| sum / count);
     let whole = &differences[levels.len() - 1];
-    let errors = differences.iter().zip(&levels).map(|(d, size)| d.error(plan, &differences[0], *size, whole));
+    let errors =
+        differences.iter().zip(&levels).map(|(d, size)| d.error(plan, &differences[0], [*size, levels[0]], whole));
     Ok(Report {
         errors: errors.collect(),
         levels,

@@ -19,6 +19,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<BakedMap, MapFault> {
         "class_centers",
         "class_openness",
         "class_units",
+        "dropped_levels",
         "factors",
         "height_scale",
         "heights",

@@ -70,6 +70,11 @@ impl Keys {
             let number = number(value(key)?).map(|v| v as f32).filter(|v| v.is_finite());
             number.ok_or_else(|| wrong(key))
         };
+        // Files of earlier versions contain all levels.
+        let dropped_levels = match find("leadr.dropped_levels") {
+            Some(text) => text.parse().map_err(|_| wrong("leadr.dropped_levels"))?,
+            None => 0,
+        };
         let (height_scale, middle) = (single("leadr.height_scale")?, single("leadr.middle")?);
         let classes = match classes_in(&channels) {
             0 => None,
@@ -105,6 +110,7 @@ impl Keys {
             heights,
             middle,
             of_normals,
+            dropped_levels,
             classes,
             openness,
             levels: Vec::new(),

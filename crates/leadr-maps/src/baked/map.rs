@@ -25,8 +25,10 @@ pub struct BakedMap {
     pub heights: HeightUnit,
     /// The height that lies at the mesh surface, which is the mean height.
     pub middle: f32,
-    /// Whether the slopes come from a normal map, which gives one slope per texel of level 0.
+    /// Whether the slopes come from a normal map, which gives one slope per texel of the source.
     pub of_normals: bool,
+    /// The number of finest levels that the file leaves out. The texels of its finest level then contain several slopes.
+    pub dropped_levels: u32,
     /// The centres and units of the classes, if the map has several.
     pub classes: Option<ClassFrame>,
     /// The openness of the classes. Files of earlier versions lack it.
@@ -136,7 +138,8 @@ impl BakedMap {
 }
 
 impl BakedLevel {
-    fn moments(&self) -> MomentLevel {
+    /// Returns the moments of a level of a LEADR map. Panics for other kinds.
+    pub fn moments(&self) -> MomentLevel {
         let texel = |(&[x, y, xx, yy], &[cross, height, ..]): (&[f32; 4], &[f32; 4])| Moments {
             mean_slope: [x, y],
             second: [xx, yy],

@@ -21,4 +21,4 @@ pub use heights::{Integrated, Integration, heights_of_slopes};
 pub use occlusion::{About, SLICES, VisibilityMap, visibility};
 pub use openness::{OPENNESS_SIDE, Openness};
 pub use slopes::{Difference, SlopeFaults, Slopes, slopes_of_heights};
-pub use usual::{USUAL_HEIGHT, USUAL_SLOPE, usual_scale};
+pub use usual::{USUAL_HEIGHT, USUAL_SLOPE, usual_scale, usual_scale_of_slope};

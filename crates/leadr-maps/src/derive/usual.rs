@@ -9,7 +9,7 @@ pub const USUAL_HEIGHT: f32 = 0.06;
 /// leather would be steeper than 80° on average, and masking would make it black.
 pub const USUAL_SLOPE: f32 = 0.5;
 
-/// Returns the positive RMS slope of a height map, in units of height per repeat.
+/// Returns the RMS slope of a height map, in units of height per repeat.
 fn steepness(map: &HeightMap) -> f32 {
     let [w, h] = [map.width, map.height].map(|n| n as usize);
     let at = |x: usize, y: usize| f64::from(map.texels[y % h * w + x % w]);
@@ -18,12 +18,17 @@ fn steepness(map: &HeightMap) -> f32 {
         s * s + t * t
     };
     let sum: f64 = (0..h).flat_map(|y| (0..w).map(move |x| (x, y))).map(square).sum();
-    ((sum / (w * h) as f64).sqrt() as f32).max(1e-6)
+    (sum / (w * h) as f64).sqrt() as f32
 }
 
 /// Returns the default scale of a height map without scale, in texture repeats per unit of height.
 pub fn usual_scale(map: &HeightMap) -> f32 {
-    USUAL_HEIGHT.min(USUAL_SLOPE / steepness(map))
+    usual_scale_of_slope(steepness(map))
+}
+
+/// Returns the default scale of a height map without scale, from its RMS slope in units of height per repeat.
+pub fn usual_scale_of_slope(rms: f32) -> f32 {
+    USUAL_HEIGHT.min(USUAL_SLOPE / rms.max(1e-6))
 }
 
 #[cfg(test)]

@@ -22,7 +22,14 @@ impl Material {
             let in_widths = map.heights == HeightUnit::Width;
             material.relief = Some(Relief { map: map.height_map()?, scale: None, in_widths, middle: map.middle });
         }
-        if let (true, Some(across), Some(mut down)) = (map.of_normals, map.channel("x"), map.channel("y")) {
+        if map.dropped_levels > 0 {
+            let mut moments = map.levels[0].moments();
+            if map.of_normals {
+                let ratio = width as f32 / height as f32;
+                moments.texels.iter_mut().for_each(|texel| *texel = texel.with_t_times(ratio));
+            }
+            material.slope_moments = Some(moments);
+        } else if let (true, Some(across), Some(mut down)) = (map.of_normals, map.channel("x"), map.channel("y")) {
             // Slopes along t are converted from per texture height to per texture width.
             down.iter_mut().for_each(|slope| *slope *= width as f32 / height as f32);
             let none = vec![0.0; down.len()];

@@ -16,7 +16,7 @@ pub use raster::{Encoding, Raster, Samples, Texture, TextureWrap};
 
 use std::sync::Arc;
 
-use super::HeightMap;
+use super::{HeightMap, MomentLevel};
 pub use leadr_reflectance::facets::gloss::Gloss;
 use leadr_reflectance::materials::fitted_table::FittedTable;
 
@@ -202,6 +202,9 @@ pub struct Material {
     pub normal_map: Option<NormalMap>,
     /// The heights, if any.
     pub relief: Option<Relief>,
+    /// The slope moments of every texel of the heights, in their unit, if a texel contains several slopes: the moments of a baked file
+    /// without its finest levels. A normal map replaces the moments. Without heights, the unit is the texture width.
+    pub slope_moments: Option<MomentLevel>,
     /// The detail material, if any.
     pub detail: Option<Box<MaterialDetail>>,
     /// The factor from 0 to 1 that multiplies the Fresnel reflectance of dielectrics at every angle.
@@ -242,6 +245,7 @@ impl Material {
             edge_tint: [0.0; 3],
             normal_map: None,
             relief: None,
+            slope_moments: None,
             detail: None,
             specular: Input::constant(1.0),
             occlusion: Input::constant(1.0),

@@ -32,11 +32,14 @@ pub fn file() -> File {
 }
 
 pub fn bytes_of(inputs: &Inputs, kind: Kind, precision: Precision) -> (Vec<u8>, Report) {
+    bytes_of_plan(inputs, &Plan::new(inputs, kind, Layout::Leadr, precision).unwrap())
+}
+
+fn bytes_of_plan(inputs: &Inputs, plan: &Plan) -> (Vec<u8>, Report) {
     use std::io::{Read, Seek};
-    let plan = Plan::new(inputs, kind, Layout::Leadr, precision).unwrap();
     let mut file = file();
-    let mut target = Ktx2File::new(&mut file, &plan).unwrap();
-    let report = bake(inputs, &plan, &mut target, &|_| ()).unwrap();
+    let mut target = Ktx2File::new(&mut file, plan).unwrap();
+    let report = bake(inputs, plan, &mut target, &|_| ()).unwrap();
     target.finish(&report).unwrap();
     let mut bytes = Vec::new();
     file.rewind().unwrap();
@@ -486,6 +489,58 @@ fn block_compression_error_matches_its_bound() {
     assert!(refused > 1500, "{refused}");
 }
 
+/// Returns the file as EXR.
+fn exr_of_plan(inputs: &Inputs, plan: &Plan) -> Vec<u8> {
+    use std::io::{Read, Seek};
+    let (mut file, mut bytes) = (file(), Vec::new());
+    let mut target = ExrFile::new(plan).unwrap();
+    let report = bake(inputs, plan, &mut target, &|_| ()).unwrap();
+    target.finish(&mut file, &report).unwrap();
+    file.rewind().unwrap();
+    file.read_to_end(&mut bytes).unwrap();
+    bytes
+}
+
+#[test]
+fn a_file_without_levels_has_the_other_levels_of_the_whole_file() {
+    let (w, h) = (75, 46);
+    let raster = |channels: usize| {
+        let codes = (0..w as usize * h as usize * channels).map(|i| (i * 37 % 251) as u8).collect();
+        Raster::new(w, h, channels, Samples::U8(codes)).unwrap()
+    };
+    let roughness = Some(Roughness { raster: raster(1), channel: 0, meaning: RoughnessMeaning::Perceptual });
+    let mut inputs = Inputs { roughness, color: Some(raster(3)), ..of_heights(&bumpy(w, h)) };
+    inputs.classes = Some(inputs.find_classes(Some(2)));
+    for (kind, precision) in [
+        (Kind::Leadr, Precision::F32),
+        (Kind::Leadr, Precision::F16),
+        (Kind::Leadr, Precision::Bc),
+        (Kind::Gloss, Precision::F32),
+        (Kind::Toksvig, Precision::F16),
+    ] {
+        let plan = Plan::new(&inputs, kind, Layout::Leadr, precision).unwrap();
+        let (bytes, report) = bytes_of_plan(&inputs, &plan);
+        let whole = BakedMap::decode(&bytes).unwrap();
+        for count in [0, 1, 3, 6] {
+            let plan = plan.clone().without_levels(count).unwrap();
+            let (fewer_bytes, fewer) = bytes_of_plan(&inputs, &plan);
+            let read = BakedMap::decode(&fewer_bytes).unwrap();
+            assert_eq!(read.levels, whole.levels[count..], "{kind:?} {precision:?} {count}");
+            assert_eq!((read.dropped_levels, &fewer.levels[..]), (count as u32, &report.levels[count..]));
+            assert_eq!((read.middle, &read.classes, &read.openness), (whole.middle, &whole.classes, &whole.openness));
+            assert_eq!((fewer.slope_variance, fewer.height_range), (report.slope_variance, report.height_range));
+            if precision != Precision::Bc {
+                assert_eq!(BakedMap::decode(&exr_of_plan(&inputs, &plan)).unwrap().levels, whole.levels[count..]);
+            }
+            if count == 1 && precision != Precision::Bc {
+                assert!(3 * fewer_bytes.len() < bytes.len(), "{kind:?} {precision:?}: {} bytes", fewer_bytes.len());
+            }
+        }
+        let error = plan.without_levels(7).unwrap_err().to_string();
+        assert!(error.contains("a map of 75 x 46 texels has no level 7") && error.contains("at most 6"), "{error}");
+    }
+}
+
 #[test]
 fn only_moments_that_repeat_are_drawn() {
     let drawable = |kind, wrap| {
@@ -528,6 +583,8 @@ fn incompatible_inputs_are_refused() {
     let colored = Inputs { color: Some(raster(4, 4)), ..of_heights(&bumpy(4, 4)) };
     assert!(Plan::new(&colored, Kind::Leadr, Layout::Oiio, Precision::F32).is_err());
     assert!(Plan::new(&of_heights(&bumpy(4, 4)), Kind::Lean, Layout::Oiio, Precision::F32).is_err());
+    let per_texel = Plan::new(&of_heights(&bumpy(4, 4)), Kind::Leadr, Layout::Oiio, Precision::F32).unwrap();
+    assert!(per_texel.clone().without_levels(0).is_ok() && per_texel.without_levels(1).is_err());
 }
 
 #[test]

@@ -60,7 +60,11 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     studio.steps(maps.len() + 1);
     let (mut pictures, mut files) = (Vec::new(), Vec::new());
     for (name, map, scale) in &maps {
-        let found = [Precision::F32, Precision::F16, Precision::Bc].map(|precision| baked(map, precision));
+        let inputs = Inputs { heights: Some(map.clone()), ..Inputs::default() };
+        let found = [Precision::F32, Precision::F16, Precision::Bc].map(|precision| {
+            let plan = Plan::new(&inputs, Kind::Leadr, Layout::Leadr, precision).map_err(fault)?;
+            baked(&inputs, &plan)
+        });
         let [exact, f16, bc] =
             found.into_iter().collect::<Result<Vec<_>, _>>()?.try_into().map_err(|_| fault_of_count())?;
         let texels = map.texels.len() as f64;
@@ -78,6 +82,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
                 moments,
                 classes: None,
                 in_widths: false,
+                is_reduced: false,
             });
             let relief = ReliefOptions { map: Some(map.clone()), baked, ..ReliefOptions::default() };
             plane_stage(ReliefOptions { height: Some(scale * USUAL_RELIEF), ..relief })
@@ -152,20 +157,21 @@ fn maps(quick: bool) -> Result<Vec<(String, HeightMap, f32)>, LabError> {
 }
 
 /// A map that was written to a file and read back.
-struct Baked {
-    map: BakedMap,
-    bytes: u64,
+pub(super) struct Baked {
+    pub map: BakedMap,
+    /// The number of bytes of the file.
+    pub bytes: u64,
+    /// The largest variance error on any level.
     variance: f64,
 }
 
-fn baked(map: &HeightMap, precision: Precision) -> Result<Baked, LabError> {
-    let inputs = Inputs { heights: Some(map.clone()), ..Inputs::default() };
-    let plan = Plan::new(&inputs, Kind::Leadr, Layout::Leadr, precision).map_err(fault)?;
+/// Bakes a map into a temporary file, and reads the file.
+pub(super) fn baked(inputs: &Inputs, plan: &Plan) -> Result<Baked, LabError> {
     let path = std::env::temp_dir().join(format!("leadr-report-{}.ktx2", std::process::id()));
     let made = (|| {
         let mut file = std::fs::File::create(&path).map_err(|e| LabError::io("make the file", &path, e))?;
-        let mut target = Ktx2File::new(&mut file, &plan).map_err(fault)?;
-        let report = bake(&inputs, &plan, &mut target, &|_| ()).map_err(fault)?;
+        let mut target = Ktx2File::new(&mut file, plan).map_err(fault)?;
+        let report = bake(inputs, plan, &mut target, &|_| ()).map_err(fault)?;
         target.finish(&report).map_err(fault)?;
         let bytes = file.metadata().map_err(|e| LabError::io("read the file", &path, e))?.len();
         let map = BakedMap::load(&path).map_err(|e| LabError(e.to_string()))?;
