@@ -9,7 +9,8 @@ use leadr::maps::baked::BakedMap;
 use leadr::maps::material::{Material, RoughnessMeaning};
 use leadr::maps::save::save_exr;
 use leadr::maps::{RgbImage, load_height_map, load_raster, procedural};
-use leadr::render::settings::{RenderSettings, ShadingOptions};
+use leadr::render::frame::Layer;
+use leadr::render::settings::{LodBias, RenderSettings, ShadingOptions};
 use leadr::render::surfaces::moments::MomentFormat;
 use leadr::scenes::config::{MaterialFiles, Picture, SceneConfig};
 use leadr::scenes::registry::NamedScene;
@@ -53,6 +54,10 @@ impl Files {
 
     /// Bakes the heights into a file, and with `all` the other maps.
     fn bake(&self, name: &str, all: bool, precision: Precision) -> PathBuf {
+        write(&self.inputs(all), &self.at(name), precision, 0)
+    }
+
+    fn inputs(&self, all: bool) -> BakeInputs {
         let mut inputs =
             BakeInputs { heights: Some(load_height_map(self.at("heights.exr")).unwrap()), ..Default::default() };
         if all {
@@ -63,7 +68,7 @@ impl Files {
             let (raster, meaning) = (load_raster(self.at("roughness.png")).unwrap(), RoughnessMeaning::Perceptual);
             inputs.roughness = Some(Roughness { raster, channel: 0, meaning });
         }
-        write(&inputs, &self.at(name), precision)
+        inputs
     }
 
     /// The separate files.
@@ -79,9 +84,10 @@ impl Files {
     }
 }
 
-/// Bakes a map of kind leadr into a file, and returns its path.
-fn write(inputs: &BakeInputs, path: &Path, precision: Precision) -> PathBuf {
+/// Bakes a map of kind leadr without its finest levels into a file, and returns its path.
+fn write(inputs: &BakeInputs, path: &Path, precision: Precision, dropped_levels: usize) -> PathBuf {
     let plan = Plan::new(inputs, Kind::Leadr, Layout::Leadr, precision).unwrap();
+    let plan = plan.without_levels(dropped_levels).unwrap();
     let mut file = std::fs::File::create(path).unwrap();
     if path.extension().is_some_and(|extension| extension == "exr") {
         let mut target = ExrFile::new(&plan).unwrap();
@@ -223,10 +229,90 @@ fn a_file_with_classes_gives_the_picture_of_its_maps() {
         // The default height of 0.12 m on the default repeat of 2 m.
         let mut inputs = BakeInputs { heights: Some(heights), height_scale: Some(0.06), ..Default::default() };
         inputs.classes = Some(inputs.find_classes(None));
-        let file = write(&inputs, &files.at(name), precision);
+        let file = write(&inputs, &files.at(name), precision, 0);
         assert!(BakedMap::load(&file).unwrap().openness.is_some());
         let error = rrmse(&expected, &picture(&gpu, &config("plane", &file, MaterialFiles::default()))).unwrap();
         println!("{name}: {error:.1e}");
         assert!(error < 3e-3, "{name}: {error:.1e}");
+    }
+}
+
+/// Draws the scene of a file from `metres` away.
+fn from_afar(gpu: &Arc<Gpu>, scene: &str, file: &Path, metres: f32) -> RgbImage {
+    let config = SceneConfig { distance: Some(metres), ..config(scene, file, MaterialFiles::default()) };
+    // Classes that are found in the moments of a coarse level differ from those of the facets.
+    picture_by(gpu, &config, BakedMap::load(file).unwrap().classes.is_some())
+}
+
+/// At a distance, a file without its finest levels gives the picture of the whole file. Mean slopes alone do not.
+#[test]
+fn a_file_without_levels_looks_the_same_at_a_distance() {
+    let Some(gpu) = test_gpu() else { return };
+    let files = Files::new(128);
+    for (scene, all, metres, most) in [
+        ("plane", false, 60.0, 1e-3),
+        ("plane", true, 60.0, 1e-3),
+        ("sphere", false, 24.0, 0.03),
+        ("sphere", true, 24.0, 0.03),
+    ] {
+        let [whole, coarse] = [0, 2]
+            .map(|dropped| write(&files.inputs(all), &files.at(&format!("{dropped}.ktx2")), Precision::F16, dropped));
+        let [expected, found] = [&whole, &coarse].map(|file| from_afar(&gpu, scene, file, metres));
+        // The heights of the coarse file are those of the whole file, without the slopes between them.
+        let heights = BakedMap::load(&coarse).unwrap().height_map().unwrap();
+        save_exr(files.at("mean.exr"), heights.width, heights.height, &[("height", &heights.texels)]).unwrap();
+        let naive = write(
+            &BakeInputs { heights: Some(heights), height_scale: all.then_some(1.0), ..files.inputs(false) },
+            &files.at("naive.ktx2"),
+            Precision::F16,
+            0,
+        );
+        let naive = (!all).then(|| rrmse(&expected, &from_afar(&gpu, scene, &naive, metres)).unwrap());
+        let error = rrmse(&expected, &found).unwrap();
+        println!("{scene} {all}: {error:.1e}, without moments {naive:?}");
+        assert!(error < most, "{scene} {all}: {error:.1e}");
+        assert!(naive.is_none_or(|naive| naive > 2.0 * error), "{scene} {all}: {naive:?} {error:.1e}");
+    }
+}
+
+#[test]
+fn a_bias_reads_coarser_levels_with_their_moments() {
+    let Some(gpu) = test_gpu() else { return };
+    let files = Files::new(128);
+    let [whole, coarse] = [0, 2]
+        .map(|dropped| write(&files.inputs(false), &files.at(&format!("{dropped}.ktx2")), Precision::F32, dropped));
+    // The lod, the second moments of the slopes, and the squares of the mean slopes, each as a mean over the picture.
+    let statistics = |file: &Path, bias: f32, metres: f32| {
+        let mut config = SceneConfig { distance: Some(metres), ..config("plane", file, MaterialFiles::default()) };
+        config.picture.options = ShadingOptions { lod_bias: LodBias(bias), classes: false, ..config.picture.options };
+        // Displaced positions depend on the level.
+        config.picture.displacement = false;
+        let mut set = set(&config, Inputs::load(&config).unwrap(), &gpu, None, &|_| ()).unwrap();
+        set.renderer.render(&(set.animation)(0.0), &config.render_settings()).unwrap();
+        let [lods, means, covariances] =
+            [Layer::Lod, Layer::MeanSlope, Layer::Covariance].map(|layer| set.renderer.layer(layer).unwrap());
+        (lods, means, covariances)
+    };
+    for metres in [2.0, 7.0, 30.0] {
+        let [(lods, means, covariances), (biased, biased_means, biased_covariances)] =
+            [0.0, 1.0].map(|bias| statistics(&whole, bias, metres));
+        let shifts: Vec<f32> = lods.iter().zip(&biased).map(|(a, b)| b[0] - a[0]).collect();
+        assert!(shifts.iter().filter(|shift| **shift != 0.0).count() > 100);
+        assert!(shifts.iter().all(|shift| *shift == 0.0 || (shift - 1.0).abs() < 2e-3), "{metres}: {shifts:?}");
+        let squares = |means: &[[f32; 4]]| means.iter().map(|m| f64::from(m[0] * m[0] + m[1] * m[1])).sum::<f64>();
+        let variances = |c: &[[f32; 4]]| c.iter().map(|c| f64::from(c[0] + c[1])).sum::<f64>();
+        let [whole, wider] = [(&means, &covariances), (&biased_means, &biased_covariances)]
+            .map(|(means, covariances)| (squares(means), squares(means) + variances(covariances)));
+        println!("{metres} m: {whole:?} {wider:?}");
+        assert!((wider.1 / whole.1 - 1.0).abs() < 0.02, "the second moment stays: {whole:?} {wider:?}");
+        assert!(wider.0 < 0.9 * whole.0, "the mean slopes are smoother: {whole:?} {wider:?}");
+    }
+    // Where the map is magnified, a bias of 2 reads the levels with which a file without two levels begins.
+    let (_, means, covariances) = statistics(&whole, 2.0, 0.1);
+    let (_, dropped_means, dropped_covariances) = statistics(&coarse, 0.0, 0.1);
+    for (found, expected) in [(means, dropped_means), (covariances, dropped_covariances)] {
+        let worst =
+            found.iter().flatten().zip(expected.iter().flatten()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(worst < 2e-3, "{worst}");
     }
 }

@@ -33,6 +33,8 @@ pub struct View {
     pub samples: Samples,
     /// The offset of each sample from the centre of its grid cell, in units of cells, in `[-½, ½)²`.
     pub offset: Vec2,
+    /// The number of levels by which the maps are read coarser than the pixels require.
+    pub lod_bias: f32,
 }
 
 impl View {
@@ -73,7 +75,7 @@ mod tests {
     #[test]
     fn grid_refines_image_and_keeps_lens() {
         let camera = Camera::looking_at(Vec3::new(-5.0, 1.0, 2.0), Vec3::ZERO, 60.0);
-        let pixels = View { camera, picture: (20, 10), samples: Samples::Pixels, offset: Vec2::ZERO };
+        let pixels = View { camera, picture: (20, 10), samples: Samples::Pixels, offset: Vec2::ZERO, lod_bias: 0.0 };
         let edges = View { samples: Samples::Edges { grid: 4 }, ..pixels };
         assert_eq!((pixels.size(), edges.size()), ((20, 10), (80, 40)));
         assert_eq!(pixels.lens().focal_pixels, edges.lens().focal_pixels);

@@ -87,7 +87,12 @@ float taps_apart(const float squared, const float taps, const float narrowest, o
 // Moments are linear, so a few isotropic taps along the long axis replace the elliptical footprint of a pixel. The widths and distances of
 // the taps preserve the second moment of the footprint, so nothing jumps when the number of taps changes. dx and dy are the derivatives in
 // texels of the map. reach is the largest distance of a tap, in texels. own is the second moment of the map's reconstruction.
-Footprint elliptical_footprint(const vec2 dx, const vec2 dy, const float reach, float own, int rows) {
+Footprint elliptical_footprint(vec2 dx, vec2 dy, const float reach, float own, int rows) {
+    // All lengths grow by the same factor, so every level shifts by the bias, and the taps stay the same.
+    float wider = VIEW.widening, narrowest = TAP_VARIANCE * wider * wider;
+    dx *= wider;
+    dy *= wider;
+    own *= wider * wider;
     float xx = dot(dx, dx), yy = dot(dy, dy);
     vec2 along = xx > yy ? dx : dy;
     float major_squared = max(xx, yy);
@@ -95,12 +100,12 @@ Footprint elliptical_footprint(const vec2 dx, const vec2 dy, const float reach, 
     // The width of the footprint across its long axis is its area divided by its length.
     float minor = abs(dx.x * dy.y - dx.y * dy.x) / max(major, 1e-20);
     float row_width_squared, width_squared;
-    float row_squared = taps_apart(minor * minor + own, float(rows), TAP_VARIANCE, row_width_squared);
+    float row_squared = taps_apart(minor * minor + own, float(rows), narrowest, row_width_squared);
     Footprint footprint;
     footprint.rows = rows;
     // The number is clamped as a float, and the loops over the taps use `for`. With an integer bound, lavapipe unrolls the loop and runs
     // every tap. A `do` loop gives wrong pixels on lavapipe.
-    float taps = clamp(ceil(float(rows) * (1.0 + OVERLAP * (major / max(minor, 1.0) - 1.0))), 1.0, float(MAX_TAPS * rows));
+    float taps = clamp(ceil(float(rows) * (1.0 + OVERLAP * (major / max(minor, wider) - 1.0))), 1.0, float(MAX_TAPS * rows));
     footprint.taps = int(taps) * rows;
     float step_squared = taps_apart(major_squared + own, taps, row_width_squared, width_squared);
     float longest = 2.0 * reach / max(taps - 1.0, 1.0);

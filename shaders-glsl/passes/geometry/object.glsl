@@ -31,8 +31,8 @@ struct ViewRecord {
     vec4 ray_middle;  // w: near plane
     vec4 eye;         // xyz: position of the viewer, in metres; w: a number from 0 to 1 that differs for every sample of the image
     vec2 size;        // size of this image in pixels
-    float grid;       // pixels of this image per pixel of the final image, on one axis
-    uint edge_grid;   // the same value for an image of edge samples, otherwise 0
+    float widening;   // factor on the footprints in the maps, 2^bias
+    uint edge_grid;   // image of edge samples: samples along one side of a pixel; otherwise 0
 };
 
 layout(std430) readonly buffer Objects { ObjectRecord objects[]; };

@@ -29,7 +29,7 @@ void write_seen() {
     if (PIXELS == PIXELS_ARE_EDGES) {
         last = packSnorm2x16(octahedral_encode(normalize(in_normal)));
         // The footprint is scaled to a whole pixel.
-        float across = VIEW.grid;
+        float across = float(VIEW.edge_grid);
         out_footprint = pack_footprint(dFdx(in_patch_uv) * across, dFdy(in_patch_uv) * across);
     }
     if (PIXELS == PIXELS_ARE_MULTISAMPLED) {

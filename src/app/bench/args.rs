@@ -79,7 +79,7 @@ pub struct BenchArgs {
     pub against: Option<PathBuf>,
     /// Compare the run in this file with the run in --against, instead of measuring
     #[arg(long, help_heading = AGAINST, hide_short_help = true, value_name = "NEW.json", requires = "against",
-        conflicts_with_all = ["scene", "technique", "tables", "size", "frames", "paper", "forward", "atlas_tile", "map_precision", "edge_samples", "msaa", "device",
+        conflicts_with_all = ["scene", "technique", "tables", "size", "frames", "paper", "forward", "atlas_tile", "map_precision", "edge_samples", "msaa", "lod_bias", "device",
             "validation"])]
     pub measured: Option<PathBuf>,
     /// Also write the rows to this CSV file: a header with units, and one line per table, row and pass
@@ -103,6 +103,9 @@ pub struct BenchArgs {
     /// Draw scenes with N edge samples, except with the technique reference (see leadr capture --help)
     #[arg(long, help_heading = SCENES_OF, hide_short_help = true, value_name = "N", default_value = "1", value_parser = value_of("edge-samples"))]
     pub edge_samples: OsString,
+    /// Read the maps X levels coarser than pixels require, except with the technique reference (see leadr capture --help)
+    #[arg(long, help_heading = SCENES_OF, hide_short_help = true, value_name = "X", value_parser = value_of("lod-bias"), allow_hyphen_values = true)]
+    pub lod_bias: Option<OsString>,
     /// The device.
     #[command(flatten)]
     pub device: DeviceArgs,
@@ -189,6 +192,7 @@ impl BenchArgs {
         given.set("--fft", self.fft.as_ref());
         given.set("--atlas-tile", self.atlas_tile.as_ref());
         given.set("--map-precision", self.map_precision.as_ref());
+        given.set("--lod-bias", self.lod_bias.as_ref());
         let mut config = SceneArgs { given }.resolve()?;
         // The surroundings of a surface would add to the measured time.
         config.bare = config.model.is_none() && config.scene.offers(Choice::Bare);

@@ -6,7 +6,7 @@ use crate::passes::filter::FilterInto;
 use crate::passes::geometry::GeometryKind;
 use crate::passes::shade::{Edges, LightSet, ShadeKind};
 use crate::scene::FrameState;
-use crate::settings::{RenderSettings, ShadingOptions};
+use crate::settings::{LodBias, RenderSettings, ShadingOptions};
 use crate::surfaces::material::Bases;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,6 +44,8 @@ pub(super) fn shade_kind(
     let needed = |options: ShadingOptions| ShadingOptions {
         relief_occlusion: options.relief_occlusion && relief,
         sky_occlusion: options.sky_occlusion && casters && settings.shadows,
+        // The records of the views hold the bias, so it needs no other pipelines.
+        lod_bias: LodBias::default(),
         ..options
     };
     ShadeKind {

@@ -273,6 +273,7 @@ impl FramePlan {
             picture: self.settings.size,
             samples: self.settings.pixel_samples(),
             offset: self.settings.sample_offset(index),
+            lod_bias: self.settings.shading.options().lod_bias.0,
         }
     }
 }

@@ -116,7 +116,6 @@ impl ShadowView {
             clip_from_world: self.clip_from_world,
             viewer: self.viewer,
             lens,
-            grid: 1,
             size: (self.size, self.size),
             draw: 0.0,
         }

@@ -1,6 +1,7 @@
 //! The shading of surfaces: a technique with exactly the settings that apply to it.
 
 use std::fmt;
+use std::hash::{Hash, Hasher};
 
 use serde::{Serialize, Serializer};
 
@@ -10,6 +11,7 @@ use super::technique::{Needs, Technique};
 use super::terms::Terms;
 use crate::named_enum;
 use leadr_gpu::SpecValue;
+use leadr_maps::limits::MAX_SIDE;
 
 /// The rule that places the samples of the integrals over visible slopes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -97,6 +99,25 @@ named_enum! {
         /// The roughness applies in the frame of the macrosurface, as in the LEADR paper. Steep relief is then up to 25 % too dark
         /// seen from above, and too bright at grazing angles.
         Macro = "macro", "The frame of the smooth surface, as in the LEADR paper; darker on steep relief";
+    }
+}
+
+/// The number of levels by which the maps are read coarser than the pixels require. Negative numbers read finer levels.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LodBias(pub f32);
+
+impl LodBias {
+    /// The largest bias in either direction, which is the number of levels of the largest map.
+    pub const MOST: f32 = MAX_SIDE.ilog2() as f32;
+}
+
+// The command line accepts no NaN.
+impl Eq for LodBias {}
+
+impl Hash for LodBias {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        // Zero has two representations.
+        (self.0 + 0.0).to_bits().hash(state);
     }
 }
 
@@ -274,6 +295,7 @@ mod tests {
         multiscattering: true,
         sky_occlusion: true,
         edge_samples: 16,
+        lod_bias: LodBias(0.5),
         relief_shadows: true,
     };
 
@@ -296,6 +318,7 @@ mod tests {
                 terms: OPTIONS.terms,
                 sky_occlusion: true,
                 edge_samples: 16,
+                lod_bias: OPTIONS.lod_bias,
                 ..Default::default()
             })
         );

@@ -1,8 +1,8 @@
 //! The table of shading options. Each option is declared only here.
 
-use super::numbers::whole;
+use super::numbers::{whole, within};
 use super::option::{Json, Panel, Slider, Spec, Techniques, Text, Value, headings};
-use super::shading::{BaseFrame, DiffuseLights, Probes, Quadrature};
+use super::shading::{BaseFrame, DiffuseLights, LodBias, Probes, Quadrature};
 use super::technique::Technique;
 use super::terms::Terms;
 use crate::frame::Layer;
@@ -240,6 +240,14 @@ shading_options! {
                  Fastest: 16, 64, 256").called("edge samples").common(),
             Value::Count(|options| &mut options.edge_samples, [1, ShadingOptions::MAX_EDGE_SAMPLES],
                 Slider { ends: [1.0, 64.0], decimals: 0, unit: "" }), FILTERING).neutral("1"),
+    ];
+    /// The number of levels by which maps are read coarser than the pixels require. The footprint of a pixel becomes wider by a factor
+    /// of `2^X`, so the moments of the relief include more slopes. The displaced geometry does not change.
+    lod_bias: LodBias = LodBias(0.0) => [
+        row(Spec::new(headings::QUALITY, "lod-bias", "X", "Read the maps X levels coarser than pixels require, or finer if X is below 0"),
+            Value::Number(|options| &mut options.lod_bias.0, |text| within(text, -LodBias::MOST, LodBias::MOST),
+                Slider { ends: [-2.0, 8.0], decimals: 1, unit: " levels" }), FILTERING)
+            .about(Subject::Objects).neutral("0"),
     ];
 }
 

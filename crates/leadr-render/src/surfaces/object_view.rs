@@ -25,8 +25,6 @@ pub struct Viewpoint {
     pub viewer: Viewer,
     /// The camera's lens, even if the viewpoint is a light.
     pub lens: Lens,
-    /// The number of samples along one side of a pixel of the lens.
-    pub grid: u32,
     /// The width and height of the image, in samples.
     pub size: (u32, u32),
     /// A number from 0 to 1 that differs between the samples of a pixel. The number selects the samples that hit surfaces with
@@ -41,7 +39,6 @@ impl From<&View> for Viewpoint {
             clip_from_world: view.clip_from_world(),
             viewer,
             lens: view.lens(),
-            grid: view.grid(),
             size: view.size(),
             // Sample offsets are uniform in the pixel. This combination of x and y is also uniform, and nearly independent of x and
             // of y.

@@ -70,9 +70,9 @@ shared_struct! {
         eye: [f32; 4],
         /// The size of the image in pixels.
         size: [f32; 2],
-        /// The number of samples of this image along one side of a pixel of the picture.
-        grid: f32,
-        /// The value of `grid` for images of edge samples, otherwise 0.
+        /// The factor on the footprints in the maps.
+        widening: f32,
+        /// The number of samples along one side of a pixel for images of edge samples, otherwise 0.
         edge_grid: u32,
     }
 }
@@ -132,7 +132,7 @@ impl ViewRecordGpu {
             ray_middle: [0.0; 4],
             eye: [0.0, 0.0, 0.0, from.draw],
             size: [from.size.0 as f32, from.size.1 as f32],
-            grid: from.grid as f32,
+            widening: 1.0,
             edge_grid: 0,
         }
     }
@@ -145,6 +145,7 @@ impl ViewRecordGpu {
             ray_y: y.extend(2.0 / height as f32).to_array(),
             ray_middle: middle.extend(view.camera.near).to_array(),
             eye: view.camera.position.extend(from.draw).to_array(),
+            widening: view.lod_bias.exp2(),
             edge_grid: if let Samples::Edges { grid } = view.samples { grid } else { 0 },
             ..Self::of_light(&from)
         }
