@@ -13,6 +13,7 @@ mod ocean;
 mod outside;
 mod precision;
 mod quadrature;
+mod resolution;
 mod roughness;
 mod samples;
 mod shadows;
@@ -42,7 +43,7 @@ pub struct SectionEntry {
 }
 
 /// All sections, in the order of the page.
-pub static SECTIONS: [SectionEntry; 22] = [
+pub static SECTIONS: [SectionEntry; 23] = [
     SectionEntry {
         key: "convergence",
         help: "Convergence of the reference",
@@ -168,6 +169,13 @@ pub static SECTIONS: [SectionEntry; 22] = [
         title: "Smaller maps",
         judges_others: false,
         run: precision::run,
+    },
+    SectionEntry {
+        key: "resolution",
+        help: "One view with maps of falling resolution",
+        title: "Maps of falling resolution",
+        judges_others: false,
+        run: resolution::run,
     },
     SectionEntry {
         key: "samples",
