@@ -239,3 +239,20 @@ fn the_plane_has_a_vertex_at_the_centre_of_every_texel() {
     println!("heights differ by up to {worst:.4} of the relief");
     assert!(worst < 0.02, "{worst}");
 }
+
+/// On a plane with a vertex at every texel, the reference reads the finest level. If patches are too large for this, it filters the bumps
+/// between vertices.
+#[test]
+fn the_reference_filters_only_bumps_between_vertices() {
+    let Some(gpu) = test_gpu() else { return };
+    let cells = 256;
+    for (patches_per_repeat, expected) in [(6, 0.0), (1, 1.36)] {
+        let texels = (0..cells * cells).map(|i| (i * 37 % 101) as f32 / 101.0).collect();
+        let heights = HeightField::repeating(HeightMap { width: cells, height: cells, texels });
+        let mesh = plane(1.5, 3 * patches_per_repeat, 1.0, [1.0; 4], even);
+        let mut renderer = renderer(&gpu, Object::new("plane", mesh).with_heights(heights, 0.001), 0.5);
+        renderer.render(&state(None), &reference((32, 16), 1, false)).unwrap();
+        let lods = renderer.layer(Layer::Lod).unwrap();
+        assert!(lods.iter().all(|lod| (lod[0] - expected).abs() < 0.01), "{patches_per_repeat}: {:?}", lods[0]);
+    }
+}

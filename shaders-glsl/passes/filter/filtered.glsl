@@ -574,7 +574,9 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
     if (FINEST_LEVEL && DISPLACED && !ATLAS && !TRIANGLES) {
         // Bumps between the vertices of a fully divided patch are not drawn, so a viewer does not see more of their facing sides. The slope
         // statistics do this instead.
-        mat2 apart = texels * surface.texcoord_by_uv / MAX_FACTOR;
+        // The position on a flat object is its texture coordinate, not the position on its patch.
+        PatchTexcoord corner = patch_texcoord(patches[index], 0.0, 0.0);
+        mat2 apart = texels * (FLAT ? mat2(corner.du, corner.dv) : surface.texcoord_by_uv) / MAX_FACTOR;
         if (max(dot(apart[0], apart[0]), dot(apart[1], apart[1])) > 1.0) {
             footprint = elliptical_footprint(apart[0], apart[1], 1e9, OF_SLOPES, 1);
         }
