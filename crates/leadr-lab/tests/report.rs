@@ -150,3 +150,26 @@ fn wrong_calls_are_explained_and_leave_no_files() {
     assert_eq!(std::fs::read(made.join("index.html")).unwrap(), b"earlier report");
     assert_eq!(std::fs::read_dir(&made).unwrap().count(), 1, "the earlier report was overwritten");
 }
+
+/// Moments keep the appearance of a surface at falling resolution of its map. Mips of normals lose it.
+#[test]
+#[ignore = "long"]
+fn maps_of_falling_resolution_are_compared() {
+    let Some(_) = test_gpu() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let output = report(&["--quick", "--only", "resolution", "--validation", "--json", "-o", text(folder.path())]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let data = data(folder.path());
+    let rows = data["sections"]["resolution"]["data"].as_array().unwrap();
+    let number = |row: &Value, key: &str| row[key].as_f64().unwrap();
+    assert_eq!(rows.len(), 24);
+    for pair in rows.chunks_exact(2) {
+        let [moments, naive] = pair else { unreachable!("pairs of both forms") };
+        assert_eq!((&moments["form"], &naive["form"]), (&"moments".into(), &"mips of normals".into()));
+        let [error, naive_error] = [moments, naive].map(|row| number(row, "rrmse_of_blocks"));
+        assert!(error < 0.6 * naive_error, "{moments} {naive}");
+    }
+    for files in rows.chunks_exact(6) {
+        assert!(40.0 * number(&files[4], "bytes") < number(&files[0], "bytes"), "{files:?}");
+    }
+}
