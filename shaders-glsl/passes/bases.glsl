@@ -10,6 +10,8 @@ layout(constant_id = 83) const bool ALL_FITTED = false;
 layout(constant_id = 67) const int CLASSES = 1;
 // Whether classes of facets hide each other. The classes of a smooth surface are those of its material.
 layout(constant_id = 69) const bool CLASSES_HIDE = true;
+// Whether the relief of triangles is projected along the axes. Each projection sees the classes from its own direction.
+layout(constant_id = 58) const bool TRIPLANAR = false;
 // Whether cones describe the occlusion by the surroundings.
 layout(constant_id = 63) const bool CONES = false;
 

@@ -9,6 +9,7 @@
 const vec4 NO_CONE = vec4(0.0, 0.0, 1.0, -1.0);
 
 const int MOST_CLASSES = 4;
+const int MOST_VIEWS = 3;
 
 // The classes of facets under a pixel, such as tops, walls and bottoms, with CLASSES > 1 (leadr/masking/classes.glsl).
 struct FacetClasses {
@@ -18,9 +19,12 @@ struct FacetClasses {
     vec2 mean[MOST_CLASSES];       // mean slope, in the frame about the normal
     vec3 covariance[MOST_CLASSES]; // covariance of the slopes
     vec4 material[MOST_CLASSES];   // rgb: linear albedo; a: Beckmann roughness alpha
-    // A direction w has the coordinates (dot(s, w.xy), dot(t, w.xy)) / (w.z - dot(offset, w.xy)) in the table of the classes' openness.
-    vec2 s;
-    vec2 t;
+    // A direction w has the coordinates (dot(s, w.xy), dot(t, w.xy)) / (w.z - dot(offset, w.xy)) in the table of the classes' openness. A
+    // relief that is projected along the axes has up to three projections of the table, whose weights sum to one.
+    int views;
+    vec2 s[MOST_VIEWS];
+    vec2 t[MOST_VIEWS];
+    float weight[MOST_VIEWS];
     vec2 offset;
     float inside;                  // fraction of the relief's slope variance that the footprint contains
     vec4 correlation;              // of the openness towards different directions

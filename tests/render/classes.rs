@@ -17,7 +17,7 @@ use leadr_testing::gpu::test_gpu;
 const CELLS: u32 = 64;
 
 /// Heights of bricks in two rows per repeat, with sloping sides, or of grooves across x.
-fn hard_edges(bricks: bool) -> HeightMap {
+pub fn hard_edges(bricks: bool) -> HeightMap {
     let side = |x: f32, period: f32| {
         let x = (x / period).fract() * period;
         (0.35 * x.min(period - x)).min(1.0)

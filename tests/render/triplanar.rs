@@ -1,6 +1,8 @@
 //! Relief on triangles without texture coordinates, against the same blend baked into tiles, and against the finest maps.
 
-use glam::Vec3;
+use crate::classes::hard_edges;
+use crate::reference::{mean, renderer, state};
+use glam::{Affine3A, Quat, Vec3};
 use leadr::maps::RgbImage;
 use leadr::render::camera::Camera;
 use leadr::render::scene::{FrameState, Object, Pose, Sun};
@@ -8,6 +10,7 @@ use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
 use leadr::render::surfaces::displacement::HeightField;
 use leadr::render::surfaces::patch_mesh::PatchMesh;
 use leadr::render::surfaces::tessellation::TessellationSettings;
+use leadr::scenes::plane::{even, plane};
 use leadr::scenes::sphere::{cube_sphere, displaced_sphere};
 use leadr_testing::gpu::{TestGpu, test_gpu};
 use leadr_testing::render::{bumps, under_sky};
@@ -91,4 +94,61 @@ fn one_sample_matches_many_samples_of_finest_maps() {
         println!("at {distance} m: LEADR {leadr:.4}, mipmapped normals {normal_mip:.4}");
         assert!(leadr < 0.05 && normal_mip > 2.0 * leadr, "{distance}: {leadr} {normal_mip}");
     }
+}
+
+/// A plate of triangles that faces along `normal` at rest, with bricks. The pose lays it flat.
+fn plate(normal: Vec3) -> (Object, Pose) {
+    let quads = plane(1.5, 6, 1.0, [1.0; 4], even);
+    let upright = Quat::from_rotation_arc(Vec3::Z, normal);
+    let halves = |&[a, b, c, d]: &[u32; 4]| [[a, b, c, c], [a, c, d, d]];
+    let mesh = PatchMesh {
+        positions: quads.positions.iter().map(|&p| upright * p).collect(),
+        normals: vec![normal; quads.positions.len()],
+        patches: quads.patches.iter().flat_map(halves).collect(),
+        texcoords: vec![Default::default(); 2 * quads.patches.len()],
+        triangles: true,
+        triplanar: Some(1.0),
+        ..quads
+    };
+    let bricks = hard_edges(true);
+    let depth = 4.0 / bricks.width as f32;
+    let object = Object::new("plate", mesh).with_heights(HeightField::repeating(bricks), depth).with_specular_f0(0.0);
+    let pose = Pose::Rigid(Affine3A::from_quat(upright.inverse()));
+    (Object { casts_shadow: true, ..object }, pose)
+}
+
+/// One pixel of bricks in each projection, from both sides and where two projections meet, against the reference with shadows of the relief.
+#[test]
+fn projected_bricks_follow_the_reference() {
+    let Some(gpu) = test_gpu() else { return };
+    let mut worst = [0.0f64; 2];
+    for normal in [Vec3::X, Vec3::NEG_Y, Vec3::NEG_Z, Vec3::new(1.0, 0.0, 1.0).normalize()] {
+        let (object, pose) = plate(normal);
+        let mut renderer = renderer(&gpu, object, 0.0);
+        let mut errors = [0.0f64; 2];
+        for sun in [Vec3::new(1.0, 0.2, 0.7), Vec3::new(0.3, 1.0, 0.5), Vec3::new(-0.8, 0.4, 0.6)] {
+            let state = FrameState { poses: vec![pose.clone()], ..state(Some(sun.normalize())) };
+            let mut radiance = |technique: Technique, classes| {
+                let relief_shadows = technique.is_reference();
+                let settings = RenderSettings {
+                    size: if relief_shadows { (128, 64) } else { (2, 1) },
+                    samples: if relief_shadows { 4 } else { 1 },
+                    shading: technique.with(ShadingOptions { relief_shadows, classes, ..Default::default() }),
+                    tessellation: TessellationSettings { to_texels: true, ..Default::default() },
+                    shadows: false,
+                    ..Default::default()
+                };
+                mean(&renderer.render(&state, &settings).unwrap().color)
+            };
+            let truth = radiance(Technique::Reference, false);
+            for (error, classes) in errors.iter_mut().zip([true, false]) {
+                let found = radiance(Technique::Leadr, classes);
+                println!("{normal:.2?}, {sun:.2?}, classes {classes}: {found:.4} of {truth:.4}");
+                *error = error.max((found / truth - 1.0).abs());
+            }
+        }
+        assert!(errors[0] < 0.1 && errors[0] < 0.7 * errors[1], "{normal}: {errors:?}");
+        (0..2).for_each(|i| worst[i] = worst[i].max(errors[i]));
+    }
+    println!("at most {worst:.3?}");
 }

@@ -2,6 +2,7 @@
 // (crates/leadr-maps/src/class_map).
 #ifndef LEADR_FILTER_CLASSES
 #define LEADR_FILTER_CLASSES
+#include "leadr/slopes/rotation.glsl"
 
 // For each class, one layer with (w, w x, w y, w z) and one with (w xx, w yy, w xy, w zz). w is the weight of the class, x and y are the
 // slope about the centre of the class, and z is the height about this centre.
@@ -71,26 +72,84 @@ void classes_of_material(inout ClassMeans means) {
     }
 }
 
+// Adds a projection of the openness. linear converts gradients of the map to slopes.
+void add_openness_view(inout FacetClasses classes, const mat2 linear, const float scale, const float weight) {
+    classes.s[classes.views] = abs(scale) * OBJECT.class_unit.x * linear[0];
+    classes.t[classes.views] = abs(scale) * OBJECT.class_unit.y * linear[1];
+    classes.weight[classes.views] = weight;
+    classes.views += 1;
+}
+
+// The classes of a footprint.
+struct ClassParts {
+    SlopePart part[MOST_CLASSES]; // mean and covariance of the gradients of each class; the area is its weight
+    float inside;                 // fraction of the relief's slope variance that the footprint contains
+};
+
+// Returns the mean and the covariance of the gradients of a class.
+SlopePart class_part_of(const ClassMeans means, const int k) {
+    vec2 unit = OBJECT.class_unit.xy;
+    float w = max(means.first[k].x, 1e-12);
+    vec2 about = means.first[k].yz / w;
+    vec3 variance = vec3(unit * unit, unit.x * unit.y) * covariance_from_moments(about, means.second[k].xyz / w);
+    return SlopePart(OBJECT.class_centers[k].xy + unit * about, variance, means.first[k].x);
+}
+
+// Returns the fraction of the relief's slope variance in a footprint. gradient_variance is the variance of the gradients, in units of the map.
+float variance_inside(const vec2 gradient_variance) {
+    vec2 in_units = gradient_variance / (OBJECT.class_unit.xy * OBJECT.class_unit.xy);
+    return clamp((in_units.x + in_units.y) / max(OBJECT.class_unit.w, 1e-6), 0.0, 1.0);
+}
+
+// Returns the classes of a footprint in one map.
+ClassParts class_parts(const ClassMeans means, const vec2 gradient_variance) {
+    ClassParts parts;
+    for (int k = 0; k < MOST_CLASSES; ++k) {
+        parts.part[k] = class_part_of(means, k);
+    }
+    parts.inside = variance_inside(gradient_variance);
+    return parts;
+}
+
+ClassParts no_class_parts() {
+    ClassParts parts;
+    for (int k = 0; k < MOST_CLASSES; ++k) {
+        parts.part[k] = SlopePart(vec2(0.0), vec3(0.0), 0.0);
+    }
+    parts.inside = 0.0;
+    return parts;
+}
+
+// Adds the classes of one of several uncorrelated reliefs, whose covariances add. mean is the mean gradient of this relief, gradient
+// converts its gradients to those of the sum, and weight is its factor on the heights. A class keeps its deviation from the mean.
+void add_class_parts(inout ClassParts parts, const ClassMeans means, const vec2 mean, const vec2 gradient_variance, const mat2 gradient,
+                     const float weight) {
+    float share = weight * weight;
+    [[unroll]] for (int k = 0; k < CLASSES; ++k) {
+        SlopePart part = class_part_of(means, k);
+        parts.part[k] = join_slopes(parts.part[k], SlopePart(gradient * (part.mean - mean), map_second_moments(gradient, part.covariance),
+                                                             share * part.area));
+    }
+    parts.inside += share * variance_inside(gradient_variance);
+}
+
 // Returns the classes of a footprint. scale is the height scale, map converts gradients to slopes, and tint is a factor on the colours and
 // on alpha. material is the mean material, before this factor if colours differ, and after it otherwise. slope and covariance come from
-// other sources than the map, and every class has them in addition. gradient_variance is the variance of the gradients in the footprint, in units of the map.
-FacetClasses facet_classes(const ClassMeans means, const vec2 gradient_variance, const float scale, const SlopeMap map, const vec2 slope,
+// other sources than the map, and every class has them in addition. The openness has one view, along the coordinates of the map.
+FacetClasses facet_classes(const ClassParts parts, const ClassMeans means, const float scale, const SlopeMap map, const vec2 slope,
                            const vec3 covariance, const vec4 material, const vec4 tint) {
     FacetClasses classes;
     classes.count = 0;
     float whole = 0.0;
-    vec3 unit = OBJECT.class_unit.xyz;
     [[unroll]] for (int k = 0; k < CLASSES; ++k) {
-        float w = means.first[k].x;
+        SlopePart part = parts.part[k];
+        float w = part.area;
         if (w > LEAST_CLASS) {
-            vec3 about = means.first[k].yzw / w;
-            vec4 second = means.second[k] / w;
-            vec3 variance = vec3(unit.xy * unit.xy, unit.x * unit.y) * covariance_from_moments(about.xy, second.xyz);
             int n = classes.count;
             classes.number[n] = k;
             classes.share[n] = w;
-            classes.mean[n] = map_mean_slope(map, scale * (OBJECT.class_centers[k].xy + unit.xy * about.xy)) + slope;
-            classes.covariance[n] = map_covariance(map, scale_height(variance, scale)) + covariance;
+            classes.mean[n] = map_mean_slope(map, scale * part.mean) + slope;
+            classes.covariance[n] = map_covariance(map, scale_height(part.covariance, scale)) + covariance;
             classes.material[n] = material;
             if (CLASS_COLORS) {
                 // A class that the footprint in the colours does not contain has the mean material.
@@ -102,11 +161,10 @@ FacetClasses facet_classes(const ClassMeans means, const vec2 gradient_variance,
             classes.count = n + 1;
         }
     }
-    classes.s = abs(scale) * unit.x * map.linear_s;
-    classes.t = abs(scale) * unit.y * map.linear_t;
+    classes.views = 0;
+    add_openness_view(classes, mat2(map.linear_s, map.linear_t), scale, 1.0);
     classes.offset = map.offset;
-    vec2 in_units = gradient_variance / (unit.xy * unit.xy);
-    classes.inside = clamp((in_units.x + in_units.y) / max(OBJECT.class_unit.w, 1e-6), 0.0, 1.0);
+    classes.inside = parts.inside;
     for (int n = 0; n < MOST_CLASSES; ++n) {
         classes.correlation[n] = n < classes.count ? OBJECT.class_correlation[classes.number[n]] : 1.0;
         classes.sky_depth[n] = n < classes.count ? classes.inside * OBJECT.class_sky_depth[classes.number[n]] : 0.0;

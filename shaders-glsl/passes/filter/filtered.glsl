@@ -26,7 +26,6 @@ layout(constant_id = 43) const bool COLORED = true;
 layout(constant_id = 44) const bool HORIZON = true;
 layout(constant_id = 45) const bool FLAT = false;  // tangents by texture coordinate are constant
 layout(constant_id = 51) const bool TRIANGLES = false; // patches are flat triangles
-layout(constant_id = 58) const bool TRIPLANAR = false; // the relief of triangles is projected along the axes
 layout(constant_id = 55) const bool RISE_OVER_RUN = false; // maps hold slopes as rise over run, not per texture coordinate
 layout(constant_id = 46) const bool PLAIN = false; // all vertices have the same colour and accessibility
 layout(constant_id = 47) const bool RELIEF_DRAWN = true; // the geometry is displaced by the full height map
@@ -330,8 +329,9 @@ AxisViews axis_views(const uint index, const vec2 patch_uv) {
     return views;
 }
 
-// Computes the moments by position of a relief that is projected along the axes. The views are uncorrelated, so their covariances add.
-void filter_axis_moments(const AxisViews views, const vec2 patch_uv, const mat2 across, inout Means means) {
+// Computes the moments by position of a relief that is projected along the axes, and its classes. The views are uncorrelated, so their
+// covariances add.
+void filter_axis_moments(const AxisViews views, const vec2 patch_uv, const mat2 across, inout Means means, inout ClassParts parts) {
     vec2 mean = vec2(0.0);
     vec3 covariance = vec3(0.0), heights = vec3(0.0);
     float level = mean_height(height_map);
@@ -339,7 +339,14 @@ void filter_axis_moments(const AxisViews views, const vec2 patch_uv, const mat2 
         if (views.weights[axis] > 0.0) {
             vec2 seen = seen_at(views.rest, axis, patch_uv, views.normal);
             Footprint footprint = footprint_in(Chart(seen, views.by_uv[axis] * across), moments_a, OF_SLOPES, 1);
-            filter_moments(footprint, seen, means);
+            if (CLASSES > 1) {
+                ClassMeans classes = no_class_means();
+                filter_classes(footprint, seen, classes, means);
+                vec2 variance = covariance_from_moments(means.mean, means.second).xy;
+                add_class_parts(parts, classes, means.mean, variance, transpose(views.by_uv[axis]), views.weights[axis]);
+            } else {
+                filter_moments(footprint, seen, means);
+            }
             heights[axis] = textureLod(height_map, seen, footprint.lod).x - level;
             // The chain rule gives the gradients by position.
             mat2 gradient = transpose(views.by_uv[axis]) * views.weights[axis];
@@ -351,6 +358,9 @@ void filter_axis_moments(const AxisViews views, const vec2 patch_uv, const mat2 
     mean += heights * views.weights_by_uv;
     means.mean = mean;
     means.second = covariance + vec3(mean * mean, mean.x * mean.y);
+    for (int k = 0; k < MOST_CLASSES; ++k) {
+        parts.part[k].mean += mean;
+    }
 }
 
 void filter_material(const Footprint footprint, const vec2 texcoord, inout Means means) {
@@ -566,8 +576,10 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
 
     Means means = NO_MEANS;
     ClassMeans classes;
+    ClassParts parts;
     if (CLASSES > 1) {
         classes = no_class_means();
+        parts = no_class_parts();
     }
     vec2 drawn = surface.texcoord;
     Footprint footprint = footprint_over(dx, dy, ATLAS ? tile_inner() : 1e9, OF_SLOPES, TAP_ROWS);
@@ -601,7 +613,7 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
         means = filter_atlas(footprint, index, patch_uv_at(index, surface.texcoord * size));
     } else {
         if (USES_SLOPES && DISPLACED && TRIPLANAR) {
-            filter_axis_moments(views, surface.texcoord, texcoord_across, means);
+            filter_axis_moments(views, surface.texcoord, texcoord_across, means, parts);
         } else if (USES_SLOPES && DISPLACED && BY_EXAMPLE) {
             if (FINEST_LEVEL || !RELIEF_DRAWN) {
                 tiled_height(height_map, variants, surface.texcoord + tiling_shift(), footprint.level, passing);
@@ -742,8 +754,20 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
         vec2 slope = mean_slope - map_mean_slope(map, joined);
         vec3 added = covariance - map_covariance(map, gradient_covariance);
         vec4 material = CLASS_COLORS ? means.color : color;
-        filtered.classes = facet_classes(classes, covariance_from_moments(means.mean, means.second).xy, scale, map, slope, added, material,
+        if (!TRIPLANAR) {
+            parts = class_parts(classes, covariance_from_moments(means.mean, means.second).xy);
+        }
+        filtered.classes = facet_classes(parts, classes, scale, map, slope, added, material,
                                          vec4(surface.color.rgb * tinted, surface.color.a));
+        if (TRIPLANAR) {
+            filtered.classes.views = 0;
+            for (int axis = 0; axis < 3; ++axis) {
+                if (views.weights[axis] > 0.0) {
+                    mat2 linear = mat2(map.linear_s, map.linear_t) * transpose(views.by_uv[axis]);
+                    add_openness_view(filtered.classes, linear, scale, views.weights[axis] * views.weights[axis]);
+                }
+            }
+        }
         if (CLASS_COLORS && DETAIL_COLORS != DETAIL_COLORLESS) {
             for (int n = 0; n < filtered.classes.count; ++n) {
                 vec4 own = filtered.classes.material[n];

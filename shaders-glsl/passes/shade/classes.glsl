@@ -39,8 +39,12 @@ vec4 class_openness_at(const vec2 at) {
 // Returns the openness of the classes towards w, in the order of the maps.
 vec4 classes_open(const vec3 w) {
     float up = w.z - dot(pixel_classes.offset, w.xy);
-    vec2 q = vec2(dot(pixel_classes.s, w.xy), dot(pixel_classes.t, w.xy));
-    vec4 open = class_openness_at(0.5 + 0.5 * q / (length(q) + max(up, 1e-4)));
+    int views = TRIPLANAR ? pixel_classes.views : 1;
+    vec4 open = vec4(0.0);
+    for (int i = 0; i < views; ++i) {
+        vec2 q = vec2(dot(pixel_classes.s[i], w.xy), dot(pixel_classes.t[i], w.xy));
+        open += pixel_classes.weight[i] * class_openness_at(0.5 + 0.5 * q / (length(q) + max(up, 1e-4)));
+    }
     return up > 0.0 ? open : vec4(0.0);
 }
 

@@ -49,11 +49,8 @@ struct Material<'a> {
 
 impl<'a> ClassSources<'a> {
     /// Returns the sources of an object that still holds its maps. `stored` are the classes of its file. Returns `None` if one class
-    /// describes every such surface, or if the maps are an atlas or projected along the axes.
+    /// describes every such surface, or if the maps are an atlas.
     pub fn of(object: &'a Object, stored: Option<StoredClasses>) -> Option<Self> {
-        if object.mesh.triplanar.is_some() {
-            return None;
-        }
         let field = object.heights.as_ref();
         let has_relief = field.is_some_and(|field| object.height_scale != 0.0 && !is_constant(&field.map.texels));
         let material = object.material.as_ref().filter(|map| has_classes(object, map)).map(|map| Material {
@@ -224,8 +221,9 @@ impl Relief<'_> {
 
 /// Whether classes can depend on the material of an object.
 fn has_classes(object: &Object, map: &MaterialMap) -> bool {
-    // With charts, the colours have different texture coordinates from the heights. A measured material has its own facet distribution.
-    let lies_on_relief = object.charts.is_none() || object.heights.is_none();
+    // With charts, or under projected relief, the colours have different texture coordinates from the heights. A measured material has its
+    // own facet distribution.
+    let lies_on_relief = object.charts.is_none() && object.mesh.triplanar.is_none() || object.heights.is_none();
     lies_on_relief
         && map.fit.is_none()
         && !map.colors.is_empty()
@@ -250,6 +248,9 @@ fn agrees(a: &MomentLevel, b: &MomentLevel) -> bool {
 
 /// Returns the size of a map repeat in metres along both texture coordinates, as the root mean square over patches.
 fn metres_per_repeat(mesh: &PatchMesh) -> Option<DVec2> {
+    if let Some(repeat) = mesh.triplanar {
+        return Some(DVec2::splat(repeat.into()));
+    }
     let step = mesh.patches.len().div_ceil(MEASURED).max(1);
     let (mut squares, mut count) = (DVec2::ZERO, 0.0);
     for (patch, texcoords) in mesh.patches.iter().zip(&mesh.texcoords).step_by(step) {
