@@ -22,7 +22,8 @@ void main() {
         ivec2 at = tile * TILE_SIZE + ivec2(gl_LocalInvocationID.xy) + ivec2(i & 1, i >> 1) * (TILE_SIZE / 2);
         uint word = texelFetch(visible_surface, min(at, size - 1), 0).x, object = object_of(word);
         bool shaded = word != SURFACE_OF_THE_PIXEL && (word & OF_THE_PIXEL) == 0u;
-        seen |= uvec3(object == 0u ? uvec2(0u) : tile_bit(object), shaded ? TILE_IS_SHADED : 0u);
+        uint flag = shaded ? (object == 0u ? TILE_IS_SHADED | TILE_SHOWS_SKY : TILE_IS_SHADED) : 0u;
+        seen |= uvec3(object == 0u ? uvec2(0u) : tile_bit(object), flag);
     }
     atomicOr(low, seen.x);
     atomicOr(high, seen.y);

@@ -5,7 +5,8 @@
 #include "constants.glsl"
 
 // The record of a tile. xy has a bit for each object in the tile; objects whose numbers are 64 apart share a bit. z has flags.
-const uint TILE_IS_SHADED = 1u; // contains a sample to shade (edges.comp marks all other samples)
+const uint TILE_IS_SHADED = 1u;  // contains a sample to shade (edges.comp marks all other samples)
+const uint TILE_SHOWS_SKY = 2u;
 
 uvec2 tile_bit(const uint object) {
     uint bit = 1u << (object & 31u);

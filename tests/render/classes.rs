@@ -1,18 +1,20 @@
 //! Relief with hard edges, shaded by classes of facets: one sample of LEADR against the reference with shadows of the relief, and white
 //! reliefs in a furnace.
 
-use crate::reference::{mean, renderer, state};
-use glam::Vec3;
+use crate::reference::{VIEW, mean, renderer, state};
+use glam::{Affine3A, Quat, Vec3};
 use leadr::maps::cache::MapCache;
 use leadr::maps::{HeightMap, RgbImage, procedural};
+use leadr::render::camera::Camera;
 use leadr::render::frame::Renderer;
 use leadr::render::light::environment::Environment;
-use leadr::render::scene::{FrameState, Object, Pose, Scene};
+use leadr::render::scene::{FrameState, Object, Pose, Scene, Sun};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
 use leadr::render::surfaces::displacement::HeightField;
 use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::plane::{even, plane};
-use leadr_testing::gpu::test_gpu;
+use leadr_testing::gpu::{TestGpu, test_gpu};
+use leadr_tools::metrics::compare::rrmse;
 
 const CELLS: u32 = 64;
 
@@ -100,6 +102,40 @@ fn white_reliefs_are_white_in_a_furnace() {
         println!("a furnace loses {lost:.4} without and {kept:.4} with light between bumps");
         assert!(lost > 0.02 && kept.abs() < 0.02, "{lost} {kept}");
     }
+}
+
+/// A plate of bricks above another one, seen so that its edges cross the picture.
+fn plates(gpu: &TestGpu) -> (Renderer, FrameState) {
+    let bricks = |half: f32| {
+        let repeat = 0.08;
+        let object = surface(hard_edges(true), 4.0);
+        Object { mesh: plane(half, 2, repeat, [1.0; 4], even), height_scale: repeat * object.height_scale, ..object }
+    };
+    let sky = RgbImage { width: 2, height: 1, texels: vec![[0.05; 3]; 2] };
+    let environment = Environment::from_equirect(gpu, 16, &sky).unwrap();
+    let renderer = Renderer::new(gpu, vec![bricks(1.5), bricks(0.4)], environment).unwrap();
+    let sun = Some(Sun { direction: Vec3::new(-0.8, 0.4, 0.6).normalize(), irradiance: Vec3::ONE });
+    let camera = Camera::looking_at(20.0 * VIEW, Vec3::new(0.0, 0.0, 0.1), 5.0);
+    let raised = Affine3A::from_rotation_translation(Quat::from_rotation_z(0.4), Vec3::new(0.0, 0.0, 0.3));
+    let poses = vec![Pose::REST, Pose::Rigid(raised)];
+    (renderer, FrameState { sun, ..FrameState::new(camera, poses) })
+}
+
+/// Frames with edge samples show the classes of frames without them, in pixels and along edges.
+#[test]
+fn edge_samples_show_the_same_classes() {
+    let Some(gpu) = test_gpu() else { return };
+    let (mut renderer, state) = plates(&gpu);
+    let mut shot = |samples: u32, edge_samples: u32, classes: bool| {
+        let shading = Technique::Leadr.with(ShadingOptions { edge_samples, classes, ..Default::default() });
+        let settings = RenderSettings { size: (48, 32), samples, shading, shadows: false, ..Default::default() };
+        renderer.render(&state, &settings).unwrap().image()
+    };
+    let many = shot(64, 1, true);
+    let [edges, one_class, without] = [(16, true), (16, false), (1, true)]
+        .map(|(edge_samples, classes)| rrmse(&many, &shot(1, edge_samples, classes)).unwrap());
+    println!("edge samples {edges:.4}, with one class {one_class:.4}, without edge samples {without:.4}");
+    assert!(edges < 0.4 * one_class && edges < 0.6 * without, "{edges} {one_class} {without}");
 }
 
 /// Classes are found for the first frame that needs them, whenever it comes, and then come from the cache.

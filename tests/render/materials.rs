@@ -195,7 +195,7 @@ fn the_g_buffer_keeps_a_material() {
         let camera = stage.views.mid;
         let mut renderer = under_sky(&gpu, stage.take_scene(), 32);
         let state = FrameState::new(camera, vec![Pose::REST]).under(&Sky::default());
-        // The G-buffer has one class.
+        // With several classes, shading does not read the G-buffer.
         let shading = Technique::Leadr.with(ShadingOptions { classes: false, ..Default::default() });
         let settings = RenderSettings { size: (64, 48), samples: 1, shading, ..Default::default() };
         let at_once = renderer.render(&state, &settings).unwrap().color;

@@ -115,7 +115,7 @@ fn difference(a: &[[f32; 4]], b: &[[f32; 4]]) -> f32 {
     (error / power).sqrt()
 }
 
-/// Frames with a G-buffer have one class; paint without relation to the relief changes nothing.
+/// Frames with a G-buffer show the same classes; paint without relation to the relief changes nothing.
 #[test]
 fn colours_change_classes_only() {
     let Some(gpu) = test_gpu() else { return };
@@ -132,10 +132,11 @@ fn colours_change_classes_only() {
     };
     let paint = |rank: f32, rise: f32| rank > 0.6 || rise > 0.3;
     let dropped = shoot(painted(&tile, 0.6, false, paint), false);
-    let through = difference(&dropped, &shoot(painted(&tile, 0.6, true, paint), true));
-    let changed = difference(&dropped, &shoot(painted(&tile, 0.6, true, paint), false));
-    println!("through the G-buffer {through:.5}, by classes {changed:.5}");
-    assert!(through < 0.005 && changed > 5.0 * through, "{through} {changed}");
+    let found = shoot(painted(&tile, 0.6, true, paint), false);
+    let through = difference(&found, &shoot(painted(&tile, 0.6, true, paint), true));
+    let changed = difference(&dropped, &found);
+    println!("classes change {changed:.5}, through a G-buffer {through:.1e}");
+    assert!(through < 1e-6 && changed > 0.02, "{through} {changed}");
     let plain = |follows| shoot(painted(&tile, 0.6, follows, |_, _| true), false);
     assert_eq!(plain(true), plain(false));
 }

@@ -172,7 +172,7 @@ fn one_pass_filters_and_shades_as_two_do() {
     let (mut renderer, state) = scene(&gpu, camera);
     let mut all = 0.0f32;
     for technique in Technique::ALL.into_iter().filter(|technique| !technique.is_reference()) {
-        // The G-buffer holds one class of facets.
+        // With several classes, shading does not read the G-buffer.
         let shading = technique.with(ShadingOptions { classes: false, ..ShadingOptions::default() });
         let settings = RenderSettings { size: (96, 60), shading, ..RenderSettings::default() };
         let state = state(1.7, &Sky::with_sun(0.6, 2.5));

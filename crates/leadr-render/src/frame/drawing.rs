@@ -88,6 +88,8 @@ pub(super) fn drawing(settings: RenderSettings, kind: ShadeKind, purpose: Purpos
         },
         edges: settings.edges().is_some(),
         filter,
+        by_class: (filter == FilterInto::GBuffer && !settings.shadows_of_relief() && kind.bases.classes > 1)
+            .then_some(kind),
     };
     (settings, drawing)
 }

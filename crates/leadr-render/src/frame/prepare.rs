@@ -57,7 +57,7 @@ impl Renderer {
         };
         let (settings, drawing) = drawing(settings, kind, purpose);
         let filter = drawing.filter;
-        // The G-buffer has no room for classes of facets.
+        // The G-buffer holds one class of facets.
         let kind = match filter {
             FilterInto::Radiance(kind) => kind,
             FilterInto::GBuffer => ShadeKind { bases: Bases { classes: 1, ..kind.bases }, ..kind },

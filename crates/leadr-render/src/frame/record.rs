@@ -48,8 +48,12 @@ impl PreparedFrame<'_> {
                 add_times(&mut times, timer.submit(cpu, |passes| self.record_edges(passes, &edges, &image))?);
             }
             // The pixels' slope statistics now include the edge samples.
-            self.write_lighting(&pixels, index)?;
-            add_times(&mut times, timer.submit(cpu, |passes| self.record_shading(passes))?);
+            if self.plan.surfaces.meshes.shades_classes() {
+                self.set_view(&pixels, index)?;
+            } else {
+                self.write_lighting(&pixels, index)?;
+            }
+            add_times(&mut times, timer.submit(cpu, |passes| self.record_shading(passes, &pixels))?);
         }
         self.finish_sample(index);
         Ok(times)
@@ -89,7 +93,7 @@ impl PreparedFrame<'_> {
             }
         }
         if self.plan.path.edges().is_none() {
-            self.record_shading(passes);
+            self.record_shading(passes, pixels);
         }
     }
 
@@ -229,17 +233,24 @@ impl PreparedFrame<'_> {
         self.record_geometry(passes, &samples.visible.geometry(), &image.view);
         passes.run("edges", |cmd| renderer.common.edges.record(cmd, pixels, &samples.visible, &image.rays));
         self.record_filter(passes, samples, &image.view, scissor);
-        let scene = &self.plan.scene;
+        let (scene, meshes) = (&self.plan.scene, &self.plan.surfaces.meshes);
         passes.run("shade", |cmd| {
-            samples.draw_radiance(cmd, scissor, |cmd| edges.shade.draw(cmd, samples, scene, None));
+            let by_class = meshes.objects_by_class();
+            samples.draw_radiance(cmd, scissor, |cmd| edges.shade.draw(cmd, samples, scene, None, by_class));
+            if meshes.shades_classes() {
+                renderer.common.objects.record(cmd, &samples.visible, None);
+                samples.draw_radiance_of_objects(cmd, Begin::Continue, |cmd| {
+                    meshes.draw_by_class(cmd, &samples.visible, &image.view, scene);
+                });
+            }
         });
         let joined = &targets.joined;
         passes.run("edges", |cmd| edges.join.record(cmd, samples, &pixels.gbuffer, joined, scene, &image.rays));
     }
 
     /// Records the shading of the pixels, and adds them to the mean.
-    fn record_shading(&self, passes: &mut Passes<'_>) {
-        let FramePlan { targets, path, accumulate, drawn, scene, .. } = &self.plan;
+    fn record_shading(&self, passes: &mut Passes<'_>, view: &View) {
+        let FramePlan { targets, path, accumulate, drawn, scene, surfaces, .. } = &self.plan;
         let Renderer { environment, common, .. } = &*self.renderer;
         let edges = path.edges();
         let pixels = &targets.pixels;
@@ -252,7 +263,9 @@ impl PreparedFrame<'_> {
                 common.objects.record(cmd, &pixels.visible, None);
                 pixels.draw_radiance_of_objects(cmd, Begin::Clear, |cmd| {
                     lit.behind.draw(cmd, &pixels.visible, scene);
-                    shade.draw(cmd, pixels, scene, edges.map(|edges| &edges.targets.joined));
+                    let joined = edges.map(|edges| &edges.targets.joined);
+                    shade.draw(cmd, pixels, scene, joined, surfaces.meshes.objects_by_class());
+                    surfaces.meshes.draw_by_class(cmd, &pixels.visible, view, scene);
                 });
             }),
         }

@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use super::object_depth::OBJECT_TEST;
-use super::shade::{SCENE_STRUCTS, ShadeKind};
+use super::shade::{Edges, SCENE_STRUCTS, ShadeKind};
 use super::targets::{GBuffer, RADIANCE_FORMAT, VisibleSurface};
 use crate::surfaces::numbering::Numbering;
 use leadr_gpu::vk;
@@ -81,6 +81,11 @@ impl FilterInto {
         }
     }
 
+    /// Whether the pass reads edge samples.
+    fn reads_edges(self) -> bool {
+        matches!(self, Self::GBuffer | Self::Radiance(ShadeKind { edges: Edges::Shaded, .. }))
+    }
+
     /// Returns the name of a shader or pipeline for this output.
     pub fn choose(self, gbuffer: &'static str, radiance: &'static str) -> &'static str {
         match self {
@@ -143,7 +148,7 @@ impl FilterPass {
             ("RISE_OVER_RUN", SpecValue::Bool(kind.rise_over_run)),
             ("PLAIN", SpecValue::Bool(kind.plain)),
             ("RELIEF_DRAWN", SpecValue::Bool(relief_drawn)),
-            ("EDGE_SAMPLES", SpecValue::Bool(into == FilterInto::GBuffer)),
+            ("EDGE_SAMPLES", SpecValue::Bool(into.reads_edges())),
             ("DETAIL", SpecValue::U32(kind.detail.mapping)),
             ("DETAIL_COLORS", SpecValue::U32(kind.detail.colors)),
             ("DETAIL_MASKED", SpecValue::Bool(kind.detail.masked)),
@@ -164,7 +169,7 @@ impl FilterPass {
             RestVertexGpu::LAYOUT,
         ];
         if into == FilterInto::GBuffer {
-            // For a pass that shades, the shading already sets these constants. The G-buffer has no room for classes.
+            // For a pass that shades, the shading already sets these constants. The G-buffer holds one class.
             has.extend(Bases { classes: 1, ..kind.features.bases }.spec());
         }
         let desc = GraphicsDesc {
@@ -220,7 +225,9 @@ impl FilterPass {
             match light {
                 None => visible.tiles.draw(cmd),
                 Some(_) => {
-                    cmd.scissor(PixelArea::of_spheres(&[posed.bounds()], &view.camera, view.picture).scissor(1));
+                    cmd.scissor(
+                        PixelArea::of_spheres(&[posed.bounds()], &view.camera, view.picture).scissor(view.grid()),
+                    );
                     cmd.draw(0..3, 0..1);
                     if let Samples::Multisampled { .. } = view.samples {
                         let [width, height] = visible.surface.mip_extent(0);

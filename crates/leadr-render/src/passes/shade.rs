@@ -27,6 +27,14 @@ const SHADOW_MAPS: usize = MAX_SHADOW_MAPS as usize;
 pub const SUN_RADIUS: f32 = 4.651e-3;
 
 shared_struct! {
+    /// The push constants of a draw that shades the G-buffer.
+    pub struct ObjectsByClassGpu for "ObjectsByClass" {
+        /// A bit for each object that its own filter pass shades, as in [`Tiles::records`](super::targets::Tiles::records).
+        pub by_class: [u32; 2],
+    }
+}
+
+shared_struct! {
     /// The block with the lights of a frame (`Lighting` in `passes/shade/shade.frag`).
     pub struct LightingGpu for "Lighting" {
         /// The rays through the image, as in [`Camera::rays`](crate::camera::Camera::rays). The near distance is in the last w.
@@ -233,7 +241,7 @@ pub struct ShadePass {
 impl ShadePass {
     /// Creates the pass for one kind.
     pub fn new(gpu: &Arc<Gpu>, kind: ShadeKind) -> Result<Self> {
-        // The G-buffer has no room for classes.
+        // Objects with several classes are shaded by their filter passes.
         let kind = ShadeKind { bases: Bases { classes: 1, ..kind.bases }, ..kind };
         let desc = GraphicsDesc {
             vertex: "passes/shade/shade.vert",
@@ -242,15 +250,22 @@ impl ShadePass {
             depth: (kind.edges != Edges::Shaded).then_some(ANY_OBJECT_TEST),
             topology: Topology::Points,
             spec: &kind.spec(),
-            structs: &SCENE_STRUCTS,
+            structs: &[&SCENE_STRUCTS[..], &[ObjectsByClassGpu::LAYOUT]].concat(),
             ..Default::default()
         };
         Ok(Self { pipeline: GraphicsPipeline::new(gpu, "shade", &desc)?, nearest: nearest(gpu)? })
     }
 
     /// Shades the surface pixels of a filtered sample into its active radiance target. For edge samples, shades the unmarked ones.
-    /// `joined` has the sums of each pixel's edge samples, if any.
-    pub fn draw(&self, cmd: &mut Commands, sample: &SampleTargets, scene: &ResourceSet, joined: Option<&JoinedEdges>) {
+    /// `joined` has the sums of each pixel's edge samples, if any. Tiles that contain only objects of `by_class` are left out.
+    pub fn draw(
+        &self,
+        cmd: &mut Commands,
+        sample: &SampleTargets,
+        scene: &ResourceSet,
+        joined: Option<&JoinedEdges>,
+        by_class: [u32; 2],
+    ) {
         let SampleTargets { visible, gbuffer, .. } = sample;
         let nearest = &self.nearest;
         // A pipeline without joined edge samples still needs a float image as a placeholder.
@@ -271,6 +286,7 @@ impl ShadePass {
         ];
         cmd.bind(&self.pipeline, &filtered);
         cmd.bind_set(scene);
+        cmd.push_constants(&ObjectsByClassGpu { by_class });
         visible.tiles.draw(cmd);
     }
 }

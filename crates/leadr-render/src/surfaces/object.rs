@@ -230,6 +230,11 @@ impl SurfaceKind {
         }
     }
 
+    /// Whether the surface has several classes of facets.
+    pub fn has_classes(self) -> bool {
+        self.features.bases.classes > 1
+    }
+
     /// Whether the device samples the heights by example, which includes the heights at edges.
     pub fn displaced_by_example(self) -> bool {
         self.displaced && self.by_example

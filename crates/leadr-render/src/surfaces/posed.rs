@@ -29,6 +29,11 @@ pub struct PosedObject {
 }
 
 impl PosedObject {
+    /// Whether the object is shaded by several classes of facets.
+    pub fn has_classes(&self) -> bool {
+        self.by_class().is_some_and(|by_class| by_class.kind.has_classes())
+    }
+
     /// Returns the inputs for the classes of the object, if the frame shades by classes and the object has several.
     pub fn by_class(&self) -> Option<&ByClass> {
         self.object.by_class().filter(|_| self.shades_classes)

@@ -12,6 +12,7 @@ use crate::frame::pool::Pool;
 use crate::passes::edges::edge_tessellation;
 use crate::passes::filter::{FilterInto, FilterPass};
 use crate::passes::geometry::{CasterKinds, GeometryKind, GeometryPass};
+use crate::passes::shade::{Edges, ShadeKind};
 use crate::passes::shadow::ShadowView;
 use crate::passes::targets::{GeometryTargets, VisibleSurface};
 use crate::scene::{FrameState, Object, Pose};
@@ -127,19 +128,36 @@ impl MeshPipelines {
         state: &FrameState,
         settings: &RenderSettings,
         drawing: SurfaceDrawing,
-    ) -> Result<(ForViews<GeometryPass>, FilterPass)> {
+    ) -> Result<MeshPasses> {
         let (kinds, shades_classes) = (self.kinds(settings), self.shades_classes(settings));
         let Self { gpu, geometry, filters, numbering, .. } = self;
         let numbering = *numbering;
         let (needs, filter) = (settings.shading.needs(), drawing.filter);
         let relief_drawn = settings.geometry_scale(state.height_scale) != 0.0;
-        Ok((
-            drawing.geometry(|kind| geometry.get(kind, || GeometryPass::new(gpu, kind, &kinds, numbering)))?,
+        let mut filter_pass = |filter, kinds: &[SurfaceKind]| {
             filters.get((needs, shades_classes, relief_drawn, filter), || {
                 FilterPass::new(gpu, needs, relief_drawn, filter, kinds.iter().copied(), numbering)
-            })?,
-        ))
+            })
+        };
+        let geometry =
+            drawing.geometry(|kind| geometry.get(kind, || GeometryPass::new(gpu, kind, &kinds, numbering)))?;
+        let filter = filter_pass(filter, &kinds)?;
+        let with_classes: Vec<_> = kinds.into_iter().filter(|kind| kind.has_classes()).collect();
+        let shading = |kind: ShadeKind| {
+            let mut pass = |edges| filter_pass(FilterInto::Radiance(ShadeKind { edges, ..kind }), &with_classes);
+            let edges = drawing.edges.then(|| pass(Edges::Shaded)).transpose()?;
+            Ok(ForViews { pixels: pass(Edges::None)?, edges })
+        };
+        Ok(MeshPasses { geometry, filter, by_class: drawing.by_class.map(shading).transpose()? })
     }
+}
+
+/// The passes of the meshes in a frame.
+pub struct MeshPasses {
+    geometry: ForViews<GeometryPass>,
+    filter: FilterPass,
+    /// The passes that filter and shade objects with several classes of facets, if the other filter pass writes the G-buffer.
+    by_class: Option<ForViews<FilterPass>>,
 }
 
 struct Mesh {
@@ -331,7 +349,7 @@ impl Meshes {
         settings: &RenderSettings,
         drawing: SurfaceDrawing,
     ) -> Result<PreparedMeshes> {
-        let (geometry, filter) = self.pipelines.prepare(state, settings, drawing)?;
+        let passes = self.pipelines.prepare(state, settings, drawing)?;
         let lens = state.camera.lens(settings.size.1);
         let shades_classes = self.pipelines.shades_classes(settings);
         let Self { gpu, records, views, .. } = self;
@@ -354,8 +372,7 @@ impl Meshes {
         Ok(PreparedMeshes {
             meshes,
             views: views.take(|| ViewRecords::new(gpu))?,
-            geometry,
-            filter,
+            passes,
             tessellation: settings.tessellation,
             mark_inside: settings.mark_inside,
         })
@@ -365,8 +382,7 @@ impl Meshes {
 /// The posed meshes of a frame.
 pub(in crate::frame) struct PreparedMeshes {
     meshes: Vec<PreparedMesh>,
-    geometry: ForViews<GeometryPass>,
-    filter: FilterPass,
+    passes: MeshPasses,
     tessellation: TessellationSettings,
     mark_inside: bool,
     /// The record of the camera's view, followed by the records of the lights' views.
@@ -480,12 +496,43 @@ impl DrawnSurface for PreparedMeshes {
 
     fn draw_geometry(&self, cmd: &mut Commands, target: &GeometryTargets, view: &View) {
         let drawn = self.meshes.iter().map(|mesh| mesh.seen(&self.views));
-        self.geometry.of(view.samples).draw(cmd, target, drawn, self.mark_inside);
+        self.passes.geometry.of(view.samples).draw(cmd, target, drawn, self.mark_inside);
     }
 
     fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, view: &View, light: Option<&ResourceSet>) {
-        let seen = self.meshes.iter().filter(|mesh| mesh.camera.patches > 0);
+        // Edge samples of tiles are joined in the G-buffer. Other edge samples are only shaded.
+        let of_edges = matches!(view.samples, Samples::Edges { .. }) && self.shades_classes();
+        let is_needed = |posed: &PosedObject| !of_edges || !posed.has_classes() || posed.object.kind.tiled;
+        let seen = self.meshes.iter().filter(|mesh| mesh.camera.patches > 0 && is_needed(&mesh.posed));
         let drawn = seen.map(|mesh| mesh.seen(&self.views));
-        self.filter.draw(cmd, visible, view, drawn, light);
+        self.passes.filter.draw(cmd, visible, view, drawn, light);
+    }
+}
+
+impl PreparedMeshes {
+    /// Whether objects with several classes of facets are shaded apart from the G-buffer.
+    pub fn shades_classes(&self) -> bool {
+        self.passes.by_class.is_some()
+    }
+
+    /// Returns a bit for each object that [`draw_by_class`](Self::draw_by_class) shades. Objects whose numbers are 64 apart share a bit,
+    /// which is set if all of them are shaded so.
+    pub fn objects_by_class(&self) -> [u32; 2] {
+        let mut by_class = [0u64; 2];
+        for PreparedMesh { posed, .. } in &self.meshes {
+            let of_class = self.shades_classes() && posed.has_classes();
+            by_class[usize::from(of_class)] |= 1 << (posed.number % 64);
+        }
+        // The last bit belongs to the sea, too.
+        let bits = by_class[1] & !by_class[0] & !(1 << 63);
+        [bits as u32, (bits >> 32) as u32]
+    }
+
+    /// Filters and shades the objects with several classes of facets into the active radiance target, in frames with a G-buffer.
+    pub fn draw_by_class(&self, cmd: &mut Commands, visible: &VisibleSurface, view: &View, scene: &ResourceSet) {
+        let Some(passes) = &self.passes.by_class else { return };
+        let seen = self.meshes.iter().filter(|mesh| mesh.camera.patches > 0 && mesh.posed.has_classes());
+        let drawn = seen.map(|mesh| mesh.seen(&self.views));
+        passes.of(view.samples).draw(cmd, visible, view, drawn, Some(scene));
     }
 }

@@ -9,6 +9,7 @@ use crate::camera::Camera;
 use crate::frame::timing::Passes;
 use crate::passes::filter::FilterInto;
 use crate::passes::geometry::GeometryKind;
+use crate::passes::shade::ShadeKind;
 use crate::passes::targets::{GeometryTargets, VisibleSurface};
 use crate::pixel_area::PixelArea;
 use crate::scene::FrameState;
@@ -110,6 +111,8 @@ pub(super) struct SurfaceDrawing {
     pub edges: bool,
     /// What the filter pass writes.
     pub filter: FilterInto,
+    /// How objects with several classes of facets are shaded if the filter pass writes the G-buffer, which holds one class.
+    pub by_class: Option<ShadeKind>,
 }
 
 impl SurfaceDrawing {
@@ -120,7 +123,7 @@ impl SurfaceDrawing {
     }
 }
 
-/// The geometry pipelines for the views of a frame.
+/// The pipelines for the views of a frame.
 pub(super) struct ForViews<P> {
     pixels: P,
     edges: Option<P>,
