@@ -1,5 +1,6 @@
 //! Colours that follow the relief: one sample of LEADR against the reference, which uses every texel's own colour.
 
+use crate::classes::in_tiles;
 use crate::reference::{mean, plane_of, renderer};
 use glam::Vec3;
 use leadr::maps::material::{Encoding, Input, Material, MaterialDetail, Raster, Relief, Samples, Texture};
@@ -9,8 +10,10 @@ use leadr::render::frame::Renderer;
 use leadr::render::light::sky::Sky;
 use leadr::render::scene::{FrameState, MaterialMap, Object, Pose, Sun};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique};
+use leadr::render::surfaces::displacement::HeightField;
 use leadr::render::surfaces::tessellation::TessellationSettings;
 use leadr::scenes::dressed;
+use leadr::scenes::sphere::tiled_object;
 use leadr_lab::ray_cast::{Spectrum, Tile};
 use leadr_testing::gpu::{TestGpu, test_gpu};
 use leadr_testing::render::under_sky;
@@ -34,6 +37,19 @@ fn painted(tile: &Tile, sigma: f32, follows: bool, paint: impl Fn(f32, f32) -> b
     }
     let plane = plane_of(tile, sigma, true).with_material(MaterialMap::new(tile.size(), tile.size(), colors));
     Object { follows_relief: follows, ..plane }
+}
+
+/// The bumps of [`painted`] in an atlas, with red tops.
+fn red_tops_in_tiles(tile: &Tile, sigma: f32, follows: bool) -> Object {
+    let (n, mut sorted) = (tile.size(), tile.heights().to_vec());
+    sorted.sort_by(f32::total_cmp);
+    let least = sorted[sorted.len() * 7 / 10];
+    let texels = tile.heights().to_vec();
+    let field = HeightField::repeating(HeightMap { width: n, height: n, texels });
+    let (mesh, layout, heights) = in_tiles(|p| field.bicubic(p));
+    let colors = heights.iter().map(|height| if *height > least { RED } else { GREY }).collect();
+    let object = tiled_object("atlas", mesh, layout, heights, colors).with_specular_f0(0.0);
+    Object { height_scale: sigma / n as f32, follows_relief: follows, casts_shadow: true, ..object }
 }
 
 /// Mean colour of one repeat seen from `degrees` off the normal, in few pixels or many.
@@ -64,9 +80,14 @@ const LIGHTS: [Vec3; 3] = [Vec3::new(0.6, 0.1, 0.8), Vec3::new(0.0, 0.8, 0.6), V
 /// because its errors come from the masking model.
 fn errors(gpu: &TestGpu, paint: impl Fn(f32, f32) -> bool, lights: &[Vec3]) -> [f64; 2] {
     let tile = Tile::new(Spectrum::Gaussian, CELLS, 4.0, 1);
-    let mut renderers = [true, false].map(|follows| renderer(gpu, painted(&tile, 0.6, follows, &paint), 0.0));
+    errors_of(gpu, |follows| painted(&tile, 0.6, follows, &paint), &[15.0, 45.0, 65.0, 80.0], lights)
+}
+
+/// The same errors of objects with and without relief colours.
+fn errors_of(gpu: &TestGpu, object: impl Fn(bool) -> Object, views: &[f32], lights: &[Vec3]) -> [f64; 2] {
+    let mut renderers = [true, false].map(|follows| renderer(gpu, object(follows), 0.0));
     let (mut sums, mut power) = ([0.0; 2], 0.0);
-    for degrees in [15.0, 45.0, 65.0, 80.0] {
+    for &degrees in views {
         for &light in lights {
             let share = |[r, g, b]: [f64; 3]| r / (r + g + b);
             let want = share(seen(&mut renderers[0], degrees, light, Technique::Reference));
@@ -91,6 +112,15 @@ fn paint_on_tops_and_in_cracks() {
     assert!(tops < 0.2 * dropped && dropped > 0.04, "{tops} {dropped}");
     let [cracks, dropped] = errors(&gpu, |rank, _| rank < 0.3, &LIGHTS[..1]);
     assert!(cracks < 0.18 * dropped && dropped > 0.04, "{cracks} {dropped}");
+}
+
+#[test]
+fn paint_on_tops_of_an_atlas() {
+    let Some(gpu) = test_gpu() else { return };
+    let tile = Tile::new(Spectrum::Gaussian, CELLS, 4.0, 1);
+    let [tops, dropped] =
+        errors_of(&gpu, |follows| red_tops_in_tiles(&tile, 0.6, follows), &[45.0, 80.0], &LIGHTS[1..]);
+    assert!(tops < 0.3 * dropped && dropped > 0.04, "{tops} {dropped}");
 }
 
 /// Paint on slopes facing one way brightens under light from that side, and darkens under light from the other.

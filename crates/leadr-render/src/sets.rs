@@ -51,6 +51,8 @@ pub static OBJECT: SetLayout = SetLayout {
         ("coarse_color", Sampled),
         ("coarse_f0", Sampled),
         ("coarse_light", Sampled),
+        ("coarse_class_moments", Sampled),
+        ("coarse_class_colors", Sampled),
         ("Detail", Storage),
         ("detail_a", Sampled),
         ("detail_b", Sampled),

@@ -8,6 +8,7 @@
 
 struct PatchLink {
     uvec4 neighbors; // patches beyond the sides v=0, u=1, v=1, u=0, as patch << 2 | side
+    uvec4 turns;     // x: quarter turns to the directions that are aligned with those of the neighbours
     vec4 gradient_transforms[8];   // two per side, at the corners: each rotates the neighbour's gradients into this patch
 };
 
@@ -75,6 +76,14 @@ AtlasPoint point_across_borders(uint index, vec2 at) {
     return point;
 }
 
+// Returns the matrix that converts slopes along the sides of a patch to slopes along its aligned directions.
+mat2 aligned_slopes(const uint index) {
+    uint turn = links[index].turns.x;
+    vec2 s = (turn & 1u) == 0u ? vec2(1.0, 0.0) : vec2(0.0, 1.0);
+    s = turn < 2u ? s : -s;
+    return transpose(mat2(s, vec2(-s.y, s.x)));
+}
+
 // Describes how a level of detail blends the mips of a tile with two coarse levels, and where the two levels lie in the coarse images.
 struct Levels {
     float mip;
@@ -121,6 +130,22 @@ vec4 coarse_part(sampler2D coarse, const AtlasPoint point, const Levels levels) 
     vec4 first = textureLod(coarse, coarse_texel(point, levels.first) / size, 0.0);
     vec4 second = textureLod(coarse, coarse_texel(point, levels.first + 1u) / size, 0.0);
     return mix(first, second, levels.second) * (1.0 - levels.fine);
+}
+
+// Returns a layer of the mix. The tile's mip is read at the texture coordinate `fine_at`, at the level `mip`.
+vec4 layer_mix(sampler2DArray fine, sampler2DArray coarse, const int layer, const vec2 fine_at, const float mip, const AtlasPoint point,
+               const Levels levels) {
+    vec4 mixed = vec4(0.0);
+    if (levels.fine > 0.0) {
+        mixed = textureLod(fine, vec3(fine_at, float(layer)), mip) * levels.fine;
+    }
+    if (levels.fine < 1.0) {
+        vec2 size = vec2(textureSize(coarse, 0).xy);
+        vec4 first = textureLod(coarse, vec3(coarse_texel(point, levels.first) / size, float(layer)), 0.0);
+        vec4 second = textureLod(coarse, vec3(coarse_texel(point, levels.first + 1u) / size, float(layer)), 0.0);
+        mixed += mix(first, second, levels.second) * (1.0 - levels.fine);
+    }
+    return mixed;
 }
 
 vec4 level_mix(sampler2D fine, sampler2D coarse, const AtlasPoint point, const Levels levels) {

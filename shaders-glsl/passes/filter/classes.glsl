@@ -9,6 +9,9 @@
 layout(set = 2) uniform sampler2DArray class_moments;
 // For each class, its weight times (colour, alpha^2). One more layer has the weights. The finest levels of large maps are left out.
 layout(set = 2) uniform sampler2DArray class_colors;
+// The coarse levels of both for an atlas (atlas.glsl).
+layout(set = 2) uniform sampler2DArray coarse_class_moments;
+layout(set = 2) uniform sampler2DArray coarse_class_colors;
 // The openness of each class (leadr_maps::derive::Openness).
 layout(set = 2) uniform sampler2D class_openness;
 layout(constant_id = 68) const bool CLASS_COLORS = false; // whether colours or roughnesses differ between classes
@@ -44,6 +47,40 @@ void add_class_colors(inout ClassMeans means, const float weight, const vec2 tex
         means.color[k] += weight * textureLod(class_colors, vec3(texcoord, float(k)), lod);
     }
     means.color_weight += weight * textureLod(class_colors, vec3(texcoord, float(CLASSES)), lod);
+}
+
+// Returns the finest level that has classes, for maps of this size in texels.
+float first_class_level(const vec2 size) {
+    return log2(size.x / float(textureSize(class_moments, 0).x));
+}
+
+// Returns the rotation between the slopes of two patches of an atlas, as rise over run along their sides. gradient converts gradients by
+// texture coordinate, and lengths are those of the tangents of the patch to which it converts.
+mat2 slope_rotation(const mat2 gradient, const vec2 lengths) {
+    vec2 s = gradient[0] / lengths, t = gradient[1] / lengths;
+    return mat2(s * inversesqrt(max(dot(s, s), 1e-30)), t * inversesqrt(max(dot(t, t), 1e-30)));
+}
+
+// Adds the classes at a point of an atlas, whose slopes are about zero and in one unit, along aligned directions. index is the patch of the
+// pixel, and size is that of the atlas in texels. Class maps may start at a coarser level.
+void add_atlas_classes(inout ClassMeans means, const float weight, const uint index, const AtlasPoint point, const Levels levels,
+                       const vec2 size, const vec2 lengths) {
+    vec2 at = (tile_start(point.index) + point.at * tile_inner()) / size;
+    float mip = levels.mip - first_class_level(size);
+    mat2 rotation = aligned_slopes(index) * slope_rotation(point.gradient, lengths) * transpose(aligned_slopes(point.index));
+    [[unroll]] for (int k = 0; k < CLASSES; ++k) {
+        vec4 first = layer_mix(class_moments, coarse_class_moments, 2 * k, at, mip, point, levels);
+        vec4 second = layer_mix(class_moments, coarse_class_moments, 2 * k + 1, at, mip, point, levels);
+        means.first[k] += weight * vec4(first.x, rotation * first.yz, first.w);
+        means.second[k] += weight * vec4(map_second_moments(rotation, second.xyz), second.w);
+    }
+    if (CLASS_COLORS) {
+        mip = levels.mip - log2(size.x / float(textureSize(class_colors, 0).x));
+        [[unroll]] for (int k = 0; k < CLASSES; ++k) {
+            means.color[k] += weight * layer_mix(class_colors, coarse_class_colors, k, at, mip, point, levels);
+        }
+        means.color_weight += weight * layer_mix(class_colors, coarse_class_colors, CLASSES, at, mip, point, levels);
+    }
 }
 
 // Returns the moments of the slopes of all classes together: the mean, and the second moments xx, yy, xy.

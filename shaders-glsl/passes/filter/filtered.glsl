@@ -34,6 +34,7 @@ layout(constant_id = 52) const bool EMITS = false;    // the material emits ligh
 layout(constant_id = 53) const bool OCCLUDED = false; // the material has an occlusion map
 layout(constant_id = 54) const bool CHARTED = false;  // the material has its own texture coordinates
 layout(constant_id = 48) const bool EDGE_SAMPLES = true; // the pixels may be edge samples
+layout(constant_id = 70) const bool JOINS_EDGES = false; // edge samples are joined in the G-buffer
 layout(constant_id = 64) const bool BY_EXAMPLE = false; // maps are tiled without visible repeats; flat objects only
 layout(constant_id = 65) const bool GROUND = false; // open ground with drifts and paths; flat objects only
 #include "drifts.glsl"
@@ -185,7 +186,8 @@ Footprint detail_footprint(const vec2 dx, const vec2 dy, const float own) {
 }
 #include "detail.glsl"
 
-Means filter_atlas(const Footprint footprint, const uint index, const vec2 at) {
+// Filters an atlas and its classes. lengths are those of the tangents by texture coordinate.
+Means filter_atlas(const Footprint footprint, const uint index, const vec2 at, const vec2 lengths, inout ClassMeans classes) {
     Levels levels = levels_at(footprint.lod);
     Means sum = NO_MEANS;
     for (int i = 0; i < footprint.taps; ++i) {
@@ -203,6 +205,10 @@ Means filter_atlas(const Footprint footprint, const uint index, const vec2 at) {
         }
         if (REFLECTS_BY_MAP) {
             sum.f0 += level_mix(f0_map, coarse_f0, point, levels).rgb;
+        }
+        if (CLASSES > 1) {
+            add_atlas_classes(classes, 1.0 / float(footprint.taps), index, point, levels,
+                              vec2(textureSize(moments_a, 0)), lengths);
         }
     }
     float weight = 1.0 / float(footprint.taps);
@@ -610,7 +616,8 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
         }
     }
     if (ATLAS) {
-        means = filter_atlas(footprint, index, patch_uv_at(index, surface.texcoord * size));
+        vec2 lengths = vec2(length(surface.tangent_s), length(surface.tangent_t));
+        means = filter_atlas(footprint, index, patch_uv_at(index, surface.texcoord * size), max(lengths, 1e-20), classes);
     } else {
         if (USES_SLOPES && DISPLACED && TRIPLANAR) {
             filter_axis_moments(views, surface.texcoord, texcoord_across, means, parts);
@@ -740,24 +747,29 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
         filtered.cone = vec4(to_frame(frame, open), means.cone.w);
     }
     filtered.lod = footprint.level;
-    filtered.joined = ATLAS ? joined_part(footprint.across) : 0.0;
+    filtered.joined = JOINS_EDGES ? joined_part(footprint.across) : 0.0;
     filtered.relief = OBJECT.relief;
     if (CLASSES > 1) {
         // Detail and curvature are independent of the classes.
-        vec2 joined = mean_gradient;
-        if (BY_EXAMPLE) {
-            // The variants of a tiled relief are blended, so the classes move to the slope of the blend.
-            vec3 unused;
-            joined_class_moments(classes, joined, unused);
-            joined *= scale;
+        SlopeMap class_map = map;
+        if (ATLAS) {
+            mat2x3 aligned = mat2x3(normalize(surface.tangent_s), normalize(surface.tangent_t)) * transpose(aligned_slopes(index));
+            class_map = slope_map(aligned[0], aligned[1], frame.x, frame.y, frame.z);
         }
-        vec2 slope = mean_slope - map_mean_slope(map, joined);
+        vec2 joined = means.mean;
+        vec3 joined_second = means.second;
+        if (BY_EXAMPLE || ATLAS) {
+            // The variants of a tiled relief are blended, so the classes move to the slope of the blend.
+            joined_class_moments(classes, joined, joined_second);
+        }
+        vec2 slope = mean_slope - map_mean_slope(class_map, scale * joined);
         vec3 added = covariance - map_covariance(map, gradient_covariance);
         vec4 material = CLASS_COLORS ? means.color : color;
         if (!TRIPLANAR) {
-            parts = class_parts(classes, covariance_from_moments(means.mean, means.second).xy);
+            parts = class_parts(classes, ATLAS ? covariance_from_moments(joined, joined_second).xy
+                                               : covariance_from_moments(means.mean, means.second).xy);
         }
-        filtered.classes = facet_classes(parts, classes, scale, map, slope, added, material,
+        filtered.classes = facet_classes(parts, classes, scale, class_map, slope, added, material,
                                          vec4(surface.color.rgb * tinted, surface.color.a));
         if (TRIPLANAR) {
             filtered.classes.views = 0;
@@ -773,6 +785,15 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
                 vec4 own = filtered.classes.material[n];
                 vec4 covered = color_with_detail(vec4(own.rgb, own.a * own.a), covering);
                 filtered.classes.material[n] = vec4(covered.rgb, sqrt(covered.a));
+            }
+        }
+        if (ATLAS) {
+            // Footprints below the finest level of the classes have one class.
+            float one = clamp(first_class_level(size) - footprint.lod, 0.0, 1.0);
+            for (int n = 0; n < filtered.classes.count; ++n) {
+                filtered.classes.mean[n] = mix(filtered.classes.mean[n], mean_slope, one);
+                filtered.classes.covariance[n] = mix(filtered.classes.covariance[n], covariance, one);
+                filtered.classes.material[n] = mix(filtered.classes.material[n], color, one);
             }
         }
     }

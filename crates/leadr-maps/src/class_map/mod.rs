@@ -76,9 +76,29 @@ impl ClassMap {
     /// Creates the map. The classes must be those of the facets and of the material. The result does not depend on the number of
     /// threads.
     pub fn new(facets: Facets<'_>, classes: &Classes, material: Option<&ClassMaterial<'_>>) -> Self {
-        let frame = ClassFrame::new(facets, classes);
+        Self::in_frame(facets, classes, material, ClassFrame::new(facets, classes), 0)
+    }
+
+    /// Creates the map of an atlas, whose tiles lie in different directions. The slopes of all classes are about zero and in one unit, so
+    /// they can be rotated. The `skipped` finest levels are left out.
+    pub fn of_tiles(
+        facets: Facets<'_>,
+        classes: &Classes,
+        material: Option<&ClassMaterial<'_>>,
+        skipped: usize,
+    ) -> Self {
+        Self::in_frame(facets, classes, material, ClassFrame::new(facets, classes).about_zero(classes), skipped)
+    }
+
+    fn in_frame(
+        facets: Facets<'_>,
+        classes: &Classes,
+        material: Option<&ClassMaterial<'_>>,
+        frame: ClassFrame,
+        skipped: usize,
+    ) -> Self {
         let source = ClassRows::new(facets, classes, material, &frame);
-        let levels = filtered(source.size, 2 * classes.count(), 0, |rows| source.rows(rows));
+        let levels = filtered(source.size, 2 * classes.count(), skipped, |rows| source.rows(rows));
         Self { centers: frame.centers, units: frame.units, levels }
     }
 
@@ -351,6 +371,15 @@ impl ClassFrame {
         };
         let units = [unit(square.x, most.x), unit(square.y, most.y), unit(square.z, most.z)];
         Self { centers: centers.into_iter().map(|center| center.as_vec3().into()).collect(), units }
+    }
+
+    /// Moves the slopes of all centres to zero, and makes the units of both slopes equal.
+    fn about_zero(self, classes: &Classes) -> Self {
+        let square = |class: &Class| class.share * (class.covariance.truncate() + class.mean * class.mean);
+        let squares: DVec2 = classes.sampled([1.0; 2]).iter().map(square).sum();
+        let [s, t, h] = self.units;
+        let unit = s.max(t).max(squares.max_element().sqrt() as f32);
+        Self { centers: self.centers.iter().map(|[_, _, z]| [0.0, 0.0, *z]).collect(), units: [unit, unit, h] }
     }
 }
 

@@ -19,6 +19,6 @@ pub(crate) use classes::{CORNERS, Cell, Facet, FacetsAt, MaterialAt};
 pub use classes::{ClassMaterial, Classes, Facets, classes, classes_of_count};
 pub use heights::{Integrated, Integration, heights_of_slopes};
 pub use occlusion::{About, SLICES, VisibilityMap, visibility};
-pub use openness::{OPENNESS_SIDE, Openness};
+pub use openness::{OPENNESS_SIDE, Openness, OpennessWindow, WindowFacet};
 pub use slopes::{Difference, SlopeFaults, Slopes, slopes_of_heights};
 pub use usual::{USUAL_HEIGHT, USUAL_SLOPE, usual_scale, usual_scale_of_slope};

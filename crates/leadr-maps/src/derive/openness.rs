@@ -13,8 +13,8 @@ use leadr_reflectance::masking::classes::MOST_CLASSES;
 use rayon::prelude::*;
 
 use super::classes::{Cell, ClassMaterial, Classes, Facet, Facets};
-use crate::Wrap;
 use crate::cache::{expect_all, put, take};
+use crate::{HeightMap, Moments, Wrap};
 
 /// The number of texels along one side of a table.
 pub const OPENNESS_SIDE: usize = 32;
@@ -54,6 +54,36 @@ pub struct Openness {
     pub texels: Vec<[f16; MOST_CLASSES]>,
 }
 
+/// A part of a surface, and the heights around it, for a surface whose relief is not a single map. Texture coordinates are those of the
+/// heights.
+pub struct OpennessWindow {
+    /// The heights of the part and of its surroundings, as a square.
+    pub heights: HeightMap,
+    /// Facets of the part. The slopes are per unit of texture coordinate.
+    pub facets: Vec<WindowFacet>,
+}
+
+/// A facet of an [`OpennessWindow`].
+pub struct WindowFacet {
+    /// The texture coordinate.
+    pub at: [f64; 2],
+    /// The slopes and the height.
+    pub moments: Moments,
+    /// The texture coordinate in the material of the classes.
+    pub material_at: [f64; 2],
+}
+
+/// A facet that is measured.
+struct Sampled {
+    class: usize,
+    /// The number of the field in which its rays march.
+    field: usize,
+    /// The texture coordinate in the field.
+    at: DVec2,
+    /// The slopes and the height.
+    facet: DVec3,
+}
+
 /// The measured openness by azimuth and elevation.
 type Polar = Vec<[f64; MOST_CLASSES]>;
 
@@ -69,8 +99,36 @@ impl Openness {
         upside_down: bool,
     ) -> Self {
         let field = Field::new(facets, wrap, if upside_down { -1.0 } else { 1.0 });
-        let unit = DVec2::new(f64::from(units[0]), f64::from(units[1]));
         let sampled = field.sampled(facets, classes, material);
+        Self::of_sampled(&[field], &sampled, units)
+    }
+
+    /// Measures the openness of a relief in some of its parts, like [`new`](Self::new).
+    pub fn of_windows(
+        windows: &[OpennessWindow],
+        classes: &Classes,
+        material: Option<&ClassMaterial<'_>>,
+        units: [f32; 3],
+        upside_down: bool,
+    ) -> Self {
+        let sign = if upside_down { -1.0 } else { 1.0 };
+        let of_heights = |window: &OpennessWindow| {
+            let HeightMap { width, height, texels } = &window.heights;
+            Field::of([*width, *height].map(|side| side as usize), Wrap::Clamp, sign, |i| texels[i])
+        };
+        let fields: Vec<Field> = windows.par_iter().map(of_heights).collect();
+        let material = classes.material(material);
+        let facet = |(field, WindowFacet { at, moments, material_at }): (usize, &WindowFacet)| {
+            let facet = Facet { material: material.at(*material_at), ..Facet::of_texel(moments) };
+            let class = classes.of(&facet).min(MOST_CLASSES - 1);
+            Sampled { class, field, at: DVec2::from(*at), facet: sign * facet.point }
+        };
+        let all = windows.iter().enumerate().flat_map(|(i, window)| window.facets.iter().map(move |facet| (i, facet)));
+        Self::of_sampled(&fields, &all.map(facet).collect::<Vec<_>>(), units)
+    }
+
+    fn of_sampled(fields: &[Field], sampled: &[Sampled], units: [f32; 3]) -> Self {
+        let unit = DVec2::new(f64::from(units[0]), f64::from(units[1]));
         let alongs: Vec<DVec2> = (0..AZIMUTHS)
             .map(|i| {
                 let angle = 2.0 * PI * i as f64 / AZIMUTHS as f64;
@@ -80,11 +138,14 @@ impl Openness {
         let most = distance(ELEVATIONS - 1);
         let reaches: Vec<Vec<f64>> = alongs
             .par_iter()
-            .map(|along| sampled.iter().map(|(_, at, facet)| field.reach(*at, facet.z, *along, most)).collect())
+            .map(|along| {
+                let reach = |s: &Sampled| fields[s.field].reach(s.at, s.facet.z, *along, most);
+                sampled.iter().map(reach).collect()
+            })
             .collect();
         let rows = alongs.par_iter().zip(&reaches).map(|(along, reaches)| {
             let mut sums = [[[0.0; 2]; MOST_CLASSES]; ELEVATIONS];
-            for ((class, _, facet), reach) in sampled.iter().zip(reaches) {
+            for (Sampled { class, facet, .. }, reach) in sampled.iter().zip(reaches) {
                 let slope = along.dot(facet.truncate());
                 for (row, sums) in sums.iter_mut().enumerate() {
                     let q = distance(row);
@@ -112,9 +173,9 @@ impl Openness {
         let correlation = std::array::from_fn(|class| {
             let seen = |(i, reaches): (usize, &Vec<f64>)| {
                 let along = alongs[i * CORRELATED_STEP];
-                let facets = sampled.iter().zip(reaches).filter(|((of, ..), _)| *of == class);
+                let facets = sampled.iter().zip(reaches).filter(|(sampled, _)| sampled.class == class);
                 let facets: Vec<(f64, f64)> =
-                    facets.map(|((_, _, facet), reach)| (along.dot(facet.truncate()), *reach)).collect();
+                    facets.map(|(sampled, reach)| (along.dot(sampled.facet.truncate()), *reach)).collect();
                 CORRELATED_ROWS.map(|row| {
                     let q = distance(row);
                     let of_facet = |&(slope, reach): &(f64, f64)| ((1.0 - q * slope).max(0.0), q < reach);
@@ -311,11 +372,15 @@ impl Field {
     pub(super) fn new(facets: Facets<'_>, wrap: Wrap, sign: f64) -> Self {
         let size = facets.size(None).map(|side| side as usize);
         let height = |i: usize| match facets {
-            Facets::OfHeights(map, _) => sign as f32 * map.texels[i],
-            Facets::OfTexels(level) => sign as f32 * level.texels[i].height,
+            Facets::OfHeights(map, _) => map.texels[i],
+            Facets::OfTexels(level) => level.texels[i].height,
             Facets::Flat => 0.0,
         };
-        let first = Level::new(size, wrap, height);
+        Self::of(size, wrap, sign, height)
+    }
+
+    fn of(size: [usize; 2], wrap: Wrap, sign: f64, height: impl Fn(usize) -> f32) -> Self {
+        let first = Level::new(size, wrap, |i| sign as f32 * height(i));
         let top = f64::from(first.heights.iter().copied().fold(f32::NEG_INFINITY, f32::max));
         let mut levels = vec![first];
         while let Some(last) = levels.last().filter(|last| last.size.iter().all(|side| *side >= 8)) {
@@ -324,13 +389,8 @@ impl Field {
         Self { levels, top, sign, wrap }
     }
 
-    /// Returns facets from all parts of the map: their class, their texture coordinate, and their slope and height at this coordinate.
-    fn sampled(
-        &self,
-        facets: Facets<'_>,
-        classes: &Classes,
-        material: Option<&ClassMaterial<'_>>,
-    ) -> Vec<(usize, DVec2, DVec3)> {
+    /// Returns facets from all parts of the map.
+    fn sampled(&self, facets: Facets<'_>, classes: &Classes, material: Option<&ClassMaterial<'_>>) -> Vec<Sampled> {
         let material = classes.material(material);
         let size = DVec2::from(self.levels[0].size.map(|side| side as f64));
         let mut counts = [0; MOST_CLASSES];
@@ -343,7 +403,8 @@ impl Field {
             let class = classes.of(&facet).min(MOST_CLASSES - 1);
             if counts[class] < MOST_OF_CLASS {
                 counts[class] += 1;
-                sampled.push((class, at / size, self.sign * facet.point.truncate().extend(height)));
+                let facet = self.sign * facet.point.truncate().extend(height);
+                sampled.push(Sampled { class, field: 0, at: at / size, facet });
             }
         }
         sampled

@@ -148,6 +148,7 @@ impl FilterPass {
             ("RISE_OVER_RUN", SpecValue::Bool(kind.rise_over_run)),
             ("PLAIN", SpecValue::Bool(kind.plain)),
             ("RELIEF_DRAWN", SpecValue::Bool(relief_drawn)),
+            ("JOINS_EDGES", SpecValue::Bool(kind.tiled && !kind.has_classes())),
             ("EDGE_SAMPLES", SpecValue::Bool(into.reads_edges())),
             ("DETAIL", SpecValue::U32(kind.detail.mapping)),
             ("DETAIL_COLORS", SpecValue::U32(kind.detail.colors)),

@@ -193,7 +193,7 @@ shading_options! {
     ];
     /// Whether colours that follow the heights or slopes of the relief separate classes of facets, so that they are weighted by what is
     /// visible and lit. Scenes pass this option to [`Object::with_relief_color`](crate::scene::Object::with_relief_color), before the
-    /// classes are found; the renderer does not read it. Atlases, and materials with charts keep the mean colour.
+    /// classes are found; the renderer does not read it. Materials with charts keep the mean colour.
     /// This effect is not in the LEADR paper.
     relief_color: bool = false => [
         row(shading("relief-color", "on|off", "Weight colours that follow heights or slopes by what is visible and lit").called("colours follow bumps"),

@@ -345,7 +345,7 @@ impl ObjectMaps {
     fn bindings<'a>(&'a self, classes: &'a ClassImages) -> Vec<(&'static str, Descriptor<'a>)> {
         let Self { leadr, horizons, atlas, material, detail, sampler, of_coarse_levels, .. } = self;
         let [colors, emission, occlusion, opacity] = &material.samplers;
-        let images: [(&str, &Image, &Sampler); 22] = [
+        let images: [(&str, &Image, &Sampler); 24] = [
             ("height_map", &leadr.heights, sampler),
             ("moments_a", &leadr.slopes, sampler),
             ("moments_b", &leadr.joint, sampler),
@@ -364,6 +364,8 @@ impl ObjectMaps {
             ("coarse_color", &atlas.color, of_coarse_levels),
             ("coarse_f0", &atlas.f0, of_coarse_levels),
             ("coarse_light", &atlas.light, of_coarse_levels),
+            ("coarse_class_moments", &classes.coarse_moments, of_coarse_levels),
+            ("coarse_class_colors", &classes.coarse_colors, of_coarse_levels),
             ("detail_a", &detail.maps.slopes, &detail.sampler),
             ("detail_b", &detail.maps.joint, &detail.sampler),
             ("detail_colors", &detail.material.color, &detail.sampler),

@@ -18,7 +18,8 @@ use crate::passes::targets::{GeometryTargets, VisibleSurface};
 use crate::scene::{FrameState, Object, Pose};
 use crate::settings::{Needs, RenderSettings};
 use crate::surfaces::budget::Room;
-use crate::surfaces::classes::{ClassImages, ClassSources, FoundClasses, ObjectClasses, SceneClasses};
+use crate::surfaces::classes::{ClassAtlas, ClassImages, ClassSources, FoundClasses, ObjectClasses, SceneClasses};
+use crate::surfaces::displacement::Border;
 use crate::surfaces::divided::{DividedObject, DivisionBuffers};
 use crate::surfaces::material::Bases;
 use crate::surfaces::moments::MomentFormat;
@@ -229,7 +230,12 @@ impl Mesh {
     fn add_classes(&self, gpu: &Arc<Gpu>, classes: ObjectClasses, none: &ClassImages) -> Result<()> {
         let objects = std::iter::once(&self.fine).chain(&self.coarse).map(|level| &level.object);
         let kinds: Vec<_> = objects.clone().map(|object| object.kind.with_classes(&classes)).collect();
-        let images = ClassImages::new(gpu, &self.fine.object.object.name, classes, none)?;
+        let GpuObject { object, topology, .. } = &*self.fine.object;
+        let atlas = match object.heights.as_ref().map(|field| field.border) {
+            Some(Border::Tiles(layout)) => Some(ClassAtlas { mesh: &object.mesh, topology, layout }),
+            _ => None,
+        };
+        let images = ClassImages::new(gpu, &object.name, classes, atlas, none)?;
         objects.zip(kinds).try_for_each(|(object, kind)| object.add_classes(gpu, kind, images.clone()))
     }
 
@@ -500,9 +506,9 @@ impl DrawnSurface for PreparedMeshes {
     }
 
     fn draw_filter(&self, cmd: &mut Commands, visible: &VisibleSurface, view: &View, light: Option<&ResourceSet>) {
-        // Edge samples of tiles are joined in the G-buffer. Other edge samples are only shaded.
+        // Edge samples of objects with several classes are only shaded.
         let of_edges = matches!(view.samples, Samples::Edges { .. }) && self.shades_classes();
-        let is_needed = |posed: &PosedObject| !of_edges || !posed.has_classes() || posed.object.kind.tiled;
+        let is_needed = |posed: &PosedObject| !of_edges || !posed.has_classes();
         let seen = self.meshes.iter().filter(|mesh| mesh.camera.patches > 0 && is_needed(&mesh.posed));
         let drawn = seen.map(|mesh| mesh.seen(&self.views));
         self.passes.filter.draw(cmd, visible, view, drawn, light);

@@ -7,6 +7,7 @@
 
 use glam::{Vec2, Vec3};
 
+use super::turns::turned_tangents;
 use crate::surfaces::patch::Patch;
 use crate::surfaces::patch_mesh::{PatchMesh, TileLayout};
 
@@ -54,6 +55,18 @@ impl AtlasFrames {
         let corners = [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y];
         let corners = patches.iter().map(|patch| corners.map(|uv| frame(patch, per_texture, uv))).collect();
         Self { patches, corners, per_texture }
+    }
+
+    /// Returns the frames whose tangents have unit length and are turned by these numbers of quarter turns.
+    #[must_use]
+    pub fn aligned(mut self, turns: &[u32]) -> Self {
+        for (corners, turn) in self.corners.iter_mut().zip(turns) {
+            for frame in corners {
+                let [s, t] = turned_tangents(frame.tangents.map(Vec3::normalize_or_zero), *turn);
+                *frame = TextureFrame::new(s, t);
+            }
+        }
+        self
     }
 
     /// Returns the frame at a corner of a patch.
@@ -127,6 +140,26 @@ impl Carried for [f32; 5] {
     }
 }
 
+/// The moments of a class of facets, `w` times `1, x, y, z, xx, yy, xy, zz`, with the slopes `x` and `y`. The share `w` and the height `z` are the
+/// same in all patches.
+impl Carried for [f32; 8] {
+    type Common = [f32; 12];
+
+    fn lift(&self, frame: &TextureFrame) -> [f32; 12] {
+        let [w, x, y, z, xx, yy, xy, zz] = *self;
+        let mut common = [0.0; 12];
+        common[..9].copy_from_slice(&[x, y, xx, yy, xy].lift(frame));
+        common[9..].copy_from_slice(&[w, z, zz]);
+        common
+    }
+
+    fn land(common: &[f32; 12], frame: &TextureFrame) -> Self {
+        let [slopes @ .., w, z, zz] = *common;
+        let [x, y, xx, yy, xy] = <[f32; 5]>::land(&slopes, frame);
+        [w, x, y, z, xx, yy, xy, zz]
+    }
+}
+
 /// Colours are the same in all patches.
 impl Carried for [f32; 4] {
     type Common = [f32; 4];
@@ -175,6 +208,16 @@ mod tests {
             assert!((back[i] - own[i]).abs() < 1e-5, "{back:?} {own:?}");
             assert!((landed[i] - transformed[i]).abs() < 1e-5, "{landed:?} {transformed:?}");
         }
+    }
+
+    #[test]
+    fn classes_rotate_as_their_slopes_do() {
+        let frame = TextureFrame::new(Vec3::X, Vec3::Y);
+        let rotated = TextureFrame::new(Vec3::NEG_Y, Vec3::X);
+        let of_class = [0.5f32, 0.2, 0.05, 0.3, 0.4, 0.1, 0.02, 0.7];
+        let found = <[f32; 8]>::land(&of_class.lift(&frame), &rotated);
+        let expected = [0.5, -0.05, 0.2, 0.3, 0.1, 0.4, -0.02, 0.7];
+        assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-6), "{found:?}");
     }
 
     #[test]

@@ -13,6 +13,7 @@
 pub mod frames;
 pub mod levels;
 pub mod tiles;
+pub mod turns;
 
 use std::sync::Arc;
 
@@ -21,6 +22,7 @@ use rayon::prelude::*;
 
 use self::frames::{AtlasFrames, gradient_transform};
 use self::levels::{CoarseShape, Star, coarse_levels};
+use self::turns::quarter_turns;
 use super::material::{Codes, HALF_FORMAT, MaterialImages};
 use super::moments::LeadrMapGpu;
 use super::patch_mesh::{PatchMesh, TileLayout};
@@ -47,6 +49,8 @@ shared_struct! {
     pub struct PatchLinkGpu for "PatchLink" {
         /// `patch << 2 | side` of the neighbour across each side, or [`NO_NEIGHBOR`].
         neighbors: [u32; 4],
+        /// The [quarter turns](turns) of the patch, then zeros.
+        turns: [u32; 4],
         /// The columns of the matrix that converts the neighbour's gradients to the patch's coordinates, at the first and second
         /// corner of each side.
         gradient_transforms: [[[f32; 4]; 2]; 4],
@@ -75,7 +79,7 @@ impl AtlasGpu {
     pub fn none(gpu: &Arc<Gpu>) -> Result<Self> {
         let image = |what: &str, format| placeholder(gpu, &format!("no coarse {what}"), format);
         Ok(Self {
-            links: Buffer::from_slice(gpu, "no links", &[0u32; 40])?,
+            links: Buffer::from_slice(gpu, "no links", &[0u32; 44])?,
             slopes: image("slopes", Format::R32G32B32A32_SFLOAT)?,
             joint: image("joint", Format::R32_SFLOAT)?,
             color: image("colour", HALF_FORMAT)?,
@@ -146,11 +150,15 @@ impl AtlasGpu {
             }
         }
 
+        let turns = quarter_turns(&star.neighbors);
         let links: Vec<PatchLinkGpu> = (0..mesh.patches.len())
             .into_par_iter()
             .map(|patch| {
-                let mut link =
-                    PatchLinkGpu { neighbors: [NO_NEIGHBOR; 4], gradient_transforms: [[[1.0, 0.0, 0.0, 1.0]; 2]; 4] };
+                let mut link = PatchLinkGpu {
+                    neighbors: [NO_NEIGHBOR; 4],
+                    turns: [turns[patch], 0, 0, 0],
+                    gradient_transforms: [[[1.0, 0.0, 0.0, 1.0]; 2]; 4],
+                };
                 for (side, neighbor) in star.neighbors[patch].iter().enumerate() {
                     let &Some((other, beside)) = neighbor else { continue };
                     link.neighbors[side] = other << 2 | u32::from(beside);

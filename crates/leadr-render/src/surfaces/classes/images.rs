@@ -10,6 +10,12 @@ use leadr_maps::{ClassLevel, ClassMap};
 use leadr_reflectance::masking::classes::{Class, MOST_CLASSES};
 
 use super::ObjectClasses;
+use crate::constants::SOURCE_LEVEL;
+use crate::surfaces::atlas::frames::AtlasFrames;
+use crate::surfaces::atlas::levels::{CoarseShape, Star, coarse_levels};
+use crate::surfaces::atlas::turns::quarter_turns;
+use crate::surfaces::patch_mesh::{PatchMesh, TileLayout};
+use crate::surfaces::topology::Topology;
 
 /// The format of the moments and of the weighted colours.
 const FORMAT: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
@@ -26,6 +32,10 @@ pub struct ClassImages {
     pub moments: Image,
     /// The weighted colours of each class, and the weights.
     pub colors: Image,
+    /// The coarse levels of the moments and of the weighted colours of an atlas.
+    pub coarse_moments: Image,
+    /// See `coarse_moments`.
+    pub coarse_colors: Image,
     /// The [openness](Openness) of each class.
     pub open: Image,
     /// The centres of the classes.
@@ -48,12 +58,24 @@ impl ClassImages {
         let open = Image::new(gpu, "no class openness", ImageDesc::new(FORMAT, 1, 1))?;
         open.write(0, 0, &[[f16::ONE; 4]])?;
         let (moments, colors) = (image("no class moments")?, image("no class colours")?);
+        let (coarse_moments, coarse_colors) = (moments.clone(), colors.clone());
         let (centers, sky_depths) = ([[0.0; 4]; MOST_CLASSES], [[0.0; MOST_CLASSES]; FACTORS]);
-        Ok(Self { moments, colors, open, centers, unit: [1.0; 4], correlation: [1.0; MOST_CLASSES], sky_depths })
+        let (unit, correlation) = ([1.0; 4], [1.0; MOST_CLASSES]);
+        Ok(Self { moments, colors, coarse_moments, coarse_colors, open, centers, unit, correlation, sky_depths })
     }
 
-    /// Uploads the classes of an object.
-    pub fn new(gpu: &Arc<Gpu>, name: &str, classes: ObjectClasses, none: &Self) -> Result<Self> {
+    /// Uploads the classes of an object. `atlas` describes the tiles of its maps, if they are an atlas.
+    pub fn new(
+        gpu: &Arc<Gpu>,
+        name: &str,
+        classes: ObjectClasses,
+        atlas: Option<ClassAtlas<'_>>,
+        none: &Self,
+    ) -> Result<Self> {
+        let [coarse_moments, coarse_colors] = match atlas {
+            Some(atlas) => atlas.coarse_levels(gpu, name, &classes, none)?,
+            None => [none.coarse_moments.clone(), none.coarse_colors.clone()],
+        };
         let is_smooth = classes.map.levels.is_empty();
         let sky_depths =
             if is_smooth { none.sky_depths } else { FACTOR_RANGE.map(|factor| classes.sky_depths(factor)) };
@@ -74,7 +96,7 @@ impl ClassImages {
         let table = Image::new(gpu, &format!("{name} class openness"), ImageDesc::new(FORMAT, side, side))?;
         table.write(0, 0, &open.texels)?;
         let correlation = open.correlation.map(|c| c as f32);
-        Ok(Self { moments, colors, open: table, centers, unit, correlation, sky_depths })
+        Ok(Self { moments, colors, coarse_moments, coarse_colors, open: table, centers, unit, correlation, sky_depths })
     }
 
     /// Returns the optical depth of each class towards the sky, if a factor multiplies the height scale.
@@ -86,6 +108,69 @@ impl ClassImages {
             let [low, high] = [first, first + 1].map(|i| self.sky_depths[i][k]);
             low + part * (high - low)
         })
+    }
+}
+
+/// The tiles of an object whose maps are an atlas.
+pub struct ClassAtlas<'a> {
+    /// The mesh of the patches.
+    pub mesh: &'a PatchMesh,
+    /// The edges of the mesh.
+    pub topology: &'a Topology,
+    /// The layout of the tiles.
+    pub layout: TileLayout,
+}
+
+impl ClassAtlas<'_> {
+    /// Creates the images with the coarse levels of the moments and of the colours.
+    fn coarse_levels(
+        &self,
+        gpu: &Arc<Gpu>,
+        name: &str,
+        classes: &ObjectClasses,
+        none: &ClassImages,
+    ) -> Result<[Image; 2]> {
+        let Self { mesh, topology, layout } = *self;
+        let star = Star::new(mesh, topology.neighbors());
+        let frames = AtlasFrames::new(mesh, layout).aligned(&quarter_turns(&star.neighbors));
+        let shape = CoarseShape::new(layout);
+        let [width, height] = shape.size();
+        let image = |what: &str, layers: usize| {
+            let desc = ImageDesc::new(FORMAT, width, height).layers(layers as u32);
+            Image::new(gpu, &format!("{name} coarse class {what}"), desc)
+        };
+        let halves =
+            |texels: Vec<[f32; 4]>| texels.into_iter().map(|texel| texel.map(f16::from_f32)).collect::<Vec<_>>();
+        let floats = |texel: &[f16; 4]| texel.map(f16::to_f32);
+        // The levels may start at a coarser level than the atlas.
+        let source = |levels: &'_ [ClassLevel]| {
+            let skipped = (layout.size().0 / levels[0].width).ilog2();
+            SOURCE_LEVEL.saturating_sub(skipped) as usize
+        };
+        let ClassLevel { layers, .. } = &classes.map.levels[source(&classes.map.levels)];
+        let moments = image("moments", layers.len())?;
+        for (pair, layers) in (0..).step_by(2).zip(layers.chunks_exact(2)) {
+            let texel = |(first, second): (&[f16; 4], &[f16; 4])| {
+                let mut texel = [0.0; 8];
+                texel[..4].copy_from_slice(&floats(first));
+                texel[4..].copy_from_slice(&floats(second));
+                texel
+            };
+            let texels: Vec<[f32; 8]> = layers[0].iter().zip(&layers[1]).map(texel).collect();
+            let levels = coarse_levels(&star, &frames, shape, &texels);
+            for (layer, half) in (pair..pair + 2).zip([0, 4]) {
+                let part = |texel: &[f32; 8]| std::array::from_fn(|i| texel[half + i]);
+                moments.write(0, layer, &halves(levels.iter().map(part).collect()))?;
+            }
+        }
+        let Some(colors) = &classes.colors else { return Ok([moments, none.coarse_colors.clone()]) };
+        let ClassLevel { layers, .. } = &colors.levels[source(&colors.levels)];
+        let image = image("colours", layers.len())?;
+        for (number, layer) in (0..).zip(layers) {
+            let texels: Vec<[f32; 4]> = layer.iter().map(floats).collect();
+            image.write(0, number, &halves(coarse_levels(&star, &frames, shape, &texels)))?;
+        }
+        Ok([moments, image])
     }
 }
 

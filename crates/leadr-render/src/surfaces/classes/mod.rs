@@ -6,6 +6,7 @@
 
 mod images;
 mod sources;
+mod tiles;
 
 use std::convert::Infallible;
 
@@ -18,7 +19,7 @@ use rayon::prelude::*;
 
 use crate::scene::Object;
 
-pub use images::ClassImages;
+pub use images::{ClassAtlas, ClassImages};
 pub use sources::ClassSources;
 
 /// The ratio of the `α²` of two classes from which pixels at their border look blurred if a single row of taps filters them.
@@ -204,8 +205,8 @@ fn smooth(count: usize) -> (ClassMap, Openness) {
 mod tests {
     use super::*;
     use crate::scene::MaterialMap;
-    use crate::surfaces::displacement::HeightField;
-    use crate::surfaces::patch_mesh::PatchMesh;
+    use crate::surfaces::displacement::{Border, HeightField};
+    use crate::surfaces::patch_mesh::{PatchMesh, TileLayout};
     use glam::{Vec2, Vec3};
     use leadr_maps::HeightMap;
 
@@ -223,6 +224,32 @@ mod tests {
             |i: u32| f32::from(u8::from((i / 8 + i / 256).is_multiple_of(2))) + 0.01 * ((i * 7919) % 13) as f32;
         let map = HeightMap { width: 32, height: 32, texels: (0..1024).map(height).collect() };
         Object::new("blocks", mesh).with_heights(HeightField::repeating(map), 0.05)
+    }
+
+    /// The blocks in an atlas with one patch.
+    fn tiled_blocks() -> Object {
+        let layout = TileLayout::new(1, 32);
+        let (width, height) = layout.size();
+        let Object { mesh, heights, height_scale, .. } = blocks();
+        let blocks = heights.map(|field| field.map.texels).unwrap_or_default();
+        let texels = (0..width * height).map(|i| blocks[(i / width * 32 + i % width % 32) as usize]).collect();
+        let heights = HeightField { map: HeightMap { width, height, texels }, border: Border::Tiles(layout) };
+        Object::new("tiles", PatchMesh { texcoords: vec![layout.texcoords(0)], ..mesh })
+            .with_heights(heights, height_scale)
+    }
+
+    #[test]
+    fn an_atlas_has_the_classes_of_its_relief() {
+        let [plain, tiled] = [blocks(), tiled_blocks()].map(|object| found(&object, None, None).unwrap());
+        assert_eq!(tiled.map.levels[0].width, 128);
+        let rise = |classes: &ObjectClasses| {
+            let square = |class: Class| class.share * (class.covariance.truncate() + class.mean * class.mean);
+            classes.map.mean().into_iter().map(square).sum::<DVec2>() * classes.slope_scale * classes.slope_scale
+        };
+        // The patch has 28 texels per metre, and the plain map has 32. One of its four steps is at the border, which the patch lacks.
+        let ratio = rise(&tiled) / rise(&plain) * (32.0f64 / 28.0).powi(2);
+        assert!(ratio.cmpgt(DVec2::splat(0.7)).all() && ratio.cmplt(DVec2::splat(1.05)).all(), "{ratio}");
+        assert!(tiled.map.centers.iter().all(|[s, t, _]| [*s, *t] == [0.0; 2]));
     }
 
     fn rough(object: Object, alpha: impl Fn(usize) -> u8) -> Object {
@@ -257,6 +284,7 @@ mod tests {
             rough(blocks(), two_roughnesses),
             flat(rough(blocks(), two_roughnesses)),
             even(rough(blocks(), two_roughnesses)),
+            tiled_blocks(),
         ];
         for (i, object) in objects.iter().enumerate() {
             let exact = found(object, None, None);

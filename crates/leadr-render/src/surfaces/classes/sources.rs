@@ -7,6 +7,7 @@ use leadr_maps::checksum::checksum;
 use leadr_maps::derive::{ClassMaterial, Facets, Openness, classes};
 use leadr_maps::{CLASS_SOURCES, ClassColors, ClassMap, HeightMap, MomentLevel, Moments, Wrap};
 
+use super::tiles::{AtlasRelief, AtlasSurface};
 use super::{ObjectClasses, StoredClasses, smooth};
 use crate::scene::{MaterialMap, Object};
 use crate::surfaces::displacement::Border;
@@ -35,6 +36,8 @@ pub struct ClassSources<'a> {
 struct Relief<'a> {
     heights: Cow<'a, HeightMap>,
     wrap: Wrap,
+    /// The surface, if the maps are an atlas.
+    atlas: Option<AtlasSurface<'a>>,
     slopes: Option<Cow<'a, [[f32; 2]]>>,
     spread: Option<Cow<'a, [[f32; 3]]>>,
     /// The finest moments of a baked file.
@@ -49,7 +52,7 @@ struct Material<'a> {
 
 impl<'a> ClassSources<'a> {
     /// Returns the sources of an object that still holds its maps. `stored` are the classes of its file. Returns `None` if one class
-    /// describes every such surface, or if the maps are an atlas.
+    /// describes every such surface, or if the maps are a large atlas.
     pub fn of(object: &'a Object, stored: Option<StoredClasses>) -> Option<Self> {
         let field = object.heights.as_ref();
         let has_relief = field.is_some_and(|field| object.height_scale != 0.0 && !is_constant(&field.map.texels));
@@ -62,14 +65,15 @@ impl<'a> ClassSources<'a> {
             return None;
         }
         let relief = field.map(|field| {
-            let wrap = match field.border {
-                Border::Wrap => Wrap::Repeat,
-                Border::Clamp => Wrap::Clamp,
-                Border::Tiles(_) => return None,
+            let (wrap, atlas) = match field.border {
+                Border::Wrap => (Wrap::Repeat, None),
+                Border::Clamp => (Wrap::Clamp, None),
+                Border::Tiles(layout) => (Wrap::Clamp, Some(AtlasSurface::new(&object.mesh, layout)?)),
             };
             Some(Relief {
                 heights: Cow::Borrowed(&field.map),
                 wrap,
+                atlas,
                 slopes: object.slopes.as_deref().map(Cow::Borrowed),
                 spread: object.slope_spread.as_deref().map(Cow::Borrowed),
                 moments: object.moments.as_ref().and_then(|moments| moments.levels.first()).map(Cow::Borrowed),
@@ -79,7 +83,9 @@ impl<'a> ClassSources<'a> {
             Some(relief) => Some(relief?),
             None => None,
         };
-        let rise_over_run = object.mesh.triangles && object.slopes.is_some();
+        let is_atlas = relief.as_ref().is_some_and(|relief| relief.atlas.is_some());
+        let rise_over_run = is_atlas || object.mesh.triangles && object.slopes.is_some();
+        let stored = stored.filter(|_| !is_atlas);
         let repeat = if relief.is_none() || rise_over_run { DVec2::ONE } else { metres_per_repeat(&object.mesh)? };
         let scale = f64::from(object.height_scale) / repeat;
         Some(Self { relief, has_relief, material, scale, upside_down: object.height_scale < 0.0, stored })
@@ -88,9 +94,10 @@ impl<'a> ClassSources<'a> {
     /// Copies the maps.
     pub fn into_owned(self) -> ClassSources<'static> {
         let Self { relief, has_relief, material, scale, upside_down, stored } = self;
-        let relief = relief.map(|Relief { heights, wrap, slopes, spread, moments }| Relief {
+        let relief = relief.map(|Relief { heights, wrap, atlas, slopes, spread, moments }| Relief {
             heights: Cow::Owned(heights.into_owned()),
             wrap,
+            atlas: atlas.map(AtlasSurface::into_owned),
             slopes: slopes.map(|slopes| Cow::Owned(slopes.into_owned())),
             spread: spread.map(|spread| Cow::Owned(spread.into_owned())),
             moments: moments.map(|moments| Cow::Owned(moments.into_owned())),
@@ -119,6 +126,9 @@ impl<'a> ClassSources<'a> {
 
     /// Finds the classes. Returns `None` for a single class.
     pub(super) fn find(&self) -> Option<ObjectClasses> {
+        if let Some((relief, atlas)) = self.relief.as_ref().and_then(|relief| Some((relief, relief.atlas.as_ref()?))) {
+            return self.find_in_atlas(relief, atlas);
+        }
         let level = self.relief.as_ref().and_then(Relief::level);
         let (facets, wrap) = match (&self.relief, &level) {
             (Some(relief), Some(level)) => (Facets::OfTexels(level), relief.wrap),
@@ -142,6 +152,28 @@ impl<'a> ClassSources<'a> {
         })
     }
 
+    fn find_in_atlas(&self, relief: &Relief<'_>, atlas: &AtlasSurface<'_>) -> Option<ObjectClasses> {
+        let level = relief.level().unwrap_or_else(|| MomentLevel::of_heights(&relief.heights, relief.wrap));
+        let AtlasRelief { level, sampled: (sampled, indices), windows } = atlas.relief(&relief.heights, level);
+        self.with_material(|material| {
+            let texel = |i: usize| material.map_or([0.0; 4], |material| (material.texel)(indices[i]));
+            let of_sampled = material.map(|material| ClassMaterial {
+                size: [sampled.width, sampled.height],
+                texel: &texel,
+                follows_relief: material.follows_relief,
+            });
+            let found = classes(Facets::OfTexels(&sampled), self.scale.to_array(), of_sampled.as_ref());
+            if found.count() == 1 {
+                return None;
+            }
+            let facets = Facets::OfTexels(&level);
+            let colors = material.and_then(|material| ClassColors::new(facets, &found, material, self.skipped()));
+            let map = ClassMap::of_tiles(facets, &found, material, atlas.skipped());
+            let open = Openness::of_windows(&windows, &found, material, map.units, self.upside_down);
+            Some(ObjectClasses { map, open, slope_scale: self.scale, colors })
+        })
+    }
+
     fn with_material<T>(&self, f: impl FnOnce(Option<&ClassMaterial<'_>>) -> T) -> T {
         let Some(Material { size, colors, follows_relief }) = &self.material else { return f(None) };
         let codes = Codes::new();
@@ -157,9 +189,12 @@ impl<'a> ClassSources<'a> {
         self.scale
     }
 
-    /// Returns the size of the relief, if any.
+    /// Returns the size of the finest level of the classes of the relief, if any.
     pub(super) fn relief_size(&self) -> Option<[u32; 2]> {
-        self.relief.as_ref().map(|relief| [relief.heights.width, relief.heights.height])
+        self.relief.as_ref().map(|relief| {
+            let skipped = relief.atlas.as_ref().map_or(0, AtlasSurface::skipped);
+            [relief.heights.width, relief.heights.height].map(|side| side >> skipped)
+        })
     }
 
     /// Returns the size of the colours, if any.
@@ -179,7 +214,8 @@ impl<'a> ClassSources<'a> {
             checksum(bytemuck::cast_slice(values))
         }
         let mut words = vec![self.scale.x.to_bits(), self.scale.y.to_bits(), u64::from(self.upside_down)];
-        if let Some(Relief { heights, wrap, slopes, spread, moments }) = &self.relief {
+        if let Some(Relief { heights, wrap, atlas, slopes, spread, moments }) = &self.relief {
+            words.extend(atlas.iter().flat_map(AtlasSurface::key));
             let [width, height] = [heights.width, heights.height].map(u64::from);
             words.extend([1, width, height, u64::from(*wrap == Wrap::Clamp), sum(&heights.texels)]);
             words.push(slopes.as_ref().map_or(0, |slopes| sum(slopes)));
@@ -189,7 +225,7 @@ impl<'a> ClassSources<'a> {
         if let Some(Material { size: [width, height], colors, follows_relief }) = &self.material {
             words.extend([2, (*width).into(), (*height).into(), u64::from(*follows_relief), sum(colors)]);
         }
-        let own = [include_str!("mod.rs"), include_str!("sources.rs")];
+        let own = [include_str!("mod.rs"), include_str!("sources.rs"), include_str!("tiles.rs")];
         words.extend(CLASS_SOURCES.iter().chain(&own).map(|text| checksum(text.as_bytes())));
         sum(&words)
     }
