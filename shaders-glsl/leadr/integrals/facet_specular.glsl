@@ -18,6 +18,8 @@ const float LEADR_LEAST_BASE_VARIANCE = 1e-8;
 const float LEADR_LEAST_FACET_COSINE = 1e-3;
 const float LEADR_LEAST_LINEAR_COSINE = 0.05;
 const float LEADR_LEAST_MAPPED_COSINE = 0.02;
+const float LEADR_TOWARDS_PLANE = 0.7;
+const float LEADR_LEAST_Q = 0.02;
 const float LEADR_MOST_DEVIATIONS = 50.0;
 
 // A light and a viewer, their half vector, and the width of the specular lobe about the half vector.
@@ -92,25 +94,30 @@ float facet_specular_density(const FacetSpecular f, vec2 m, const vec3 cholesky,
     m = clamp(m, -LEADR_MAX_SLOPE, LEADR_MAX_SLOPE);
     vec3 halfway = normalize(vec3(-m, 1.0)) + f.wh;
     vec2 start = reflecting_facets(f, halfway.xy / -max(halfway.z, LEADR_LEAST_HALFWAY_Z), m, cholesky).middle;
-    ReflectingFacets found = reflecting_facets(f, slope_at(start, m, cholesky), m, cholesky);
+    vec2 likely = slope_at(start, m, cholesky);
+    ReflectingFacets found = reflecting_facets(f, likely, m, cholesky);
+    vec2 lean = whitened_direction(vec3(LEADR_TOWARDS_PLANE / (1.0 + dot(likely, likely)) * likely, 0.0), cholesky);
 
-    // The four nodes lie sqrt(2) standard deviations from the centre.
+    // The coordinates p lie between slopes and the plane that touches the sphere of normals at the most likely facet. The four nodes lie
+    // sqrt(2) standard deviations from the centre.
     vec2 reach = inversesqrt(found.inverse.y * vec2(0.5 * found.determinant, 0.5));
     vec2 first = vec2(found.inverse.y, -found.inverse.z) * reach.x, second = vec2(0.0, reach.y);
     float between = dot(f.wo, f.wi), sum = 0.0;
     for (int k = 0; k < 4; ++k) {
-        vec2 z = found.middle + ((k & 2) == 0 ? first : second) * ((k & 1) == 0 ? 1.0 : -1.0);
+        vec2 p = found.middle - start + ((k & 2) == 0 ? first : second) * ((k & 1) == 0 ? 1.0 : -1.0);
+        float q = 1.0 - dot(lean, p);
+        vec2 z = start + p / max(q, LEADR_LEAST_Q);
         vec3 facet = vec3(-slope_at(z, m, cholesky), 1.0);
         float per_length = inversesqrt(dot(facet, facet));
         vec3 normal = facet * per_length;
         float cosine = dot(normal, f.wh);
-        if (cosine > LEADR_LEAST_FACET_COSINE) {
+        if (cosine > LEADR_LEAST_FACET_COSINE && q > LEADR_LEAST_Q) {
             vec2 t = vec2(dot(normal, f.along), dot(normal, f.beside)) / (cosine * f.deviation);
             float seen = facet_visibility(shadowing, dot(normal, f.wo), dot(normal, f.wi), between, f.base);
             // On a normal map, facets count by their area on the macrosurface.
             float area = shadowing == LEADR_SHADOWING_NORMAL_MAP ? 1.0 : 1.0 / per_length;
-            float c2 = cosine * cosine;
-            sum += exp(-0.5 * (dot(z, z) + dot(t, t))) * (seen * area / (c2 * c2));
+            float scaled = cosine * q;
+            sum += exp(-0.5 * (dot(z, z) + dot(t, t))) * (seen * area / (cosine * scaled * scaled * scaled));
         }
     }
     // The factor is e / 8 pi, because the density at nodes sqrt(2) deviations from the centre is exp(-1) of the central density.
