@@ -14,6 +14,9 @@ struct PixelSky {
     vec3 radiance[LEADR_SKY_DIRECTIONS];
     vec4 open[LEADR_SKY_DIRECTIONS];
     float decorrelation[LEADR_SKY_DIRECTIONS];
+    // From below the mesosurface: near it, and the mean.
+    vec3 down[LEADR_GROUND_DIRECTIONS];
+    vec3 ground[LEADR_GROUND_DIRECTIONS];
     vec3 below;
 };
 PixelSky pixel_sky;
@@ -101,15 +104,21 @@ float class_base_lit(const Surface surface, const vec3 wi) {
 // Looks up the environment that all classes share.
 void look_up_sky(const Surface surface) {
     vec3 up = normal_of_slope(surface.whole_mean);
-    Frame frame = frame_about(up);
-    const float variance = 0.5 / float(LEADR_SKY_DIRECTIONS); // of a cone that holds a twelfth of the hemisphere
+    Frame frame = sky_frame(up, surface.wo);
+    // Half the variance of a cone that holds the part of a direction. Wider lookups take light from the rings above and below.
+    const float variance = 0.25 / float(LEADR_SKY_DIRECTIONS);
     [[unroll]] for (int i = 0; i < LEADR_SKY_DIRECTIONS; ++i) {
         vec3 wi = from_frame(frame, sky_direction(i));
         vec2 whitened = whitened_direction(wi, surface.whole_cholesky);
-        pixel_sky.decorrelation[i] = SHADOWING == LEADR_SHADOWING_SMITH ? 1.0 : decorrelation(surface.whitened, whitened, 1.0, 0.0, 0.0, true);
+        float apart = decorrelation(surface.whitened, whitened, 1.0, 0.0, 0.0, true);
+        pixel_sky.decorrelation[i] = SHADOWING == LEADR_SHADOWING_SMITH ? 1.0 : max(apart, LEADR_LEAST_SKY_DECORRELATION);
         pixel_sky.open[i] = classes_open(wi);
         pixel_sky.radiance[i] = lobe_radiance(surface, wi, variance);
         pixel_sky.direction[i] = wi;
+    }
+    [[unroll]] for (int i = 0; i < LEADR_GROUND_DIRECTIONS; ++i) {
+        pixel_sky.down[i] = from_frame(frame, ground_direction(i));
+        pixel_sky.ground[i] = lobe_radiance(surface, pixel_sky.down[i], 2.0 * variance);
     }
     vec3 down = from_frame(surface.frame, -up);
     pixel_sky.below = max(sh_irradiance(environment_sh(), down) + rest_irradiance(surface, down), 0.0) / LEADR_PI;
@@ -125,11 +134,19 @@ vec4 class_sky_light(const Surface surface) {
         lit += class_lit_fraction(pixel_sky.decorrelation[i], shaded_class.correlation, shaded_class.seen, open) * part;
         all += part;
     }
-    // The sums give only the part that is not shadowed. The mesosurface blocks the light from below.
+    // The facets turn this part of their cosines to the ground. What is near the mesosurface counts as often as they face it.
+    float tilted = clamp(0.5 - 0.5 * dot(visible.mean, normal_of_slope(surface.whole_mean)), 0.0, 0.9);
+    vec4 ground = vec4(0.0);
+    [[unroll]] for (int i = 0; i < LEADR_GROUND_DIRECTIONS; ++i) {
+        const float wide = 0.5 * float(LEADR_SKY_DIRECTIONS) / float(LEADR_GROUND_DIRECTIONS);
+        ground += wide * mean_cosine(visible, pixel_sky.down[i]) * vec4(pixel_sky.ground[i], 1.0);
+    }
+    float whole_ground = all.a * tilted / (1.0 - tilted);
+    ground = ground * min(whole_ground / max(ground.a, 1e-9), 1.0) + max(whole_ground - ground.a, 0.0) * vec4(pixel_sky.below, 1.0);
+    // The sums give only the part that is not hidden.
     vec3 rest = rest_irradiance(surface, visible.mean) * sh_rest_damping(visible.mean);
     vec3 whole = leadr_diffuse_environment(visible, surface.frame, environment_sh(), rest);
-    float tilted = 0.5 - 0.5 * dot(visible.mean, normal_of_slope(surface.whole_mean));
-    return vec4(max(whole - tilted * pixel_sky.below, 0.0), 1.0 - tilted) * lit / max(all, vec4(1e-9));
+    return vec4(max(whole, 0.0), 1.0) * lit / max(all + ground, vec4(1e-9));
 }
 
 #endif

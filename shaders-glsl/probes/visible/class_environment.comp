@@ -23,7 +23,9 @@ void main() {
         depth[k] = next();
     }
     share /= dot(share, vec4(1.0));
-    vec3 wi = sky_direction(int(next()));
+    int i = int(next());
+    vec3 wi = i < LEADR_SKY_DIRECTIONS ? sky_direction(i) : ground_direction(i - LEADR_SKY_DIRECTIONS);
+    wi = from_frame(sky_frame(normalize(vec3(-m[0], 1.0)), wo), wi);
     at = gl_GlobalInvocationID.x * 22;
     ClassSky sky = class_sky(classes, share, m, S, depth);
     for (int k = 0; k < 4; ++k) {

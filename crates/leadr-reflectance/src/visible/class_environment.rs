@@ -1,28 +1,71 @@
-//! The environment that the visible facets of a class see, from twelve directions.
+//! The environment that the visible facets of a class see, from a few directions.
 //!
-//! Without shadows, a class reflects the irradiance about its visible normals, less the light from below, which the mesosurface blocks.
-//! Other facets leave the part `Σ lit c L / Σ c L`, over directions of the sky with the mean cosine `c` of the visible facets and the
+//! Without shadows, a class reflects the irradiance about its visible normals. Other facets, and the mesosurface, which blocks the light
+//! from below, leave the part `Σ lit c L / (Σ c L + G)`, over directions of the sky with the mean cosine `c` of the visible facets and the
 //! radiance `L`. The directions decide only this part, so that small lights between them are not lost.
 //!
+//! `G` is the light from below in the same sums. Facets face what is just below the mesosurface most, so three directions are there. For
+//! the rest, the mean radiance is enough.
+//!
 //! Directions of the sky need only the simple form of the correlation of viewer and light
-//! ([`Shadowing::CorrelatedSimple`](crate::masking::shadowing::Shadowing::CorrelatedSimple)).
+//! ([`Shadowing::CorrelatedSimple`](crate::masking::shadowing::Shadowing::CorrelatedSimple)). Near the viewer's azimuth, where the lit
+//! fraction has a sharp peak, it is averaged over a sixth of the ring.
+
+use std::f64::consts::TAU;
 
 use glam::DVec3;
 
+use crate::frame::{Frame, frame_about};
 use crate::integrals::diffuse::NormalMoments;
 
-/// The number of directions.
-pub const SKY_DIRECTIONS: usize = 12;
-/// The directions on each of two rings.
-const ON_RING: usize = SKY_DIRECTIONS / 2;
+/// The number of directions of the sky.
+pub const SKY_DIRECTIONS: usize = 14;
+/// The number of directions from below.
+pub const GROUND_DIRECTIONS: usize = 3;
+/// The decorrelation of viewer and light, averaged over the sixth of a ring about the viewer's azimuth.
+pub const LEAST_SKY_DECORRELATION: f64 = 0.31;
+/// The rings of the sky: the number of directions, the first azimuth as a part of the step, and the height, of which `√0.6 / 2` is the
+/// distance from a half in Gauss's rule.
+const RINGS: [(usize, f64, f64); 3] =
+    [(4, 0.5, 0.112_701_665_379_258_3), (6, 0.0, 0.5), (4, 0.5, 0.887_298_334_620_741_7)];
+/// The height of the directions from below.
+const GROUND_HEIGHT: f64 = -0.277_350_098_112_614_6;
 
-/// Returns direction `i` in a frame whose z axis is the normal of the mesosurface. Each direction stands for a twelfth of the hemisphere. The
-/// directions lie on two rings, at the heights of Gauss's rule.
+/// Returns the frame of the directions. `up` is the normal of the mesosurface.
+pub fn sky_frame(up: DVec3, wo: DVec3) -> Frame {
+    let x = wo - wo.dot(up) * up;
+    if x.length_squared() < 1e-8 {
+        return frame_about(up);
+    }
+    let x = x.normalize();
+    Frame { x, y: up.cross(x), z: up }
+}
+
+/// Returns direction `i` of the sky in the [`sky_frame`]. Each direction stands for an equal part of the hemisphere. The directions lie on
+/// three rings, at the heights of Gauss's rule. The first direction of the middle ring has the azimuth of the viewer.
+///
+/// # Panics
+/// Panics unless `i` is less than [`SKY_DIRECTIONS`].
 pub fn sky_direction(i: usize) -> DVec3 {
-    let upper = if i < ON_RING { 0.0 } else { 1.0 };
-    let z = 0.5 + (upper - 0.5) / 3.0f64.sqrt();
-    let (y, x) = (std::f64::consts::TAU * ((i % ON_RING) as f64 + 0.25 + 0.5 * upper) / ON_RING as f64).sin_cos();
-    (1.0 - z * z).sqrt() * DVec3::new(x, y, 0.0) + z * DVec3::Z
+    let mut first = 0;
+    for (count, offset, height) in RINGS {
+        if i < first + count {
+            return at((i - first) as f64 + offset, count, height);
+        }
+        first += count;
+    }
+    panic!("the sky has {SKY_DIRECTIONS} directions")
+}
+
+/// Returns direction `i` from below the mesosurface in the [`sky_frame`], near the mesosurface.
+pub fn ground_direction(i: usize) -> DVec3 {
+    at(i as f64, GROUND_DIRECTIONS, GROUND_HEIGHT)
+}
+
+/// Returns a direction at a part of a ring.
+fn at(part: f64, of: usize, height: f64) -> DVec3 {
+    let (y, x) = (TAU * part / of as f64).sin_cos();
+    (1.0 - height * height).sqrt() * DVec3::new(x, y, 0.0) + height * DVec3::Z
 }
 
 /// Returns `E[max(0, x)]` of a normal variable with this mean and variance, without an exponential. The error is less than 0.006 standard
@@ -56,6 +99,8 @@ mod tests {
     use glam::{DVec2, DVec3};
 
     use super::*;
+    use crate::frame::from_frame;
+    use crate::masking::correlated::decorrelation;
     use crate::visible::diffuse::{clamped_mean, visible_diffuse_moments};
 
     #[test]
@@ -67,10 +112,28 @@ mod tests {
     }
 
     #[test]
+    fn the_peak_about_the_viewer_is_averaged() {
+        let about =
+            |degrees: f64| decorrelation(DVec2::X, DVec2::from_angle(degrees.to_radians()), 1.0, 0.0, 0.0, true);
+        let mean = (0..3000).map(|i| about(0.01 * (f64::from(i) + 0.5))).sum::<f64>() / 3000.0;
+        assert!((mean - LEAST_SKY_DECORRELATION).abs() < 1e-3, "{mean}");
+    }
+
+    #[test]
+    fn directions_follow_the_viewer() {
+        let (up, wo) = (DVec3::new(0.36, 0.48, 0.8), DVec3::new(0.0, 0.96, 0.28));
+        let frame = sky_frame(up, wo);
+        assert!((from_frame(&frame, sky_direction(4)).dot(up.cross(wo))).abs() < 1e-12);
+        assert!((from_frame(&frame, sky_direction(4)).dot(up) - 0.5).abs() < 1e-12);
+        assert!((0..GROUND_DIRECTIONS).all(|i| from_frame(&frame, ground_direction(i)).dot(up) < -0.2));
+        assert!((from_frame(&sky_frame(up, up), DVec3::Z) - up).length() < 1e-12);
+    }
+
+    #[test]
     fn facets_see_what_is_lit() {
         let directions: Vec<DVec3> = (0..SKY_DIRECTIONS).map(sky_direction).collect();
         // The rule integrates the cosine over the hemisphere.
-        assert!((directions.iter().map(|w| w.z).sum::<f64>() / 6.0 - 1.0).abs() < 1e-12);
+        assert!((2.0 * directions.iter().map(|w| w.z).sum::<f64>() / SKY_DIRECTIONS as f64 - 1.0).abs() < 1e-12);
         let slope = DVec2::new(-1.0, 0.0);
         let moments = |m, s| visible_diffuse_moments(DVec3::new(0.0, 0.6, 0.8), m, s, 3);
         let (flat, wall) = (moments(DVec2::ZERO, DVec3::ZERO), moments(slope, DVec3::ZERO));

@@ -2,12 +2,15 @@
 //! comparison.
 
 use glam::DVec3;
+use leadr_reflectance::frame::from_frame;
 use leadr_reflectance::integrals::interreflection::ReliefBounces;
 use leadr_reflectance::masking::class_sky::ClassSky;
 use leadr_reflectance::masking::classes::{Class, ClassesSeen, MOST_CLASSES, openness_inside};
 use leadr_reflectance::masking::shadowing::Shadowing;
 use leadr_reflectance::random::Random;
-use leadr_reflectance::visible::class_environment::{SKY_DIRECTIONS, mean_cosine, sky_direction};
+use leadr_reflectance::visible::class_environment::{
+    GROUND_DIRECTIONS, SKY_DIRECTIONS, ground_direction, mean_cosine, sky_direction, sky_frame,
+};
 use leadr_reflectance::visible::diffuse::visible_diffuse_moments;
 use leadr_testing::gpu::test_gpu;
 
@@ -28,7 +31,7 @@ fn arguments(r: &mut Random) -> [f64; 2 + CLASS * MOST_CLASSES] {
         let (m, s) = (0.5 * r.mean_slope(), r.covariance());
         x.extend([r.log(1e-3, 1.0), m.x, m.y, s.x, s.y, s.z, r.log(1e-3, 2.0)]);
     }
-    x.push((SKY_DIRECTIONS as f64 * r.unit()).floor());
+    x.push(((SKY_DIRECTIONS + GROUND_DIRECTIONS) as f64 * r.unit()).floor());
     x.try_into().expect("all numbers")
 }
 
@@ -80,7 +83,10 @@ fn class_environment_parity() {
         },
         |x| {
             let numbers: Vec<&[f64]> = x[16..44].chunks(CLASS).collect();
-            let wi = sky_direction(x[44].round() as usize);
+            let i = x[44].round() as usize;
+            let wi = if i < SKY_DIRECTIONS { sky_direction(i) } else { ground_direction(i - SKY_DIRECTIONS) };
+            let up = v2(x, 17).extend(-1.0).normalize();
+            let wi = from_frame(&sky_frame(-up, v3(x, 0)), wi);
             let count = x[15].round() as usize;
             let mut classes: Vec<Class> = numbers.iter().map(|x| class(x)).collect();
             let depths = std::array::from_fn(|k| numbers[k][6]);
