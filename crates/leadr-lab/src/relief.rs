@@ -32,7 +32,7 @@ impl Relief {
     pub fn new(map: &HeightMap, scale: f64) -> Self {
         let facets = Facets::OfHeights(map, Wrap::Repeat);
         let found = classes(facets, [scale; 2], None);
-        let open = Openness::new(facets, Wrap::Repeat, &found, None, [(UNIT / scale) as f32; 3], false);
+        let open = Openness::new(facets, &found, None, [(UNIT / scale) as f32; 3], false);
         let cells = scale * f64::from(map.width);
         let heights = map.texels.iter().map(|&height| (f64::from(height) * cells) as f32).collect();
         let tile = Tile::from_heights(map.width, heights);

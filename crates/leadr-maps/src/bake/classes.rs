@@ -76,7 +76,7 @@ impl Relief {
     const fn facets(&self, wrap: Wrap) -> Facets<'_> {
         match self {
             Self::Heights(map) => Facets::OfHeights(map, wrap),
-            Self::Texels(level) => Facets::OfTexels(level),
+            Self::Texels(level) => Facets::OfTexels(level, wrap),
         }
     }
 }
@@ -131,7 +131,7 @@ impl FoundClasses {
     pub(super) fn plan(&self) -> ClassPlan {
         let facets = self.relief.facets(self.wrap);
         let frame = ClassFrame::new(facets, &self.classes);
-        let open = Openness::new(facets, self.wrap, &self.classes, None, frame.units, false);
+        let open = Openness::new(facets, &self.classes, None, frame.units, false);
         let [s, t] = [0, 1].map(|axis| SIGNIFICANT_SLOPE / (f64::from(frame.units[axis]) * self.scale[axis].abs()));
         let z = SIGNIFICANT_HEIGHT;
         ClassPlan { frame, open, significant: [0.0, s, t, z, s * s, t * t, s * t, z * z] }

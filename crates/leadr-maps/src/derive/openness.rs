@@ -92,13 +92,12 @@ impl Openness {
     /// true, the heights are negated.
     pub fn new(
         facets: Facets<'_>,
-        wrap: Wrap,
         classes: &Classes,
         material: Option<&ClassMaterial<'_>>,
         units: [f32; 3],
         upside_down: bool,
     ) -> Self {
-        let field = Field::new(facets, wrap, if upside_down { -1.0 } else { 1.0 });
+        let field = Field::new(facets, if upside_down { -1.0 } else { 1.0 });
         let sampled = field.sampled(facets, classes, material);
         Self::of_sampled(&[field], &sampled, units)
     }
@@ -112,11 +111,7 @@ impl Openness {
         upside_down: bool,
     ) -> Self {
         let sign = if upside_down { -1.0 } else { 1.0 };
-        let of_heights = |window: &OpennessWindow| {
-            let HeightMap { width, height, texels } = &window.heights;
-            Field::of([*width, *height].map(|side| side as usize), Wrap::Clamp, sign, |i| texels[i])
-        };
-        let fields: Vec<Field> = windows.par_iter().map(of_heights).collect();
+        let fields = Field::of_windows(windows, sign);
         let material = classes.material(material);
         let facet = |(field, WindowFacet { at, moments, material_at }): (usize, &WindowFacet)| {
             let facet = Facet { material: material.at(*material_at), ..Facet::of_texel(moments) };
@@ -253,34 +248,74 @@ impl Openness {
 /// the area and openness of each facet. The part `1 / (1 + Λo + Λi + (1 − c) Λo Λi)` of the facets is open to both.
 fn correlation(directions: &[(usize, Vec<(f64, bool)>)]) -> f64 {
     const TURN: usize = AZIMUTHS / CORRELATED_STEP;
-    let (mut square, mut product) = (0.0, 0.0);
+    let mut fit = CorrelationFit::default();
     for (i, (first, o)) in directions.iter().enumerate() {
         for (second, i) in &directions[..i] {
             let apart = first.abs_diff(*second);
             if 4 * apart.min(TURN - apart) < TURN {
                 continue;
             }
-            let [mut all, mut open_o, mut open_i, mut both] = [0.0; 4];
+            let mut pair = PairArea::default();
             for (&(area_o, o), &(area_i, i)) in o.iter().zip(i) {
-                let area = area_o * area_i;
-                all += area;
-                open_o += if o { area } else { 0.0 };
-                open_i += if i { area } else { 0.0 };
-                both += if o && i { area } else { 0.0 };
+                pair.add(area_o * area_i, o, i);
             }
-            if all <= 1e-3 * o.len() as f64 {
-                continue;
-            }
-            let lambda = |open: f64| 1.0 / (open / all).max(0.02) - 1.0;
-            let (o, i) = (lambda(open_o), lambda(open_i));
-            // Errors count by the fraction of facets that they change.
-            let independent = 1.0 / (1.0 + o + i + o * i);
-            let per = all * independent.powi(4);
-            square += per * (o * i).powi(2);
-            product += per * o * i * (1.0 / (both / all).max(0.3 * independent) - 1.0 - o - i);
+            fit.add(&pair, o.len() as f64);
         }
     }
-    if square > 0.0 { (1.0 - product / square).clamp(LEAST_CORRELATION, 1.0) } else { 1.0 }
+    fit.correlation()
+}
+
+/// The product of the projected areas towards two directions, summed over facets, and the parts of it that are open to the directions.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct PairArea {
+    all: f64,
+    open: [f64; 2],
+    both: f64,
+}
+
+impl PairArea {
+    #[inline]
+    pub fn add(&mut self, area: f64, open_o: bool, open_i: bool) {
+        self.all += area;
+        self.open[0] += if open_o { area } else { 0.0 };
+        self.open[1] += if open_i { area } else { 0.0 };
+        self.both += if open_o && open_i { area } else { 0.0 };
+    }
+
+    #[inline]
+    pub fn join(&mut self, other: &Self) {
+        self.all += other.all;
+        self.open[0] += other.open[0];
+        self.open[1] += other.open[1];
+        self.both += other.both;
+    }
+}
+
+/// The fit of a correlation to pairs of directions.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct CorrelationFit {
+    square: f64,
+    product: f64,
+}
+
+impl CorrelationFit {
+    /// Adds a pair of directions that are at least a quarter turn apart, over this number of facets.
+    pub fn add(&mut self, pair: &PairArea, facets: f64) {
+        if pair.all <= 1e-3 * facets {
+            return;
+        }
+        let lambda = |open: f64| 1.0 / (open / pair.all).max(0.02) - 1.0;
+        let (o, i) = (lambda(pair.open[0]), lambda(pair.open[1]));
+        // Errors count by the fraction of facets that they change.
+        let independent = 1.0 / (1.0 + o + i + o * i);
+        let per = pair.all * independent.powi(4);
+        self.square += per * (o * i).powi(2);
+        self.product += per * o * i * (1.0 / (pair.both / pair.all).max(0.3 * independent) - 1.0 - o - i);
+    }
+
+    pub fn correlation(&self) -> f64 {
+        if self.square > 0.0 { (1.0 - self.product / self.square).clamp(LEAST_CORRELATION, 1.0) } else { 1.0 }
+    }
 }
 
 /// Returns the value of `|q|` at an elevation.
@@ -369,14 +404,23 @@ fn at_texel(v: f64, side: usize, wrap: Wrap) -> f64 {
 }
 
 impl Field {
-    pub(super) fn new(facets: Facets<'_>, wrap: Wrap, sign: f64) -> Self {
+    pub(super) fn new(facets: Facets<'_>, sign: f64) -> Self {
+        let wrap = facets.wrap();
         let size = facets.size(None).map(|side| side as usize);
         let height = |i: usize| match facets {
             Facets::OfHeights(map, _) => map.texels[i],
-            Facets::OfTexels(level) => level.texels[i].height,
+            Facets::OfTexels(level, _) => level.texels[i].height,
             Facets::Flat => 0.0,
         };
         Self::of(size, wrap, sign, height)
+    }
+
+    /// Returns the heights of each window.
+    pub(super) fn of_windows(windows: &[OpennessWindow], sign: f64) -> Vec<Self> {
+        let of_window = |OpennessWindow { heights: HeightMap { width, height, texels }, .. }: &OpennessWindow| {
+            Self::of([*width, *height].map(|side| side as usize), Wrap::Clamp, sign, |i| texels[i])
+        };
+        windows.par_iter().map(of_window).collect()
     }
 
     fn of(size: [usize; 2], wrap: Wrap, sign: f64, height: impl Fn(usize) -> f32) -> Self {
@@ -443,7 +487,7 @@ impl Field {
 /// Returns the facet at a position in texels, and its height there.
 fn facet_at(facets: Facets<'_>, at: DVec2) -> (Facet, f64) {
     match facets {
-        Facets::OfTexels(level) => {
+        Facets::OfTexels(level, _) => {
             let texel = &level.texels[at.y as usize * level.width as usize + at.x as usize];
             (Facet::of_texel(texel), f64::from(texel.height))
         }
@@ -480,7 +524,7 @@ mod tests {
         let facets = Facets::OfHeights(&map, Wrap::Repeat);
         let found = classes(facets, [1.0; 2], None);
         let table = ClassMap::new(facets, &found, None);
-        let open = Openness::new(facets, Wrap::Repeat, &found, None, table.units, false);
+        let open = Openness::new(facets, &found, None, table.units, false);
         let of_classes = table.mean();
         // The flat parts may be one class or two.
         let flat: Vec<_> = of_classes.iter().enumerate().filter(|(_, class)| class.covariance.x < 0.1).collect();
@@ -508,8 +552,8 @@ mod tests {
         let found = classes(facets, [1.0; 2], None);
         assert!(found.count() > 1);
         let units = ClassMap::new(facets, &found, None).units;
-        let open = Openness::new(facets, Wrap::Repeat, &found, None, units, false);
-        let field = Field::new(facets, Wrap::Repeat, 1.0);
+        let open = Openness::new(facets, &found, None, units, false);
+        let field = Field::new(facets, 1.0);
         let units = DVec2::new(f64::from(units[0]), f64::from(units[1]));
         let (mut squares, mut worst, mut count) = (0.0, 0.0f64, 0.0);
         for (i, q) in [0.3, 0.7, 1.5, 3.0, 6.0].into_iter().cycle().take(25).enumerate() {

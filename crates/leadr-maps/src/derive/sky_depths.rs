@@ -70,7 +70,7 @@ mod tests {
         let facets = Facets::OfHeights(&map, Wrap::Repeat);
         let found = classes(facets, [0.2; 2], None);
         let class_map = ClassMap::new(facets, &found, None);
-        let open = Openness::new(facets, Wrap::Repeat, &found, None, class_map.units, false);
+        let open = Openness::new(facets, &found, None, class_map.units, false);
         let depths = |scale: f64| {
             let physical: Vec<Class> = class_map
                 .mean()
@@ -82,10 +82,10 @@ mod tests {
         };
         let (deep, shallow, flat) = (depths(0.4), depths(0.1), depths(1e-6));
         for k in 0..class_map.count() {
-            assert!(
-                deep[k] > 2.0 * shallow[k] && shallow[k] > 0.0 && flat[k].abs() < 1e-3,
-                "{deep:?} {shallow:?} {flat:?}"
-            );
+            // Nothing hides the tops.
+            let is_top = deep[k] < 1e-3;
+            assert!(is_top || deep[k] > 2.0 * shallow[k] && shallow[k] > 0.0, "{deep:?} {shallow:?} {flat:?}");
+            assert!(flat[k].abs() < 1e-3, "{flat:?}");
         }
         assert!(deep.iter().any(|&depth| depth > 0.2), "{deep:?}");
         assert_eq!(open.towards(DVec3::NEG_Z, DVec2::ONE), [0.0; MOST_CLASSES]);

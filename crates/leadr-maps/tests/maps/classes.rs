@@ -38,7 +38,7 @@ fn classes_come_back_to_the_last_bit() {
         let scale = [1.0, f64::from(width) / f64::from(height)];
         let found = classes_of_count(facets, scale, count);
         let exact = ClassMap::new(facets, &found, None);
-        let open = Openness::new(facets, Wrap::Repeat, &found, None, exact.units, false);
+        let open = Openness::new(facets, &found, None, exact.units, false);
         let inputs = with_classes(&relief, count);
         for precision in [Precision::F32, Precision::F16] {
             let (ktx2, _) = baked(&inputs, Kind::Leadr, precision);

@@ -67,23 +67,26 @@ impl ClassesSeen {
         correlation: &[f64; MOST_CLASSES],
         light: &Self,
     ) -> [f64; MOST_CLASSES] {
-        if matches!(shadowing, Shadowing::None | Shadowing::NormalMap) {
-            return [1.0; MOST_CLASSES];
-        }
         std::array::from_fn(|k| {
-            let lambda = |open: f64| 1.0 / open.max(MIN_OPEN) - 1.0;
-            let (o, i) = (lambda(self.open[k]), lambda(light.open[k]));
-            let (more, less) = (o.max(i), o.min(i));
-            let f = match shadowing {
-                Shadowing::Smith => 1.0,
-                _ => {
-                    let simple = shadowing == Shadowing::CorrelatedSimple;
-                    decorrelation(self.whitened, light.whitened, 1.0, more, less, simple)
-                }
-            };
-            (1.0 + o) / (1.0 + more + f * less * (1.0 + (1.0 - correlation[k]) * more))
+            let open = [self.open[k], light.open[k]];
+            class_lit_fraction(shadowing, correlation[k], open, [self.whitened, light.whitened])
         })
     }
+}
+
+/// Returns the fraction of the facets of a class that is lit, among those that are visible
+/// ([`lit_fractions`](ClassesSeen::lit_fractions)). `open` and `whitened` belong to the viewer and to the light.
+pub fn class_lit_fraction(shadowing: Shadowing, correlation: f64, open: [f64; 2], whitened: [DVec2; 2]) -> f64 {
+    if matches!(shadowing, Shadowing::None | Shadowing::NormalMap) {
+        return 1.0;
+    }
+    let [o, i] = open.map(|open| 1.0 / open.max(MIN_OPEN) - 1.0);
+    let (more, less) = (o.max(i), o.min(i));
+    let f = match shadowing {
+        Shadowing::Smith => 1.0,
+        _ => decorrelation(whitened[0], whitened[1], 1.0, more, less, shadowing == Shadowing::CorrelatedSimple),
+    };
+    (1.0 + o) / (1.0 + more + f * less * (1.0 + (1.0 - correlation) * more))
 }
 
 #[cfg(test)]

@@ -2,8 +2,6 @@
 
 use glam::{DVec2, DVec3};
 
-use super::LEAST_CHANGE;
-
 /// The smallest Beckmann roughness that is compared.
 const LEAST_ALPHA: f64 = 1e-3;
 
@@ -29,54 +27,58 @@ impl MaterialAxes {
     }
 }
 
-/// The correlation of colours with heights and slopes.
-pub(super) struct Correlation<'a> {
-    pub colors: &'a [DVec3],
-    /// The weights of the facets: twice the rank of the height, and the slopes in standard deviations. All have a mean of 1 or 0.
-    pub weights: &'a [DVec3],
+/// The colours and the weights of the facets of a class, summed.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct ColorSums {
+    number: f64,
+    color: DVec3,
+    weights: DVec3,
+    products: [DVec3; 3],
 }
 
-impl Correlation<'_> {
-    /// Returns the covariances of colour with each weight within the classes, averaged over the classes.
-    pub fn within(&self, class_of: &[usize], count: usize) -> [DVec3; 3] {
-        let mut sums = vec![(0.0, DVec3::ZERO, DVec3::ZERO, [DVec3::ZERO; 3]); count];
-        for ((&color, &weights), &class) in self.colors.iter().zip(self.weights).zip(class_of) {
-            let (number, mean_color, mean_weights, products) = &mut sums[class];
-            *number += 1.0;
-            *mean_color += color;
-            *mean_weights += weights;
-            products.iter_mut().zip(weights.to_array()).for_each(|(product, weight)| *product += weight * color);
-        }
-        let all = self.colors.len() as f64;
-        let mut within = [DVec3::ZERO; 3];
-        for (number, color, weights, products) in sums.into_iter().filter(|sum| sum.0 > 0.0) {
-            for (axis, product) in products.into_iter().enumerate() {
-                within[axis] += (product - color * weights[axis] / number) / all;
-            }
-        }
-        within
+impl ColorSums {
+    /// Adds a facet. The weights are twice the rank of the height, and the slopes in standard deviations. All have a mean of 1 or 0.
+    pub fn add(&mut self, color: DVec3, weights: DVec3) {
+        self.number += 1.0;
+        self.color += color;
+        self.weights += weights;
+        self.products.iter_mut().zip(weights.to_array()).for_each(|(product, weight)| *product += weight * color);
     }
 
-    /// Returns the largest change of the mean colour, relative to the mean of the brightest channel.
-    pub fn change(&self, within: [DVec3; 3]) -> f64 {
-        let brightest = self.colors.iter().sum::<DVec3>().max_element() / self.colors.len() as f64;
-        within.into_iter().map(|covariance| covariance.abs().max_element()).fold(0.0, f64::max) / brightest.max(1e-6)
+    pub fn join(&mut self, other: &Self) {
+        self.number += other.number;
+        self.color += other.color;
+        self.weights += other.weights;
+        self.products.iter_mut().zip(other.products).for_each(|(product, other)| *product += other);
     }
 
-    /// Returns the direction of colours that follows the relief most, or zero if no colour does. The colours have a standard deviation
-    /// of 1 along it. `one` has a single class.
-    pub fn axis(&self, one: &[usize]) -> DVec3 {
-        let within = self.within(one, 1);
-        if self.change(within) <= LEAST_CHANGE {
-            return DVec3::ZERO;
-        }
-        let longest = within.into_iter().max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
-        let along = longest.unwrap_or(DVec3::ZERO).normalize_or_zero();
-        let all = self.colors.len() as f64;
-        let mean = self.colors.iter().map(|color| color.dot(along)).sum::<f64>() / all;
-        let variance = self.colors.iter().map(|color| (color.dot(along) - mean).powi(2)).sum::<f64>() / all;
-        if variance > 0.0 { along / variance.sqrt() } else { DVec3::ZERO }
+    /// Returns the sums of the products of colour and weight about the means of the class.
+    fn within(&self) -> [DVec3; 3] {
+        let weights = self.weights.to_array();
+        std::array::from_fn(|axis| self.products[axis] - self.color * (weights[axis] / self.number.max(1.0)))
     }
+}
+
+/// Returns the largest change of the mean colour within classes for a shift of the weights, relative to the mean of the brightest
+/// channel.
+pub(super) fn change_within<'a>(classes: impl Iterator<Item = &'a ColorSums>) -> f64 {
+    let (mut within, mut color) = ([DVec3::ZERO; 3], DVec3::ZERO);
+    for class in classes {
+        within.iter_mut().zip(class.within()).for_each(|(sum, within)| *sum += within);
+        color += class.color;
+    }
+    let most = within.into_iter().map(|covariance| covariance.abs().max_element()).fold(0.0, f64::max);
+    most / color.max_element().max(1e-6)
+}
+
+/// Returns the direction of colours that follows the relief most. The colours have a standard deviation of 1 along it. `all` are the
+/// sums over all of them.
+pub(super) fn color_axis(colors: &[DVec3], all: &ColorSums) -> DVec3 {
+    let longest = all.within().into_iter().max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
+    let along = longest.unwrap_or(DVec3::ZERO).normalize_or_zero();
+    let mean = all.color.dot(along) / all.number.max(1.0);
+    let variance = colors.iter().map(|color| (color.dot(along) - mean).powi(2)).sum::<f64>() / all.number.max(1.0);
+    if variance > 0.0 { along / variance.sqrt() } else { DVec3::ZERO }
 }
 
 /// Returns twice the rank of each height, with a mean of 1.

@@ -3,6 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use super::axes::MaterialAxes;
+use crate::derive::openness::{OpennessWindow, WindowFacet};
 use crate::{HeightMap, MomentLevel, Moments, Wrap};
 
 /// The facets of a relief.
@@ -11,7 +12,7 @@ pub enum Facets<'a> {
     /// The triangles between the texels of a height map. A texel can contain facets of several classes.
     OfHeights(&'a HeightMap, Wrap),
     /// The texels of the finest level of a [`LeadrMap`](crate::LeadrMap), for slopes of a normal map or of a baked file.
-    OfTexels(&'a MomentLevel),
+    OfTexels(&'a MomentLevel, Wrap),
     /// A flat surface. Its only classes are those of its material.
     Flat,
 }
@@ -104,26 +105,43 @@ impl Cell {
     }
 }
 
-/// A facet that stands for an equal part of the surface, and its texture coordinate.
-pub(super) type Sample = (Facet, [f64; 2]);
+/// A facet that stands for an equal part of the surface.
+#[derive(Clone, Copy)]
+pub(super) struct Sample {
+    pub facet: Facet,
+    /// The number of the map or window of the heights, and the texture coordinate of the facet's centre there.
+    pub window: usize,
+    pub at: DVec2,
+    /// The texture coordinate in the material.
+    pub material_at: [f64; 2],
+}
+
+/// The fraction by which positions in successive parts of a list differ. No periodic pattern follows it.
+const GOLDEN_RATIO: f64 = 0.618_033_988_749_895;
 
 impl Facets<'_> {
     /// Returns the width and the height of the map in texels. Flat surfaces have the size of their material.
     pub(crate) fn size(&self, material: Option<&ClassMaterial<'_>>) -> [u32; 2] {
         match self {
             Self::OfHeights(map, _) => [map.width, map.height],
-            Self::OfTexels(level) => [level.width, level.height],
+            Self::OfTexels(level, _) => [level.width, level.height],
             Self::Flat => material.map_or([1, 1], |material| material.size),
         }
     }
 
-    /// Returns about `most` facets from all parts of the map.
+    /// Returns what surrounds the map.
+    pub(crate) const fn wrap(&self) -> Wrap {
+        match self {
+            Self::OfHeights(_, wrap) | Self::OfTexels(_, wrap) => *wrap,
+            Self::Flat => Wrap::Repeat,
+        }
+    }
+
+    /// Returns at most this number of facets from all parts of the map.
     pub(super) fn sampled(&self, most: usize, material: Option<&ClassMaterial<'_>>) -> Vec<Sample> {
         let [width, height] = self.size(material).map(|side| side as usize);
         let of_texel = if matches!(self, Self::OfHeights(..)) { 4 } else { 1 };
         let count = of_texel * width * height;
-        // A stride without a common factor with the facets of a row reaches all columns.
-        let stride = (count.div_ceil(most).max(1)..).find(|stride| gcd(*stride, of_texel * width) == 1).unwrap_or(1);
         let sample = |i: usize| {
             let (x, y) = (i / of_texel % width, i / of_texel / width);
             let ([x, y], facet) = match self {
@@ -136,17 +154,38 @@ impl Facets<'_> {
                     let centre = [(x, column), (y, row)].map(|(k, corner)| k as f64 + 0.5 + (1 + corner) as f64 / 3.0);
                     (centre, Cell::new(heights, [map.width, map.height].map(f64::from)).facet(corner))
                 }
-                Self::OfTexels(level) => ([x, y].map(|k| k as f64 + 0.5), Facet::of_texel(&level.texels[i])),
+                Self::OfTexels(level, _) => ([x, y].map(|k| k as f64 + 0.5), Facet::of_texel(&level.texels[i])),
                 Self::Flat => ([x, y].map(|k| k as f64 + 0.5), Facet::default()),
             };
-            (facet, [x / width as f64, y / height as f64])
+            let at = [x / width as f64, y / height as f64];
+            Sample { facet, window: 0, at: DVec2::from(at), material_at: at }
         };
-        (0..count).step_by(stride).map(sample).collect()
+        spread(count, most).map(sample).collect()
     }
 }
 
-fn gcd(a: usize, b: usize) -> usize {
-    if b == 0 { a } else { gcd(b, a % b) }
+/// Returns at most this number of facets from all windows.
+pub(super) fn sampled_of_windows(windows: &[OpennessWindow], most: usize) -> Vec<Sample> {
+    let all = |(window, of): (usize, &'_ OpennessWindow)| {
+        let sample = move |WindowFacet { at, moments, material_at }: &WindowFacet| Sample {
+            facet: Facet::of_texel(moments),
+            window,
+            at: DVec2::from(*at),
+            material_at: *material_at,
+        };
+        of.facets.iter().map(sample).collect::<Vec<_>>()
+    };
+    let all: Vec<Sample> = windows.iter().enumerate().flat_map(all).collect();
+    spread(all.len(), most).map(|i| all[i]).collect()
+}
+
+/// Returns at most this number of indices, one in each of equal parts of a list.
+fn spread(count: usize, most: usize) -> impl Iterator<Item = usize> {
+    let parts = most.min(count);
+    (0..parts).map(move |part| {
+        let [first, end] = [part, part + 1].map(|part| (part as u64 * count as u64 / parts as u64) as usize);
+        first + ((part as f64 * GOLDEN_RATIO).fract() * (end - first) as f64) as usize
+    })
 }
 
 /// The facets of rows of texels, for lookups by texture coordinate.
@@ -179,7 +218,7 @@ impl<'a> FacetsAt<'a> {
                     f(weight, cell.facet(corner));
                 }
             }
-            Facets::OfTexels(level) => {
+            Facets::OfTexels(level, _) => {
                 let (x, _) = half_of(s, level.width);
                 f(1.0, Facet::of_texel(&level.texels[self.row.0 * level.width as usize + x]));
             }

@@ -1,15 +1,16 @@
 //! Mixtures of Gaussians of slope, height and material, fitted by expectation maximisation.
 
 use glam::{DMat3, DVec2, DVec3};
-use leadr_reflectance::masking::classes::MOST_CLASSES;
 use leadr_reflectance::random::Random;
 use rayon::prelude::*;
 
 use super::facets::Facet;
 
+/// The largest number of parts of a mixture.
+pub(super) const MOST_PARTS: usize = 8;
 /// The number of steps of a fit, and the number of fits from different starts.
 const STEPS: usize = 40;
-const STARTS: u64 = 8;
+const STARTS: u64 = 4;
 /// The variance that is added to the logarithm of the roughness, and to colours relative to their variance.
 const MATERIAL_FLOOR: DVec2 = DVec2::new(2.5e-3, 1e-2);
 
@@ -133,20 +134,20 @@ pub(super) fn nearest(densities: &[Density], facet: &Facet) -> usize {
     best.1
 }
 
-/// Fits mixtures by expectation maximisation, from several starts. Half of them ignore the heights.
-pub(super) fn fitted(facets: &[Facet], count: usize, floor: DVec3) -> Vec<Vec<Density>> {
+/// Fits mixtures of [`MOST_PARTS`] parts by expectation maximisation, from several starts. Half of them ignore the heights.
+pub(super) fn fitted(facets: &[Facet], floor: DVec3) -> Vec<Vec<Density>> {
     let whole = parts(facets, &vec![0; facets.len()], 1)[0];
     let fits = (0..STARTS).into_par_iter().map(|start| {
         let ignored = if start % 2 == 0 { 0.0 } else { 1e9 * (whole.covariance.z_axis.z + floor.z) };
         let floor = floor + ignored * DVec3::Z;
-        let mut parts = started(facets, count, whole, floor, &mut Random::stream(start, count as u64));
+        let mut parts = started(facets, whole, floor, &mut Random::stream(start, 1));
         let mut likelihood = f64::MIN;
         for _ in 0..STEPS {
             let densities: Vec<_> = parts.iter().map(|part| part.density(floor)).collect();
-            let mut sums = [Sums::NONE; MOST_CLASSES];
+            let mut sums = [Sums::NONE; MOST_PARTS];
             let mut all = 0.0;
             for facet in facets {
-                let mut logs = [f64::NEG_INFINITY; MOST_CLASSES];
+                let mut logs = [f64::NEG_INFINITY; MOST_PARTS];
                 logs.iter_mut().zip(&densities).for_each(|(log, density)| *log = density.at(facet));
                 let most = logs.iter().copied().fold(f64::MIN, f64::max);
                 let weights = logs.map(|log| (log - most).exp());
@@ -158,7 +159,7 @@ pub(super) fn fitted(facets: &[Facet], count: usize, floor: DVec3) -> Vec<Vec<De
                     .filter(|(_, weight)| *weight > 1e-9)
                     .for_each(|(sum, weight)| sum.add(weight / whole, facet));
             }
-            parts = sums[..count].iter().map(|sum| sum.part(facets.len())).collect();
+            parts = sums.iter().map(|sum| sum.part(facets.len())).collect();
             if all - likelihood < 1e-5 * facets.len() as f64 {
                 break;
             }
@@ -170,14 +171,14 @@ pub(super) fn fitted(facets: &[Facet], count: usize, floor: DVec3) -> Vec<Vec<De
 }
 
 /// Returns parts around facets that are far from each other (k-means++).
-fn started(facets: &[Facet], count: usize, whole: Part, floor: DVec3, random: &mut Random) -> Vec<Part> {
+fn started(facets: &[Facet], whole: Part, floor: DVec3, random: &mut Random) -> Vec<Part> {
     let variances =
         DVec3::new(whole.covariance.x_axis.x, whole.covariance.y_axis.y, whole.covariance.z_axis.z + floor.z);
     let unit = variances.max(DVec3::splat(1e-20)).map(f64::sqrt);
     let of_material = whole.material_variance.max(DVec2::splat(1e-20)).map(f64::sqrt);
     let mut centres = vec![facets[(random.unit() * facets.len() as f64) as usize % facets.len()]];
     let mut squares = vec![f64::MAX; facets.len()];
-    while centres.len() < count {
+    while centres.len() < MOST_PARTS {
         let newest = centres[centres.len() - 1];
         for (square, facet) in squares.iter_mut().zip(facets) {
             let (off, material) = (facet.point - newest.point, facet.material - newest.material);
@@ -191,11 +192,11 @@ fn started(facets: &[Facet], count: usize, whole: Part, floor: DVec3, random: &m
         centres.push(facets[next.unwrap_or(0)]);
     }
     let part = |centre: Facet| Part {
-        share: 1.0 / count as f64,
+        share: 1.0 / MOST_PARTS as f64,
         mean: centre.point,
-        covariance: whole.covariance * (0.5 / count as f64),
+        covariance: whole.covariance * (0.5 / MOST_PARTS as f64),
         material: centre.material,
-        material_variance: whole.material_variance * (0.5 / count as f64),
+        material_variance: whole.material_variance * (0.5 / MOST_PARTS as f64),
     };
     centres.into_iter().map(part).collect()
 }

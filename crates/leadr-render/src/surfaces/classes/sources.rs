@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use glam::{DVec2, Vec3};
 use leadr_maps::checksum::checksum;
-use leadr_maps::derive::{ClassMaterial, Facets, Openness, classes};
+use leadr_maps::derive::{ClassMaterial, Facets, Openness, classes, classes_of_windows};
 use leadr_maps::{CLASS_SOURCES, ClassColors, ClassMap, HeightMap, MomentLevel, Moments, Wrap};
 
 use super::tiles::{AtlasRelief, AtlasSurface};
@@ -130,10 +130,10 @@ impl<'a> ClassSources<'a> {
             return self.find_in_atlas(relief, atlas);
         }
         let level = self.relief.as_ref().and_then(Relief::level);
-        let (facets, wrap) = match (&self.relief, &level) {
-            (Some(relief), Some(level)) => (Facets::OfTexels(level), relief.wrap),
-            (Some(relief), None) => (Facets::OfHeights(&relief.heights, relief.wrap), relief.wrap),
-            (None, _) => (Facets::Flat, Wrap::Repeat),
+        let facets = match (&self.relief, &level) {
+            (Some(relief), Some(level)) => Facets::OfTexels(level, relief.wrap),
+            (Some(relief), None) => Facets::OfHeights(&relief.heights, relief.wrap),
+            (None, _) => Facets::Flat,
         };
         self.with_material(|material| {
             let searched = if self.has_relief { facets } else { Facets::Flat };
@@ -147,26 +147,20 @@ impl<'a> ClassSources<'a> {
                 return colors.map(|colors| ObjectClasses { map, open, slope_scale: self.scale, colors: Some(colors) });
             }
             let map = ClassMap::new(facets, &found, material);
-            let open = Openness::new(facets, wrap, &found, material, map.units, self.upside_down);
+            let open = Openness::new(facets, &found, material, map.units, self.upside_down);
             Some(ObjectClasses { map, open, slope_scale: self.scale, colors })
         })
     }
 
     fn find_in_atlas(&self, relief: &Relief<'_>, atlas: &AtlasSurface<'_>) -> Option<ObjectClasses> {
         let level = relief.level().unwrap_or_else(|| MomentLevel::of_heights(&relief.heights, relief.wrap));
-        let AtlasRelief { level, sampled: (sampled, indices), windows } = atlas.relief(&relief.heights, level);
+        let AtlasRelief { level, windows } = atlas.relief(&relief.heights, level);
         self.with_material(|material| {
-            let texel = |i: usize| material.map_or([0.0; 4], |material| (material.texel)(indices[i]));
-            let of_sampled = material.map(|material| ClassMaterial {
-                size: [sampled.width, sampled.height],
-                texel: &texel,
-                follows_relief: material.follows_relief,
-            });
-            let found = classes(Facets::OfTexels(&sampled), self.scale.to_array(), of_sampled.as_ref());
+            let found = classes_of_windows(&windows, self.scale.to_array(), material);
             if found.count() == 1 {
                 return None;
             }
-            let facets = Facets::OfTexels(&level);
+            let facets = Facets::OfTexels(&level, relief.wrap);
             let colors = material.and_then(|material| ClassColors::new(facets, &found, material, self.skipped()));
             let map = ClassMap::of_tiles(facets, &found, material, atlas.skipped());
             let open = Openness::of_windows(&windows, &found, material, map.units, self.upside_down);

@@ -22,8 +22,6 @@ use crate::surfaces::topology::Topology;
 const MOST_TEXELS: u32 = 32 << 20;
 /// The largest number of texels of the classes, which then need up to 0.7 GB. The classes of larger atlases start at a coarser level.
 const MOST_CLASS_TEXELS: u32 = 8 << 20;
-/// The number of texels in which classes are found.
-const SAMPLES: usize = 1 << 16;
 /// The number of windows, and of facets that are measured in each of them.
 const WINDOWS: usize = 64;
 const FACETS: usize = 512;
@@ -38,8 +36,6 @@ pub(super) struct AtlasSurface<'a> {
 pub(super) struct AtlasRelief {
     /// The moments of all texels. Tiles without a patch repeat the first tile.
     pub level: MomentLevel,
-    /// Texels from all patches, and their indices in the atlas.
-    pub sampled: (MomentLevel, Vec<usize>),
     /// Windows of some patches.
     pub windows: Vec<OpennessWindow>,
 }
@@ -108,12 +104,7 @@ impl<'a> AtlasSurface<'a> {
             OpennessWindow { heights, facets: self.texels_of(patch, FACETS).map(facet).collect() }
         };
         let windows = (0..mesh.patches.len()).into_par_iter().step_by(step).map(window).collect();
-        let of_patch = SAMPLES.div_ceil(mesh.patches.len());
-        let indices: Vec<usize> =
-            (0..mesh.patches.len()).flat_map(|patch| self.texels_of(patch, of_patch).map(|(_, index)| index)).collect();
-        let texels = indices.iter().map(|&index| level.texels[index]).collect();
-        let sampled = MomentLevel { width: indices.len() as u32, height: 1, texels };
-        AtlasRelief { level, sampled: (sampled, indices), windows }
+        AtlasRelief { level, windows }
     }
 
     /// Converts slopes to rise over run in aligned directions. `lengths` are those of the tangents at the corners of the patches.
