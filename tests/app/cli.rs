@@ -699,7 +699,7 @@ fn the_trex_baked_and_from_the_cache_is_the_same_picture() {
         .map(|entry| entry.unwrap().file_name().into_string().unwrap().rsplit_once('-').unwrap().0.to_owned())
         .collect();
     kinds.sort();
-    assert_eq!(kinds, ["horizon", "horizon", "soil", "trex-8"], "of the animal and of the ground");
+    assert_eq!(kinds, ["classes", "horizon", "horizon", "soil", "trex-8"], "of the animal and of the ground");
     assert_eq!(render("cached.png", "0.3"), baked);
     assert_ne!(render("later.png", "0.6"), baked, "it walks");
     // The animal in the middle differs from the sky above and the ground below.

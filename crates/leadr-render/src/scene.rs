@@ -216,6 +216,9 @@ pub struct Object {
     /// The classes of facets of the relief, from a baked file. Without them, the renderer finds them in the maps. It also finds them if
     /// the height scale is negative, or if the material separates classes.
     pub classes: Option<StoredClasses>,
+    /// Whether one Gaussian of slopes describes the relief well enough, so that it is not divided into classes. Classes of colours that
+    /// [follow the relief](Self::follows_relief) are found nevertheless.
+    pub single_class: bool,
     /// Whether the object casts a shadow.
     pub casts_shadow: bool,
     /// The number of times that the object is drawn, each time with its own pose. Instances share the mesh and the maps on the
@@ -246,6 +249,7 @@ impl Object {
             front_only: false,
             follows_relief: false,
             classes: None,
+            single_class: false,
             casts_shadow: true,
             instances: 1,
         }
@@ -261,6 +265,12 @@ impl Object {
     #[must_use]
     pub fn with_relief_color(self) -> Self {
         Self { follows_relief: true, ..self }
+    }
+
+    /// Describes the relief by one Gaussian of slopes.
+    #[must_use]
+    pub fn with_single_class(self) -> Self {
+        Self { single_class: true, ..self }
     }
 
     /// Adds a [coarser mesh](Self::coarse_mesh), which is drawn wherever it is fine enough.

@@ -60,7 +60,7 @@ pub struct BakeReport {
 struct ClassesReport {
     /// The number of classes in the file.
     stored: usize,
-    /// The relative RMS error of specular reflections for 1, 2, … classes.
+    /// The relative RMS error of reflections for 1, 2, … classes.
     reflection_error: Vec<f64>,
     /// The classes that suit the relief. Slopes are rise over run.
     found: Vec<ClassReport>,
@@ -119,7 +119,7 @@ impl ClassesReport {
 impl fmt::Display for ClassesReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let errors: Vec<String> = self.reflection_error.iter().map(|error| format!("{:.0}", 100.0 * error)).collect();
-        write!(f, "classes         specular reflections err by {} %", errors[0])?;
+        write!(f, "classes         reflections err by {} %", errors[0])?;
         if errors.len() > 1 {
             write!(f, " with one Gaussian, and by {} % with 2 to {} classes", errors[1..].join(", "), errors.len())?;
         }

@@ -118,7 +118,7 @@ impl FoundClasses {
         self.classes.count()
     }
 
-    /// Returns the error of specular reflections for 1, 2, … classes ([`Classes::errors`]).
+    /// Returns the error of reflections for 1, 2, … classes ([`Classes::errors`]).
     pub fn errors(&self) -> &[f64] {
         &self.classes.errors
     }

@@ -52,8 +52,11 @@ struct Material<'a> {
 
 impl<'a> ClassSources<'a> {
     /// Returns the sources of an object that still holds its maps. `stored` are the classes of its file. Returns `None` if one class
-    /// describes every such surface, or if the maps are a large atlas.
+    /// describes the surface, or if the maps are a large atlas.
     pub fn of(object: &'a Object, stored: Option<StoredClasses>) -> Option<Self> {
+        if object.single_class && !object.follows_relief {
+            return None;
+        }
         let field = object.heights.as_ref();
         let has_relief = field.is_some_and(|field| object.height_scale != 0.0 && !is_constant(&field.map.texels));
         let material = object.material.as_ref().filter(|map| has_classes(object, map)).map(|map| Material {
