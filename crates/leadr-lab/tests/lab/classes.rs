@@ -61,8 +61,8 @@ fn reliefs() -> Vec<(&'static str, Relief, Bounds)> {
         ("low studs", Relief::studs(SIZE, 14.0, 10.0, 0.35, 6.0), bounds(0.02, 0.01, 0.01, 0.01, 2.0)),
         ("dense studs", Relief::studs(SIZE, 5.0, 6.0, 0.9, 6.0), bounds(0.02, 0.01, 0.02, 0.01, 3.0)),
         ("bricks", Relief::bricks(SIZE), bounds(0.03, 0.04, 0.03, 0.01, 3.0)),
-        ("grooves", Relief::grooves(SIZE), bounds(0.05, 0.13, 0.02, 0.035, 4.0)),
-        ("tiles", Relief::tiles(SIZE), bounds(0.03, 0.07, 0.03, 0.01, 3.0)),
+        ("grooves", Relief::grooves(SIZE), bounds(0.05, 0.13, 0.03, 0.035, 4.0)),
+        ("tiles", Relief::tiles(SIZE), bounds(0.03, 0.07, 0.03, 0.013, 3.0)),
         ("noise", Relief::noise(SIZE, 0.5), bounds(1e-9, 0.01, 0.015, 0.01, 2.0)),
     ];
     all.extend(scans.into_iter().filter_map(|(name, relief, bounds)| Some((name, relief?, bounds))));

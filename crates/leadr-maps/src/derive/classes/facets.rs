@@ -254,3 +254,22 @@ impl MaterialAt<'_> {
         self.material.is_some() && !self.axes.is_none()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn patterns_of_any_period_have_their_shares() {
+        for period in 2..=12_u32 {
+            // One column of every few is higher, so two of as many columns of cells have slopes.
+            let size = 24 * period;
+            let texels = (0..size * size).map(|i| f32::from(u8::from((i % size).is_multiple_of(period)))).collect();
+            let map = HeightMap { width: size, height: size, texels };
+            let sampled = Facets::OfHeights(&map, Wrap::Repeat).sampled(4096, None);
+            let steep = sampled.iter().filter(|sample| sample.facet.point.x != 0.0).count();
+            let (share, truth) = (steep as f64 / sampled.len() as f64, 2.0 / f64::from(period));
+            assert!((share - truth).abs() < 0.02, "{period}: {share} of {truth}");
+        }
+    }
+}

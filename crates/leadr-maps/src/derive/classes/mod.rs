@@ -36,9 +36,8 @@ const HEIGHT_FLOOR: f64 = 1e-3;
 /// An error that needs no further class, and the gain per class that justifies one.
 const GOOD: f64 = 0.07;
 const GAIN: f64 = 4.0 / 3.0;
-/// The share of the peak of a highlight whose loss needs roughness as a coordinate, and the part of it that classes may still lose.
+/// The share of the peak of a highlight whose loss needs roughness as a coordinate.
 const LOST: f64 = 0.25;
-const STILL_LOST: f64 = 0.5;
 /// The smallest `α²` in this comparison, relative to the mean. A few smooth texels would otherwise decide alone.
 const LEAST_SQUARE: f64 = 0.08;
 /// The largest change of the mean colour that needs no further class, relative to the mean of the brightest channel. The value is half
@@ -361,8 +360,7 @@ impl Judge {
             squares += if change > LEAST_CHANGE { (GOOD * change / LEAST_CHANGE).powi(2) } else { 0.0 };
         }
         if self.lost > LOST {
-            let lost = lost_peak(classes.iter().map(|class| &class.peak));
-            squares += if lost > STILL_LOST * self.lost { lost * lost } else { 0.0 };
+            squares += lost_peak(classes.iter().map(|class| &class.peak)).powi(2);
         }
         squares.sqrt()
     }

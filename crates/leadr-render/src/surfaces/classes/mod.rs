@@ -288,6 +288,7 @@ mod tests {
         ];
         for (i, object) in objects.iter().enumerate() {
             let exact = found(object, None, None);
+            assert_eq!(exact.as_ref().is_some_and(|classes| classes.colors.is_some()), (2..5).contains(&i), "{i}");
             assert!(found(object, None, Some(&cache)) == exact && files().len() == i + 1, "{i}");
             assert!(found(object, None, Some(&cache)) == exact && files().len() == i + 1, "{i}");
         }
