@@ -8,6 +8,7 @@ pub mod cracks;
 pub mod energy_table;
 pub mod extraction_study;
 pub mod facet_walk;
+pub mod hard_edges;
 pub mod least_squares;
 pub mod multiscattering_study;
 pub mod panorama_study;

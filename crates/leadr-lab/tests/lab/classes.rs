@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
+use leadr_lab::hard_edges::{bricks, grooves, studs, tiles};
 use leadr_lab::ray_cast::{Facet, Patch};
 use leadr_lab::relief::Relief;
 use leadr_maps::{HeightMap, load_height_map};
@@ -50,6 +51,7 @@ fn scan(name: &str, depth: f64) -> Option<Relief> {
 }
 
 fn reliefs() -> Vec<(&'static str, Relief, Bounds)> {
+    let relief = |map: &HeightMap| Relief::new(map, 1.0);
     let bounds = |shares, lit, sky, bounces, lean| Bounds { shares, lit, sky, bounces, lean };
     let scans = [
         ("walkway", scan("MetalWalkway006", 0.01), bounds(0.03, 0.03, 0.02, 0.015, 3.0)),
@@ -57,12 +59,12 @@ fn reliefs() -> Vec<(&'static str, Relief, Bounds)> {
         ("leather", scan("Leather027", 0.015), bounds(0.02, 0.03, 0.03, 0.02, 3.0)),
     ];
     let mut all = vec![
-        ("studs", Relief::studs(SIZE, 9.0, 4.0, 0.5, 6.0), bounds(0.03, 0.02, 0.02, 0.013, 3.0)),
-        ("low studs", Relief::studs(SIZE, 14.0, 10.0, 0.35, 6.0), bounds(0.02, 0.01, 0.01, 0.01, 2.0)),
-        ("dense studs", Relief::studs(SIZE, 5.0, 6.0, 0.9, 6.0), bounds(0.02, 0.01, 0.02, 0.01, 3.0)),
-        ("bricks", Relief::bricks(SIZE), bounds(0.03, 0.04, 0.03, 0.01, 3.0)),
-        ("grooves", Relief::grooves(SIZE), bounds(0.05, 0.13, 0.03, 0.035, 4.0)),
-        ("tiles", Relief::tiles(SIZE), bounds(0.03, 0.07, 0.03, 0.013, 3.0)),
+        ("studs", relief(&studs(SIZE, 9.0, 4.0, 0.5, 6.0)), bounds(0.03, 0.02, 0.02, 0.013, 3.0)),
+        ("low studs", relief(&studs(SIZE, 14.0, 10.0, 0.35, 6.0)), bounds(0.02, 0.01, 0.01, 0.01, 2.0)),
+        ("dense studs", relief(&studs(SIZE, 5.0, 6.0, 0.9, 6.0)), bounds(0.02, 0.01, 0.02, 0.01, 3.0)),
+        ("bricks", relief(&bricks(SIZE)), bounds(0.03, 0.04, 0.03, 0.01, 3.0)),
+        ("grooves", relief(&grooves(SIZE)), bounds(0.05, 0.13, 0.03, 0.035, 4.0)),
+        ("tiles", relief(&tiles(SIZE)), bounds(0.03, 0.07, 0.03, 0.013, 3.0)),
         ("noise", Relief::noise(SIZE, 0.5), bounds(1e-9, 0.01, 0.015, 0.01, 2.0)),
     ];
     all.extend(scans.into_iter().filter_map(|(name, relief, bounds)| Some((name, relief?, bounds))));
