@@ -173,3 +173,36 @@ fn maps_of_falling_resolution_are_compared() {
         assert!(40.0 * number(&files[4], "bytes") < number(&files[0], "bytes"), "{files:?}");
     }
 }
+
+/// At a distance, classes of facets are closer to the reference than one Gaussian.
+#[test]
+#[ignore = "long"]
+fn classes_of_facets_are_compared_with_one_gaussian() {
+    let Some(_) = test_gpu() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let output = report(&["--quick", "--only", "classes", "--validation", "--json", "-o", text(folder.path())]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let data = &data(folder.path())["sections"]["classes"]["data"];
+    let list = |key: &str| data[key].as_array().unwrap().clone();
+    let pair = |of: &Value| [0, 1].map(|way| of[way].as_f64().unwrap());
+    let rows = list("pictures");
+    let far: Vec<&Value> = rows.iter().filter(|row| row["view"] == "far" || row["view"] == "low").collect();
+    assert_eq!(far.len(), 6);
+    for row in far {
+        let [gaussian, classes] = pair(&row["rrmse"]);
+        assert!(classes < 0.6 * gaussian, "{row}");
+    }
+    let [gaussian, classes] = pair(&data["zoom"]["flicker"]);
+    assert!(classes < gaussian, "{gaussian} {classes}");
+    // A file with more classes is larger and describes reflections better, and blocks are smaller than 16-bit floats.
+    let files = list("files");
+    assert_eq!(files.len(), 8);
+    let of = |index: usize, key: &str| files[index][key].as_f64().unwrap();
+    for i in 0..6 {
+        assert!(of(i, "bytes_per_texel") < of(i + 2, "bytes_per_texel"), "{files:?}");
+        assert!(of(i, "error") > of(i + 2, "error"), "{files:?}");
+    }
+    for i in [0, 2, 4, 6] {
+        assert!(of(i, "bytes_per_texel") > of(i + 1, "bytes_per_texel"), "{files:?}");
+    }
+}

@@ -1,6 +1,7 @@
 //! The sections of the report. Each has one file, and one row in the table.
 
 mod bench;
+mod classes;
 mod colour;
 mod convergence;
 mod figures;
@@ -43,7 +44,7 @@ pub struct SectionEntry {
 }
 
 /// All sections, in the order of the page.
-pub static SECTIONS: [SectionEntry; 23] = [
+pub static SECTIONS: [SectionEntry; 24] = [
     SectionEntry {
         key: "convergence",
         help: "Convergence of the reference",
@@ -92,6 +93,13 @@ pub static SECTIONS: [SectionEntry; 23] = [
         title: "Shadows between bumps",
         judges_others: false,
         run: shadows::run,
+    },
+    SectionEntry {
+        key: "classes",
+        help: "Hard-edged relief by classes of facets against one Gaussian",
+        title: "Classes of facets",
+        judges_others: false,
+        run: classes::run,
     },
     SectionEntry {
         key: "roughness",

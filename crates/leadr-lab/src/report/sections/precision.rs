@@ -7,7 +7,7 @@ use crate::report::outside::reliefs::relief;
 use crate::report::section::Section;
 use crate::report::studio::{Studio, fault};
 use crate::report::subject::Subject;
-use leadr_maps::bake::{Inputs, Kind, Ktx2File, Layout, Plan, Precision, bake};
+use leadr_maps::bake::{Inputs, Kind, Ktx2File, Layout, LevelError, Plan, Precision, bake};
 use leadr_maps::baked::BakedMap;
 use leadr_maps::{HeightMap, RgbImage, procedural};
 use leadr_render::surfaces::moments::MomentFormat;
@@ -161,6 +161,8 @@ pub(super) struct Baked {
     pub map: BakedMap,
     /// The number of bytes of the file.
     pub bytes: u64,
+    /// The largest error of the classes of facets on any level.
+    pub classes: f64,
     /// The largest variance error on any level.
     variance: f64,
 }
@@ -175,7 +177,8 @@ pub(super) fn baked(inputs: &Inputs, plan: &Plan) -> Result<Baked, LabError> {
         target.finish(&report).map_err(fault)?;
         let bytes = file.metadata().map_err(|e| LabError::io("read the file", &path, e))?.len();
         let map = BakedMap::load(&path).map_err(|e| LabError(e.to_string()))?;
-        Ok(Baked { map, bytes, variance: report.errors.iter().map(|e| e.variance).fold(0.0, f64::max) })
+        let largest = |of: fn(&LevelError) -> f64| report.errors.iter().map(of).fold(0.0, f64::max);
+        Ok(Baked { map, bytes, classes: largest(|e| e.classes), variance: largest(|e| e.variance) })
     })();
     // Errors are ignored, because the file is no longer needed.
     let _ = std::fs::remove_file(&path);

@@ -37,7 +37,7 @@ const DISTANCE: f32 = 1.0;
 const FIELD: f32 = 50.0;
 
 /// The mean luminance of the truth as shown.
-const MEAN_SHOWN: f64 = 0.3;
+pub(super) const MEAN_SHOWN: f64 = 0.3;
 
 /// The reliefs, each with the RMS of its slopes.
 const RELIEFS: [(&str, f64); 2] = [("scratched", 0.15), ("rugged", 0.25)];
