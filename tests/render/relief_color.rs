@@ -232,7 +232,7 @@ fn tops_under_a_detail() {
         };
         let [want, got, mean] = [&truth, &on, &off].map(|picture| red(picture));
         println!("change {change:.5}, red {want:.4}, LEADR {got:.4}, of the mean colour {mean:.4}");
-        assert!((got - want).abs() < 0.6 * (mean - want).abs(), "{want} {got} {mean}");
+        assert!((got - want).abs() < 0.7 * (mean - want).abs(), "{want} {got} {mean}");
         changes.push(change);
     }
     // Colours covered by the detail follow nothing.
