@@ -165,7 +165,11 @@ fn found(
     let scale = DVec2::from(scale.map(|scale| at_least(scale.abs(), 1e-9).copysign(scale)));
     let one = vec![0; sampled.len()];
     let whole = parts(&sampled, &one, 1)[0];
-    let floor = (SLOPE_FLOOR / (scale * scale)).extend(HEIGHT_FLOOR * at_least(whole.covariance.z_axis.z, 1e-20));
+    let floor = match heights {
+        // Only the material counts, also for facets of heights that are all equal.
+        Heights::Flat => DVec3::splat(1e9),
+        _ => (SLOPE_FLOOR / (scale * scale)).extend(HEIGHT_FLOOR * at_least(whole.covariance.z_axis.z, 1e-20)),
+    };
     let texels: Vec<[f64; 4]> = material
         .map_or_else(Vec::new, |material| samples.iter().map(|sample| material.at(sample.material_at)).collect());
     let weights = if material.is_some_and(|material| material.follows_relief) {
