@@ -36,13 +36,13 @@ pub struct ClassImages {
     pub coarse_moments: Image,
     /// See `coarse_moments`.
     pub coarse_colors: Image,
-    /// The [openness](Openness) of each class.
+    /// The [openness](leadr_maps::derive::Openness) of each class.
     pub open: Image,
     /// The centres of the classes.
     pub centers: [[f32; 4]; MOST_CLASSES],
     /// The units of the moments about the centres, and the slope variance of the map in these units, summed over both axes.
     pub unit: [f32; 4],
-    /// The [correlation](Openness::correlation) of the openness of each class.
+    /// The [correlation](leadr_maps::derive::Openness::correlation) of the openness of each class.
     pub correlation: [f32; MOST_CLASSES],
     /// The optical depth of each class towards the sky, at each of [`FACTORS`] of the height scale.
     sky_depths: [[f32; MOST_CLASSES]; FACTORS],
