@@ -25,6 +25,14 @@ fn data(folder: &Path) -> Value {
     serde_json::from_slice(&std::fs::read(folder.join("report.json")).unwrap()).unwrap()
 }
 
+/// Makes the quick form of a section, and returns its folder.
+fn quick(section: &str, output: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let made = report(&["--quick", "--only", section, "--validation", output, "-o", text(folder.path())]);
+    assert_eq!(made.status.code(), Some(0), "{}", String::from_utf8_lossy(&made.stderr));
+    folder
+}
+
 #[test]
 #[ignore = "long"]
 fn a_section_is_measured_and_written_as_page_data_and_pictures() {
@@ -90,9 +98,7 @@ fn sections_keep_page_order() {
 #[ignore = "long"]
 fn the_figures_are_checked_by_their_numbers() {
     let Some(_) = test_gpu() else { return };
-    let folder = tempfile::tempdir().unwrap();
-    let output = report(&["--quick", "--only", "figures", "--validation", "-q", "-o", text(folder.path())]);
-    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let folder = quick("figures", "-q");
     let data = data(folder.path());
     let checks = data["sections"]["figures"]["data"].as_array().unwrap();
     let value = |figure: &str, what: &str| -> f64 {
@@ -156,9 +162,7 @@ fn wrong_calls_are_explained_and_leave_no_files() {
 #[ignore = "long"]
 fn maps_of_falling_resolution_are_compared() {
     let Some(_) = test_gpu() else { return };
-    let folder = tempfile::tempdir().unwrap();
-    let output = report(&["--quick", "--only", "resolution", "--validation", "--json", "-o", text(folder.path())]);
-    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let folder = quick("resolution", "--json");
     let data = data(folder.path());
     let rows = data["sections"]["resolution"]["data"].as_array().unwrap();
     let number = |row: &Value, key: &str| row[key].as_f64().unwrap();
@@ -179,9 +183,7 @@ fn maps_of_falling_resolution_are_compared() {
 #[ignore = "long"]
 fn classes_of_facets_are_compared_with_one_gaussian() {
     let Some(_) = test_gpu() else { return };
-    let folder = tempfile::tempdir().unwrap();
-    let output = report(&["--quick", "--only", "classes", "--validation", "--json", "-o", text(folder.path())]);
-    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let folder = quick("classes", "--json");
     let data = &data(folder.path())["sections"]["classes"]["data"];
     let list = |key: &str| data[key].as_array().unwrap().clone();
     let pair = |of: &Value| [0, 1].map(|way| of[way].as_f64().unwrap());
