@@ -177,15 +177,15 @@ fn found(
     } else {
         Vec::new()
     };
+    let squares: Vec<f64> = texels.iter().map(|texel| texel[3] * texel[3]).collect();
     let judge = Judge {
         reflections: heights.fields(scale.x.signum()).map(|fields| Reflections::new(&fields, &samples, scale)),
         colors: texels.iter().map(|&[r, g, b, _]| DVec3::new(r, g, b)).collect(),
         weights,
-        squares: texels.iter().map(|texel| texel[3] * texel[3]).collect(),
-        lost: 0.0,
-    }
-    .with_lost_peak(&one);
-    let all = &judge.traits(&one, 1)[0];
+        lost: lost_peak(peaks(&squares, &one, 1).iter()),
+        squares,
+    };
+    let all = &judge.traits(&one, 1).remove(0).with_light(&judge);
     let mut errors = vec![judge.error(&[all])];
     let single = Classes {
         errors: Vec::new(),
@@ -306,21 +306,16 @@ struct Traits {
 }
 
 impl Judge {
-    fn with_lost_peak(mut self, one: &[usize]) -> Self {
-        self.lost = lost_peak(self.peaks(one, 1).iter());
-        self
-    }
-
-    /// Returns the sums over the facets of each class.
+    /// Returns the traits of each class, without its light.
     fn traits(&self, class_of: &[usize], count: usize) -> Vec<Traits> {
         let mut colors = vec![ColorSums::default(); count];
         for ((color, weights), class) in self.colors.iter().zip(&self.weights).zip(class_of) {
             colors[*class].add(*color, *weights);
         }
         let mut sums = self.reflections.as_ref().map(|reflections| reflections.sums(class_of, count).into_iter());
-        let traits = colors.into_iter().zip(self.peaks(class_of, count)).map(|(color, peak)| {
+        let traits = colors.into_iter().zip(peaks(&self.squares, class_of, count)).map(|(color, peak)| {
             let sums = sums.as_mut().and_then(Iterator::next);
-            Traits { light: None, sums, color, peak }.with_light(self)
+            Traits { light: None, sums, color, peak }
         });
         traits.collect()
     }
@@ -335,15 +330,6 @@ impl Judge {
             sets.push(if rest == 0 { part.clone() } else { sets[rest].joined(part) });
         }
         sets.into_par_iter().map(|traits| Traits { sums: None, ..traits.with_light(self) }).collect()
-    }
-
-    fn peaks(&self, class_of: &[usize], count: usize) -> Vec<Peak> {
-        let mut peaks = vec![Peak::default(); count];
-        let least = LEAST_SQUARE * self.squares.iter().sum::<f64>() / self.squares.len().max(1) as f64;
-        for (square, class) in self.squares.iter().zip(class_of) {
-            peaks[*class].add(square.max(least).max(1e-12));
-        }
-        peaks
     }
 
     /// Whether colours follow the relief if all facets are one class.
@@ -405,6 +391,16 @@ impl Peak {
         self.peak += other.peak;
         self.square += other.square;
     }
+}
+
+/// Returns the peaks of classes of facets with these `α²`.
+fn peaks(squares: &[f64], class_of: &[usize], count: usize) -> Vec<Peak> {
+    let mut peaks = vec![Peak::default(); count];
+    let least = LEAST_SQUARE * squares.iter().sum::<f64>() / squares.len().max(1) as f64;
+    for (square, class) in squares.iter().zip(class_of) {
+        peaks[*class].add(square.max(least).max(1e-12));
+    }
+    peaks
 }
 
 /// Returns the share of the peak of a highlight that is lost if each class has one lobe of its mean `α²`.

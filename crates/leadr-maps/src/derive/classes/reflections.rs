@@ -116,6 +116,8 @@ impl Sums {
 /// The reflections of facets.
 pub(super) struct Reflections {
     facets: Vec<Lit>,
+    /// The lobe of each pair on a facet.
+    lobes: Vec<FacetSpecular>,
     /// The Cholesky factor of the slope covariance of all facets.
     cholesky: DVec3,
     /// The specular and the diffuse reflection of each pair, and the weight of an error.
@@ -142,7 +144,9 @@ impl Reflections {
         let mean = facets.iter().map(|facet| facet.slope).sum::<DVec2>() / number;
         let covariance =
             facets.iter().map(|facet| facet.covariance + square(facet.slope - mean)).sum::<DVec3>() / number;
-        let light = Self::of_facets(&facets);
+        let lobe = |view: Direction| lights().map(|light| facet_specular(view.w, light.w, ALPHA, 0.0));
+        let lobes: Vec<FacetSpecular> = views().into_iter().flat_map(lobe).collect();
+        let light = Self::of_facets(&facets, &lobes);
         let mut truth = light.reflected;
         for terms in &mut truth {
             for (terms, area) in terms.chunks_exact_mut(LIGHT_COUNT).zip(light.area) {
@@ -154,10 +158,10 @@ impl Reflections {
             let mean = (terms.iter().sum::<f32>() / PAIRS as f32).max(1e-9);
             terms.map(|term| 2.0 / (term + mean))
         });
-        Self { facets, cholesky: slope_cholesky(covariance), truth, weight }
+        Self { facets, lobes, cholesky: slope_cholesky(covariance), truth, weight }
     }
 
-    fn of_facets(facets: &[Lit]) -> Light {
+    fn of_facets(facets: &[Lit], lobes: &[FacetSpecular]) -> Light {
         let lights = lights();
         let per = 1.0 / facets.len().max(1) as f64;
         let (mut area, mut reflected) = ([0.0; VIEWS.len()], [[0.0; PAIRS]; 2]);
@@ -166,14 +170,14 @@ impl Reflections {
             .enumerate()
             .map(|(v, view)| {
                 let (mut area, mut terms) = (0.0, [[0.0; 2]; LIGHT_COUNT]);
-                let halves = lights.map(|light| facet_specular(view.w, light.w, ALPHA, 0.0));
+                let lobes = &lobes[v * LIGHT_COUNT..][..LIGHT_COUNT];
                 for facet in facets.iter().filter(|facet| facet.open[0] >> v & 1 == 1) {
                     let seen = meso_area(view.w, facet.slope).max(0.0);
                     let length = facet.slope.extend(1.0).length();
                     area += seen;
                     for (i, ([specular, diffuse], light)) in terms.iter_mut().zip(&lights).enumerate() {
                         if facet.open[1] >> i & 1 == 1 {
-                            *specular += facet.specular(&halves[i]);
+                            *specular += facet.specular(&lobes[i]);
                             *diffuse += seen * meso_area(light.w, facet.slope).max(0.0) / length;
                         }
                     }
@@ -258,9 +262,8 @@ impl Reflections {
             light.area[v] = area as f32;
             for (i, (wi, open, other)) in of_lights.iter().enumerate() {
                 let lit = class_lit_fraction(Shadowing::Correlated, correlation, [seen, *open], [own, *other]);
-                let light_on = facet_specular(view.w, *wi, ALPHA, 0.0);
-                let density = facet_specular_density(&light_on, mean, cholesky, Shadowing::Correlated);
                 let p = v * LIGHT_COUNT + i;
+                let density = facet_specular_density(&self.lobes[p], mean, cholesky, Shadowing::Correlated);
                 light.reflected[0][p] = (share * seen * lit * density) as f32;
                 light.reflected[1][p] = (area * lit * mean_cosine(&normals, *wi)) as f32;
             }
