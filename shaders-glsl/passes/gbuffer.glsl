@@ -11,11 +11,10 @@ const vec4 NO_CONE = vec4(0.0, 0.0, 1.0, -1.0);
 const int MOST_CLASSES = 4;
 const int MOST_VIEWS = 3;
 
-// The classes of facets under a pixel, such as tops, walls and bottoms, with CLASSES > 1 (leadr/masking/classes.glsl).
+// The classes of facets under a pixel, such as tops, walls and bottoms, with CLASSES > 1 (leadr/masking/classes.glsl). They have the order
+// of the maps.
 struct FacetClasses {
-    int count;
-    int number[MOST_CLASSES];      // number of the class in the maps
-    float share[MOST_CLASSES];     // fraction of the mesosurface; the shares sum to one
+    vec4 share;                    // fraction of the mesosurface; the shares sum to one, and a class that is not shaded has 0
     vec2 mean[MOST_CLASSES];       // mean slope, in the frame about the normal
     vec3 covariance[MOST_CLASSES]; // covariance of the slopes
     vec4 material[MOST_CLASSES];   // rgb: linear albedo; a: Beckmann roughness alpha

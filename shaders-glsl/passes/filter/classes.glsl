@@ -176,38 +176,27 @@ void add_class_parts(inout ClassParts parts, const ClassMeans means, const vec2 
 FacetClasses facet_classes(const ClassParts parts, const ClassMeans means, const float scale, const SlopeMap map, const vec2 slope,
                            const vec3 covariance, const vec4 material, const vec4 tint) {
     FacetClasses classes;
-    classes.count = 0;
-    float whole = 0.0;
+    classes.share = vec4(0.0);
     [[unroll]] for (int k = 0; k < CLASSES; ++k) {
         SlopePart part = parts.part[k];
-        float w = part.area;
-        if (w > LEAST_CLASS) {
-            int n = classes.count;
-            classes.number[n] = k;
-            classes.share[n] = w;
-            classes.mean[n] = map_mean_slope(map, scale * part.mean) + slope;
-            classes.covariance[n] = map_covariance(map, scale_height(part.covariance, scale)) + covariance;
-            classes.material[n] = material;
-            if (CLASS_COLORS) {
-                // A class that the footprint in the colours does not contain has the mean material.
-                const float least = LEAST_CLASS * LEAST_CLASS;
-                vec4 color = (max(means.color[k], 0.0) + least * material) / (max(means.color_weight[k], 0.0) + least);
-                classes.material[n] = tint * vec4(color.rgb, sqrt(color.a));
-            }
-            whole += w;
-            classes.count = n + 1;
+        classes.share[k] = part.area > LEAST_CLASS ? part.area : 0.0;
+        classes.mean[k] = map_mean_slope(map, scale * part.mean) + slope;
+        classes.covariance[k] = map_covariance(map, scale_height(part.covariance, scale)) + covariance;
+        classes.material[k] = material;
+        if (CLASS_COLORS) {
+            // A class that the footprint in the colours does not contain has the mean material.
+            const float least = LEAST_CLASS * LEAST_CLASS;
+            vec4 color = (max(means.color[k], 0.0) + least * material) / (max(means.color_weight[k], 0.0) + least);
+            classes.material[k] = tint * vec4(color.rgb, sqrt(color.a));
         }
     }
+    classes.share /= max(dot(classes.share, vec4(1.0)), 1e-6);
     classes.views = 0;
     add_openness_view(classes, mat2(map.linear_s, map.linear_t), scale, 1.0);
     classes.offset = map.offset;
     classes.inside = parts.inside;
-    for (int n = 0; n < MOST_CLASSES; ++n) {
-        classes.correlation[n] = n < classes.count ? OBJECT.class_correlation[classes.number[n]] : 1.0;
-        classes.sky_depth[n] = n < classes.count ? classes.inside * OBJECT.class_sky_depth[classes.number[n]] : 0.0;
-        classes.share[n] = n < classes.count ? classes.share[n] / max(whole, 1e-6) : 0.0;
-        classes.number[n] = n < classes.count ? classes.number[n] : 0;
-    }
+    classes.correlation = OBJECT.class_correlation;
+    classes.sky_depth = classes.inside * OBJECT.class_sky_depth;
     return classes;
 }
 

@@ -781,7 +781,7 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
             }
         }
         if (CLASS_COLORS && DETAIL_COLORS != DETAIL_COLORLESS) {
-            for (int n = 0; n < filtered.classes.count; ++n) {
+            [[unroll]] for (int n = 0; n < CLASSES; ++n) {
                 vec4 own = filtered.classes.material[n];
                 vec4 covered = color_with_detail(vec4(own.rgb, own.a * own.a), covering);
                 filtered.classes.material[n] = vec4(covered.rgb, sqrt(covered.a));
@@ -790,7 +790,7 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
         if (ATLAS) {
             // Footprints below the finest level of the classes have one class.
             float one = clamp(first_class_level(size) - footprint.lod, 0.0, 1.0);
-            for (int n = 0; n < filtered.classes.count; ++n) {
+            [[unroll]] for (int n = 0; n < CLASSES; ++n) {
                 filtered.classes.mean[n] = mix(filtered.classes.mean[n], mean_slope, one);
                 filtered.classes.covariance[n] = mix(filtered.classes.covariance[n], covariance, one);
                 filtered.classes.material[n] = mix(filtered.classes.material[n], color, one);

@@ -22,7 +22,7 @@ struct PixelSky {
 PixelSky pixel_sky;
 // The class that is shaded.
 struct ShadedClass {
-    int number;        // number of the class in the maps
+    int number;
     float seen;        // openness towards the viewer
     float correlation; // of the openness towards different directions
 };
@@ -39,7 +39,7 @@ vec4 class_openness_at(const vec2 at) {
 }
 #endif
 
-// Returns the openness of the classes towards w, in the order of the maps.
+// Returns the openness of the classes towards w.
 vec4 classes_open(const vec3 w) {
     float up = w.z - dot(pixel_classes.offset, w.xy);
     int views = TRIPLANAR ? pixel_classes.views : 1;
@@ -51,14 +51,14 @@ vec4 classes_open(const vec3 w) {
     return up > 0.0 ? open : vec4(0.0);
 }
 
-// Returns the openness of the class with this number. of_map is the openness in the order of the maps.
-float class_open(const int number, const vec4 of_map) {
-    return openness_inside(of_map[number], pixel_classes.inside);
+// Returns the openness of a class. of_map is the openness of all classes on the map.
+float class_open(const int k, const vec4 of_map) {
+    return openness_inside(of_map[k], pixel_classes.inside);
 }
 
 // Prepares the shading of the classes, and returns the share of each in the visible area.
 vec4 classes_seen(inout Surface surface) {
-    vec4 share = vec4(pixel_classes.share[0], pixel_classes.share[1], pixel_classes.share[2], pixel_classes.share[3]);
+    vec4 share = pixel_classes.share;
     if (!BY_CLASS) {
         return share;
     }
@@ -66,20 +66,24 @@ vec4 classes_seen(inout Surface surface) {
     surface.whole_cholesky = slope_cholesky(surface.slope_covariance);
     surface.whitened = whitened_direction(surface.wo, surface.whole_cholesky);
     vec4 of_map = classes_open(surface.wo);
-    for (int k = 0; k < pixel_classes.count; ++k) {
-        pixel_seen[k] = max(class_open(pixel_classes.number[k], of_map), LEADR_MIN_OPEN);
+    [[unroll]] for (int k = 0; k < CLASSES; ++k) {
+        pixel_seen[k] = max(class_open(k, of_map), LEADR_MIN_OPEN);
         share[k] *= visible_area(surface.wo, pixel_classes.mean[k], pixel_classes.covariance[k]) * pixel_seen[k];
     }
     return share / max(dot(share, vec4(1.0)), 1e-9);
 }
 
-// Returns the surface that consists of one class only.
-Surface class_part(Surface surface, const int k) {
-    shaded_class = ShadedClass(pixel_classes.number[k], pixel_seen[k], pixel_classes.correlation[k]);
-    surface.mean_slope = pixel_classes.mean[k];
-    surface.slope_covariance = pixel_classes.covariance[k];
-    surface.albedo = pixel_classes.material[k].rgb;
-    surface.alpha = pixel_classes.material[k].a;
+// Returns the surface that consists of one class only. Drivers would keep arrays with variable indices in memory.
+Surface class_part(Surface surface, const int number) {
+    shaded_class = ShadedClass(number, pixel_seen[number], pixel_classes.correlation[number]);
+    [[unroll]] for (int k = 0; k < CLASSES; ++k) {
+        if (k == number) {
+            surface.mean_slope = pixel_classes.mean[k];
+            surface.slope_covariance = pixel_classes.covariance[k];
+            surface.albedo = pixel_classes.material[k].rgb;
+            surface.alpha = pixel_classes.material[k].a;
+        }
+    }
     return surface;
 }
 

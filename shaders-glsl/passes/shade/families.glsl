@@ -170,7 +170,7 @@ vec3 family_radiance(Surface surface) {
         vec2 tilt = tilt_to_edge(surface.wo, surface.mean_slope);
         surface.mean_slope += tilt;
         surface.slope_covariance += vec3(tilt * tilt, tilt.x * tilt.y);
-        for (int k = 0; CLASSES > 1 && k < pixel_classes.count; ++k) {
+        [[unroll]] for (int k = 0; CLASSES > 1 && k < CLASSES; ++k) {
             pixel_classes.mean[k] += tilt;
             pixel_classes.covariance[k] += vec3(tilt * tilt, tilt.x * tilt.y);
         }

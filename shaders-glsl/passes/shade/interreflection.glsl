@@ -27,22 +27,20 @@ vec3 relief_radiance(const Surface surface, const float larger) {
     vec2 m[4] = vec2[4](surface.mean_slope, vec2(0.0), vec2(0.0), vec2(0.0));
     vec3 S[4] = vec3[4](surface.slope_covariance, vec3(0.0), vec3(0.0), vec3(0.0));
     vec3 albedo[4] = vec3[4](surface.albedo, vec3(0.0), vec3(0.0), vec3(0.0));
-    int count = 1;
     if (CLASSES > 1) {
         FacetClasses c = pixel_classes;
-        count = c.count;
-        share = vec4(c.share[0], c.share[1], c.share[2], c.share[3]);
+        share = c.share;
         depth = c.sky_depth;
-        m = c.mean;
-        S = c.covariance;
-        for (int k = 0; k < MOST_CLASSES; ++k) {
-            albedo[k] = k < count ? c.material[k].rgb : vec3(0.0);
+        [[unroll]] for (int k = 0; k < CLASSES; ++k) {
+            m[k] = c.mean[k];
+            S[k] = c.covariance[k];
+            albedo[k] = c.material[k].rgb;
         }
     }
     for (int k = 0; k < 4; ++k) {
         albedo[k] = albedo[k] * (1.0 - mean_schlick(surface.diffuse_f0)) + mean_schlick(surface.f0);
     }
-    ClassSky sky = class_sky(count, share, m, S, depth);
+    ClassSky sky = class_sky(CLASSES, share, m, S, depth);
     sky.blocked = 1.0 - (1.0 - sky.blocked) * (1.0 - larger);
     ReliefBounces bounces = relief_bounces(sky, albedo);
     vec3 up = normal_of_slope(sky.mean);
@@ -57,8 +55,8 @@ vec3 relief_radiance(const Surface surface, const float larger) {
             vec4 lit = share;
             if (BY_CLASS) {
                 vec4 of_map = classes_open(light.wi);
-                for (int k = 0; k < count; ++k) {
-                    lit[k] *= visible_area(light.wi, m[k], S[k]) * class_open(pixel_classes.number[k], of_map);
+                [[unroll]] for (int k = 0; k < CLASSES; ++k) {
+                    lit[k] *= visible_area(light.wi, m[k], S[k]) * class_open(k, of_map);
                 }
                 lit /= max(dot(lit, vec4(1.0)), 1e-9);
             }

@@ -642,8 +642,18 @@ vec3 classes_radiance(Surface surface) {
     if (sees_sky) {
         look_up_sky(surface);
     }
+    // The numbers of the visible classes, with two bits each.
+    uint numbers = 0u;
+    int count = 0;
+    [[unroll]] for (int k = 0; k < CLASSES; ++k) {
+        if (seen[k] > 0.0) {
+            numbers |= uint(k) << (2 * count);
+            ++count;
+        }
+    }
     vec3 sum = vec3(0.0);
-    for (int k = 0; k < pixel_classes.count; ++k) {
+    for (int i = 0; i < count; ++i) {
+        int k = int(numbers >> (2 * i)) & 3;
         Surface part = class_part(surface, k);
         if (sees_sky) {
             part.sky_light = class_sky_light(part);
