@@ -4,8 +4,8 @@
 #define LEADR_FILTER_CLASSES
 #include "leadr/slopes/rotation.glsl"
 
-// For each class, one layer with (w, w x, w y, w z) and one with (w xx, w yy, w xy, w zz). w is the weight of the class, x and y are the
-// slope about the centre of the class, and z is the height about this centre.
+// For each class, the six values w, w x, w y, w xx, w yy, w xy, packed in layers of four. w is the weight of the class, and x and y are the
+// slope about the centre of the class.
 layout(set = 2) uniform sampler2DArray class_moments;
 // For each class, its weight times (colour, alpha^2). One more layer has the weights. The finest levels of large maps are left out.
 layout(set = 2) uniform sampler2DArray class_colors;
@@ -19,9 +19,12 @@ layout(constant_id = 68) const bool CLASS_COLORS = false; // whether colours or 
 // The smallest weight of a class that is shaded. The weights of the other classes go to the remaining ones.
 const float LEAST_CLASS = 1.0 / 256.0;
 
+const int CLASS_LAYERS = (3 * CLASSES + 1) / 2;
+const int MOST_CLASS_LAYERS = 6;
+
 struct ClassMeans {
-    vec4 first[MOST_CLASSES];
-    vec4 second[MOST_CLASSES];
+    vec3 first[MOST_CLASSES];  // w, w x, w y
+    vec3 second[MOST_CLASSES]; // w xx, w yy, w xy
     vec4 color[MOST_CLASSES];
     vec4 color_weight;
 };
@@ -29,16 +32,26 @@ struct ClassMeans {
 ClassMeans no_class_means() {
     ClassMeans means;
     for (int k = 0; k < MOST_CLASSES; ++k) {
-        means.first[k] = means.second[k] = means.color[k] = vec4(0.0);
+        means.first[k] = means.second[k] = vec3(0.0);
+        means.color[k] = vec4(0.0);
     }
     means.color_weight = vec4(0.0);
     return means;
 }
 
+// Returns values i to i + 2 in the layers. The index must be constant.
+vec3 class_values(const vec4 layers[MOST_CLASS_LAYERS], const int i) {
+    return vec3(layers[i / 4][i % 4], layers[(i + 1) / 4][(i + 1) % 4], layers[(i + 2) / 4][(i + 2) % 4]);
+}
+
 void add_class_moments(inout ClassMeans means, const float weight, const vec2 texcoord, const float lod) {
+    vec4 layers[MOST_CLASS_LAYERS];
+    [[unroll]] for (int i = 0; i < CLASS_LAYERS; ++i) {
+        layers[i] = textureLod(class_moments, vec3(texcoord, float(i)), lod);
+    }
     [[unroll]] for (int k = 0; k < CLASSES; ++k) {
-        means.first[k] += weight * textureLod(class_moments, vec3(texcoord, float(2 * k)), lod);
-        means.second[k] += weight * textureLod(class_moments, vec3(texcoord, float(2 * k + 1)), lod);
+        means.first[k] += weight * class_values(layers, 6 * k);
+        means.second[k] += weight * class_values(layers, 6 * k + 3);
     }
 }
 
@@ -68,11 +81,14 @@ void add_atlas_classes(inout ClassMeans means, const float weight, const uint in
     vec2 at = (tile_start(point.index) + point.at * tile_inner()) / size;
     float mip = levels.mip - first_class_level(size);
     mat2 rotation = aligned_slopes(index) * slope_rotation(point.gradient, lengths) * transpose(aligned_slopes(point.index));
+    vec4 layers[MOST_CLASS_LAYERS];
+    [[unroll]] for (int i = 0; i < CLASS_LAYERS; ++i) {
+        layers[i] = layer_mix(class_moments, coarse_class_moments, i, at, mip, point, levels);
+    }
     [[unroll]] for (int k = 0; k < CLASSES; ++k) {
-        vec4 first = layer_mix(class_moments, coarse_class_moments, 2 * k, at, mip, point, levels);
-        vec4 second = layer_mix(class_moments, coarse_class_moments, 2 * k + 1, at, mip, point, levels);
-        means.first[k] += weight * vec4(first.x, rotation * first.yz, first.w);
-        means.second[k] += weight * vec4(map_second_moments(rotation, second.xyz), second.w);
+        vec3 first = class_values(layers, 6 * k);
+        means.first[k] += weight * vec3(first.x, rotation * first.yz);
+        means.second[k] += weight * map_second_moments(rotation, class_values(layers, 6 * k + 3));
     }
     if (CLASS_COLORS) {
         mip = levels.mip - log2(size.x / float(textureSize(class_colors, 0).x));
@@ -95,7 +111,7 @@ void joined_class_moments(const ClassMeans means, out vec2 mean, out vec3 second
         mean += w * centre + about;
         second += w * vec3(centre * centre, centre.x * centre.y)
                 + vec3(2.0 * centre * about, centre.x * about.y + centre.y * about.x)
-                + vec3(unit.xy * unit.xy, unit.x * unit.y) * means.second[k].xyz;
+                + vec3(unit.xy * unit.xy, unit.x * unit.y) * means.second[k];
         whole += w;
     }
     mean /= max(whole, 1e-6);
@@ -128,7 +144,7 @@ SlopePart class_part_of(const ClassMeans means, const int k) {
     vec2 unit = OBJECT.class_unit.xy;
     float w = max(means.first[k].x, 1e-12);
     vec2 about = means.first[k].yz / w;
-    vec3 variance = vec3(unit * unit, unit.x * unit.y) * covariance_from_moments(about, means.second[k].xyz / w);
+    vec3 variance = vec3(unit * unit, unit.x * unit.y) * covariance_from_moments(about, means.second[k] / w);
     return SlopePart(OBJECT.class_centers[k].xy + unit * about, variance, means.first[k].x);
 }
 

@@ -28,7 +28,7 @@ const FACTOR_RANGE: [f64; FACTORS] = [0.015625, 0.03125, 0.0625, 0.125, 0.25, 0.
 /// The images of the classes. Clones share the images.
 #[derive(Clone)]
 pub struct ClassImages {
-    /// Two layers per class ([`leadr_maps::ClassLevel`]).
+    /// The [shaded](SHADED) moments of each class, packed in layers of four.
     pub moments: Image,
     /// The weighted colours of each class, and the weights.
     pub colors: Image,
@@ -89,7 +89,7 @@ impl ClassImages {
         }
         let [s, t, h] = map.units;
         let unit = [s, t, h, variance_in_units(&map)];
-        let moments = uploaded(gpu, &format!("{name} class moments"), map.levels)?;
+        let moments = uploaded(gpu, &format!("{name} class moments"), map.levels.into_iter().map(packed).collect())?;
         let mut centers = [[0.0; 4]; MOST_CLASSES];
         centers.iter_mut().zip(&map.centers).for_each(|(to, [s, t, h])| *to = [*s, *t, *h, 0.0]);
         let side = OPENNESS_SIDE as u32;
@@ -148,8 +148,8 @@ impl ClassAtlas<'_> {
             SOURCE_LEVEL.saturating_sub(skipped) as usize
         };
         let ClassLevel { layers, .. } = &classes.map.levels[source(&classes.map.levels)];
-        let moments = image("moments", layers.len())?;
-        for (pair, layers) in (0..).step_by(2).zip(layers.chunks_exact(2)) {
+        let mut coarse = Vec::new();
+        for layers in layers.chunks_exact(2) {
             let texel = |(first, second): (&[f16; 4], &[f16; 4])| {
                 let mut texel = [0.0; 8];
                 texel[..4].copy_from_slice(&floats(first));
@@ -158,10 +158,15 @@ impl ClassAtlas<'_> {
             };
             let texels: Vec<[f32; 8]> = layers[0].iter().zip(&layers[1]).map(texel).collect();
             let levels = coarse_levels(&star, &frames, shape, &texels);
-            for (layer, half) in (pair..pair + 2).zip([0, 4]) {
+            for half in [0, 4] {
                 let part = |texel: &[f32; 8]| std::array::from_fn(|i| texel[half + i]);
-                moments.write(0, layer, &halves(levels.iter().map(part).collect()))?;
+                coarse.push(halves(levels.iter().map(part).collect()));
             }
+        }
+        let coarse = packed(ClassLevel { width, height, layers: coarse });
+        let moments = image("moments", coarse.layers.len())?;
+        for (number, layer) in (0..).zip(&coarse.layers) {
+            moments.write(0, number, layer)?;
         }
         let Some(colors) = &classes.colors else { return Ok([moments, none.coarse_colors.clone()]) };
         let ClassLevel { layers, .. } = &colors.levels[source(&colors.levels)];
@@ -172,6 +177,28 @@ impl ClassAtlas<'_> {
         }
         Ok([moments, image])
     }
+}
+
+/// The moments of a class that shaders read, by layer and component of a [`ClassLevel`]. They are those of the slopes.
+const SHADED: [[usize; 2]; 6] = [[0, 0], [0, 1], [0, 2], [1, 0], [1, 1], [1, 2]];
+
+/// Returns the number of layers that hold the shaded moments of this many classes.
+pub const fn packed_layers(classes: usize) -> usize {
+    (SHADED.len() * classes).div_ceil(4)
+}
+
+/// Packs the shaded moments of all classes in layers of four.
+fn packed(level: ClassLevel) -> ClassLevel {
+    let ClassLevel { width, height, layers } = level;
+    let classes = layers.len() / 2;
+    let value = |at: usize, texel: usize| {
+        let [layer, component] = SHADED[at % SHADED.len()];
+        let class = at / SHADED.len();
+        if class < classes { layers[2 * class + layer][texel][component] } else { f16::ZERO }
+    };
+    let texels = width as usize * height as usize;
+    let layer = |n: usize| (0..texels).map(|texel| std::array::from_fn(|i| value(4 * n + i, texel))).collect();
+    ClassLevel { width, height, layers: (0..packed_layers(classes)).map(layer).collect() }
 }
 
 /// Uploads levels. Each layer is freed after its upload.

@@ -1,8 +1,8 @@
 //! The classes of facets of an object's relief, such as the tops, walls and bottoms of bricks
 //! ([`classes`](leadr_maps::derive::classes)).
 //!
-//! One class is one Gaussian of slopes. A relief with more classes has two image layers per class with slope and height moments, and
-//! one layer per class with colours if the classes differ in material. A smooth surface has only the classes of its material.
+//! One class is one Gaussian of slopes. A relief with more classes has an image with six slope moments per class, and one layer per
+//! class with colours if the classes differ in material. A smooth surface has only the classes of its material.
 
 mod images;
 mod sources;
@@ -189,9 +189,13 @@ impl ObjectClasses {
     /// Returns the number of bytes of each image.
     pub fn bytes(&self) -> [u64; 2] {
         let bytes =
-            |level: &ClassLevel| 8 * u64::from(level.width) * u64::from(level.height) * level.layers.len() as u64;
+            |level: &ClassLevel, layers: usize| 8 * u64::from(level.width) * u64::from(level.height) * layers as u64;
         let colors = self.colors.iter().flat_map(|colors| &colors.levels);
-        [self.map.levels.iter().map(bytes).sum(), colors.map(bytes).sum()]
+        let layers = images::packed_layers(self.map.count());
+        [
+            self.map.levels.iter().map(|level| bytes(level, layers)).sum(),
+            colors.map(|level| bytes(level, level.layers.len())).sum(),
+        ]
     }
 }
 
