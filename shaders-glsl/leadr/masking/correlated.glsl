@@ -3,6 +3,7 @@
 
 #include "../facets/projected_area.glsl"
 #include "../fma.glsl"
+#include "smith.glsl"
 
 // Computes masking and shadowing with the correlation between the directions of viewer and light:
 //     G = 1 / (1 + max(Lambda_o, Lambda_i) + f min(Lambda_o, Lambda_i))
@@ -69,6 +70,22 @@ float decorrelation(const vec2 po, const vec2 pi, const float both, const float 
     return (t + 1e-9) / (t + half_width + 1e-9);
 }
 
+// Returns the factor f as x / (x + y). Callers merge the quotient into a division of their own. All arguments of `decorrelation` that are
+// areas may have any common scale.
+vec2 decorrelation_quotient(const vec2 po, const vec2 pi, const float both, const float more, const float less, const bool simple) {
+    // The cosine, the sine and `along` of `decorrelation`, times scale.
+    float scale = sqrt(max(dot(po, po) * dot(pi, pi), 1e-12));
+    float cosine = dot(po, pi);
+    float sine = abs(cross_product(po, pi));
+    float over = cosine >= 0.0 ? scale + cosine : sine * sine, under = cosine >= 0.0 ? 1.0 : scale - cosine; // of `along`
+    if (simple) return vec2((sine + 1e-9 * scale) * under, 0.26 * over);
+    float sum = max(more + less, 1e-12);
+    float along = over / (sum * under);
+    float late = 0.3 * (more - less) * along;
+    float t = max(sqrt(sine * sine + late * late) + late, 1e-9 * scale); // the result is multiplied by t and both + 2 less
+    return vec2(max((sine * sine + 1e-9 * scale * t) * max(both + 2.0 * less, 1e-12), 1e-25), 0.5 * both * sum * along * t);
+}
+
 // Returns G A_o / a_o, the lit fraction of the visible area, 0..1. The fraction weights a light, or a sample of an environment, in a sum
 // that already includes masking.
 float lit_fraction(const int shadowing, const DirectionArea o, const DirectionArea i) {
@@ -84,6 +101,24 @@ float lit_fraction(const int shadowing, const DirectionArea o, const DirectionAr
     if (shadowing != LEADR_SHADOWING_SMITH)
         f = decorrelation(o.whitened, i.whitened, ao * ai, more, less, shadowing == LEADR_SHADOWING_CORRELATED_SIMPLE);
     return seen / max(seen + max(hidden_i - hidden_o, 0.0) + f * less, 1e-30);
+}
+
+// Returns lit_fraction of slopes with the same variance along all axes, with fewer divisions. ao and Ao are the projected area of the
+// mesosurface, at least 0, and the visible area for the viewer.
+float round_lit_fraction(const int shadowing, const vec3 wo, const float ao, const float Ao, const vec3 wi, const vec2 m, const float variance) {
+    if (shadowing == LEADR_SHADOWING_NONE || shadowing == LEADR_SHADOWING_NORMAL_MAP) return 1.0;
+    float ai = max(meso_area(wi, m), 0.0);
+    AreaQuotient i = visible_area_quotient(wi, m, vec3(vec2(variance), 0.0));
+    // All areas are multiplied by i.under.
+    float seen = ai * i.under * max(Ao, LEADR_MIN_AREA);
+    float hidden_o = max(Ao - ao, 0.0) * ai * i.under;
+    float hidden_i = max(i.over - ai * i.under, 0.0) * ao;
+    float less = min(hidden_o, hidden_i);
+    vec2 f = vec2(1.0, 0.0);
+    if (shadowing != LEADR_SHADOWING_SMITH)
+        f = decorrelation_quotient(wo.xy, wi.xy, ao * ai * i.under, max(hidden_o, hidden_i), less, shadowing == LEADR_SHADOWING_CORRELATED_SIMPLE);
+    float all = f.x + f.y;
+    return seen * all / max((seen + max(hidden_i - hidden_o, 0.0)) * all + f.x * less, 1e-36);
 }
 
 // Returns G / a_o, within 0..1e6. The result is the factor of F D / 4 in f_r cos(theta_i). The factor is 1 for a normal map, whose facets

@@ -23,11 +23,11 @@ PixelSky pixel_sky;
 // The class that is shaded.
 struct ShadedClass {
     int number;
-    float seen;        // openness towards the viewer
+    float depth;       // optical depth towards the viewer
     float correlation; // of the openness towards different directions
 };
 ShadedClass shaded_class;
-vec4 pixel_seen; // openness of the classes towards the viewer
+vec4 pixel_depth; // optical depths of the classes towards the viewer
 
 #ifdef LEADR_CLASS_OPENNESS
 vec4 class_openness_at(const vec2 at) {
@@ -51,9 +51,9 @@ vec4 classes_open(const vec3 w) {
     return up > 0.0 ? open : vec4(0.0);
 }
 
-// Returns the openness of a class. of_map is the openness of all classes on the map.
-float class_open(const int k, const vec4 of_map) {
-    return openness_inside(of_map[k], pixel_classes.inside);
+// Returns the optical depth of a class. of_map is the openness of all classes on the map.
+float class_depth(const int k, const vec4 of_map) {
+    return depth_inside(of_map[k], pixel_classes.inside);
 }
 
 // Prepares the shading of the classes, and returns the share of each in the visible area.
@@ -67,15 +67,15 @@ vec4 classes_seen(inout Surface surface) {
     surface.whitened = whitened_direction(surface.wo, surface.whole_cholesky);
     vec4 of_map = classes_open(surface.wo);
     [[unroll]] for (int k = 0; k < CLASSES; ++k) {
-        pixel_seen[k] = max(class_open(k, of_map), LEADR_MIN_OPEN);
-        share[k] *= visible_area(surface.wo, pixel_classes.mean[k], pixel_classes.covariance[k]) * pixel_seen[k];
+        pixel_depth[k] = class_depth(k, of_map);
+        share[k] *= visible_area(surface.wo, pixel_classes.mean[k], pixel_classes.covariance[k]) / (1.0 + pixel_depth[k]);
     }
     return share / max(dot(share, vec4(1.0)), 1e-9);
 }
 
 // Returns the surface that consists of one class only. Drivers would keep arrays with variable indices in memory.
 Surface class_part(Surface surface, const int number) {
-    shaded_class = ShadedClass(number, pixel_seen[number], pixel_classes.correlation[number]);
+    shaded_class = ShadedClass(number, pixel_depth[number], pixel_classes.correlation[number]);
     [[unroll]] for (int k = 0; k < CLASSES; ++k) {
         if (k == number) {
             surface.mean_slope = pixel_classes.mean[k];
@@ -90,8 +90,8 @@ Surface class_part(Surface surface, const int number) {
 // Returns the fraction of the visible facets of the shaded class that are lit from wi. of_map is the openness towards wi.
 float class_lit(const Surface surface, const vec3 wi, const vec4 of_map) {
     vec2 whitened = whitened_direction(wi, surface.whole_cholesky);
-    float open = class_open(shaded_class.number, of_map);
-    return class_lit_fraction(SHADOWING, shaded_class.correlation, shaded_class.seen, open, surface.whitened, whitened);
+    float depth = class_depth(shaded_class.number, of_map);
+    return class_lit_fraction(SHADOWING, shaded_class.correlation, shaded_class.depth, depth, surface.whitened, whitened);
 }
 
 float class_lit(const Surface surface, const vec3 wi) {
@@ -101,8 +101,9 @@ float class_lit(const Surface surface, const vec3 wi) {
 // Returns the fraction of the base's facets that are lit from wi, among those that are visible, on the shaded class.
 float class_base_lit(const Surface surface, const vec3 wi) {
     vec2 m = surface.mean_slope;
-    vec3 cholesky = vec3(0.70710678 * surface.alpha, 0.0, 0.70710678 * surface.alpha);
-    return lit_fraction(SHADOWING, direction_area(surface.wo, m, cholesky), direction_area(wi, m, cholesky));
+    float variance = 0.5 * surface.alpha * surface.alpha;
+    float area = visible_area(surface.wo, m, vec3(vec2(variance), 0.0));
+    return round_lit_fraction(SHADOWING, surface.wo, max(meso_area(surface.wo, m), 0.0), area, wi, m, variance);
 }
 
 // Looks up the environment that all classes share.
@@ -134,8 +135,9 @@ vec4 class_sky_light(const Surface surface) {
     vec4 lit = vec4(0.0), all = vec4(0.0);
     [[unroll]] for (int i = 0; i < LEADR_SKY_DIRECTIONS; ++i) {
         vec4 part = mean_cosine(visible, pixel_sky.direction[i]) * vec4(pixel_sky.radiance[i], 1.0);
-        float open = class_open(shaded_class.number, pixel_sky.open[i]);
-        lit += class_lit_fraction(pixel_sky.decorrelation[i], shaded_class.correlation, shaded_class.seen, open) * part;
+        float depth = class_depth(shaded_class.number, pixel_sky.open[i]);
+        vec2 f = vec2(pixel_sky.decorrelation[i], 1.0 - pixel_sky.decorrelation[i]);
+        lit += class_lit_fraction(f, shaded_class.correlation, shaded_class.depth, depth) * part;
         all += part;
     }
     // The facets turn this part of their cosines to the ground. What is near the mesosurface counts as often as they face it.

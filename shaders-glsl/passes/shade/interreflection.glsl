@@ -56,7 +56,7 @@ vec3 relief_radiance(const Surface surface, const float larger) {
             if (BY_CLASS) {
                 vec4 of_map = classes_open(light.wi);
                 [[unroll]] for (int k = 0; k < CLASSES; ++k) {
-                    lit[k] *= visible_area(light.wi, m[k], S[k]) * class_open(k, of_map);
+                    lit[k] *= visible_area(light.wi, m[k], S[k]) / (1.0 + class_depth(k, of_map));
                 }
                 lit /= max(dot(lit, vec4(1.0)), 1e-9);
             }

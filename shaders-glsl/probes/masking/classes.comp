@@ -20,9 +20,9 @@ void main() {
     const int models[4] = int[](LEADR_SHADOWING_NONE, LEADR_SHADOWING_SMITH, LEADR_SHADOWING_CORRELATED, LEADR_SHADOWING_CORRELATED_SIMPLE);
     vec4 columns[5];
     for (int k = 0; k < 4; ++k) {
-        columns[0][k] = openness_inside(open[0][k], inside);
+        columns[0][k] = 1.0 / (1.0 + depth_inside(open[0][k], inside));
         for (int i = 0; i < 4; ++i)
-            columns[i + 1][k] = class_lit_fraction(models[i], correlation[k], open[0][k], open[1][k], whitened[0], whitened[1]);
+            columns[i + 1][k] = class_lit_fraction(models[i], correlation[k], depth_inside(open[0][k], 1.0), depth_inside(open[1][k], 1.0), whitened[0], whitened[1]);
     }
     for (int k = 0; k < 5; ++k) { put(columns[k].xy); put(columns[k].zw); }
 }

@@ -57,7 +57,7 @@ fn class_masking_parity() {
             let seen = |at: usize| ClassesSeen { open: four(at), whitened: v2(x, at + 4) };
             let lit = |shadowing| seen(4).lit_fractions(shadowing, &four(0), &seen(10));
             list![
-                openness_inside(four(4), x[16]),
+                openness_inside(four(4), x[16]).map(|open| open.max(1e-3)),
                 lit(Shadowing::None),
                 lit(Shadowing::Smith),
                 lit(Shadowing::Correlated),

@@ -58,7 +58,11 @@ fn correlated_masking_parity() {
             let lit = Shadowing::ALL.map(|v| lit_fraction(v, &o, &i));
             let factors =
                 [Shadowing::Correlated, Shadowing::CorrelatedSimple].map(|v| masking_shadowing_factor(v, &o, &i));
-            list![o.whitened, [o.spread, o.meso, o.visible], lit, factors]
+            let round = slope_cholesky(DVec2::splat(s.x.max(1e-6)).extend(0.0));
+            let (round_o, round_i) = (direction_area(wo, m, round), direction_area(wi, m, round));
+            let round = [Shadowing::Smith, Shadowing::Correlated, Shadowing::CorrelatedSimple]
+                .map(|v| lit_fraction(v, &round_o, &round_i));
+            list![o.whitened, [o.spread, o.meso, o.visible], lit, factors, round]
         },
     );
 }
@@ -125,7 +129,7 @@ fn shadowed_specular_parity() {
 fn finite_at_the_extremes() {
     let Some(gpu) = test_gpu() else { return };
     let r = &mut Random(7);
-    finite::<11, 0>(&gpu, r, "masking/correlated", 12, 2, |_| []);
+    finite::<11, 0>(&gpu, r, "masking/correlated", 15, 2, |_| []);
     finite::<8, 0>(&gpu, r, "visible/shadowed_environment", 9, 1, |_| []);
     finite::<12, 1>(&gpu, r, "visible/shadowed_specular", 12, 2, |r| [r.log(1e-6, 4.0) as f32]);
 }
