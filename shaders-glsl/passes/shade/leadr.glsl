@@ -638,6 +638,9 @@ vec3 leadr_radiance(Surface surface) {
     return radiance;
 }
 
+// The smallest share of the visible area with which a class is shaded.
+const float LEAST_SEEN = 1.0 / 256.0;
+
 // Returns the radiance of all classes of facets, each weighted by its visible share.
 vec3 classes_radiance(Surface surface) {
     vec4 seen = classes_seen(surface);
@@ -651,9 +654,11 @@ vec3 classes_radiance(Surface surface) {
     // The numbers of the visible classes, with two bits each.
     uint numbers = 0u;
     int count = 0;
+    float whole = 0.0;
     [[unroll]] for (int k = 0; k < CLASSES; ++k) {
-        if (seen[k] > 0.0) {
+        if (seen[k] > LEAST_SEEN) {
             numbers |= uint(k) << (2 * count);
+            whole += seen[k];
             ++count;
         }
     }
@@ -666,7 +671,7 @@ vec3 classes_radiance(Surface surface) {
         }
         sum += seen[k] * leadr_radiance(part);
     }
-    return sum;
+    return sum / max(whole, 1e-6);
 }
 
 // Returns the radiance of a surface, by classes of facets where it has several.
