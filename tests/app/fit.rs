@@ -217,6 +217,7 @@ fn a_folder_is_fitted_despite_faults() {
         (vec![at("in"), "-o".into(), at("a.json")], 2, "name a folder"),
         (vec![at("in"), "--csv".into(), at("in/b.csv")], 2, "outside of the folder"),
         (vec![at("in"), "--mitsuba".into(), at("b.xml")], 2, "give a file instead of a folder"),
+        (vec![at("in"), "--export".into(), at("b.pfm")], 2, "give a file instead of a folder"),
         (vec![at("in/gold.csv"), "--picture".into(), at("c.png"), "--delta-e".into(), at("c.png")], 2, "named twice"),
     ] {
         let output = run("fit", &arguments.iter().map(String::as_str).collect::<Vec<_>>());
@@ -224,6 +225,30 @@ fn a_folder_is_fitted_despite_faults() {
         assert_eq!(output.status.code(), Some(code), "{arguments:?}: {report}");
         assert!(report.contains(word) && report.trim_end().lines().count() == 1, "{arguments:?}: {report}");
     }
+}
+
+/// A fit is exported, and its exports are measurements of the same material.
+#[test]
+fn exports_are_measurements() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| text(&folder.path().join(name)).to_owned();
+    backscattering(Path::new(&at("gold.csv")));
+    let alpha = |arguments: &[&str]| {
+        let output = run("fit", &[arguments, &["--json"]].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        report["ggx"]["alpha"].as_f64().unwrap()
+    };
+    for (file, most) in [(at("gold.binary"), 1e-4), (at("gold.pfm"), 5e-3)] {
+        let first = alpha(&[&at("gold.csv"), "--export", &file]);
+        let again = alpha(&[&file]);
+        assert!((again / first - 1.0).abs() < most, "{file}: {again} {first}");
+    }
+    let output = run("fit", &[&at("gold.csv"), "--export", &at("gold.exr")]);
+    let report = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{report}");
+    assert!(report.contains("gold.exr") && report.contains("end the name in .binary"), "{report}");
+    assert_eq!(report.trim_end().lines().count(), 1, "{report}");
 }
 
 #[test]

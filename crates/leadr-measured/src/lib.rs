@@ -6,12 +6,17 @@
 //! | `.bsdf` | RGL (Dupuy and Jakob 2018) | isotropic or anisotropic, in coordinates adapted to the material's lobe ([`rgl`]) |
 //! | `.bin` | UTIA (Filip and Vávra 2014) | anisotropic, every 15° and 7.5° ([`utia`]) |
 //! | `.csv` | any program | backscattering, or half and difference angles ([`table`]) |
+//! | `.pfm` | any program | a slice at a difference azimuth of 90° ([`slice`]) |
+//!
+//! [`export`] writes any isotropic [`Brdf`] as `.binary` or `.pfm`.
 //!
 //! Directions follow the conventions of [`leadr_reflectance`]. Values are `f_r` in linear RGB per steradian, at least 0.
 
+pub mod export;
 pub mod fit_file;
 pub mod merl;
 pub mod rgl;
+pub mod slice;
 pub mod table;
 pub mod utia;
 
@@ -44,7 +49,7 @@ pub enum Measured {
 }
 
 /// The supported formats, for error messages.
-const EXPECTED: &str = "a MERL .binary, an RGL .bsdf, a UTIA .bin or a .csv of angles and values";
+const EXPECTED: &str = "a MERL .binary, an RGL .bsdf, a UTIA .bin, a .csv of angles and values, or a .pfm slice";
 
 impl Measured {
     /// Reads a measured material from a file. Its content determines the format.
@@ -63,6 +68,8 @@ impl Measured {
             Merl::read(&bytes).map(Self::Merl)
         } else if bytes.len() == utia::BYTES {
             Utia::read(&bytes).map(Self::Utia)
+        } else if slice::is_slice(&bytes) {
+            slice::read(&bytes).map(Self::Table)
         } else if let Some(text) = std::str::from_utf8(&bytes).ok().filter(|_| has_extension(file, "csv")) {
             Table::read(text).map(Self::Table)
         } else {

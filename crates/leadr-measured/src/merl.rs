@@ -11,7 +11,10 @@ use glam::DVec3;
 use super::bytes::Bytes;
 use super::values::{around, planes, polar, reflectance};
 use leadr_maps::MapFault;
-use leadr_reflectance::materials::half_difference::directions_to_half_difference;
+use leadr_reflectance::materials::brdf::Brdf;
+use leadr_reflectance::materials::half_difference::{
+    HalfDifference, directions_to_half_difference, half_difference_to_directions,
+};
 
 /// The number of entries along each of `θ_h`, `θ_d` and `φ_d`.
 const SIZE: [usize; 3] = [90, 90, 180];
@@ -45,6 +48,27 @@ pub(super) fn fault_of_start(bytes: &[u8]) -> String {
         Ok([a, b, c]) => format!("it declares {a} x {b} x {c} entries; MERL files have 90 x 90 x 180"),
         Err(_) => format!("it has {} bytes", bytes.len()),
     }
+}
+
+/// Returns the content of a file with the values of an isotropic `brdf` at the angles of the entries. Entries whose directions are below the
+/// horizon are -1, as in the database.
+pub fn write(brdf: &dyn Brdf) -> Vec<u8> {
+    let [_, d, p] = SIZE;
+    let value = |entry: usize| {
+        let (theta_h, theta_d) = ((entry / (d * p)) as f64 / 90.0, (entry / p % d) as f64);
+        let wh = direction(theta_h * theta_h * FRAC_PI_2, 0.0);
+        let wd = direction(theta_d.to_radians(), ((entry % p) as f64).to_radians());
+        let (wo, wi) = half_difference_to_directions(&HalfDifference { wh, wd });
+        if wo.z > 0.0 && wi.z > 0.0 { brdf.eval(wo, wi) } else { DVec3::NEG_ONE }
+    };
+    let values: Vec<DVec3> = (0..ENTRIES).map(value).collect();
+    let sizes = SIZE.iter().flat_map(|&n| (n as u32).to_le_bytes());
+    let planes = (0..3).flat_map(|c| values.iter().map(move |v| v[c].max(-1.0) / SCALE[c]));
+    sizes.chain(planes.flat_map(f64::to_le_bytes)).collect()
+}
+
+fn direction(theta: f64, phi: f64) -> DVec3 {
+    DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos())
 }
 
 impl Merl {
@@ -95,7 +119,8 @@ impl Merl {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use leadr_reflectance::materials::half_difference::{HalfDifference, half_difference_to_directions};
+    use crate::Measured;
+    use leadr_reflectance::materials::lambert::Lambert;
 
     /// Returns a value that is linear along each axis, so that interpolation is exact.
     fn entry(h: f64, d: f64, p: f64) -> f64 {
@@ -115,10 +140,29 @@ mod tests {
     }
 
     fn directions(h: f64, d: f64, p: f64) -> (DVec3, DVec3) {
-        let direction =
-            |theta: f64, phi: f64| DVec3::new(theta.sin() * phi.cos(), theta.sin() * phi.sin(), theta.cos());
         let wh = direction((h / 90.0).powi(2) * FRAC_PI_2, 0.7);
         half_difference_to_directions(&HalfDifference { wh, wd: direction(d.to_radians(), p.to_radians()) })
+    }
+
+    /// A file of a material read from a file is the same file, but for entries below the horizon and the precision of the reader.
+    #[test]
+    fn written_files_are_read_back() {
+        let merl = Merl::read(&file()).unwrap();
+        let back = Merl::read(&write(&Measured::Merl(merl.clone()))).unwrap();
+        let mut compared = 0;
+        for (h, d, p) in [(3.0, 0.0, 30.0), (10.0, 20.0, 45.0), (10.5, 20.25, 90.5), (40.0, 3.0, 178.0)] {
+            let (wo, wi) = directions(h, d, p);
+            let (want, found) = (merl.value(wo, wi), back.value(wo, wi));
+            assert!((want - found).length() < 1e-6 * want.length(), "{h} {d} {p}: {found} {want}");
+            compared += usize::from(want.x > 1.0);
+        }
+        assert_eq!(compared, 4);
+        // Some directions of the last rows are below the horizon.
+        let grey = Merl::read(&write(&Lambert { albedo: DVec3::new(0.2, 0.5, 0.9) })).unwrap();
+        let below = grey.values.iter().filter(|value| value[0] < 0.0).count();
+        assert!((1000..ENTRIES / 2).contains(&below), "{below}");
+        let (wo, wi) = directions(70.0, 30.0, 90.0);
+        assert!((grey.value(wo, wi) * PI - DVec3::new(0.2, 0.5, 0.9)).length() < 1e-6);
     }
 
     #[test]

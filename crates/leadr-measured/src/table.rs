@@ -74,7 +74,7 @@ impl Table {
         Self::from_rows(rows)
     }
 
-    fn from_rows(mut rows: Vec<([f64; 3], DVec3)>) -> Result<Self, MapFault> {
+    pub(super) fn from_rows(mut rows: Vec<([f64; 3], DVec3)>) -> Result<Self, MapFault> {
         let axes = [0, 1, 2].map(|axis| {
             let mut all: Vec<f64> = rows.iter().map(|(coordinates, _)| coordinates[axis]).collect();
             all.sort_by(f64::total_cmp);

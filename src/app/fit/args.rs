@@ -19,6 +19,7 @@ pub const EXAMPLES: &str = "Examples:
   leadr fit gold.binary --extraction thesis                fit as in the thesis
   leadr fit merl -o fits --csv fits.csv --page fits.html   fit every material of a folder
   leadr fit gold.binary --mitsuba gold.xml --pbrt gold.pbrt
+  leadr fit paper_white_rgb.bsdf --export paper.binary     for BRDF Explorer and other viewers of MERL files
   leadr capture --scene sphere --material gold.json        draw the fitted material
 
 A .csv file has one line per pair of half and difference angles: theta_h,theta_d[,phi_d],r,g,b. A .csv file of backscattering
@@ -27,7 +28,7 @@ alone has lines theta,r,g,b. Angles are in degrees, and r,g,b are the BRDF f_r p
 /// Arguments of `leadr fit`.
 #[derive(Clone, Debug, Args)]
 pub struct FitArgs {
-    /// A measured material: a MERL .binary, an RGL .bsdf, a UTIA .bin or a .csv file; or a folder of such files
+    /// A measured material: a MERL .binary, an RGL .bsdf, a UTIA .bin, a .csv or a .pfm file; or a folder of such files
     #[arg(value_name = "FILE|FOLDER")]
     pub input: PathBuf,
     /// Set the masking model of the facets
@@ -72,6 +73,9 @@ pub struct FitArgs {
     /// Export the closest pbrt-v4 material to this file
     #[arg(long, value_name = "FILE.pbrt")]
     pub pbrt: Option<PathBuf>,
+    /// Export the fit at the angles of a MERL file (.binary), or its slice at φ_d = 90° as a 90 x 90 picture of floats (.pfm)
+    #[arg(long, value_name = "FILE.binary|FILE.pfm")]
+    pub export: Option<PathBuf>,
 }
 
 impl FitArgs {

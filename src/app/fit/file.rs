@@ -8,7 +8,9 @@ use super::report::{ExportReport, csv};
 use super::targets::Targets;
 use leadr_maps::new_file::write_atomic;
 use leadr_maps::save::{save_png, save_png_srgb8};
+use leadr_maps::shown::shown_path;
 use leadr_maps::tonemap::Tonemap;
+use leadr_measured::export::Export;
 use leadr_reflectance::extraction::fit::Step;
 use leadr_reflectance::extraction::roughness::ggx_roughness;
 use leadr_reflectance::facets::ellipse::ellipse_from_roughness;
@@ -61,8 +63,17 @@ pub fn run(arguments: &FitArgs, output: &Output) -> Result<(), AppError> {
     output.result(&fitted.report)
 }
 
-/// Writes the materials for other renderers.
+/// Writes the materials for other programs.
 fn export(fitted: &mut Fitted, arguments: &FitArgs) -> Result<(), AppError> {
+    if let Some((file, format)) = arguments.export.as_deref().and_then(|file| Some((file, Export::of(file)?))) {
+        if !fitted.measured.is_isotropic() {
+            let (input, file) = (shown_path(&arguments.input), shown_path(file));
+            return Err(AppError::Failed(format!(
+                "{input}: the material is anisotropic, but '{file}' would hold an isotropic one: use --mitsuba or --pbrt"
+            )));
+        }
+        write_atomic(file, &format.bytes(&fitted.fit.fitted))?;
+    }
     if arguments.mitsuba.is_none() && arguments.pbrt.is_none() {
         return Ok(());
     }

@@ -24,7 +24,7 @@ use leadr_tools::fit::models::NAMES;
 use leadr_tools::fit::spheres::{contact_sheet, stacked};
 
 /// The extensions of measured materials.
-const ENDINGS: [&str; 4] = ["binary", "bsdf", "bin", "csv"];
+const ENDINGS: [&str; 5] = ["binary", "bsdf", "bin", "csv", "pfm"];
 
 /// The fits of a folder.
 #[derive(Debug, Serialize)]
@@ -130,7 +130,7 @@ fn measured_files(folder: &Path) -> Result<Vec<PathBuf>, AppError> {
     let files = matching(folder, is_measured).map_err(|fault| fault.in_file(folder))?;
     if files.is_empty() {
         return Err(AppError::Failed(format!(
-            "{}: no file ends in .binary, .bsdf, .bin or .csv: give a folder of measured materials",
+            "{}: no file ends in .binary, .bsdf, .bin, .csv or .pfm: give a folder of measured materials",
             shown_path(folder)
         )));
     }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use super::args::FitArgs;
 use leadr_maps::limits::read_file;
 use leadr_maps::shown::shown_path;
+use leadr_measured::export::Export;
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::{begin, extension, keep_inputs};
 use leadr_tools::html::address;
@@ -28,12 +29,20 @@ impl Targets {
         for (file, ending) in [(&arguments.mitsuba, "xml"), (&arguments.pbrt, "pbrt")] {
             targets.add(file.as_deref(), ending, &[arguments.input.as_path()])?;
         }
+        if let Some(file) = &arguments.export {
+            let Some(ending) = extension(file).filter(|_| Export::of(file).is_some()) else {
+                let (shown, names) = (shown_path(file), Export::NAMES);
+                return Err(AppError::Usage(format!("'{shown}' has no format of --export: end the name in {names}")));
+            };
+            targets.add(Some(file), &ending, &[arguments.input.as_path()])?;
+        }
         Ok(targets)
     }
 
     /// Checks the files of a folder of materials. `fits` are the files of the single fits.
     pub fn of_folder(arguments: &FitArgs, inputs: &[&Path], fits: &[PathBuf]) -> Result<Self, AppError> {
-        for (given, flag) in [(&arguments.mitsuba, "--mitsuba"), (&arguments.pbrt, "--pbrt")] {
+        let exports = [(&arguments.mitsuba, "--mitsuba"), (&arguments.pbrt, "--pbrt"), (&arguments.export, "--export")];
+        for (given, flag) in exports {
             if given.is_some() {
                 return Err(AppError::Usage(format!("{flag} exports one material: give a file instead of a folder")));
             }
