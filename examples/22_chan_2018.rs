@@ -6,11 +6,11 @@
 
 use std::f64::consts::PI;
 
-use leadr::reflectance::facets::fresnel::schlick_weight;
 use leadr::reflectance::facets::ggx::Ggx;
 use leadr::reflectance::facets::gloss::{GLOSS_ADVANCED_WARFARE, GLOSS_WWII, Gloss, gloss_alpha};
 use leadr::reflectance::facets::shortened_normals::Shortening;
 use leadr::reflectance::masking::occlusion::{Hidden, adjusted_visibility};
+use leadr::reflectance::materials::diffuse_models::{disney_diffuse, oren_nayar};
 use leadr::reflectance::materials::energy::EnergyTable;
 use leadr::reflectance::materials::microfacet::half_vector;
 use leadr::reflectance::materials::multiscattering::{chan_diffuse, chan_rational_rough};
@@ -135,21 +135,6 @@ fn albedo(brdf: impl Fn(DVec3) -> f64) -> f64 {
     composite_gauss(0.0, 1.0, 6, 12).into_iter().map(|(u, w)| w * 2.0 * u * u * u * ring(u * u)).sum::<f64>() / PI
 }
 
-/// Returns Disney's diffuse model (Burley 2012), times π.
-fn disney(wo: DVec3, wi: DVec3, roughness: f64) -> f64 {
-    let cosine = wi.dot(half_vector(wo, wi));
-    let grazing = 2.0 * roughness * cosine * cosine - 0.5;
-    (1.0 + grazing * schlick_weight(wo.z)) * (1.0 + grazing * schlick_weight(wi.z))
-}
-
-/// Returns Oren and Nayar's qualitative model (1994), times π. `sigma` is the standard deviation of the facets' angles.
-fn oren_nayar(wo: DVec3, wi: DVec3, sigma: f64) -> f64 {
-    let square = sigma * sigma;
-    let (a, b) = (1.0 - 0.5 * square / (square + 0.33), 0.45 * square / (square + 0.09));
-    let s = wo.x * wi.x + wo.y * wi.y;
-    a + b * s.max(0.0) / wo.z.max(wi.z).max(1e-9)
-}
-
 fn chan(wo: DVec3, wi: DVec3, gloss: f64) -> f64 {
     let h = half_vector(wo, wi);
     chan_diffuse(wi.z, wo.z, h.z, wi.dot(h), gloss)
@@ -159,12 +144,12 @@ fn chan(wo: DVec3, wi: DVec3, gloss: f64) -> f64 {
 fn diffuse_models() {
     let cosines = [0.001, 0.05, 0.2, 0.5, 0.8, 1.0];
     for roughness in [0.0, 0.5, 1.0] {
-        let row = cosines.map(|c| albedo(|wi| disney(direction(c, 0.0), wi, roughness)));
+        let row = cosines.map(|c| albedo(|wi| disney_diffuse(direction(c, 0.0), wi, roughness * roughness)));
         println!("Disney's diffuse model, roughness {roughness}: albedo at cosines {cosines:?} {row:.3?}");
     }
-    for sigma in [0.0, 0.5] {
-        let row = cosines.map(|c| albedo(|wi| oren_nayar(direction(c, 0.0), wi, sigma)));
-        println!("Oren-Nayar, σ {sigma}: albedo {row:.3?}");
+    for alpha in [0.0, 0.5, 1.0] {
+        let row = cosines.map(|c| albedo(|wi| oren_nayar(direction(c, 0.0), wi, alpha, DVec3::ONE).x));
+        println!("Oren-Nayar, α {alpha}: albedo {row:.3?}");
     }
     // Figure 23 compares listing 1 with Lambert's law times the transmission of the coat (listing 5), by the cosine of the light.
     let table = EnergyTable::ggx();

@@ -1,13 +1,14 @@
-//! Light between facets, gloss and occlusion cones: furnaces, and the environment light on a plane.
+//! Diffuse bases, light between facets, gloss and occlusion cones: furnaces, and the environment light on a plane.
 
 use glam::{DVec3, Vec3};
 use leadr::maps::material::{TextureWrap, alpha_code, alpha_of};
 use leadr::reflectance::masking::occlusion::interreflected_visibility;
 use leadr::reflectance::masking::shadowing::Shadowing;
+use leadr::reflectance::materials::diffuse_models::{DiffuseModel, diffuse_model_albedo, diffuse_value};
 use leadr::reflectance::materials::energy::EnergyTable;
 use leadr::render::camera::Camera;
 use leadr::render::frame::Renderer;
-use leadr::render::scene::{FrameState, MaterialMap, Object, Pose, PropertyMap};
+use leadr::render::scene::{FrameState, MaterialMap, Object, Pose, PropertyMap, Sun};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique, Terms};
 use leadr::scenes::plane::{even, plane};
 
@@ -31,11 +32,24 @@ fn code() -> u8 {
 }
 
 /// Radiance of the plane's centre from this cosine.
-fn seen(renderer: &mut Renderer, technique: Technique, multiscattering: bool, terms: Terms, cosine: f32) -> DVec3 {
+fn seen(renderer: &mut Renderer, technique: Technique, model: DiffuseModel, terms: Terms, cosine: f32) -> DVec3 {
+    lit(renderer, technique, model, terms, cosine, None)
+}
+
+/// Like [`seen`], also under a sun.
+fn lit(
+    renderer: &mut Renderer,
+    technique: Technique,
+    diffuse_model: DiffuseModel,
+    terms: Terms,
+    cosine: f32,
+    sun: Option<Vec3>,
+) -> DVec3 {
     let sine = (1.0 - cosine * cosine).sqrt();
     let camera = Camera::looking_at(Vec3::new(0.0, -sine, cosine) * 3.0, Vec3::ZERO, 4.0);
-    let state = FrameState::new(camera, vec![Pose::REST]);
-    let options = ShadingOptions { terms, multiscattering, shadowing: Shadowing::Smith, ..Default::default() };
+    let sun = sun.map(|direction| Sun { direction, irradiance: Vec3::ONE });
+    let state = FrameState { sun, ..FrameState::new(camera, vec![Pose::REST]) };
+    let options = ShadingOptions { terms, diffuse_model, shadowing: Shadowing::Smith, ..Default::default() };
     let settings = RenderSettings { size: (9, 9), shading: technique.with(options), ..Default::default() };
     let color = renderer.render(&state, &settings).unwrap().color;
     let [r, g, b, _] = color[40].map(f64::from);
@@ -58,11 +72,13 @@ fn mirrors_lose_no_light() {
         let mut renderer = in_furnace(&gpu, ground(0, alpha, 1.0, None));
         for technique in TECHNIQUES {
             for cosine in COSINES {
-                let all = seen(&mut renderer, technique, true, Terms::SPECULAR_ENVIRONMENT, cosine).x;
+                let all =
+                    seen(&mut renderer, technique, DiffuseModel::Multiscattering, Terms::SPECULAR_ENVIRONMENT, cosine)
+                        .x;
                 // Gloss uses the exact albedo of its lobe; others integrate theirs by probes.
                 let most = if technique == Technique::Gloss { 0.005 } else { 0.03 };
                 assert!((all - 1.0).abs() < most, "{technique:?} α {alpha}, cos {cosine}: {all}");
-                let once = seen(&mut renderer, technique, false, Terms::SPECULAR_ENVIRONMENT, cosine).x;
+                let once = seen(&mut renderer, technique, DiffuseModel::Lambert, Terms::SPECULAR_ENVIRONMENT, cosine).x;
                 assert!(once < 1.01, "{technique:?} α {alpha}, cos {cosine}: {once}");
                 if alpha == 1.0 {
                     assert!(once < 0.97 * all, "{technique:?}, cos {cosine}: {once} of {all}");
@@ -81,7 +97,8 @@ fn diffuse_base_returns_remaining_energy() {
         for (technique, table) in [(Technique::Gloss, EnergyTable::ggx()), (Technique::Leadr, EnergyTable::beckmann())]
         {
             for cosine in COSINES {
-                let found = seen(&mut renderer, technique, true, Terms::DIFFUSE_ENVIRONMENT, cosine).x;
+                let found =
+                    seen(&mut renderer, technique, DiffuseModel::Multiscattering, Terms::DIFFUSE_ENVIRONMENT, cosine).x;
                 let average = table.average(alpha.into()).ideal;
                 let albedo = table.albedo(alpha.into(), cosine.into());
                 let enters = leadr::reflectance::materials::energy::entered(DVec3::splat(0.04), albedo, average);
@@ -95,8 +112,37 @@ fn diffuse_base_returns_remaining_energy() {
                 );
                 // With the specular term, no more than the incident light.
                 let whole = Terms::DIFFUSE_ENVIRONMENT | Terms::SPECULAR_ENVIRONMENT;
-                assert!(seen(&mut renderer, technique, true, whole, cosine).x < 1.0);
+                assert!(seen(&mut renderer, technique, DiffuseModel::Multiscattering, whole, cosine).x < 1.0);
             }
+        }
+    }
+}
+
+/// Each model has its albedo in an even environment, and its value under a sun. Burley's and Chan's models contain the loss to the coat.
+#[test]
+fn diffuse_models_are_drawn() {
+    let Some(gpu) = test_gpu() else { return };
+    let (alpha, white) =
+        (alpha_of(alpha_code(0.7)), f64::from(leadr::maps::srgb::linear_from_srgb(f32::from(code()) / 255.0)));
+    let mut room = in_furnace(&gpu, ground(code(), alpha, 0.04, None));
+    let mut dark = in_room(&gpu, vec![ground(code(), alpha, 0.04, None)], [0.0; 3]);
+    let sun = Vec3::new(0.3, -0.8, 0.4).normalize();
+    let models = [DiffuseModel::OrenNayar, DiffuseModel::Disney, DiffuseModel::CallOfDuty];
+    for (technique, cosine) in [(Technique::Leadr, 0.2f32), (Technique::Leadr, 0.75), (Technique::Gloss, 0.45)] {
+        let mut even = |model| seen(&mut room, technique, model, Terms::DIFFUSE_ENVIRONMENT, cosine).x;
+        let mut under_sun = |model| lit(&mut dark, technique, model, Terms::DIFFUSE_LIGHTS, cosine, Some(sun)).x;
+        let (lambert, lambert_lit) = (even(DiffuseModel::Lambert), under_sun(DiffuseModel::Lambert));
+        assert!(lambert > 0.5 * white && lambert_lit > 0.01, "{lambert} {lambert_lit}");
+        let wo = DVec3::new(0.0, -f64::from(cosine.mul_add(-cosine, 1.0).sqrt()), cosine.into());
+        for model in models {
+            let coat = if model == DiffuseModel::OrenNayar { lambert / white } else { 1.0 };
+            let grey = DVec3::splat(white);
+            let albedo = diffuse_model_albedo(model, cosine.into(), alpha.into(), grey).x;
+            let value = diffuse_value(model, wo, sun.as_dvec3(), alpha.into(), grey).x;
+            let (found, found_lit) =
+                (even(model) / (white * coat), under_sun(model) / lambert_lit * lambert / (white * coat));
+            assert!((found - albedo).abs() < 0.004, "{technique:?} {model:?} {cosine}: {found} {albedo}");
+            assert!((found_lit - value).abs() < 0.01, "{technique:?} {model:?} {cosine}: {found_lit} {value}");
         }
     }
 }
@@ -110,14 +156,15 @@ fn cone_keeps_its_share_with_interreflection() {
         let mut renderer = in_furnace(&gpu, ground(code(), 0.5, 0.04, Some([0.0, 0.0, share, share])));
         let mut open = in_furnace(&gpu, ground(code(), 0.5, 0.04, None));
         for technique in TECHNIQUES {
-            let hidden = seen(&mut renderer, technique, false, Terms::DIFFUSE_ENVIRONMENT, 0.9).x;
-            let whole = seen(&mut open, technique, false, Terms::DIFFUSE_ENVIRONMENT, 0.9).x;
+            let hidden = seen(&mut renderer, technique, DiffuseModel::Lambert, Terms::DIFFUSE_ENVIRONMENT, 0.9).x;
+            let whole = seen(&mut open, technique, DiffuseModel::Lambert, Terms::DIFFUSE_ENVIRONMENT, 0.9).x;
             let white = f64::from(leadr::maps::srgb::linear_from_srgb(f32::from(code()) / 255.0));
             let expected = interreflected_visibility(share.into(), DVec3::splat(white)).x;
             assert!((hidden / whole - expected).abs() < 0.01, "{technique:?} {share}: {} {expected}", hidden / whole);
             // The specular term loses more with narrower cones, and nothing with an open one.
-            let mirrors =
-                |renderer: &mut Renderer| seen(renderer, technique, false, Terms::SPECULAR_ENVIRONMENT, 0.9).x;
+            let mirrors = |renderer: &mut Renderer| {
+                seen(renderer, technique, DiffuseModel::Lambert, Terms::SPECULAR_ENVIRONMENT, 0.9).x
+            };
             let left = mirrors(&mut renderer) / mirrors(&mut open);
             let range = if share == 1.0 { 0.98..1.001 } else { f64::from(share) * 0.8..f64::from(share) * 1.6 };
             assert!(range.contains(&left), "{technique:?} {share}: {left}");

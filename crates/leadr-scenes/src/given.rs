@@ -8,6 +8,7 @@ use super::light::EnvironmentChoice;
 use super::options::{SceneOption, Sets, Under};
 use super::view::ViewChoice;
 use leadr_reflectance::masking::shadowing::Shadowing;
+use leadr_reflectance::materials::diffuse_models::DiffuseModel;
 
 /// Pairs of options that exclude each other.
 pub const EXCLUSIVE: [(&str, &str); 3] = [("grid", "probes"), ("sun", "time-of-day"), ("occlusion-map", "cone-map")];
@@ -80,7 +81,7 @@ impl CommandLine {
             line.remove("--msaa");
         }
         if line.has("relief-shadows") {
-            ["--sky-occlusion", "--multiscattering"].into_iter().for_each(|flag| line.remove(flag));
+            ["--sky-occlusion", "--diffuse-model", "--multiscattering"].into_iter().for_each(|flag| line.remove(flag));
         }
         line
     }
@@ -175,10 +176,12 @@ impl CommandLine {
             "--msaa and --edge-samples both antialias edges: use one of them"
         } else if config.msaa > 1 && config.picture.technique.is_reference() {
             "--msaa is for techniques that filter; the reference takes --samples"
+        } else if is("multiscattering", "on") && self.has("diffuse-model") && !is("diffuse-model", "multiscattering") {
+            "--multiscattering on is --diffuse-model multiscattering: remove one of them"
         } else if !options.relief_shadows {
             return Ok(());
-        } else if options.multiscattering {
-            "--relief-shadows does not support --multiscattering: remove one of them"
+        } else if options.diffuse_model != DiffuseModel::Lambert {
+            "--relief-shadows draws Lambertian bases only: remove --diffuse-model or --multiscattering"
         } else if is("sky-occlusion", "on") {
             "--relief-shadows already includes occlusion by large shapes: remove --sky-occlusion"
         } else if self.has("detail") {

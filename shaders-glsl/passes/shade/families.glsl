@@ -89,7 +89,7 @@ vec3 gloss_radiance(const Surface surface) {
     float relief = tail_mean_ratio(inversesqrt(max(normal_variance(m, surface.slope_covariance), 1e-12)));
     float base = normal_shortening(LEADR_GGX_MACRO, surface.alpha);
     float alpha = clamp(alpha_of_shortening(LEADR_GGX_MACRO, relief + base - relief * base), 1e-3, 1.0);
-    Bounces b = bounces_of(surface, alpha);
+    Bounces b = bounces_of(surface, m, alpha);
     vec2 energy = energy_albedo(alpha, b.wo.z);
     vec3 reflected = split_albedo(surface.f0, energy);
     vec3 diffuse = surface.albedo * (1.0 - split_albedo(surface.diffuse_f0, energy) / max(energy.x, 1e-3));
@@ -97,6 +97,7 @@ vec3 gloss_radiance(const Surface surface) {
         reflected = specular_albedo(surface.f0, energy, energy_average(alpha).x);
         diffuse = surface.albedo * b.entered;
     }
+    diffuse = (COAT_IN_MODEL ? surface.albedo : diffuse) * b.albedo;
     vec3 albedo = surface.albedo;
     vec3 radiance = vec3(0.0);
     if (SPECULAR_ENVIRONMENT) {
@@ -122,7 +123,7 @@ vec3 gloss_radiance(const Surface surface) {
             if (wi.z > 0.0) {
                 vec3 scattered = vec3(0.0);
                 if (on_diffuse(i)) {
-                    vec3 bounced = MULTISCATTERING ? bounced_light(b, surface, albedo, light.wi) : vec3(1.0);
+                    vec3 bounced = !LAMBERTIAN ? bounced_light(b, surface, albedo, light.wi) : vec3(1.0);
                     scattered += diffuse * bounced * (wi.z / LEADR_PI);
                 }
                 if (in_specular(i)) {
@@ -130,7 +131,7 @@ vec3 gloss_radiance(const Surface surface) {
                     vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
                     float cosine = dot(b.wo, wh);
                     float square = alpha * alpha + (of_panorama(i) ? 2.0 * light_normal_variance(cosine, light.variance) : 0.0);
-                    vec3 fresnel = fresnel_of(surface, cosine) * (MULTISCATTERING ? b.specular : vec3(1.0));
+                    vec3 fresnel = fresnel_of(surface, cosine) * b.specular;
                     scattered += fresnel * gloss_specular(b.wo, wi, wh, min(square, 1.0));
                 }
                 radiance += light.irradiance * scattered;

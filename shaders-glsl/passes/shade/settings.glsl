@@ -5,6 +5,7 @@
 #include "../bases.glsl"
 #include "../technique.glsl"
 #include "leadr/masking/correlated.glsl"
+#include "leadr/materials/diffuse_models.glsl"
 
 layout(constant_id = 1) const bool VISIBLE_SLOPES = false; // visible-slope rules replace the paper's grid
 layout(constant_id = 2) const int SAMPLES = 5;             // number of environment probes, or N of the N x N grid
@@ -18,7 +19,7 @@ layout(constant_id = 7) const bool MAPPED_SHADOWS = true;  // shadows of the mac
 layout(constant_id = 8) const int POINT_LIGHTS = 0;        // at most MAX_POINT_LIGHTS
 layout(constant_id = 31) const bool FACET_FRAME = false;  // base roughness is in the facets' frame, otherwise in the macrosurface's
 layout(constant_id = 9) const int EDGES = EDGES_ARE_ABSENT;
-layout(constant_id = 11) const bool MULTISCATTERING = false; // light between facets (leadr/materials/energy.glsl, multiscattering.glsl)
+layout(constant_id = 11) const int DIFFUSE_MODEL = LEADR_DIFFUSE_LAMBERT; // a LEADR_DIFFUSE_ constant
 layout(constant_id = 12) const bool DRAWN_SPECULAR = false; // random visible specular directions, which differ between samples
 layout(constant_id = 15) const bool INTERREFLECTION = false; // light between the facets of the relief (leadr/integrals/interreflection.glsl)
 layout(constant_id = 13) const bool SKY_OCCLUSION = false; // large shapes occlude the environment
@@ -32,6 +33,11 @@ const bool MAPPED = NORMAL_MAPPED && !FINEST_LEVEL;
 // Whether classes of facets hide each other. Their lit fractions then replace the shadowing within one Gaussian of slopes.
 const bool BY_CLASS = CLASSES > 1 && CLASSES_HIDE && !MAPPED;
 const int FACET_SHADOWING = BY_CLASS ? LEADR_SHADOWING_NONE : SHADOWING;
+
+const bool LAMBERTIAN = DIFFUSE_MODEL == LEADR_DIFFUSE_LAMBERT;
+const bool MULTISCATTERING = DIFFUSE_MODEL == LEADR_DIFFUSE_MULTISCATTERING; // also scales the specular term
+// Whether the model replaces the light that the coat lets through.
+const bool COAT_IN_MODEL = DIFFUSE_MODEL == LEADR_DIFFUSE_DISNEY || DIFFUSE_MODEL == LEADR_DIFFUSE_CALL_OF_DUTY;
 
 const int DIFFUSE_TERMS = 2; // number of terms of the closed form (leadr/visible/diffuse.glsl)
 

@@ -124,6 +124,7 @@ fn scene_help(option: &SceneOption) -> String {
 pub mod tests {
     use super::*;
     use clap::Parser;
+    use leadr_reflectance::materials::diffuse_models::DiffuseModel;
     use leadr_render::settings::{Probes, Quadrature, ShadingOptions, Technique, Terms};
     use leadr_scenes::config::Picture;
     use leadr_scenes::options::Sets;
@@ -283,7 +284,11 @@ pub mod tests {
         assert_eq!(options("--rule grid").quadrature, Quadrature::Grid(5));
         assert_eq!(options("--rule grid --grid 7").quadrature, Quadrature::Grid(7));
         assert_eq!(options("--probes 9").quadrature, Quadrature::VisibleSlopes(Probes::Nine));
-        assert!(options("--technique gloss --multiscattering on").multiscattering && !options("").multiscattering);
+        let model = |line: &str| options(line).diffuse_model;
+        assert_eq!(model(""), DiffuseModel::Lambert);
+        assert_eq!(model("--technique gloss --multiscattering on"), DiffuseModel::Multiscattering);
+        assert_eq!(model("--diffuse-model disney --multiscattering off"), DiffuseModel::Disney);
+        assert!(resolve("--diffuse-model disney --multiscattering on").unwrap_err().contains("remove one of them"));
         assert!(options("").sky_occlusion && !options("--technique reference --relief-shadows").sky_occlusion);
         assert_eq!(options("--masking normal-map"), options("--shadowing normal-map"));
         assert!(!resolve("--no-displacement").unwrap().picture.displacement);

@@ -3,6 +3,7 @@
 pub mod abc;
 pub mod brdf;
 pub mod classic;
+pub mod diffuse_models;
 pub mod energy;
 pub mod fitted;
 pub mod fitted_table;

@@ -187,9 +187,10 @@ impl Shading {
 
     /// Returns the specialisation constants of the shading pass for this shading.
     pub fn spec(&self) -> Vec<(&'static str, SpecValue)> {
-        let ShadingOptions { shadowing, diffuse_lights, .. } = self.options;
+        let ShadingOptions { shadowing, diffuse_lights, diffuse_model, .. } = self.options;
         let mut spec = self.needs().spec();
         spec.push(("TERMS", SpecValue::I32(self.terms().bits())));
+        spec.push(("DIFFUSE_MODEL", SpecValue::I32(diffuse_model.code())));
         for option in ShadingOptions::ALL {
             if let Some(constant) = option.constant {
                 let is_on = option.json(self.technique, self.options) == Some(Json::Bool(true));
@@ -279,6 +280,7 @@ impl Serialize for Shading {
 mod tests {
     use super::*;
     use leadr_reflectance::masking::shadowing::Shadowing;
+    use leadr_reflectance::materials::diffuse_models::DiffuseModel;
 
     /// Returns options that all differ from their defaults.
     const OPTIONS: ShadingOptions = ShadingOptions {
@@ -292,7 +294,7 @@ mod tests {
         relief_color: true,
         classes: false,
         interreflection: true,
-        multiscattering: true,
+        diffuse_model: DiffuseModel::Disney,
         sky_occlusion: true,
         edge_samples: 16,
         lod_bias: LodBias(0.5),
@@ -307,7 +309,7 @@ mod tests {
             assert_eq!(shading.quadrature().is_some(), technique.integrates());
             assert_eq!(options.pixel_kernel, !technique.has_pixel_kernel());
             assert_eq!(options.base_frame == BaseFrame::Macro, technique.has_base_frame());
-            assert_eq!(options.multiscattering, technique.has_multiscattering());
+            assert_eq!(options.diffuse_model == DiffuseModel::Disney, technique.has_diffuse_model());
             assert_eq!(options.relief_shadows, technique.has_relief_shadows());
             assert_eq!(options.edge_samples, if technique.is_reference() { 1 } else { 16 });
             assert_eq!(shading.terms() == Terms::NONE, !technique.is_lit());

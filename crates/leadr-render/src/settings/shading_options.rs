@@ -1,7 +1,7 @@
 //! The table of shading options. Each option is declared only here.
 
 use super::numbers::{whole, within};
-use super::option::{Json, Panel, Slider, Spec, Techniques, Text, Value, headings};
+use super::option::{Json, Panel, Slider, Spec, Techniques, Text, Value, headings, on_off};
 use super::shading::{BaseFrame, DiffuseLights, LodBias, Probes, Quadrature};
 use super::technique::Technique;
 use super::terms::Terms;
@@ -9,11 +9,13 @@ use crate::frame::Layer;
 use crate::named;
 use leadr_maps::tonemap::Tonemap;
 use leadr_reflectance::masking::shadowing::Shadowing;
+use leadr_reflectance::materials::diffuse_models::DiffuseModel;
 
 named! {
     Technique: Self::ALL;
     Tonemap: Self::ALL;
     Layer: Self::ALL;
+    DiffuseModel: Self::ALL;
     Shadowing: [Self::NormalMap, Self::None, Self::Smith, Self::Correlated];
 }
 
@@ -84,7 +86,7 @@ const INTEGRALS: Techniques = Techniques { has: Technique::integrates };
 const BECKMANN: Techniques = Techniques { has: Technique::has_base_frame };
 const KERNEL: Techniques = Techniques { has: Technique::has_pixel_kernel };
 const COVARIANCE: Techniques = Techniques { has: Technique::has_relief_color };
-const ENERGY: Techniques = Techniques { has: Technique::has_multiscattering };
+const BASE: Techniques = Techniques { has: Technique::has_diffuse_model };
 const FILTERING: Techniques = Techniques { has: |technique| !technique.is_reference() };
 const RAYS: Techniques = Techniques { has: Technique::has_relief_shadows };
 
@@ -211,11 +213,23 @@ shading_options! {
         row(shading("interreflection", "on|off", "Add light that bumps reflect to each other").called("light between bumps").common(),
             Value::Switch(|options| &mut options.interreflection), COVARIANCE).about(Subject::Relief).constant("INTERREFLECTION"),
     ];
-    /// Whether light scatters more than once between the facets of the base ([`leadr_reflectance::materials::energy`],
-    /// [`leadr_reflectance::materials::multiscattering`]). This effect is not in the LEADR paper.
-    multiscattering: bool = false => [
-        row(shading("multiscattering", "on|off", "Add multiple scattering between the microfacets of materials").called("light between facets").common(),
-            Value::Switch(|options| &mut options.multiscattering), ENERGY).constant("MULTISCATTERING"),
+    /// The reflection of the diffuse base, and whether light scatters more than once between the facets of the base
+    /// ([`leadr_reflectance::materials::diffuse_models`]). The LEADR paper has Lambertian facets only.
+    diffuse_model: DiffuseModel = DiffuseModel::Lambert => [
+        row(shading("diffuse-model", "MODEL", "Choose how the rough base below the specular term reflects light").called("diffuse base").common(),
+            Value::Name(|options| &mut options.diffuse_model), BASE),
+        row(shading("multiscattering", "on|off", "on: the same as --diffuse-model multiscattering").default("off")
+                .panel(Panel::Without("the diffuse base has the choice")),
+            Value::Text(Text {
+                read: |options, text| {
+                    if on_off(text)? {
+                        options.diffuse_model = DiffuseModel::Multiscattering;
+                    }
+                    Ok(())
+                },
+                write: |_| None,
+                json: |options| Some(Json::Bool(options.diffuse_model == DiffuseModel::Multiscattering)),
+            }), BASE).neutral("off"),
     ];
     /// Whether large shapes occlude the environment (`render::light::sky_visibility`), if shadows are drawn. This effect is not in
     /// the LEADR paper.

@@ -155,8 +155,8 @@ impl Technique {
         self.integrates() && !self.row().ggx
     }
 
-    /// Whether the setting [`multiscattering`](super::ShadingOptions::multiscattering) applies.
-    pub fn has_multiscattering(self) -> bool {
+    /// Whether the setting [`diffuse_model`](super::ShadingOptions::diffuse_model) applies.
+    pub fn has_diffuse_model(self) -> bool {
         // LEADR's GGX base is excluded. At grazing angles, its lobes reflect more of the environment than the GGX of the energy
         // tables.
         self.has_base_frame() || self.row().family == Family::Gloss

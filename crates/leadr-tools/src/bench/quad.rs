@@ -5,6 +5,7 @@ use super::goals::{Bound, Goal, TimeRef};
 use super::rounds::{PIXELS, TOTAL, WITH_GEOMETRY};
 use super::rows::Row;
 use leadr_reflectance::masking::shadowing::Shadowing;
+use leadr_reflectance::materials::diffuse_models::DiffuseModel;
 use leadr_render::scene::FrameState;
 use leadr_render::settings::{
     BaseFrame, Probes, Quadrature, RenderSettings, Shading, ShadingOptions, Technique, Terms,
@@ -16,6 +17,7 @@ const LIGHT: &str = "specular, one light";
 const SPECULAR: &str = "specular environment";
 const DIFFUSE: &str = "diffuse environment";
 const DIFFUSE_LIGHT: &str = "diffuse, one light";
+const DIFFUSE_MODELS: &str = "diffuse base by model, environment and one light";
 const AGAINST_FORWARD: &str = "against a forward pass";
 const FIGURE_11_SPECULAR: &str = "figure 11, specular environment";
 const FIGURE_11_DIFFUSE: &str = "figure 11, diffuse environment";
@@ -238,6 +240,12 @@ pub fn rows(state: &FrameState, size: Size) -> Vec<Row> {
     add(DIFFUSE_LIGHT, ONE_SAMPLE, ONE_SAMPLE, one(terms));
     add(DIFFUSE_LIGHT, "leadr 5x5", ONE_SAMPLE, leadr(Quadrature::Grid(5), terms));
     add(DIFFUSE_LIGHT, "leadr visible", ONE_SAMPLE, visible(terms));
+
+    for diffuse_model in DiffuseModel::ALL {
+        let shading = visible(Terms::DIFFUSE_LIGHTS | Terms::DIFFUSE_ENVIRONMENT)
+            .adjusted(|options| ShadingOptions { diffuse_model, ..options });
+        add(DIFFUSE_MODELS, diffuse_model.name(), DiffuseModel::Lambert.name(), shading);
+    }
 
     let tables = [
         (VISIBILITY_LIGHT, Terms::SPECULAR_LIGHTS | Terms::DIFFUSE_LIGHTS),

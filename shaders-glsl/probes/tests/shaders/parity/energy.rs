@@ -7,6 +7,7 @@ use leadr_reflectance::masking::occlusion::{
     Cone, Hidden, adjusted_cone_cosine, adjusted_visibility, bent_cone, bent_cone_cosine, bent_cone_visibility,
     cone_cosine, cone_light, cone_light_smooth, cone_visibility, interreflected_visibility,
 };
+use leadr_reflectance::materials::diffuse_models::{DiffuseModel, diffuse_model_albedo, diffuse_value};
 use leadr_reflectance::materials::energy::{
     EnergyTable, average_fresnel, compensation_color, compensation_lobe, compensation_scale, entered, specular_albedo,
 };
@@ -124,6 +125,27 @@ fn multiscattering_parity() {
                 words(b),
                 words(lossy)
             ]
+        },
+    );
+}
+
+#[test]
+fn diffuse_models_parity() {
+    parity::<10>(
+        "materials/diffuse_models",
+        Tolerance { relative: 2e-5, floor: |_| 0.1, unit: |_| 0.0 },
+        |r| {
+            let [wo, wi] = [r.direction(), r.direction()].map(|w| w.with_z(w.z.abs().max(0.02)).normalize().to_array());
+            // The gloss of the smoothest surfaces is the logarithm of a difference.
+            join(&[&wo, &wi, &[r.range(0.01, 1.0)], &shares(r)])
+        },
+        |x| {
+            let (wo, wi, alpha, albedo) = (v3(x, 0), v3(x, 3), x[6], v3(x, 7));
+            let both = |model| {
+                let value = diffuse_value(model, wo, wi, alpha, albedo);
+                [value, diffuse_model_albedo(model, wo.z, alpha, albedo)].map(|v| v.to_array()).concat()
+            };
+            DiffuseModel::ALL.map(both).concat()
         },
     );
 }
