@@ -13,6 +13,7 @@ layout(constant_id = 24) const bool GGX_BASE = false;             // the base ma
 layout(constant_id = 25) const bool USES_CURVATURE = true;        // rotation of the macrosurface under a pixel adds roughness
 layout(constant_id = 26) const bool TILTS_TO_EDGE = true;         // mean slopes that face away are tilted to edge-on
 layout(constant_id = 27) const bool USES_HORIZON = false;         // bumps occlude each other's surroundings
+layout(constant_id = 28) const bool DETAIL_IN_GLOSS = false;      // a detail roughens the material instead of spreading the slopes
 
 // Returns the covariance that the technique shades with. S is the total covariance under a pixel. in_no_map is the part of S that comes
 // from no map. Every technique treats this part as roughness.

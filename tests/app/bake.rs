@@ -48,6 +48,37 @@ fn a_height_map_becomes_its_moments() {
     assert_eq!(files.len(), 1, "nothing is left beside it");
 }
 
+/// The picture has the table's texels: the open hemisphere first, and the closed cone black (Chan 2018, figure 19).
+#[test]
+fn the_table_of_cones_is_written() {
+    use leadr::reflectance::facets::gloss::Gloss;
+    use leadr::reflectance::visible::cone_specular::ConeTable;
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("cones.exr");
+    let output = bake(&["--cone-table", "--gloss-scale", "wwii", "-o", text(&file)]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let picture = load_picture(&file).unwrap().image;
+    assert_eq!((picture.width, picture.height), (256, 32));
+    let table = ConeTable::new(|gloss| Gloss::Wwii.alpha(gloss));
+    for (x, y, cone) in [(0, 0, 0), (31, 31, 0), (7, 20, 3), (31, 0, 6), (9, 9, 7)] {
+        let [scale, bias, _] = picture.texels[32 * cone + x + 256 * y];
+        let expected = table.albedo(x as f64 / 31.0, y as f64 / 31.0, cone as f64 / 7.0);
+        let off = (f64::from(scale) - expected.scale()).abs() + (f64::from(bias) - expected.bias()).abs();
+        assert!(
+            off < 1e-6 && (cone < 7 || scale == 0.0) && (cone == 7 || scale > 0.0),
+            "{x} {y} {cone}: {scale} {bias}"
+        );
+    }
+    for (arguments, word) in [
+        (vec!["--cone-table", "-o", "cones.png"], "must end in .exr"),
+        (vec!["--cone-table", "a.png", "-o", "cones.exr"], "cannot be used with"),
+    ] {
+        let output = bake(&arguments);
+        let line = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() == Some(2) && line.contains(word), "{line}");
+    }
+}
+
 #[test]
 fn the_finest_levels_are_left_out() {
     let folder = tempfile::tempdir().unwrap();

@@ -2,10 +2,14 @@
 
 use glam::{DVec3, Vec3};
 use leadr::maps::material::{TextureWrap, alpha_code, alpha_of};
-use leadr::reflectance::masking::occlusion::interreflected_visibility;
+use leadr::reflectance::facets::gloss::Gloss;
+use leadr::reflectance::masking::occlusion::{
+    Cone, ConeEdge, ConeLobe, Hidden, adjusted_visibility, cone_light_by_edge, interreflected_visibility,
+};
 use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::reflectance::materials::diffuse_models::{DiffuseModel, diffuse_model_albedo, diffuse_value};
 use leadr::reflectance::materials::energy::EnergyTable;
+use leadr::reflectance::visible::cone_specular::cone_specular;
 use leadr::render::camera::Camera;
 use leadr::render::frame::Renderer;
 use leadr::render::scene::{FrameState, MaterialMap, Object, Pose, PropertyMap, Sun};
@@ -45,11 +49,21 @@ fn lit(
     cosine: f32,
     sun: Option<Vec3>,
 ) -> DVec3 {
+    drawn(renderer, technique, ShadingOptions { terms, diffuse_model, ..Default::default() }, cosine, sun)
+}
+
+fn drawn(
+    renderer: &mut Renderer,
+    technique: Technique,
+    options: ShadingOptions,
+    cosine: f32,
+    sun: Option<Vec3>,
+) -> DVec3 {
     let sine = (1.0 - cosine * cosine).sqrt();
     let camera = Camera::looking_at(Vec3::new(0.0, -sine, cosine) * 3.0, Vec3::ZERO, 4.0);
     let sun = sun.map(|direction| Sun { direction, irradiance: Vec3::ONE });
     let state = FrameState { sun, ..FrameState::new(camera, vec![Pose::REST]) };
-    let options = ShadingOptions { terms, diffuse_model, shadowing: Shadowing::Smith, ..Default::default() };
+    let options = ShadingOptions { shadowing: Shadowing::Smith, ..options };
     let settings = RenderSettings { size: (9, 9), shading: technique.with(options), ..Default::default() };
     let color = renderer.render(&state, &settings).unwrap().color;
     let [r, g, b, _] = color[40].map(f64::from);
@@ -144,6 +158,50 @@ fn diffuse_models_are_drawn() {
             assert!((found - albedo).abs() < 0.004, "{technique:?} {model:?} {cosine}: {found} {albedo}");
             assert!((found_lit - value).abs() < 0.01, "{technique:?} {model:?} {cosine}: {found_lit} {value}");
         }
+    }
+}
+
+/// Each choice for cones has its closed form: the light of hidden directions, the edge for a sun, and the cone for reflections.
+#[test]
+fn choices_for_cones_are_drawn() {
+    let Some(gpu) = test_gpu() else { return };
+    let (share, alpha, cosine) = (0.6f32, 0.5, 0.8f32);
+    let white = DVec3::splat(leadr::maps::srgb::linear_from_srgb(f32::from(code()) / 255.0).into());
+    let cone = Cone::about_normal(DVec3::Z, share.into());
+    let object = |cone| ground(code(), alpha, 0.04, cone);
+    let vector = Some([0.0, 0.0, share, share]);
+    let (mut room, mut open) = (in_furnace(&gpu, object(vector)), in_furnace(&gpu, object(None)));
+    let mut left = |technique, options: ShadingOptions| {
+        drawn(&mut room, technique, options, cosine, None).x / drawn(&mut open, technique, options, cosine, None).x
+    };
+    for cone_occluders in Hidden::ALL {
+        let options = ShadingOptions { terms: Terms::DIFFUSE_ENVIRONMENT, cone_occluders, ..Default::default() };
+        let (found, want) =
+            (left(Technique::Leadr, options), adjusted_visibility(cone_occluders, share.into(), white).x);
+        assert!((found - want).abs() < 0.01, "{cone_occluders:?}: {found} {want}");
+    }
+    let wo = DVec3::new(0.0, -f64::from((1.0 - cosine * cosine).sqrt()), cosine.into());
+    let gloss = Gloss::Wwii.gloss(alpha_of(alpha_code(alpha)).into());
+    let wants = ConeLobe::ALL.map(|cone_lobe| {
+        let options = ShadingOptions { terms: Terms::SPECULAR_ENVIRONMENT, cone_lobe, ..Default::default() };
+        let seen = cone_lobe.of(cone, share.into(), gloss, cosine.into());
+        let (found, want) = (left(Technique::Gloss, options), cone_specular(alpha.into(), wo, &seen));
+        assert!((found - want).abs() < 0.01, "{cone_lobe:?}: {found} {want}");
+        want
+    });
+    // The bent cone of this plane is about the normal.
+    assert!((wants[0] - wants[1]).abs() < 1e-9 && wants[1] < wants[2] && wants[2] < wants[3], "{wants:?}");
+    let mut dark = in_room(&gpu, vec![object(vector)], [0.0; 3]);
+    let sun = Vec3::new(0.9, 0.0, 0.4).normalize();
+    let mut under_sun = |cone_edge| {
+        let options = ShadingOptions { terms: Terms::DIFFUSE_LIGHTS, cone_edge, ..Default::default() };
+        drawn(&mut dark, Technique::Leadr, options, cosine, Some(sun)).x
+    };
+    let all = under_sun(ConeEdge::Open);
+    assert!(all > 0.05, "{all}");
+    for edge in ConeEdge::ALL {
+        let (found, want) = (under_sun(edge) / all, cone_light_by_edge(edge, &cone, sun.as_dvec3()));
+        assert!((found - want).abs() < 0.01, "{edge:?}: {found} {want}");
     }
 }
 

@@ -1,12 +1,15 @@
 //! Details over materials, normal maps on smooth geometry, and anisotropic bases.
 
-use glam::{Affine2, Mat2, Vec2, Vec3};
+use glam::{Affine2, DVec2, DVec3, Mat2, Vec2, Vec3};
 use leadr::gpu::Gpu;
 use leadr::maps::RgbImage;
 use leadr::maps::material::{Anisotropy, Input, Material, MaterialDetail, Relief, TextureWrap};
 use leadr::maps::tonemap::Tonemap;
 use leadr::maps::{HeightMap, procedural};
+use leadr::reflectance::facets::normal_distribution::tail_mean_ratio;
+use leadr::reflectance::facets::shortened_normals::Shortening;
 use leadr::reflectance::masking::shadowing::Shadowing;
+use leadr::reflectance::materials::classic::normal_variance;
 use leadr::render::camera::Camera;
 use leadr::render::frame::Renderer;
 use leadr::render::light::environment::Environment;
@@ -138,6 +141,42 @@ fn detail_equals_a_map_of_the_sum() {
             assert!(found < 0.03, "{found}");
         }
     }
+}
+
+/// The gloss technique multiplies the lengths of the mean normals of base and detail (Chan 2018, eq. 34), so a plane with a distant detail
+/// equals a rougher plane.
+#[test]
+fn a_distant_detail_is_gloss() {
+    let Some(gpu) = test_gpu() else { return };
+    let base = 0.25f64;
+    let plane_of = |alpha: f64| {
+        let mesh = plane(4.0, 16, METRES, [0.4, 0.35, 0.3, alpha as f32], even);
+        Object::new("plane", mesh).with_specular_f0(0.5).without_shadow()
+    };
+    let fine = bumps(FINE, 4.0, 9);
+    let metres = METRES / REPEATS as f32;
+    let slopes: Vec<[f32; 2]> = slopes_of(&fine).iter().map(|s| s.map(|v| v * FINE_STEEP * metres)).collect();
+    let per = 1.0 / f64::from(FINE * FINE) / f64::from(metres * metres);
+    let variance = [0, 1].map(|k| slopes.iter().map(|s| f64::from(s[k] * s[k])).sum::<f64>() * per);
+    let spread = normal_variance(DVec2::ZERO, DVec3::new(variance[0], variance[1], 0.0));
+    let (detail, shortening) = (tail_mean_ratio(spread.sqrt().recip()), Shortening::ALL[0]);
+    let rougher = shortening.alpha_of_shortening(1.0 - (1.0 - detail) * shortening.length(base));
+    assert!(rougher > 1.5 * base, "{rougher}");
+    let detail = Detail {
+        heights: HeightField { map: HeightMap { texels: vec![0.0; (FINE * FINE) as usize], ..fine.map }, ..fine },
+        slopes: Some(slopes),
+        material: None,
+        mapping: DetailMapping::Texcoords,
+        transform: Affine2::from_scale(Vec2::splat(REPEATS as f32)),
+        mask: None,
+    };
+    let camera = Camera::looking_at(Vec3::new(0.3, -0.7, 0.55).normalize() * 300.0, Vec3::ZERO, 1.0);
+    let state = FrameState::new(camera, vec![Pose::REST]).under(&Sky::default());
+    let settings = settings(Technique::Gloss, 24, 1, Shadowing::None);
+    let mut draw = |object| picture(&mut under_sky(&gpu, vec![object], 64), &state, &settings);
+    let (with_detail, as_gloss) = (draw(plane_of(base).with_detail(detail)), draw(plane_of(rougher)));
+    let (found, without) = (error(&as_gloss, &with_detail), error(&as_gloss, &draw(plane_of(base))));
+    assert!(found < 0.01 && without > 5.0 * found, "{found} {without}");
 }
 
 /// A detail removes neither emission nor occlusion of its base: the light equals that without them, times the accessibility, plus the

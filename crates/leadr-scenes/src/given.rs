@@ -22,6 +22,9 @@ const NEEDS: [(&str, &str); 5] = [
     ("detail-mask", "detail"),
 ];
 
+/// The flags that need occlusion cones.
+const CONE_FLAGS: [&str; 3] = ["cone-occluders", "cone-edge", "cone-lobe"];
+
 /// A list of flags with their values, in order, which can be edited and printed.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CommandLine {
@@ -79,6 +82,9 @@ impl CommandLine {
         SceneOption::all().iter().filter(refused).for_each(|option| line.remove(&option.spec.flag()));
         if technique.is_reference() {
             line.remove("--msaa");
+        }
+        if !line.has("cone-map") && !line.has("material") {
+            CONE_FLAGS.iter().for_each(|flag| line.remove(&format!("--{flag}")));
         }
         if line.has("relief-shadows") {
             ["--sky-occlusion", "--diffuse-model", "--multiscattering"].into_iter().for_each(|flag| line.remove(flag));
@@ -178,6 +184,8 @@ impl CommandLine {
             "--msaa is for techniques that filter; the reference takes --samples"
         } else if is("multiscattering", "on") && self.has("diffuse-model") && !is("diffuse-model", "multiscattering") {
             "--multiscattering on is --diffuse-model multiscattering: remove one of them"
+        } else if !self.has("cone-map") && !self.has("material") && CONE_FLAGS.iter().any(|flag| self.has(flag)) {
+            "--cone-occluders, --cone-edge and --cone-lobe are for occlusion cones: add --cone-map or --material"
         } else if !options.relief_shadows {
             return Ok(());
         } else if options.diffuse_model != DiffuseModel::Lambert {

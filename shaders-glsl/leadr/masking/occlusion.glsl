@@ -104,6 +104,20 @@ float cone_light_smooth(const vec4 cone, const vec3 wi) {
     return ratio * ratio;
 }
 
+// How a light fades outside a cone.
+const int LEADR_CONE_EDGE_SOFT = 0;   // eq. 58
+const int LEADR_CONE_EDGE_LINEAR = 1; // figure 18
+const int LEADR_CONE_EDGE_HARD = 2;   // eq. 57
+const int LEADR_CONE_EDGE_OPEN = 3;
+
+// Returns the fraction of the light from wi that a cone lets through. edge is a LEADR_CONE_EDGE_ constant.
+float cone_light_by_edge(const int edge, const vec4 cone, const vec3 wi) {
+    if (edge == LEADR_CONE_EDGE_OPEN) return 1.0;
+    if (edge == LEADR_CONE_EDGE_HARD) return cone_light(cone, wi);
+    float soft = cone_light_smooth(cone, wi);
+    return edge == LEADR_CONE_EDGE_LINEAR ? sqrt(soft) : soft;
+}
+
 // Returns the cosine of a cone about the normal, widened for smooth surfaces and grazing viewers (listing 3). Without `biased`, eq. 60 is
 // left out. exponent is the exponent of the gloss: 6 in the listing, 8 in the text.
 float adjusted_cone_cosine(const float cosine, const float gloss, const float n_v, const bool biased, const int exponent) {
@@ -112,6 +126,22 @@ float adjusted_cone_cosine(const float cosine, const float gloss, const float n_
     float g6 = g2 * g2 * g2;
     float k = 1.0 - clamp(n_v, 0.0, 1.0);
     return clamp(cosine, 0.0, 1.0) * (1.0 - (exponent == 6 ? g6 : g6 * g2)) * (1.0 - k * k * k * k);
+}
+
+// The cone that hides the specular reflection of the environment.
+const int LEADR_CONE_LOBE_BENT = 0;     // the cone itself
+const int LEADR_CONE_LOBE_NORMAL = 1;   // a cone of the same visibility about the normal
+const int LEADR_CONE_LOBE_ADJUSTED = 2; // this cone, widened by eq. 59
+const int LEADR_CONE_LOBE_BIASED = 3;   // this cone, widened by eq. 60 and listing 3
+
+// Returns the cone that hides the specular reflection of a point with this visibility and cone. gloss is on Chan's scale, and n_v is the
+// viewer's cosine to the normal.
+vec4 cone_of_lobe(const int lobe, const vec4 cone, const float visibility, const float gloss, const float n_v) {
+    if (lobe == LEADR_CONE_LOBE_BENT) return cone;
+    float cosine = cone_cosine(visibility);
+    if (lobe == LEADR_CONE_LOBE_ADJUSTED) cosine = adjusted_cone_cosine(cosine, gloss, n_v, false, 8);
+    if (lobe == LEADR_CONE_LOBE_BIASED) cosine = adjusted_cone_cosine(cosine, gloss, n_v, true, 6);
+    return vec4(0.0, 0.0, 1.0, cosine);
 }
 
 #endif

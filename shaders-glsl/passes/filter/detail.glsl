@@ -5,6 +5,8 @@
 #define LEADR_FILTER_DETAIL
 #include "../constants.glsl"
 #include "../triplanar.glsl"
+#include "leadr/materials/classic.glsl"
+#include "leadr/facets/shortened_normals.glsl"
 #include "leadr/slopes/map.glsl"
 #include "leadr/slopes/moments.glsl"
 
@@ -134,6 +136,14 @@ vec4 color_with_detail(const vec4 color, const DetailMeans detail) {
         return vec4(color.rgb * mix(vec3(1.0), detail.color.rgb * detail_color.rgb, detail.cover), mix(color.a, detail.color.a, detail.cover));
     }
     return mix(color, vec4(detail.color.rgb * detail_color.rgb, detail.color.a), detail.cover);
+}
+
+// Returns the roughness of a material with the spread of the detail's slopes. The lengths of the mean normals of base and detail multiply
+// (Chan 2018, eq. 34).
+float alpha_with_detail(const float alpha, const vec2 mean_slope, const vec3 covariance) {
+    float detail = tail_mean_ratio(inversesqrt(max(normal_variance(mean_slope, covariance), 1e-12)));
+    float base = normal_shortening(LEADR_GGX_MACRO, alpha);
+    return min(alpha_of_shortening(LEADR_GGX_MACRO, detail + base - detail * base), 1.0);
 }
 
 #endif

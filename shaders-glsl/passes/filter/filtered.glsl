@@ -697,12 +697,17 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
                                            mat2(by_uv.linear_s, by_uv.linear_t));
         if (USES_SLOPES) {
             mean_slope += detail.slope;
-            map_statistics = clamp_covariance(map_statistics + detail.covariance);
+            if (!DETAIL_IN_GLOSS) {
+                map_statistics = clamp_covariance(map_statistics + detail.covariance);
+            }
         }
         if (DETAIL_COLORS != DETAIL_COLORLESS) {
             vec4 covered = color_with_detail(vec4(color.rgb, color.a * color.a), detail);
             color = vec4(covered.rgb, sqrt(covered.a));
             covering = detail;
+        }
+        if (DETAIL_IN_GLOSS) {
+            color.a = alpha_with_detail(color.a, mean_slope, detail.covariance);
         }
     }
     // At the finest level, the covariance includes the spread between neighbouring texels, because bilinear interpolation of the mean loses

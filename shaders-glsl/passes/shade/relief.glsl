@@ -16,13 +16,13 @@ bool has_cone(const Surface surface) {
 // light, in radians.
 float relief_visibility(const Surface surface, const vec3 wi, const float deviation) {
     if (has_cone(surface)) {
-        return cone_light_smooth(cone_of_vector(surface.cone.xyz), wi);
+        return cone_light_by_edge(CONE_EDGE, cone_of_vector(surface.cone.xyz), wi);
     }
     return USES_HORIZON ? horizon_visibility(wi, surface.mean_slope, surface.horizon, deviation) : 1.0;
 }
 
 // Returns the factor of a cone on the environment's diffuse light, for a surface of this albedo. The factor is the visible fraction of the
-// surroundings, where hidden directions are as bright as the surface itself (Chan 2018, eq. 49). The visible fraction is multiplied by the
+// surroundings, with the light of hidden directions by CONE_OCCLUDERS (Chan 2018, eq. 45-49). The visible fraction is multiplied by the
 // ratio of the brightness about the cone's axis to the brightness about the normal.
 vec3 cone_diffuse(const Surface surface, const vec3 albedo, const vec3 c[9]) {
     if (!has_cone(surface)) {
@@ -31,7 +31,7 @@ vec3 cone_diffuse(const Surface surface, const vec3 albedo, const vec3 c[9]) {
     vec3 axis = cone_of_vector(surface.cone.xyz).xyz;
     vec3 about = max(sh_irradiance(c, from_frame(surface.frame, axis)), 0.0);
     vec3 whole = max(sh_irradiance(c, from_frame(surface.frame, normal_of_slope(surface.mean_slope))), 1e-4);
-    return interreflected_visibility(surface.cone.w, albedo) * min(about / whole, 2.0);
+    return adjusted_visibility(CONE_OCCLUDERS, surface.cone.w, albedo) * min(about / whole, 2.0);
 }
 
 // Returns the fraction of the environment's specular light that a cone lets through, for GGX roughness alpha about the mean normal.
@@ -41,7 +41,9 @@ float cone_specular_share(const Surface surface, const float alpha) {
     }
     Frame about = frame_about(normal_of_slope(surface.mean_slope));
     vec4 cone = cone_of_vector(surface.cone.xyz);
-    return cone_specular(alpha, to_frame(about, surface.wo), vec4(to_frame(about, cone.xyz), cone.w));
+    vec3 wo = to_frame(about, surface.wo);
+    cone = vec4(to_frame(about, cone.xyz), cone.w);
+    return cone_specular(alpha, wo, cone_of_lobe(CONE_LOBE, cone, surface.cone.w, alpha_gloss(alpha, LEADR_GLOSS_WWII), wo.z));
 }
 
 #endif

@@ -5,6 +5,7 @@
 #include "../bases.glsl"
 #include "../technique.glsl"
 #include "leadr/masking/correlated.glsl"
+#include "leadr/masking/occlusion.glsl"
 #include "leadr/materials/diffuse_models.glsl"
 
 layout(constant_id = 1) const bool VISIBLE_SLOPES = false; // visible-slope rules replace the paper's grid
@@ -22,6 +23,9 @@ layout(constant_id = 9) const int EDGES = EDGES_ARE_ABSENT;
 layout(constant_id = 11) const int DIFFUSE_MODEL = LEADR_DIFFUSE_LAMBERT; // a LEADR_DIFFUSE_ constant
 layout(constant_id = 12) const bool DRAWN_SPECULAR = false; // random visible specular directions, which differ between samples
 layout(constant_id = 15) const bool INTERREFLECTION = false; // light between the facets of the relief (leadr/integrals/interreflection.glsl)
+layout(constant_id = 16) const int CONE_OCCLUDERS = LEADR_HIDDEN_SAME_RADIANCE; // a LEADR_HIDDEN_ constant
+layout(constant_id = 17) const int CONE_EDGE = LEADR_CONE_EDGE_SOFT;  // a LEADR_CONE_EDGE_ constant
+layout(constant_id = 18) const int CONE_LOBE = LEADR_CONE_LOBE_BENT;  // a LEADR_CONE_LOBE_ constant
 layout(constant_id = 13) const bool SKY_OCCLUSION = false; // large shapes occlude the environment
 layout(constant_id = 14) const bool TELLS_LIGHT = false;   // outputs the visibility of the lights instead of radiance
 

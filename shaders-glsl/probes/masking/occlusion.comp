@@ -12,7 +12,7 @@ void main() {
     cone.w = next();
     vec3 wi = next3();
     float gloss = next();
-    at = gl_GlobalInvocationID.x * 29;
+    at = gl_GlobalInvocationID.x * 49;
     for (int hidden = 0; hidden < 5; ++hidden) put(adjusted_visibility(hidden, visibility, albedo));
     put(cone_cosine(visibility));
     put(cone_visibility(cone.w));
@@ -26,4 +26,10 @@ void main() {
     put(interreflected_visibility(visibility, albedo).x);
     put(cone_of_vector(0.5 * visibility * cone.xyz).xyz);
     put(cone_of_vector(0.5 * visibility * cone.xyz).w);
+    for (int edge = 0; edge < 4; ++edge) put(cone_light_by_edge(edge, cone, wi));
+    for (int lobe = 0; lobe < 4; ++lobe) {
+        vec4 found = cone_of_lobe(lobe, cone, visibility, gloss, wi.z);
+        put(found.xyz);
+        put(found.w);
+    }
 }

@@ -31,6 +31,7 @@ pub const EXAMPLES: &str = "Examples:
   leadr bake --normal bricks_n.png --gloss bricks_g.png --kind gloss -o bricks.ktx2   add the spread of the normals to the gloss
   leadr bake bricks_n.png --kind height -o bricks_h.png      compute heights from normals
   leadr bake Rock003 --kind height,gloss,occlusion,cones -o rock/   write a folder of maps
+  leadr bake --cone-table --gloss-scale wwii -o cones.exr    write the table of specular reflectance under cones
 
 Slopes are per unit of texture coordinate, with t pointing down. The unit of the output heights is that of the height map times
 --height-scale, or the width of the texture if there is a normal map.";
@@ -39,7 +40,7 @@ Slopes are per unit of texture coordinate, with t pointing down. The unit of the
 #[derive(Clone, Debug, Args)]
 pub struct BakeArgs {
     /// A height map (PNG, TIFF, EXR or another image format), a normal map recognised by its name, or a material folder
-    #[arg(value_name = "FILE|FOLDER", required_unless_present = "normal")]
+    #[arg(value_name = "FILE|FOLDER", required_unless_present_any = ["normal", "cone_table"])]
     pub input: Option<PathBuf>,
     /// Read pictures of the folder through links that lead out of it. Use this option only for folders that you trust
     #[arg(long)]
@@ -110,10 +111,36 @@ pub struct BakeArgs {
     /// Set the channels of the file: the channels of leadr, or the bump slopes of OpenImageIO (.exr)
     #[arg(long, value_name = "LAYOUT", value_parser = one_of(LAYOUTS), default_value = "leadr")]
     pub layout: Layout,
+    /// Write the table of specular reflectance under occlusion cones (32 viewer's cosines x 32 glosses on --gloss-scale x 8 cones) as an .exr, without an input
+    #[arg(long, conflicts_with_all = WITHOUT_CONE_TABLE)]
+    pub cone_table: bool,
     /// Write the map to this file, or several maps to this folder
     #[arg(long, short, value_name = "OUT.ktx2|OUT.exr|OUT.png|FOLDER")]
     pub output: PathBuf,
 }
+
+/// The flags that do not apply to --cone-table.
+const WITHOUT_CONE_TABLE: [&str; 19] = [
+    "input",
+    "follow_links",
+    "normal",
+    "roughness",
+    "gloss",
+    "color",
+    "height_scale",
+    "heights_as_read",
+    "normal_y",
+    "wrap",
+    "kind",
+    "detail",
+    "area",
+    "texels",
+    "smoothness",
+    "classes",
+    "drop_levels",
+    "resample",
+    "layout",
+];
 
 /// The number of classes of facets that a map stores.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

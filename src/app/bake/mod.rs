@@ -1,6 +1,7 @@
 //! `leadr bake`: filters heights, normals or a material folder into maps with all mip levels.
 
 pub mod args;
+mod cone_table;
 mod report;
 mod sources;
 
@@ -93,6 +94,9 @@ fn names_a_folder(path: &Path) -> bool {
 
 /// Bakes the maps and prints their statistics.
 pub fn run(arguments: &BakeArgs, output: &Output) -> Result<(), AppError> {
+    if arguments.cone_table {
+        return cone_table::run(arguments, output);
+    }
     let start = Instant::now();
     let (layout, precision) = (arguments.layout, arguments.format);
     check_flags(arguments)?;

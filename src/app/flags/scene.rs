@@ -239,6 +239,10 @@ pub mod tests {
                 let mut given = CommandLine::default();
                 given.set("--technique", Some(technique.name()));
                 given.set(&option.spec.flag(), Some(&*value));
+                if option.spec.name.starts_with("cone-") {
+                    given.set("--scene", Some("plane"));
+                    given.set("--cone-map", Some("a"));
+                }
                 match given.resolve() {
                     Ok(_) => {
                         assert!(row.applies_to(technique) || row.neutral == Some(&*value), "{technique:?} {value}")

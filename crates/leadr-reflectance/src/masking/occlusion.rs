@@ -9,7 +9,7 @@ use glam::DVec3;
 use std::f64::consts::{FRAC_1_PI, PI};
 
 /// The assumption about the occluders (Chan 2018, 4.4), in a white environment of radiance 1.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[repr(u32)]
 pub enum Hidden {
     /// Occluders are black (eq. 45), as in common ambient occlusion.
@@ -29,6 +29,132 @@ impl Hidden {
     /// All assumptions in numeric order.
     pub const ALL: [Self; 5] =
         [Self::Black, Self::WhiteOccluded, Self::SameUnoccluded, Self::SameOccluded, Self::SameRadiance];
+}
+
+impl Hidden {
+    /// Returns the name on the command line and in JSON.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Black => "black",
+            Self::WhiteOccluded => "white",
+            Self::SameUnoccluded => "unoccluded",
+            Self::SameOccluded => "occluded",
+            Self::SameRadiance => "bounces",
+        }
+    }
+
+    /// Returns a one-line help text.
+    pub const fn help(self) -> &'static str {
+        match self {
+            Self::Black => "Black, as in common ambient occlusion (Chan 2018, eq. 45)",
+            Self::WhiteOccluded => "White, and as occluded as the surface (eq. 46)",
+            Self::SameUnoccluded => "The colour of the surface, and not occluded (eq. 47)",
+            Self::SameOccluded => "The colour of the surface, and as occluded (eq. 48)",
+            Self::SameRadiance => "As bright as the surface, with all bounces (eq. 49)",
+        }
+    }
+}
+
+/// The visibility of a light by its direction relative to a cone (Chan 2018, figure 18). The numbers equal the `LEADR_CONE_EDGE_` constants.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ConeEdge {
+    /// The square of the linear edge (eq. 58).
+    Soft = 0,
+    /// The ratio of the light's cosine to the cone's.
+    Linear = 1,
+    /// No light outside the cone (eq. 57).
+    Hard = 2,
+    /// The cone hides no light.
+    Open = 3,
+}
+
+impl ConeEdge {
+    /// All edges in numeric order.
+    pub const ALL: [Self; 4] = [Self::Soft, Self::Linear, Self::Hard, Self::Open];
+
+    /// Returns the name on the command line and in JSON.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Soft => "soft",
+            Self::Linear => "linear",
+            Self::Hard => "hard",
+            Self::Open => "open",
+        }
+    }
+
+    /// Returns a one-line help text.
+    pub const fn help(self) -> &'static str {
+        match self {
+            Self::Soft => "Fade by the squared ratio of the cosines of light and cone (Chan 2018, eq. 58)",
+            Self::Linear => "Fade by the ratio of the cosines (figure 18)",
+            Self::Hard => "Cut the light off at the cone (eq. 57)",
+            Self::Open => "Do not shadow lights by cones",
+        }
+    }
+}
+
+/// The cone that hides the specular reflection of the environment (Chan 2018, 4.7). The numbers equal the `LEADR_CONE_LOBE_` constants.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ConeLobe {
+    /// The cone itself, about the direction of what is visible.
+    Bent = 0,
+    /// A cone of the same visibility about the normal.
+    Normal = 1,
+    /// This cone, widened for smooth surfaces and grazing views (eq. 59).
+    Adjusted = 2,
+    /// This cone, widened for a gloss of 1.5 times the gloss (eq. 60 and listing 3).
+    Biased = 3,
+}
+
+impl ConeLobe {
+    /// All cones in numeric order.
+    pub const ALL: [Self; 4] = [Self::Bent, Self::Normal, Self::Adjusted, Self::Biased];
+
+    /// Returns the name on the command line and in JSON.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Bent => "bent",
+            Self::Normal => "normal",
+            Self::Adjusted => "adjusted",
+            Self::Biased => "biased",
+        }
+    }
+
+    /// Returns a one-line help text.
+    pub const fn help(self) -> &'static str {
+        match self {
+            Self::Bent => "The cone about the direction of what is visible",
+            Self::Normal => "A cone of the same visibility about the normal; too dark on smooth surfaces",
+            Self::Adjusted => "The same, widened for smooth surfaces and grazing views (Chan 2018, eq. 59)",
+            Self::Biased => "The same, for a gloss of 1.5 times the gloss (eq. 60); almost none on smooth surfaces",
+        }
+    }
+
+    /// Returns the cone that hides the specular reflection of a point with this visibility and `cone`. `gloss` is on Chan's scale, and
+    /// `n_v` is the viewer's cosine to the normal.
+    pub fn of(self, cone: Cone, visibility: f64, gloss: f64, n_v: f64) -> Cone {
+        let about_normal = Cone::about_normal(DVec3::Z, visibility);
+        let adjusted = |biased, exponent| Cone {
+            cosine: adjusted_cone_cosine(about_normal.cosine, gloss, n_v, biased, exponent),
+            ..about_normal
+        };
+        match self {
+            Self::Bent => cone,
+            Self::Normal => about_normal,
+            Self::Adjusted => adjusted(false, 8),
+            Self::Biased => adjusted(true, 6),
+        }
+    }
+}
+
+/// Returns the fraction of the light from `wi` that a cone lets through.
+pub fn cone_light_by_edge(edge: ConeEdge, cone: &Cone, wi: DVec3) -> f64 {
+    match edge {
+        ConeEdge::Soft => cone_light_smooth(cone, wi),
+        ConeEdge::Linear => cone_light_smooth(cone, wi).sqrt(),
+        ConeEdge::Hard => cone_light(cone, wi),
+        ConeEdge::Open => 1.0,
+    }
 }
 
 /// Returns the fraction of a white environment's light that reaches a point of this `visibility` and `albedo`, per colour channel (Chan
@@ -297,6 +423,20 @@ mod tests {
             assert!(cone_light_smooth(&Cone { axis: x, cosine: 2.0 }, x).is_finite());
             assert!(bent_cone_cosine(0.5, x).is_finite() && bent_cone_visibility(&bent_cone(0.5, x)).is_finite());
         }
+    }
+
+    #[test]
+    fn edges_and_lobes_are_those_of_the_equations() {
+        let (cone, wi) = (Cone { axis: DVec3::Z, cosine: 0.8 }, DVec3::new((1.0 - 0.16f64).sqrt(), 0.0, 0.4));
+        let by_edge = ConeEdge::ALL.map(|edge| cone_light_by_edge(edge, &cone, wi));
+        assert!((DVec3::from_slice(&by_edge) - DVec3::new(0.25, 0.5, 0.0)).length() < 1e-15 && by_edge[3] == 1.0);
+        let bent = Cone { axis: DVec3::X, cosine: 0.3 };
+        let lobes = ConeLobe::ALL.map(|lobe| lobe.of(bent, 0.36, 0.5, 0.6));
+        assert_eq!(lobes[0], bent);
+        assert!(lobes[1..].iter().all(|cone| cone.axis == DVec3::Z));
+        let step = (1.0 - 0.4f64.powi(4)) * 0.8;
+        let want = [0.8, step * (1.0 - 0.5f64.powi(8)), step * (1.0 - 0.75f64.powi(6))];
+        assert!([1, 2, 3].iter().all(|&k| (lobes[k].cosine - want[k - 1]).abs() < 1e-15), "{lobes:?}");
     }
 
     #[test]

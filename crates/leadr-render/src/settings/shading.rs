@@ -187,16 +187,10 @@ impl Shading {
 
     /// Returns the specialisation constants of the shading pass for this shading.
     pub fn spec(&self) -> Vec<(&'static str, SpecValue)> {
-        let ShadingOptions { shadowing, diffuse_lights, diffuse_model, .. } = self.options;
+        let ShadingOptions { shadowing, diffuse_lights, .. } = self.options;
         let mut spec = self.needs().spec();
         spec.push(("TERMS", SpecValue::I32(self.terms().bits())));
-        spec.push(("DIFFUSE_MODEL", SpecValue::I32(diffuse_model.code())));
-        for option in ShadingOptions::ALL {
-            if let Some(constant) = option.constant {
-                let is_on = option.json(self.technique, self.options) == Some(Json::Bool(true));
-                spec.push((constant, SpecValue::Bool(is_on)));
-            }
-        }
+        spec.extend(ShadingOptions::ALL.iter().filter_map(|option| option.spec(self.technique, self.options)));
         if let Some(quadrature) = self.quadrature() {
             let (visible, samples) = match quadrature {
                 Quadrature::Grid(side) => (false, side),
@@ -279,6 +273,7 @@ impl Serialize for Shading {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use leadr_reflectance::masking::occlusion::{ConeEdge, ConeLobe, Hidden};
     use leadr_reflectance::masking::shadowing::Shadowing;
     use leadr_reflectance::materials::diffuse_models::DiffuseModel;
 
@@ -295,6 +290,9 @@ mod tests {
         classes: false,
         interreflection: true,
         diffuse_model: DiffuseModel::Disney,
+        cone_occluders: Hidden::Black,
+        cone_edge: ConeEdge::Hard,
+        cone_lobe: ConeLobe::Adjusted,
         sky_occlusion: true,
         edge_samples: 16,
         lod_bias: LodBias(0.5),
@@ -310,6 +308,7 @@ mod tests {
             assert_eq!(options.pixel_kernel, !technique.has_pixel_kernel());
             assert_eq!(options.base_frame == BaseFrame::Macro, technique.has_base_frame());
             assert_eq!(options.diffuse_model == DiffuseModel::Disney, technique.has_diffuse_model());
+            assert_eq!(options.cone_edge == ConeEdge::Hard, technique.has_cones());
             assert_eq!(options.relief_shadows, technique.has_relief_shadows());
             assert_eq!(options.edge_samples, if technique.is_reference() { 1 } else { 16 });
             assert_eq!(shading.terms() == Terms::NONE, !technique.is_lit());
@@ -324,6 +323,26 @@ mod tests {
                 ..Default::default()
             })
         );
+    }
+
+    /// Constants of named options are indices, so their order is that of the shader's constants.
+    #[test]
+    fn names_become_constants() {
+        let value = |shading: Shading, name| {
+            shading.spec().into_iter().find_map(|(known, value)| (known == name).then_some(value)).unwrap()
+        };
+        let shading = Technique::Leadr.with(OPTIONS);
+        for (name, code) in [
+            ("DIFFUSE_MODEL", DiffuseModel::Disney as i32),
+            ("CONE_OCCLUDERS", Hidden::Black as i32),
+            ("CONE_EDGE", ConeEdge::Hard as i32),
+            ("CONE_LOBE", ConeLobe::Adjusted as i32),
+        ] {
+            assert_eq!(value(shading, name), SpecValue::I32(code), "{name}");
+        }
+        assert_eq!(value(Technique::Lean.with(OPTIONS), "DIFFUSE_MODEL"), SpecValue::I32(0));
+        assert_eq!(value(Technique::Lean.into(), "CONE_OCCLUDERS"), SpecValue::I32(Hidden::SameRadiance as i32));
+        assert_eq!(value(shading, "INTERREFLECTION"), SpecValue::Bool(true));
     }
 
     #[test]

@@ -7,7 +7,9 @@ use super::technique::Technique;
 use super::terms::Terms;
 use crate::frame::Layer;
 use crate::named;
+use leadr_gpu::SpecValue;
 use leadr_maps::tonemap::Tonemap;
+use leadr_reflectance::masking::occlusion::{ConeEdge, ConeLobe, Hidden};
 use leadr_reflectance::masking::shadowing::Shadowing;
 use leadr_reflectance::materials::diffuse_models::DiffuseModel;
 
@@ -16,6 +18,9 @@ named! {
     Tonemap: Self::ALL;
     Layer: Self::ALL;
     DiffuseModel: Self::ALL;
+    Hidden: Self::ALL;
+    ConeEdge: Self::ALL;
+    ConeLobe: Self::ALL;
     Shadowing: [Self::NormalMap, Self::None, Self::Smith, Self::Correlated];
 }
 
@@ -42,7 +47,7 @@ pub struct ShadingOption {
     pub subject: Subject,
     /// The neutral value. Techniques without the option accept this value, because it changes nothing.
     pub neutral: Option<&'static str>,
-    /// The boolean specialisation constant of `passes/shade/settings.glsl` that the option sets.
+    /// The specialisation constant of `passes/shade/settings.glsl` that the option sets: whether a switch is on, or the index of a name.
     pub(super) constant: Option<&'static str>,
     /// The JSON value for techniques without the option, if it is not the default.
     json_without: Option<&'static str>,
@@ -70,6 +75,16 @@ impl ShadingOption {
         (self.techniques.has)(technique)
     }
 
+    /// Returns the specialisation constant that the option sets, with its value for a technique.
+    pub(super) fn spec(&self, technique: Technique, options: ShadingOptions) -> Option<(&'static str, SpecValue)> {
+        let index = |name| self.value.names(options).iter().position(|&(known, _)| known == name);
+        let value = match self.json(technique, options) {
+            Some(Json::Name(name)) => SpecValue::I32(index(name)? as i32),
+            value => SpecValue::Bool(value == Some(Json::Bool(true))),
+        };
+        Some((self.constant?, value))
+    }
+
     /// Returns the value as JSON. For techniques without the option, switches are off, and other values are at their defaults.
     pub fn json(&self, technique: Technique, options: ShadingOptions) -> Option<Json> {
         match (&self.value, self.json_without) {
@@ -87,6 +102,7 @@ const BECKMANN: Techniques = Techniques { has: Technique::has_base_frame };
 const KERNEL: Techniques = Techniques { has: Technique::has_pixel_kernel };
 const COVARIANCE: Techniques = Techniques { has: Technique::has_relief_color };
 const BASE: Techniques = Techniques { has: Technique::has_diffuse_model };
+const CONES: Techniques = Techniques { has: Technique::has_cones };
 const FILTERING: Techniques = Techniques { has: |technique| !technique.is_reference() };
 const RAYS: Techniques = Techniques { has: Technique::has_relief_shadows };
 
@@ -217,7 +233,7 @@ shading_options! {
     /// ([`leadr_reflectance::materials::diffuse_models`]). The LEADR paper has Lambertian facets only.
     diffuse_model: DiffuseModel = DiffuseModel::Lambert => [
         row(shading("diffuse-model", "MODEL", "Choose how the rough base below the specular term reflects light").called("diffuse base").common(),
-            Value::Name(|options| &mut options.diffuse_model), BASE),
+            Value::Name(|options| &mut options.diffuse_model), BASE).constant("DIFFUSE_MODEL"),
         row(shading("multiscattering", "on|off", "on: the same as --diffuse-model multiscattering").default("off")
                 .panel(Panel::Without("the diffuse base has the choice")),
             Value::Text(Text {
@@ -230,6 +246,21 @@ shading_options! {
                 write: |_| None,
                 json: |options| Some(Json::Bool(options.diffuse_model == DiffuseModel::Multiscattering)),
             }), BASE).neutral("off"),
+    ];
+    /// The light of the directions that a material's occlusion cones hide.
+    cone_occluders: Hidden = Hidden::SameRadiance => [
+        row(shading("cone-occluders", "LIGHT", "Choose the light from the directions that occlusion cones hide").called("hidden by cones"),
+            Value::Name(|options| &mut options.cone_occluders), CONES).constant("CONE_OCCLUDERS"),
+    ];
+    /// How suns and lamps fade outside a material's occlusion cones.
+    cone_edge: ConeEdge = ConeEdge::Soft => [
+        row(shading("cone-edge", "EDGE", "Choose how lights fade outside occlusion cones").called("edge of cones"),
+            Value::Name(|options| &mut options.cone_edge), CONES).constant("CONE_EDGE"),
+    ];
+    /// The cone that hides the specular reflection of the environment.
+    cone_lobe: ConeLobe = ConeLobe::Bent => [
+        row(shading("cone-lobe", "CONE", "Choose the cone that hides the specular reflection of the environment").called("cone for reflections"),
+            Value::Name(|options| &mut options.cone_lobe), CONES).constant("CONE_LOBE"),
     ];
     /// Whether large shapes occlude the environment (`render::light::sky_visibility`), if shadows are drawn. This effect is not in
     /// the LEADR paper.

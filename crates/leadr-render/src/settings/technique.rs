@@ -162,6 +162,11 @@ impl Technique {
         self.has_base_frame() || self.row().family == Family::Gloss
     }
 
+    /// Whether the settings of occlusion cones, such as [`cone_edge`](super::ShadingOptions::cone_edge), apply.
+    pub fn has_cones(self) -> bool {
+        self.integrates() || self.row().family == Family::Gloss
+    }
+
     /// Whether the setting [`pixel_kernel`](super::ShadingOptions::pixel_kernel) applies.
     pub const fn has_pixel_kernel(self) -> bool {
         self.row().pixel_kernel
@@ -234,6 +239,7 @@ impl Needs {
             ("USES_CURVATURE", SpecValue::Bool(self.kernel)),
             ("TILTS_TO_EDGE", SpecValue::Bool(self.tilt)),
             ("USES_HORIZON", SpecValue::Bool(self.horizon)),
+            ("DETAIL_IN_GLOSS", SpecValue::Bool(self.family == Family::Gloss)),
         ]
     }
 

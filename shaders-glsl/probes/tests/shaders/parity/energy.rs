@@ -4,8 +4,9 @@
 use super::comparator::{Arguments as _, Numbers, Tolerance, join, list, parity, parity_with, v3};
 use glam::DVec3;
 use leadr_reflectance::masking::occlusion::{
-    Cone, Hidden, adjusted_cone_cosine, adjusted_visibility, bent_cone, bent_cone_cosine, bent_cone_visibility,
-    cone_cosine, cone_light, cone_light_smooth, cone_visibility, interreflected_visibility,
+    Cone, ConeEdge, ConeLobe, Hidden, adjusted_cone_cosine, adjusted_visibility, bent_cone, bent_cone_cosine,
+    bent_cone_visibility, cone_cosine, cone_light, cone_light_by_edge, cone_light_smooth, cone_visibility,
+    interreflected_visibility,
 };
 use leadr_reflectance::materials::diffuse_models::{DiffuseModel, diffuse_model_albedo, diffuse_value};
 use leadr_reflectance::materials::energy::{
@@ -64,7 +65,13 @@ fn occlusion_parity() {
                 interreflected_visibility(visibility, albedo).x,
             ];
             let found = Cone::of_vector(0.5 * visibility * cone.axis);
-            [adjusted, rest.to_vec(), found.axis.to_array().to_vec(), vec![found.cosine]].concat()
+            let edges = ConeEdge::ALL.map(|edge| cone_light_by_edge(edge, &cone, wi));
+            let lobes = ConeLobe::ALL.map(|lobe| {
+                let cone = lobe.of(cone, visibility, x[11], wi.z);
+                [&cone.axis.to_array()[..], &[cone.cosine]].concat()
+            });
+            let found = [&found.axis.to_array()[..], &[found.cosine]].concat();
+            [adjusted, rest.to_vec(), found, edges.to_vec(), lobes.concat()].concat()
         },
     );
 }
