@@ -554,7 +554,8 @@ vec3 leadr_radiance(Surface surface) {
     Bounces bounces;
     if (!LAMBERTIAN) {
         // One facet stands for all visible facets of the relief. At the mean normal, the error is up to ten times as large.
-        bounces = bounces_of(surface, visible_slopes(wo, m, diffuse_s).mean, surface.alpha);
+        vec2 slope = MAPPED ? mapped_slopes(wo, m, diffuse_s, diffuse_s).slopes.mean : visible_slopes(wo, m, diffuse_s).mean;
+        bounces = bounces_of(surface, slope, surface.alpha);
     }
     FittedFacet facet;
     if (exact) {
