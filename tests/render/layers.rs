@@ -173,7 +173,7 @@ fn a_distant_detail_is_gloss() {
     let camera = Camera::looking_at(Vec3::new(0.3, -0.7, 0.55).normalize() * 300.0, Vec3::ZERO, 1.0);
     let state = FrameState::new(camera, vec![Pose::REST]).under(&Sky::default());
     let settings = settings(Technique::Gloss, 24, 1, Shadowing::None);
-    let mut draw = |object| picture(&mut under_sky(&gpu, vec![object], 64), &state, &settings);
+    let draw = |object| picture(&mut under_sky(&gpu, vec![object], 64), &state, &settings);
     let (with_detail, as_gloss) = (draw(plane_of(base).with_detail(detail)), draw(plane_of(rougher)));
     let (found, without) = (error(&as_gloss, &with_detail), error(&as_gloss, &draw(plane_of(base))));
     assert!(found < 0.01 && without > 5.0 * found, "{found} {without}");

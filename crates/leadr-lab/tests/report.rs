@@ -208,3 +208,51 @@ fn classes_of_facets_are_compared_with_one_gaussian() {
         assert!(of(i, "bytes_per_texel") > of(i + 1, "bytes_per_texel"), "{files:?}");
     }
 }
+
+/// The figures of Chan 2018 are drawn, each with its checks, and have the paper's numbers where it has any.
+#[test]
+fn the_figures_of_chan_are_drawn() {
+    let Some(_) = test_gpu() else { return };
+    let folder = quick("chan", "--json");
+    let data = data(folder.path());
+    let checks = data["sections"]["chan"]["data"].as_array().unwrap();
+    let value = |figure: &str, what: &str| {
+        let found = checks.iter().find(|c| c["figure"] == figure && c["what"].as_str().unwrap().contains(what));
+        found.unwrap_or_else(|| panic!("{figure}: {what}"))["value"].as_f64().unwrap()
+    };
+    let names = "6 11 12 15 18 19 20 23 24 25 26 27 28 29 30 31 32 33 34";
+    for name in names.split(' ').map(|number| format!("Chan Figure {number}")).chain(["Chan section 4.8".to_owned()]) {
+        assert!(checks.iter().any(|check| check["figure"] == name.as_str()), "{name}");
+    }
+    let near = |figure: &str, what: &str, want: f64, most: f64| {
+        let found = value(figure, what);
+        assert!((found - want).abs() < most, "{figure}, {what}: {found} instead of {want}");
+    };
+    near("Chan Figure 6", "gloss 0, macrosurface", 0.66667, 1e-5);
+    near("Chan Figure 6", "gloss 0, microsurface", 0.5, 1e-5);
+    near("Chan Figure 12", "eq. 40", 5.4e-4, 2e-5);
+    near("Chan Figure 12", "eq. 42", 3.2e-4, 2e-5);
+    near("Chan Figure 11", "largest", 0.0167, 2e-3);
+    near("Chan Figure 19", "closed", 0.0, 1e-9);
+    // The renderer draws the formulas: flatter where rough, rounder where smooth.
+    assert!(
+        value("Chan Figure 24", "disney: picture") < 0.03 && value("Chan Figure 25", "call-of-duty: picture") < 0.03
+    );
+    let rim = |figure, model: &str| value(figure, &format!("{model}: rim"));
+    for model in ["oren-nayar", "disney", "call-of-duty", "multiscattering"] {
+        assert!(rim("Chan Figure 24", model) > rim("Chan Figure 24", "lambert"), "{model}");
+    }
+    for model in ["disney", "call-of-duty", "multiscattering"] {
+        assert!(rim("Chan Figure 25", model) < 0.9 * rim("Chan Figure 24", model), "{model}");
+    }
+    // The published fit is nearer to the walks than Lambert's law, and the model of this project nearer still.
+    let of = |what: &str, gloss: u32| value("Chan Figure 33", &format!("{what}, gloss {gloss}"));
+    assert!(of("less the published fit", 0) < value("Chan Figure 26", "full BRDF, gloss 0,"));
+    assert!(of("less multiscattering_diffuse", 180) < of("less the published fit", 180));
+    // LEADR is nearly as bright far as near, and shortened normals are too bright.
+    near("Chan section 4.8", "lambert, sun 60° behind the viewer: far / near, LEADR", 1.0, 0.06);
+    assert!(value("Chan section 4.8", "lambert, sun 60° behind the viewer: far / near, gloss") > 1.1);
+    // The cone about the normal hides too much of smooth water.
+    assert!(value("Chan Figure 20", "cone about the normal: mean") < -0.02);
+    assert!(value("Chan Figure 20", "eq. 60 and listing 3: mean") > 0.0);
+}

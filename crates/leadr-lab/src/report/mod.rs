@@ -6,6 +6,7 @@ mod facts;
 mod kept;
 mod nan;
 mod outside;
+mod page;
 mod run;
 mod section;
 mod sections;

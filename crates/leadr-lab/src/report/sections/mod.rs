@@ -1,6 +1,7 @@
 //! The sections of the report. Each has one file, and one row in the table.
 
 mod bench;
+mod chan;
 mod classes;
 mod colour;
 mod convergence;
@@ -44,7 +45,7 @@ pub struct SectionEntry {
 }
 
 /// All sections, in the order of the page.
-pub static SECTIONS: [SectionEntry; 24] = [
+pub static SECTIONS: [SectionEntry; 25] = [
     SectionEntry {
         key: "convergence",
         help: "Convergence of the reference",
@@ -198,6 +199,13 @@ pub static SECTIONS: [SectionEntry; 24] = [
         title: "Figures of the papers",
         judges_others: false,
         run: figures::run,
+    },
+    SectionEntry {
+        key: "chan",
+        help: "Figures of Material Advances in Call of Duty: WWII",
+        title: "Figures of Chan 2018",
+        judges_others: false,
+        run: chan::run,
     },
     SectionEntry {
         key: "bench",

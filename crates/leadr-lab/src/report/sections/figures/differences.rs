@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
-use super::page::Page;
+use crate::report::page::Page;
 use crate::report::studio::{Studio, fault};
 use leadr_maps::derive::{Difference, slopes_of_heights};
 use leadr_maps::{HeightMap, LeadrMap, RgbImage, Wrap};

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::page::Page;
+use crate::report::page::Page;
 use crate::report::studio::Studio;
 use leadr_maps::RgbImage;
 use leadr_reflectance::facets::beckmann::Beckmann;

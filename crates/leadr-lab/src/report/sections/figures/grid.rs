@@ -2,7 +2,7 @@
 
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
-use super::page::Page;
+use crate::report::page::Page;
 use crate::report::studio::Studio;
 use leadr_reflectance::slopes::grid::{grid_lambda, grid_node, slope_at, slope_cholesky};
 use leadr_tools::error::LabError;

@@ -2,9 +2,9 @@
 
 use glam::{Vec2, Vec3};
 
-use super::page::Page;
 use crate::report::case::Case;
 use crate::report::configuration::Configuration;
+use crate::report::page::Page;
 use crate::report::studio::{Studio, fault};
 use crate::report::subject::Subject;
 use crate::report::truth::Truth;

@@ -5,12 +5,11 @@ mod facets;
 mod grid;
 mod microsurface;
 mod normals;
-mod page;
 mod silhouettes;
 mod trex;
 mod visible;
 
-use self::page::Page;
+use crate::report::page::Page;
 use crate::report::section::Section;
 use crate::report::studio::Studio;
 use leadr_tools::error::LabError;

@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 
-use super::page::Page;
+use crate::report::page::Page;
 use crate::report::studio::Studio;
 use leadr_reflectance::facets::beckmann::{Beckmann, beckmann_p22};
 use leadr_reflectance::facets::slope_distribution::SlopeDistribution;

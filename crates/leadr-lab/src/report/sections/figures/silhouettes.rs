@@ -3,7 +3,7 @@
 
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec3Swizzles as _};
 
-use super::page::Page;
+use crate::report::page::Page;
 use crate::report::studio::Studio;
 use crate::report::subject::Subject;
 use crate::report::verdict::Shot;

@@ -1,8 +1,8 @@
 //! Draws LEADR Figure 1, which shows the T-rex at three distances.
 
-use super::page::Page;
 use crate::report::case::Case;
 use crate::report::configuration::Configuration;
+use crate::report::page::Page;
 use crate::report::studio::{Studio, fault};
 use crate::report::subject::{Subject, framed_from};
 use crate::report::truth::Truth;

@@ -4,8 +4,8 @@ use std::array::from_fn;
 
 use glam::{DVec2, DVec3};
 
-use super::page::Page;
 use crate::ray_cast::{Patch, Spectrum, Tile};
+use crate::report::page::Page;
 use crate::report::studio::Studio;
 use leadr_reflectance::facets::beckmann::beckmann_p22;
 use leadr_reflectance::facets::projected_area::visible_area;
