@@ -1,18 +1,21 @@
 //! Measures multiple scattering between facets (Chan 2018, section 5) by random walks on rough surfaces. Prints the errors of the published
 //! fits and of `reflectance::materials::multiscattering`, and a refit. With `energy`, the example writes
 //! `crates/leadr-reflectance/src/materials/energy.bin` to standard output. With `walks`, it prints tables of the albedo and of the specular
-//! term.
+//! term. With `export`, it writes the walks at one gloss (0 to 1) as a MERL `.binary` or a `.pfm` slice, as in the paper's section 5.5.
 //!
-//! `cargo run --release --example 20_multiscattering_diffuse [energy | walks | WALKS]`
+//! `cargo run --release --example 20_multiscattering_diffuse [energy | walks | export GLOSS FILE [WALKS] | WALKS]`
 
 use std::f64::consts::{FRAC_1_PI, PI};
 use std::io::Write;
+use std::path::Path;
 
 use glam::{DVec2, DVec3};
+use leadr::measured::export::Export;
 use leadr::reflectance::facets::beckmann::Beckmann;
 use leadr::reflectance::facets::ggx::Ggx;
 use leadr::reflectance::facets::gloss::Gloss;
 use leadr::reflectance::masking::variants::Masking;
+use leadr::reflectance::materials::brdf::Brdf;
 use leadr::reflectance::materials::energy::{EnergyTable, compensation_color, compensation_lobe, compensation_scale};
 use leadr::reflectance::materials::microfacet::{half_vector, microfacet_eval_ggx};
 use leadr::reflectance::materials::multiscattering::{BOUNCES, BOUNCES_LOSSY, chan_diffuse, chan_rational_rough};
@@ -47,6 +50,31 @@ fn write_energy() {
     let beckmann = energy_nodes(|a| Beckmann::isotropic(DVec2::ZERO, a));
     let bytes: Vec<u8> = [ggx, beckmann].concat().into_iter().flatten().flat_map(|node| node.to_le_bytes()).collect();
     std::io::stdout().write_all(&bytes).expect("stdout takes the table");
+}
+
+/// The BRDF of walks that lose the light which the coat reflects, as in the paper.
+struct Walked {
+    facets: Ggx,
+    count: u64,
+}
+
+impl Brdf for Walked {
+    fn eval_cos(&self, wo: DVec3, wi: DVec3) -> DVec3 {
+        if wo.z <= 0.0 || wi.z <= 0.0 {
+            return DVec3::ZERO;
+        }
+        let walks = facet_walks(&self.facets, Facets::Diffuse(0.04), wo, &[wi], self.count, 1);
+        DVec3::splat(walks.towards[0].iter().sum())
+    }
+}
+
+fn export(arguments: &[String]) {
+    let [gloss, file, rest @ ..] = arguments else { panic!("give GLOSS, FILE and perhaps WALKS") };
+    let gloss = gloss.parse().expect("GLOSS is a number from 0 to 1");
+    let count = rest.first().map_or(200, |count| count.parse().expect("WALKS is a whole number"));
+    let format = Export::of(Path::new(file)).unwrap_or_else(|| panic!("end {file} in {}", Export::NAMES));
+    let walked = Walked { facets: Ggx::isotropic(DVec2::ZERO, Gloss::Wwii.alpha(gloss)), count };
+    std::fs::write(file, format.bytes(&walked)).expect("the file is written");
 }
 
 /// Prints directional albedos, and the contribution of further specular bounces.
@@ -141,6 +169,7 @@ fn main() {
     match argument.as_str() {
         "energy" => return write_energy(),
         "walks" => return print_walks(),
+        "export" => return export(&std::env::args().skip(2).collect::<Vec<_>>()),
         _ => {}
     }
     let count = argument.parse().unwrap_or(20_000);

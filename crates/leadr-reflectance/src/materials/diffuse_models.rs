@@ -28,13 +28,8 @@ pub enum DiffuseModel {
 }
 
 impl DiffuseModel {
-    /// All models, in the order of [`code`](Self::code).
+    /// All models, in numeric order.
     pub const ALL: [Self; 5] = [Self::Lambert, Self::OrenNayar, Self::Disney, Self::CallOfDuty, Self::Multiscattering];
-
-    /// Returns the model's `LEADR_DIFFUSE_` number.
-    pub const fn code(self) -> i32 {
-        self as i32
-    }
 
     /// Returns the name on the command line and in JSON.
     pub const fn name(self) -> &'static str {
