@@ -104,7 +104,8 @@ impl Renderer {
         let numbering = Numbering::of(&objects)?;
         let mut pipelines = MeshPipelines::of(gpu, &objects, numbering);
         let shades_classes = first.is_some_and(|(_, settings)| settings.shading.has_classes());
-        let classes = SceneClasses::of(&mut objects, cache.as_ref(), shades_classes);
+        let height_scale = first.map_or(1.0, |(state, _)| state.height_scale);
+        let classes = SceneClasses::of(&mut objects, cache.as_ref(), height_scale, shades_classes);
         if let SceneClasses::Found(found) = &classes {
             pipelines.add_classes(found);
         }

@@ -87,10 +87,12 @@ pub enum SceneClasses {
 }
 
 impl SceneClasses {
-    /// Finds the classes if they are `wanted`. The objects must still hold their maps.
-    pub fn of(objects: &mut [Object], cache: Option<&MapCache>, wanted: bool) -> Self {
+    /// Finds the classes if they are `wanted`. The objects must still hold their maps. `height_scale` is a factor for the heights of every
+    /// object. Classes hold for all heights, but suit these best.
+    pub fn of(objects: &mut [Object], cache: Option<&MapCache>, height_scale: f32, wanted: bool) -> Self {
         let stored: Vec<_> = objects.iter_mut().map(|object| object.classes.take()).collect();
-        let sources = objects.par_iter().zip(stored).map(|(object, stored)| ClassSources::of(object, stored));
+        let sources =
+            objects.par_iter().zip(stored).map(|(object, stored)| ClassSources::of(object, stored, height_scale));
         if wanted {
             Self::Found(sources.map(|sources| ObjectClasses::of(sources?, cache)).collect())
         } else {
@@ -262,7 +264,7 @@ mod tests {
     }
 
     fn found(object: &Object, stored: Option<StoredClasses>, cache: Option<&MapCache>) -> Option<ObjectClasses> {
-        ObjectClasses::of(ClassSources::of(object, stored)?, cache)
+        ObjectClasses::of(ClassSources::of(object, stored, 1.0)?, cache)
     }
 
     #[test]
@@ -331,7 +333,7 @@ mod tests {
             assert_eq!(std::fs::read(&file).unwrap(), good, "the entry is replaced");
         }
         // A file with a good checksum and another number of classes is too short or too long.
-        let sources = ClassSources::of(&blocks(), None).map(ClassSources::into_owned);
+        let sources = ClassSources::of(&blocks(), None, 1.0).map(ClassSources::into_owned);
         let content = ObjectClasses::content(exact.as_ref());
         for count in [0_u32, 1, 5, 2 + u32::from(content[0] == 2)] {
             let planted = [&count.to_le_bytes()[..], &content[4..]].concat();

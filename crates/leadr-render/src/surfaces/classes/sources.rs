@@ -29,6 +29,8 @@ pub struct ClassSources<'a> {
     material: Option<Material<'a>>,
     /// The factors that convert slopes per texture coordinate to rise over run.
     scale: DVec2,
+    /// A factor on the heights for which the classes are chosen.
+    steepness: f64,
     upside_down: bool,
     stored: Option<StoredClasses>,
 }
@@ -51,9 +53,10 @@ struct Material<'a> {
 }
 
 impl<'a> ClassSources<'a> {
-    /// Returns the sources of an object that still holds its maps. `stored` are the classes of its file. Returns `None` if one class
+    /// Returns the sources of an object that still holds its maps. `stored` are the classes of its file, and
+    /// `height_scale` is a factor on its heights. Returns `None` if one class
     /// describes the surface, or if the maps are a large atlas.
-    pub fn of(object: &'a Object, stored: Option<StoredClasses>) -> Option<Self> {
+    pub fn of(object: &'a Object, stored: Option<StoredClasses>, height_scale: f32) -> Option<Self> {
         if object.single_class && !object.follows_relief {
             return None;
         }
@@ -91,12 +94,14 @@ impl<'a> ClassSources<'a> {
         let stored = stored.filter(|_| !is_atlas);
         let repeat = if relief.is_none() || rise_over_run { DVec2::ONE } else { metres_per_repeat(&object.mesh)? };
         let scale = f64::from(object.height_scale) / repeat;
-        Some(Self { relief, has_relief, material, scale, upside_down: object.height_scale < 0.0, stored })
+        // A flat surface may be raised later.
+        let steepness = if height_scale == 0.0 { 1.0 } else { f64::from(height_scale.abs()) };
+        Some(Self { relief, has_relief, material, scale, steepness, upside_down: object.height_scale < 0.0, stored })
     }
 
     /// Copies the maps.
     pub fn into_owned(self) -> ClassSources<'static> {
-        let Self { relief, has_relief, material, scale, upside_down, stored } = self;
+        let Self { relief, has_relief, material, scale, steepness, upside_down, stored } = self;
         let relief = relief.map(|Relief { heights, wrap, atlas, slopes, spread, moments }| Relief {
             heights: Cow::Owned(heights.into_owned()),
             wrap,
@@ -110,7 +115,7 @@ impl<'a> ClassSources<'a> {
             colors: Cow::Owned(colors.into_owned()),
             follows_relief,
         });
-        ClassSources { relief, has_relief, material, scale, upside_down, stored }
+        ClassSources { relief, has_relief, material, scale, steepness, upside_down, stored }
     }
 
     /// Removes the classes of the file, if they are those of the surface: the relief is not inverted, and the material does not separate
@@ -140,7 +145,7 @@ impl<'a> ClassSources<'a> {
         };
         self.with_material(|material| {
             let searched = if self.has_relief { facets } else { Facets::Flat };
-            let found = classes(searched, self.scale.to_array(), material);
+            let found = classes(searched, (self.steepness * self.scale).to_array(), material);
             if found.count() == 1 {
                 return None;
             }
@@ -159,7 +164,7 @@ impl<'a> ClassSources<'a> {
         let level = relief.level().unwrap_or_else(|| MomentLevel::of_heights(&relief.heights, relief.wrap));
         let AtlasRelief { level, windows } = atlas.relief(&relief.heights, level);
         self.with_material(|material| {
-            let found = classes_of_windows(&windows, self.scale.to_array(), material);
+            let found = classes_of_windows(&windows, (self.steepness * self.scale).to_array(), material);
             if found.count() == 1 {
                 return None;
             }
@@ -210,7 +215,8 @@ impl<'a> ClassSources<'a> {
         fn sum<T: bytemuck::NoUninit>(values: &[T]) -> u64 {
             checksum(bytemuck::cast_slice(values))
         }
-        let mut words = vec![self.scale.x.to_bits(), self.scale.y.to_bits(), u64::from(self.upside_down)];
+        let [x, y] = self.scale.to_array().map(f64::to_bits);
+        let mut words = vec![x, y, self.steepness.to_bits(), u64::from(self.upside_down)];
         if let Some(Relief { heights, wrap, atlas, slopes, spread, moments }) = &self.relief {
             words.extend(atlas.iter().flat_map(AtlasSurface::key));
             let [width, height] = [heights.width, heights.height].map(u64::from);
