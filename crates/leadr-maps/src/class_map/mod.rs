@@ -46,6 +46,8 @@ pub const CLASS_SOURCES: [&str; 12] = [
 const BAND: u32 = 64;
 /// The largest deviation from a class centre, in units. Its square is below the maximum of 16-bit floats.
 const MOST_UNITS: f64 = 200.0;
+/// The smallest ratio of the units of the two slopes.
+const LEAST_RATIO: f64 = 0.25;
 /// The largest 16-bit float.
 const MOST: f32 = 65504.0;
 
@@ -370,7 +372,10 @@ impl ClassFrame {
             let unit = at_least(square, 0.0).sqrt().max(most / MOST_UNITS) as f32;
             if unit > 1e-30 { unit } else { 1.0 }
         };
-        let units = [unit(square.x, most.x), unit(square.y, most.y), unit(square.z, most.z)];
+        // Azimuths in these units are not far from those of the map, even if only one slope varies.
+        let least = LEAST_RATIO * LEAST_RATIO * square.x.max(square.y);
+        let slope = |square: f64, most: f64| unit(square.max(least), most);
+        let units = [slope(square.x, most.x), slope(square.y, most.y), unit(square.z, most.z)];
         Self { centers: centers.into_iter().map(|center| center.as_vec3().into()).collect(), units }
     }
 
