@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 use leadr_maps::derive::{Classes, Facets, Openness, classes};
 use leadr_maps::{HeightMap, Wrap};
-use leadr_reflectance::masking::classes::{Class, MOST_CLASSES};
+use leadr_reflectance::masking::classes::{Class, Correlation, MOST_CLASSES};
 
 use crate::ray_cast::{Facet, Spectrum, Tile};
 
@@ -77,7 +77,7 @@ impl Relief {
     }
 
     /// Returns the correlation of the openness of each class towards different directions.
-    pub fn correlation(&self) -> &[f64; MOST_CLASSES] {
+    pub fn correlation(&self) -> &[Correlation; MOST_CLASSES] {
         &self.open.correlation
     }
 

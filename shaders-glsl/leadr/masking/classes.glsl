@@ -14,24 +14,46 @@ float depth_inside(const float open, const float inside) {
     return min(inside * (1.0 - open) / max(open, 1e-12), LEADR_MOST_DEPTH);
 }
 
-// Returns the fraction of the facets of a class that is lit, among those that are visible. o and i are the optical depths towards viewer
-// and light. f.x / (f.x + f.y) is the result of `decorrelation`: 0 where one direction hides all that the other one hides, and 1 for
-// azimuths that are far apart. There, correlation is 1 for facets that are open to both by their height, as in Smith's form, 0 for
-// independent directions, and negative for facets that each direction hides from a different side.
-float class_lit_fraction(const vec2 f, const float correlation, const float o, const float i) {
-    float more = max(o, i);
-    float less = min(o, i);
-    float all = f.x + f.y;
-    return (1.0 + o) * all / ((1.0 + more) * all + f.x * less * (1.0 + (1.0 - correlation) * more));
+// Returns the openness of the classes in a footprint, whose facets can be more or less open than the mean facet of their class. open is that
+// of the mean, shape is the mean of open (1 - open) over the classes of the map, azimuth is the unit vector of the direction in the table of
+// the openness, and local is the local openness (crates/leadr-maps/src/derive/local_openness.rs).
+vec4 local_openness(const vec4 open, const float shape, const vec2 azimuth, const vec3 local) {
+    return clamp(open + shape * (local.x + dot(local.yz, azimuth)), 0.0, 1.0);
 }
 
-// Returns the same for a model of shadowing. po and pi are both directions in the space where the relief is isotropic.
-float class_lit_fraction(const int shadowing, const float correlation, const float o, const float i, const vec2 po, const vec2 pi) {
+// Returns the angle between the azimuths of two directions of a plane. x: the tangent of half the angle; y: the cosine where the angle is
+// more than a quarter turn, with the opposite sign, and 0 otherwise.
+vec2 azimuths_apart(const vec2 a, const vec2 b) {
+    float scale = inversesqrt(max(dot(a, a) * dot(b, b), 1e-36));
+    float cosine = dot(a, b) * scale;
+    float sine = abs(cross_product(a, b)) * scale;
+    float half_tangent = (cosine >= 0.0 ? sine : 1.0 - cosine) / max(cosine >= 0.0 ? 1.0 + cosine : sine, 1e-6);
+    return vec2(half_tangent, max(-cosine, 0.0));
+}
+
+// Returns the fraction of the facets of a class that is lit, among those that are visible. o and i are the optical depths towards viewer and
+// light, and apart is the result of azimuths_apart. The correlation has three numbers. x: the half tangent at which the directions are half
+// as independent as those of azimuths far apart. y, for azimuths up to a quarter turn apart: 1 for facets that are open to both directions
+// by their height, as in Smith's form, 0 for independent directions, and negative for facets that each direction hides from a different
+// side. z: the same for opposite azimuths.
+float class_lit_fraction(const vec2 apart, const vec3 correlation, const float o, const float i) {
+    float more = max(o, i);
+    float less = min(o, i);
+    float width = apart.x + correlation.x;
+    float dependent = mix(correlation.y, correlation.z, apart.y);
+    return (1.0 + o) * width / ((1.0 + more) * width + apart.x * less * (1.0 + (1.0 - dependent) * more));
+}
+
+// Returns azimuths_apart for a model of shadowing. po and pi are both directions in the space where the relief is isotropic.
+vec2 azimuths_apart(const int shadowing, const vec2 po, const vec2 pi) {
+    vec2 apart = azimuths_apart(po, pi);
+    return shadowing == LEADR_SHADOWING_SMITH ? vec2(1e6, apart.y) : apart;
+}
+
+// Returns class_lit_fraction for a model of shadowing.
+float class_lit_fraction(const int shadowing, const vec2 apart, const vec3 correlation, const float o, const float i) {
     if (shadowing == LEADR_SHADOWING_NONE || shadowing == LEADR_SHADOWING_NORMAL_MAP) return 1.0;
-    vec2 f = vec2(1.0, 0.0);
-    if (shadowing != LEADR_SHADOWING_SMITH)
-        f = decorrelation_quotient(po, pi, 1.0, max(o, i), min(o, i), shadowing == LEADR_SHADOWING_CORRELATED_SIMPLE);
-    return class_lit_fraction(f, correlation, o, i);
+    return class_lit_fraction(apart, correlation, o, i);
 }
 
 #endif

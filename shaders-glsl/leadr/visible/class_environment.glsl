@@ -10,11 +10,8 @@
 //     sum of lit * mean_cosine(visible, wi) * radiance / (sum of mean_cosine(visible, wi) * radiance + ground)
 // Here, ground is the light from below in the same sums, most of it from wi = ground_direction(i). The mesosurface blocks it.
 
-const int LEADR_SKY_DIRECTIONS = 14;
-const int LEADR_GROUND_DIRECTIONS = 3;
-// The decorrelation of viewer and light, averaged over the sixth of a ring about the viewer's azimuth.
-const float LEADR_LEAST_SKY_DECORRELATION = 0.31;
-
+const int LEADR_SKY_DIRECTIONS = 15;
+const int LEADR_GROUND_DIRECTIONS = 6;
 // Returns the frame of the directions. up is the normal of the mesosurface.
 Frame sky_frame(const vec3 up, const vec3 wo) {
     vec3 x = wo - dot(wo, up) * up;
@@ -24,32 +21,50 @@ Frame sky_frame(const vec3 up, const vec3 wo) {
     return Frame(x, cross(up, x), up);
 }
 
-// Returns direction i of the sky. Each direction stands for an equal part of the hemisphere. The directions lie on three rings, at the
-// heights of Gauss's rule. The first direction of the middle ring has the azimuth of the viewer.
+// Returns direction i of the sky. The directions lie on three rings, at the heights of Gauss's rule. The first direction has the azimuth of
+// the viewer.
 vec3 sky_direction(const int i) {
     const vec3 directions[LEADR_SKY_DIRECTIONS] = vec3[](
-        vec3(0.7026017, 0.7026017, 0.1127017),
-        vec3(-0.7026017, 0.7026017, 0.1127017),
-        vec3(-0.7026017, -0.7026017, 0.1127017),
-        vec3(0.7026017, -0.7026017, 0.1127017),
-        vec3(0.8660254, 0.0000000, 0.5000000),
-        vec3(0.4330127, 0.7500000, 0.5000000),
-        vec3(-0.4330127, 0.7500000, 0.5000000),
-        vec3(-0.8660254, 0.0000000, 0.5000000),
-        vec3(-0.4330127, -0.7500000, 0.5000000),
-        vec3(0.4330127, -0.7500000, 0.5000000),
-        vec3(0.3261148, 0.3261148, 0.8872983),
-        vec3(-0.3261148, 0.3261148, 0.8872983),
-        vec3(-0.3261148, -0.3261148, 0.8872983),
-        vec3(0.3261148, -0.3261148, 0.8872983)
+        vec3(0.9936289, 0.0000000, 0.1127017),
+        vec3(0.4968144, 0.8605078, 0.1127017),
+        vec3(-0.4968144, 0.8605078, 0.1127017),
+        vec3(-0.9936289, 0.0000000, 0.1127017),
+        vec3(-0.4968144, -0.8605078, 0.1127017),
+        vec3(0.4968144, -0.8605078, 0.1127017),
+        vec3(0.7500000, 0.4330127, 0.5000000),
+        vec3(0.0000000, 0.8660254, 0.5000000),
+        vec3(-0.7500000, 0.4330127, 0.5000000),
+        vec3(-0.7500000, -0.4330127, 0.5000000),
+        vec3(0.0000000, -0.8660254, 0.5000000),
+        vec3(0.7500000, -0.4330127, 0.5000000),
+        vec3(0.4611959, 0.0000000, 0.8872983),
+        vec3(-0.2305980, 0.3994074, 0.8872983),
+        vec3(-0.2305980, -0.3994074, 0.8872983)
     );
     return directions[i];
 }
 
-// Returns direction i from below the mesosurface, near the mesosurface.
+// Returns the weight of direction i of the sky. The mean weight is 1.
+float sky_weight(const int i) {
+    return i < 6 ? 0.6944444 : (i < 12 ? 1.1111111 : 1.3888889);
+}
+
+// Returns direction i from below the mesosurface, on two rings.
 vec3 ground_direction(const int i) {
-    float x = i == 0 ? 0.9607689 : -0.4803845;
-    return vec3(x, i == 0 ? 0.0 : (i == 1 ? 0.8320503 : -0.8320503), -0.2773501);
+    const vec3 directions[LEADR_GROUND_DIRECTIONS] = vec3[](
+        vec3(0.4974937, 0.8616844, -0.1000000),
+        vec3(-0.9949874, 0.0000000, -0.1000000),
+        vec3(0.4974937, -0.8616844, -0.1000000),
+        vec3(0.4582576, 0.7937254, -0.4000000),
+        vec3(-0.9165151, 0.0000000, -0.4000000),
+        vec3(0.4582576, -0.7937254, -0.4000000)
+    );
+    return directions[i];
+}
+
+// Returns the weight of direction i from below, for the weights of sky_weight.
+float ground_weight(const int i) {
+    return i < 3 ? 1.2500000 : 2.0000000;
 }
 
 // Returns E[max(0, x)] of a normal variable with this mean and variance, without an exponential. The error is less than 0.006 standard

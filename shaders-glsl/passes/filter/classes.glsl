@@ -4,8 +4,8 @@
 #define LEADR_FILTER_CLASSES
 #include "leadr/slopes/rotation.glsl"
 
-// For each class, the six values w, w x, w y, w xx, w yy, w xy, packed in layers of four. w is the weight of the class, and x and y are the
-// slope about the centre of the class.
+// For each class, the six values w, w x, w y, w xx, w yy, w xy, and then the three values of the local openness, except in atlases, packed in
+// layers of four. w is the weight of the class, and x and y are the slope about the centre of the class.
 layout(set = 2) uniform sampler2DArray class_moments;
 // For each class, its weight times (colour, alpha^2). One more layer has the weights. The finest levels of large maps are left out.
 layout(set = 2) uniform sampler2DArray class_colors;
@@ -19,14 +19,15 @@ layout(constant_id = 68) const bool CLASS_COLORS = false; // whether colours or 
 // The smallest weight of a class that is shaded. The weights of the other classes go to the remaining ones.
 const float LEAST_CLASS = 1.0 / 256.0;
 
-const int CLASS_LAYERS = (3 * CLASSES + 1) / 2;
-const int MOST_CLASS_LAYERS = 6;
+const int CLASS_LAYERS = ATLAS ? (3 * CLASSES + 1) / 2 : (3 * CLASSES + 3) / 2;
+const int MOST_CLASS_LAYERS = 7;
 
 struct ClassMeans {
     vec3 first[MOST_CLASSES];  // w, w x, w y
     vec3 second[MOST_CLASSES]; // w xx, w yy, w xy
     vec4 color[MOST_CLASSES];
     vec4 color_weight;
+    vec3 local;
 };
 
 ClassMeans no_class_means() {
@@ -36,6 +37,7 @@ ClassMeans no_class_means() {
         means.color[k] = vec4(0.0);
     }
     means.color_weight = vec4(0.0);
+    means.local = vec3(0.0);
     return means;
 }
 
@@ -52,6 +54,9 @@ void add_class_moments(inout ClassMeans means, const float weight, const vec2 te
     [[unroll]] for (int k = 0; k < CLASSES; ++k) {
         means.first[k] += weight * class_values(layers, 6 * k);
         means.second[k] += weight * class_values(layers, 6 * k + 3);
+    }
+    if (USES_HORIZON) {
+        means.local += weight * class_values(layers, 6 * CLASSES);
     }
 }
 
@@ -137,6 +142,7 @@ void add_openness_view(inout FacetClasses classes, const mat2 linear, const floa
 struct ClassParts {
     SlopePart part[MOST_CLASSES]; // mean and covariance of the gradients of each class; the area is its weight
     float inside;                 // fraction of the relief's slope variance that the footprint contains
+    vec3 local[MOST_VIEWS];       // local openness in each projection
 };
 
 // Returns the mean and the covariance of the gradients of a class.
@@ -161,6 +167,9 @@ ClassParts class_parts(const ClassMeans means, const vec2 gradient_variance) {
         parts.part[k] = class_part_of(means, k);
     }
     parts.inside = variance_inside(gradient_variance);
+    for (int i = 0; i < MOST_VIEWS; ++i) {
+        parts.local[i] = means.local;
+    }
     return parts;
 }
 
@@ -170,12 +179,15 @@ ClassParts no_class_parts() {
         parts.part[k] = SlopePart(vec2(0.0), vec3(0.0), 0.0);
     }
     parts.inside = 0.0;
+    for (int i = 0; i < MOST_VIEWS; ++i) {
+        parts.local[i] = vec3(0.0);
+    }
     return parts;
 }
 
 // Adds the classes of one of several uncorrelated reliefs, whose covariances add. mean is the mean gradient of this relief, gradient
-// converts its gradients to those of the sum, and weight is its factor on the heights. A class keeps its deviation from the mean.
-void add_class_parts(inout ClassParts parts, const ClassMeans means, const vec2 mean, const vec2 gradient_variance, const mat2 gradient,
+// converts its gradients to those of the sum, and weight is its factor on the heights. view counts the reliefs. A class keeps its deviation from the mean.
+void add_class_parts(inout ClassParts parts, const int view, const ClassMeans means, const vec2 mean, const vec2 gradient_variance, const mat2 gradient,
                      const float weight) {
     float share = weight * weight;
     [[unroll]] for (int k = 0; k < CLASSES; ++k) {
@@ -184,6 +196,7 @@ void add_class_parts(inout ClassParts parts, const ClassMeans means, const vec2 
                                                              share * part.area));
     }
     parts.inside += share * variance_inside(gradient_variance);
+    parts.local[view] = means.local;
 }
 
 // Returns the classes of a footprint. scale is the height scale, map converts gradients to slopes, and tint is a factor on the colours and
@@ -211,8 +224,11 @@ FacetClasses facet_classes(const ClassParts parts, const ClassMeans means, const
     add_openness_view(classes, mat2(map.linear_s, map.linear_t), scale, 1.0);
     classes.offset = map.offset;
     classes.inside = parts.inside;
-    classes.correlation = OBJECT.class_correlation;
-    classes.sky_depth = classes.inside * OBJECT.class_sky_depth;
+    classes.local = parts.local;
+    for (int k = 0; k < MOST_CLASSES; ++k) {
+        classes.correlation[k] = OBJECT.class_correlation[k];
+    }
+    classes.sky_depth = (USES_HORIZON && !ATLAS ? 1.0 : classes.inside) * OBJECT.class_sky_depth;
     return classes;
 }
 

@@ -14,13 +14,13 @@
 #include "leadr/slopes/geometric_antialiasing.glsl"
 #include "leadr/slopes/map.glsl"
 #include "atlas.glsl"
+layout(constant_id = 41) const bool ATLAS = false; // whether the maps are atlases with one tile per patch
 #include "classes.glsl"
 
 layout(constant_id = 40) const int MAX_TAPS = 8; // largest number of taps along the long axis of the pixel's footprint
 layout(constant_id = 66) const int TAP_ROWS = 1; // number of rows of taps across the footprint, for the slope and material maps
 // The maps of the object. The maps are selected by constants, because drivers without divergent branches (lavapipe) run both sides of an
 // `if`.
-layout(constant_id = 41) const bool ATLAS = false; // whether the maps are atlases with one tile per patch
 layout(constant_id = 42) const bool DISPLACED = true;
 layout(constant_id = 43) const bool COLORED = true;
 layout(constant_id = 44) const bool HORIZON = true;
@@ -340,6 +340,7 @@ AxisViews axis_views(const uint index, const vec2 patch_uv) {
 void filter_axis_moments(const AxisViews views, const vec2 patch_uv, const mat2 across, inout Means means, inout ClassParts parts) {
     vec2 mean = vec2(0.0);
     vec3 covariance = vec3(0.0), heights = vec3(0.0);
+    int seen_views = 0;
     float level = mean_height(height_map);
     for (int axis = 0; axis < 3; ++axis) {
         if (views.weights[axis] > 0.0) {
@@ -349,7 +350,8 @@ void filter_axis_moments(const AxisViews views, const vec2 patch_uv, const mat2 
                 ClassMeans classes = no_class_means();
                 filter_classes(footprint, seen, classes, means);
                 vec2 variance = covariance_from_moments(means.mean, means.second).xy;
-                add_class_parts(parts, classes, means.mean, variance, transpose(views.by_uv[axis]), views.weights[axis]);
+                add_class_parts(parts, seen_views, classes, means.mean, variance, transpose(views.by_uv[axis]), views.weights[axis]);
+                ++seen_views;
             } else {
                 filter_moments(footprint, seen, means);
             }

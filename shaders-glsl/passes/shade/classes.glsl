@@ -5,39 +5,39 @@
 #include "lighting.glsl"
 #include "leadr/visible/class_environment.glsl"
 
-// The lights of the pixel, which all classes share, and the openness of the classes towards them.
+// The lights of the pixel, which all classes share, and the optical depths of the classes towards them.
 Light pixel_lights[LIGHTS > 0 ? LIGHTS : 1];
-vec4 pixel_lights_open[LIGHTS > 0 ? LIGHTS : 1];
-// The environment in directions of the sky.
-struct PixelSky {
-    vec3 direction[LEADR_SKY_DIRECTIONS];
-    vec3 radiance[LEADR_SKY_DIRECTIONS];
-    vec4 open[LEADR_SKY_DIRECTIONS];
-    float decorrelation[LEADR_SKY_DIRECTIONS];
-    // From below the mesosurface: near it, and the mean.
-    vec3 down[LEADR_GROUND_DIRECTIONS];
-    vec3 ground[LEADR_GROUND_DIRECTIONS];
-    vec3 below;
-};
-PixelSky pixel_sky;
+vec4 pixel_lights_depths[LIGHTS > 0 ? LIGHTS : 1];
+float pixel_lights_passed[LIGHTS > 0 ? LIGHTS : 1]; // the fraction that passes the shadow casters
+// The diffuse radiance of each class under the environment, per unit of albedo, and under a sky of radiance 1.
+vec4 pixel_sky[MOST_CLASSES];
 // The class that is shaded.
 struct ShadedClass {
     int number;
     float depth;       // optical depth towards the viewer
-    float correlation; // of the openness towards different directions
+    vec3 correlation;  // of the openness towards different directions
 };
 ShadedClass shaded_class;
 vec4 pixel_depth; // optical depths of the classes towards the viewer
 
 #ifdef LEADR_CLASS_OPENNESS
+// Whether the openness towards lights is that of the footprint, with what bumps larger than the footprint hide. Otherwise, the horizon has
+// these bumps.
+const bool LOCAL_OPENNESS = BY_CLASS && USES_HORIZON && !ATLAS;
+
 vec4 class_openness_at(const vec2 at) {
     return textureLod(class_openness, at, 0.0);
 }
 #else
+const bool LOCAL_OPENNESS = false;
+
 vec4 class_openness_at(const vec2 at) {
     return vec4(1.0);
 }
 #endif
+
+// Whether a horizon has the bumps that are larger than the footprint.
+const bool HAS_HORIZON = USES_HORIZON && !LOCAL_OPENNESS;
 
 // Returns the openness of the classes towards w.
 vec4 classes_open(const vec3 w) {
@@ -51,9 +51,39 @@ vec4 classes_open(const vec3 w) {
     return up > 0.0 ? open : vec4(0.0);
 }
 
-// Returns the optical depth of a class. of_map is the openness of all classes on the map.
-float class_depth(const int k, const vec4 of_map) {
-    return depth_inside(of_map[k], pixel_classes.inside);
+// The part of the relief outside a footprint that hides nothing from the mean facet. A pixel shows open facets more often than others.
+// Measured with scripts/external-truth.
+const float SHOWN_OPEN = 0.5;
+
+// Returns the optical depths of the classes towards a light.
+vec4 depths_towards(const vec3 w) {
+    vec4 depths = vec4(0.0);
+    if (!LOCAL_OPENNESS) {
+        vec4 of_map = classes_open(w);
+        [[unroll]] for (int k = 0; k < CLASSES; ++k) {
+            depths[k] = depth_inside(of_map[k], pixel_classes.inside);
+        }
+        return depths;
+    }
+    float up = w.z - dot(pixel_classes.offset, w.xy);
+    int views = TRIPLANAR ? pixel_classes.views : 1;
+    float inside = mix(1.0, pixel_classes.inside, SHOWN_OPEN);
+    vec4 open = vec4(0.0);
+    for (int i = 0; i < views; ++i) {
+        vec2 q = vec2(dot(pixel_classes.s[i], w.xy), dot(pixel_classes.t[i], w.xy));
+        float flat_length = length(q);
+        vec4 of_map = class_openness_at(0.5 + 0.5 * q / (flat_length + max(up, 1e-4)));
+        float shape = 0.0;
+        [[unroll]] for (int k = 0; k < CLASSES; ++k) {
+            of_map[k] = 1.0 / (1.0 + depth_inside(of_map[k], inside));
+            shape += pixel_classes.correlation[k].w * of_map[k] * (1.0 - of_map[k]);
+        }
+        open += pixel_classes.weight[i] * local_openness(of_map, shape, q / max(flat_length, 1e-9), pixel_classes.local[i]);
+    }
+    [[unroll]] for (int k = 0; k < CLASSES; ++k) {
+        depths[k] = depth_inside(up > 0.0 ? open[k] : 0.0, 1.0);
+    }
+    return depths;
 }
 
 // Prepares the shading of the classes, and returns the share of each in the visible area.
@@ -67,15 +97,16 @@ vec4 classes_seen(inout Surface surface) {
     surface.whitened = whitened_direction(surface.wo, surface.whole_cholesky);
     vec4 of_map = classes_open(surface.wo);
     [[unroll]] for (int k = 0; k < CLASSES; ++k) {
-        pixel_depth[k] = class_depth(k, of_map);
-        share[k] *= visible_area(surface.wo, pixel_classes.mean[k], pixel_classes.covariance[k]) / (1.0 + pixel_depth[k]);
+        float depth = depth_inside(of_map[k], pixel_classes.inside);
+        share[k] *= visible_area(surface.wo, pixel_classes.mean[k], pixel_classes.covariance[k]) / (1.0 + depth);
+        pixel_depth[k] = LOCAL_OPENNESS ? depth_inside(of_map[k], 1.0) : depth;
     }
     return share / max(dot(share, vec4(1.0)), 1e-9);
 }
 
 // Returns the surface that consists of one class only. Drivers would keep arrays with variable indices in memory.
 Surface class_part(Surface surface, const int number) {
-    shaded_class = ShadedClass(number, pixel_depth[number], pixel_classes.correlation[number]);
+    shaded_class = ShadedClass(number, pixel_depth[number], pixel_classes.correlation[number].xyz);
     [[unroll]] for (int k = 0; k < CLASSES; ++k) {
         if (k == number) {
             surface.mean_slope = pixel_classes.mean[k];
@@ -87,15 +118,21 @@ Surface class_part(Surface surface, const int number) {
     return surface;
 }
 
-// Returns the fraction of the visible facets of the shaded class that are lit from wi. of_map is the openness towards wi.
-float class_lit(const Surface surface, const vec3 wi, const vec4 of_map) {
-    vec2 whitened = whitened_direction(wi, surface.whole_cholesky);
-    float depth = class_depth(shaded_class.number, of_map);
-    return class_lit_fraction(SHADOWING, shaded_class.correlation, shaded_class.depth, depth, surface.whitened, whitened);
+// Returns the fraction of the visible facets of the shaded class that are lit from wi. depths is the result of depths_towards.
+float class_lit(const Surface surface, const vec3 wi, const vec4 depths) {
+    vec2 apart = azimuths_apart(SHADOWING, surface.whitened, whitened_direction(wi, surface.whole_cholesky));
+    return class_lit_fraction(SHADOWING, apart, shaded_class.correlation, shaded_class.depth, depths[shaded_class.number]);
+}
+
+// Returns the fraction of light `number` that reaches the shaded class, relative to the fraction that passes the shadow casters. The bumps
+// larger than the footprint are among the casters, and also lower the local openness, so the smaller fraction counts.
+float class_lit_by(const Surface surface, const int number) {
+    float lit = class_lit(surface, pixel_lights[number].wi, pixel_lights_depths[number]);
+    return LOCAL_OPENNESS ? mix(min(lit / max(pixel_lights_passed[number], 1e-3), 1.0), lit, pixel_classes.inside) : lit;
 }
 
 float class_lit(const Surface surface, const vec3 wi) {
-    return class_lit(surface, wi, classes_open(wi));
+    return class_lit(surface, wi, depths_towards(wi));
 }
 
 // Returns the fraction of the base's facets that are lit from wi, among those that are visible, on the shaded class.
@@ -115,53 +152,63 @@ Hidden class_hidden(const vec2 m, const Horizon h) {
     return Hidden(hidden.weight / LEADR_HIDDEN_SUM, hidden.angle / LEADR_HIDDEN_SUM);
 }
 
-// Looks up the environment that all classes share.
-void look_up_sky(const Surface surface) {
+// Computes pixel_sky. seen has the shares of the classes in the visible area.
+void light_by_sky(const Surface surface, const vec4 seen) {
     vec3 up = normal_of_slope(surface.whole_mean);
     Frame frame = sky_frame(up, surface.wo);
     // Half the variance of a cone that holds the part of a direction. Wider lookups take light from the rings above and below.
-    const float variance = 0.25 / float(LEADR_SKY_DIRECTIONS);
-    [[unroll]] for (int i = 0; i < LEADR_SKY_DIRECTIONS; ++i) {
-        vec3 wi = from_frame(frame, sky_direction(i));
-        vec2 whitened = whitened_direction(wi, surface.whole_cholesky);
-        float apart = decorrelation(surface.whitened, whitened, 1.0, 0.0, 0.0, true);
-        pixel_sky.decorrelation[i] = SHADOWING == LEADR_SHADOWING_SMITH ? 1.0 : max(apart, LEADR_LEAST_SKY_DECORRELATION);
-        pixel_sky.open[i] = classes_open(wi);
-        pixel_sky.radiance[i] = lobe_radiance(surface, wi, variance);
-        pixel_sky.direction[i] = wi;
+    const float variance = 0.018;
+    NormalMoments visible[CLASSES];
+    NormalMoments whole = NormalMoments(vec3(0.0), vec3(0.0), vec3(0.0));
+    vec4 lit[CLASSES];
+    float cosines[CLASSES];
+    [[unroll]] for (int k = 0; k < CLASSES; ++k) {
+        visible[k] = visible_diffuse_moments(surface.wo, pixel_classes.mean[k], pixel_classes.covariance[k], DIFFUSE_TERMS);
+        whole.mean += seen[k] * visible[k].mean;
+        whole.diag += seen[k] * visible[k].diag;
+        whole.off += seen[k] * visible[k].off;
+        lit[k] = vec4(0.0);
+        cosines[k] = 0.0;
     }
-    [[unroll]] for (int i = 0; i < LEADR_GROUND_DIRECTIONS; ++i) {
-        pixel_sky.down[i] = from_frame(frame, ground_direction(i));
-        pixel_sky.ground[i] = lobe_radiance(surface, pixel_sky.down[i], 2.0 * variance);
+    vec3 all = vec3(0.0);
+    for (int i = 0; i < LEADR_SKY_DIRECTIONS; ++i) {
+        vec3 wi = from_frame(frame, sky_direction(i));
+        vec2 apart = azimuths_apart(SHADOWING, surface.whitened, whitened_direction(wi, surface.whole_cholesky));
+        vec4 depths = depths_towards(wi);
+        vec4 light = vec4(lobe_radiance(surface, wi, variance), 1.0);
+        float weight = sky_weight(i);
+        [[unroll]] for (int k = 0; k < CLASSES; ++k) {
+            float cosine = weight * mean_cosine(visible[k], wi);
+            lit[k] += cosine * class_lit_fraction(apart, pixel_classes.correlation[k].xyz, pixel_depth[k], depths[k]) * light;
+            cosines[k] += cosine;
+            all += seen[k] * cosine * light.rgb;
+        }
+    }
+    vec4 ground = vec4(0.0);
+    for (int i = 0; i < LEADR_GROUND_DIRECTIONS; ++i) {
+        vec3 wi = from_frame(frame, ground_direction(i));
+        float cosine = 0.0;
+        [[unroll]] for (int k = 0; k < CLASSES; ++k) {
+            cosine += seen[k] * mean_cosine(visible[k], wi);
+        }
+        ground += ground_weight(i) * cosine * vec4(lobe_radiance(surface, wi, variance), 1.0);
+    }
+    // The facets turn the part `tilted` of their cosines to the ground.
+    float whole_ground = 0.0;
+    [[unroll]] for (int k = 0; k < CLASSES; ++k) {
+        float tilted = clamp(0.5 - 0.5 * dot(visible[k].mean, up), 0.0, 0.9);
+        whole_ground += seen[k] * cosines[k] * tilted / (1.0 - tilted);
+        pixel_sky[k].a = lit[k].a * (1.0 - tilted) / max(cosines[k], 1e-9);
     }
     vec3 down = from_frame(surface.frame, -up);
-    pixel_sky.below = max(sh_irradiance(environment_sh(), down) + rest_irradiance(surface, down), 0.0) / LEADR_PI;
-}
-
-// Returns the diffuse radiance of the shaded class under the environment, per unit of albedo, and under a sky of radiance 1.
-vec4 class_sky_light(const Surface surface) {
-    NormalMoments visible = visible_diffuse_moments(surface.wo, surface.mean_slope, surface.slope_covariance, DIFFUSE_TERMS);
-    vec4 lit = vec4(0.0), all = vec4(0.0);
-    [[unroll]] for (int i = 0; i < LEADR_SKY_DIRECTIONS; ++i) {
-        vec4 part = mean_cosine(visible, pixel_sky.direction[i]) * vec4(pixel_sky.radiance[i], 1.0);
-        float depth = class_depth(shaded_class.number, pixel_sky.open[i]);
-        vec2 f = vec2(pixel_sky.decorrelation[i], 1.0 - pixel_sky.decorrelation[i]);
-        lit += class_lit_fraction(f, shaded_class.correlation, shaded_class.depth, depth) * part;
-        all += part;
-    }
-    // The facets turn this part of their cosines to the ground. What is near the mesosurface counts as often as they face it.
-    float tilted = clamp(0.5 - 0.5 * dot(visible.mean, normal_of_slope(surface.whole_mean)), 0.0, 0.9);
-    vec4 ground = vec4(0.0);
-    [[unroll]] for (int i = 0; i < LEADR_GROUND_DIRECTIONS; ++i) {
-        const float wide = 0.5 * float(LEADR_SKY_DIRECTIONS) / float(LEADR_GROUND_DIRECTIONS);
-        ground += wide * mean_cosine(visible, pixel_sky.down[i]) * vec4(pixel_sky.ground[i], 1.0);
-    }
-    float whole_ground = all.a * tilted / (1.0 - tilted);
-    ground = ground * min(whole_ground / max(ground.a, 1e-9), 1.0) + max(whole_ground - ground.a, 0.0) * vec4(pixel_sky.below, 1.0);
+    vec3 below = max(sh_irradiance(environment_sh(), down) + rest_irradiance(surface, down), 0.0) / LEADR_PI;
+    all += ground.rgb * min(whole_ground / max(ground.a, 1e-9), 1.0) + max(whole_ground - ground.a, 0.0) * below;
     // The sums give only the part that is not hidden.
-    vec3 rest = rest_irradiance(surface, visible.mean) * sh_rest_damping(visible.mean);
-    vec3 whole = leadr_diffuse_environment(visible, surface.frame, environment_sh(), rest);
-    return vec4(max(whole, 0.0), 1.0) * lit / max(all + ground, vec4(1e-9));
+    vec3 rest = rest_irradiance(surface, whole.mean) * sh_rest_damping(whole.mean);
+    vec3 factor = max(leadr_diffuse_environment(whole, surface.frame, environment_sh(), rest), 0.0) / max(all, vec3(1e-9));
+    [[unroll]] for (int k = 0; k < CLASSES; ++k) {
+        pixel_sky[k].rgb = lit[k].rgb * factor;
+    }
 }
 
 #endif

@@ -13,7 +13,7 @@ vec3 mean_schlick(const vec3 f0) {
 
 // Returns the fraction of the hemisphere that bumps larger than the footprint hide.
 float hidden_by_horizon(const Surface surface) {
-    if (!USES_HORIZON) {
+    if (!HAS_HORIZON) {
         return 0.0;
     }
     vec3 weight = horizon_hidden(surface.mean_slope, surface.horizon).weight;
@@ -54,9 +54,9 @@ vec3 relief_radiance(const Surface surface, const float larger) {
             Light light = pixel_lights[number];
             vec4 lit = share;
             if (BY_CLASS) {
-                vec4 of_map = classes_open(light.wi);
+                vec4 depths = depths_towards(light.wi);
                 [[unroll]] for (int k = 0; k < CLASSES; ++k) {
-                    lit[k] *= visible_area(light.wi, m[k], S[k]) / (1.0 + class_depth(k, of_map));
+                    lit[k] *= visible_area(light.wi, m[k], S[k]) / (1.0 + depths[k]);
                 }
                 lit /= max(dot(lit, vec4(1.0)), 1e-9);
             }

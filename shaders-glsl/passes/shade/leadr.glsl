@@ -137,9 +137,9 @@ void add_probe(inout ProbeSums sums, const Surface surface, const vec3 wo, const
         ProbeDirections d = probe_directions(lobe.probes, p);
         vec2 lit = vec2(class_lit(surface, d.high) * class_base_lit(surface, d.high),
                         class_lit(surface, d.low) * class_base_lit(surface, d.low));
-        l = lit_probe(LEADR_SHADOWING_NONE, lobe.probes, lobe.o, wo, mean_f0, p, d, lit, USES_HORIZON, surface.horizon);
+        l = lit_probe(LEADR_SHADOWING_NONE, lobe.probes, lobe.o, wo, mean_f0, p, d, lit, HAS_HORIZON, surface.horizon);
     } else {
-        l = lit_probe(MAPPED ? LEADR_SHADOWING_NONE : SHADOWING, lobe.probes, lobe.o, wo, mean_f0, p, USES_HORIZON, surface.horizon);
+        l = lit_probe(MAPPED ? LEADR_SHADOWING_NONE : SHADOWING, lobe.probes, lobe.o, wo, mean_f0, p, HAS_HORIZON, surface.horizon);
     }
     vec3 radiance = p.weight * lobe_radiance(surface, l.wi, l.narrowing * p.variance);
     sums.at_normal += l.lit * radiance;
@@ -283,7 +283,7 @@ vec3 diffuse_environment(const Surface surface, const NormalMoments normals) {
         vec3 rest = rest_irradiance(surface, normals.mean) * sh_rest_damping(normals.mean);
         whole = leadr_diffuse_environment(normals, surface.frame, c, rest);
     }
-    if (!USES_HORIZON) {
+    if (!HAS_HORIZON) {
         return max(whole, 0.0);
     }
     vec2 m = surface.mean_slope;
@@ -612,7 +612,7 @@ vec3 leadr_radiance(Surface surface) {
             Light light;
             if (CLASSES > 1 || INTERREFLECTION) {
                 light = pixel_lights[number];
-                light.irradiance *= BY_CLASS ? class_lit(surface, light.wi, pixel_lights_open[number]) : 1.0;
+                light.irradiance *= BY_CLASS ? class_lit_by(surface, number) : 1.0;
             } else {
                 light = light_at(number, surface);
             }
@@ -650,11 +650,11 @@ const float LEAST_SEEN = 1.0 / 256.0;
 vec3 classes_radiance(Surface surface) {
     vec4 seen = classes_seen(surface);
     [[unroll]] for (int number = 0; number < LIGHTS; ++number) {
-        pixel_lights_open[number] = BY_CLASS ? classes_open(pixel_lights[number].wi) : vec4(1.0);
+        pixel_lights_depths[number] = BY_CLASS ? depths_towards(pixel_lights[number].wi) : vec4(0.0);
     }
     const bool sees_sky = BY_CLASS && SHADOWING != LEADR_SHADOWING_NONE && (DIFFUSE_ENVIRONMENT || INTERREFLECTION);
     if (sees_sky) {
-        look_up_sky(surface);
+        light_by_sky(surface, seen);
     }
     // The numbers of the visible classes, with two bits each.
     uint numbers = 0u;
@@ -672,7 +672,7 @@ vec3 classes_radiance(Surface surface) {
         int k = int(numbers >> (2 * i)) & 3;
         Surface part = class_part(surface, k);
         if (sees_sky) {
-            part.sky_light = class_sky_light(part);
+            part.sky_light = pixel_sky[k];
         }
         sum += seen[k] * leadr_radiance(part);
     }
@@ -682,12 +682,14 @@ vec3 classes_radiance(Surface surface) {
 // Returns the radiance of a surface, by classes of facets where it has several.
 vec3 relief_shaded(Surface surface) {
     if (BY_CLASS) {
-        // The openness of the classes accounts for the bumps inside the footprint.
-        surface.horizon = raised_horizon(surface.horizon, 1.0 - pixel_classes.inside);
+        // The openness of the classes accounts for the bumps inside the footprint, or for all bumps.
+        surface.horizon = LOCAL_OPENNESS ? Horizon(vec2(0.0), vec3(0.0)) : raised_horizon(surface.horizon, 1.0 - pixel_classes.inside);
     }
     if (CLASSES > 1 || INTERREFLECTION) {
         [[unroll]] for (int number = 0; number < LIGHTS; ++number) {
-            pixel_lights[number] = light_at(number, surface);
+            pixel_lights[number] = light_sent(number, surface);
+            pixel_lights_passed[number] = light_passed(number, surface, pixel_lights[number]);
+            pixel_lights[number].irradiance *= pixel_lights_passed[number];
         }
     }
     if (INTERREFLECTION) {

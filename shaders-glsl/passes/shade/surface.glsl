@@ -36,7 +36,7 @@ struct Surface {
     vec2 whitened;       // direction of the viewer in the space where the relief is isotropic
     vec2 whole_mean;     // mean slope of all classes
     vec3 whole_cholesky; // Cholesky factor of the covariance of all classes
-    vec4 sky_light;      // with BY_CLASS, the result of class_sky_light for the shaded class
+    vec4 sky_light;      // with BY_CLASS, pixel_sky of the shaded class
 };
 
 // The classes of facets of the pixel, with CLASSES > 1. Drivers copy values of type Surface, which has none of these arrays.

@@ -16,7 +16,9 @@ use leadr_reflectance::masking::classes::{Class, ClassesSeen, MOST_CLASSES};
 use leadr_reflectance::masking::correlated::{direction_area, lit_fraction, whitened_direction};
 use leadr_reflectance::masking::shadowing::Shadowing;
 use leadr_reflectance::slopes::grid::{normal_of_slope, slope_cholesky};
-use leadr_reflectance::visible::class_environment::{SKY_DIRECTIONS, mean_cosine, sky_direction, sky_frame, sky_seen};
+use leadr_reflectance::visible::class_environment::{
+    SKY_DIRECTIONS, mean_cosine, sky_direction, sky_frame, sky_seen, sky_weight,
+};
 use leadr_reflectance::visible::diffuse::visible_diffuse_moments;
 use leadr_testing::shared::shared_data;
 use leadr_testing::standard::direction;
@@ -311,8 +313,11 @@ fn environments_of_classes_lean_as_their_light_does() {
             let sky = SkySeen::new(&relief, wo);
             for k in (0..relief.classes.len()).filter(|&k| e[k] > 0.05) {
                 let mean = DVec3::from_slice(&e[MOST_CLASSES + 3 * k..][..3]).normalize();
-                let light = sky.directions.iter().zip(&sky.lit);
-                let light: DVec3 = light.map(|(w, lit)| lit[k] * mean_cosine(&sky.visible[k], *w) * *w).sum();
+                let light = sky.directions.iter().zip(&sky.lit).enumerate();
+                let part = |(i, (w, lit)): (usize, (&DVec3, &[f64; MOST_CLASSES]))| {
+                    sky_weight(i) * lit[k] * mean_cosine(&sky.visible[k], *w) * *w
+                };
+                let light: DVec3 = light.map(part).sum();
                 let off = mean.dot(light.normalize()).clamp(-1.0, 1.0).acos().to_degrees();
                 worst = worst.max(off);
                 all += e[k] * off / 4.0;

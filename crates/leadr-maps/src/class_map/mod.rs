@@ -27,7 +27,7 @@ use crate::pyramid::{Pyramid, Row, level_sizes};
 use crate::{HeightMap, Moments, Wrap};
 
 /// The source code that determines classes, class maps and their openness, as part of cache keys.
-pub const CLASS_SOURCES: [&str; 12] = [
+pub const CLASS_SOURCES: [&str; 13] = [
     include_str!("mod.rs"),
     include_str!("colors.rs"),
     include_str!("stored.rs"),
@@ -38,6 +38,7 @@ pub const CLASS_SOURCES: [&str; 12] = [
     include_str!("../derive/classes/reflections.rs"),
     include_str!("../derive/classes/search.rs"),
     include_str!("../derive/openness.rs"),
+    include_str!("../derive/local_openness.rs"),
     include_str!("../moments.rs"),
     include_str!("../pyramid.rs"),
 ];

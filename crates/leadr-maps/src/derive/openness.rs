@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 
 use glam::{DVec2, DVec3};
 use half::f16;
-use leadr_reflectance::masking::classes::MOST_CLASSES;
+use leadr_reflectance::masking::classes::{Azimuths, Correlation, MOST_CLASSES};
 use rayon::prelude::*;
 
 use super::classes::{Cell, ClassMaterial, Classes, Facet, Facets};
@@ -32,13 +32,15 @@ const FINE: f64 = 24.0;
 const MOST_REPEATS: f64 = 1.5;
 
 /// The version of the directions and values of a stored table.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// The smallest correlation of directions.
-const LEAST_CORRELATION: f64 = -2.0;
+const LEAST_CORRELATION: f64 = -6.0;
+/// The widths of a [`Correlation`] that are tried.
+const WIDTHS: [f64; 9] = [0.02, 0.04, 0.08, 0.13, 0.2, 0.3, 0.45, 0.7, 1.1];
 /// The elevations and the step in azimuth at which the correlation is measured.
 const CORRELATED_ROWS: [usize; 3] = [9, 12, 15];
-const CORRELATED_STEP: usize = 4;
+const CORRELATED_STEP: usize = 2;
 
 /// The openness of each class as a table over directions.
 ///
@@ -48,8 +50,8 @@ const CORRELATED_STEP: usize = 4;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Openness {
     /// Whether facets that are open to one direction are also open to others, for
-    /// [`lit_fractions`](leadr_reflectance::masking::classes::ClassesSeen::lit_fractions): from −2 to 1, as in Smith's form.
-    pub correlation: [f64; MOST_CLASSES],
+    /// [`lit_fractions`](leadr_reflectance::masking::classes::ClassesSeen::lit_fractions).
+    pub correlation: [Correlation; MOST_CLASSES],
     /// The rows of the table, with [`OPENNESS_SIDE`] texels each. A texel holds one value per class, from 0 to 1.
     pub texels: Vec<[f16; MOST_CLASSES]>,
 }
@@ -185,7 +187,7 @@ impl Openness {
 
     /// Appends the table to the content of a cache file.
     pub fn put(&self, content: &mut Vec<u8>) {
-        put(content, &self.correlation);
+        put(content, &self.correlation.map(numbers));
         self.texels.iter().for_each(|texel| put(content, &texel.map(f16::to_bits)));
     }
 
@@ -194,7 +196,7 @@ impl Openness {
     /// # Errors
     /// Fails if the content is too short, or if a value is out of range.
     pub fn take(content: &mut &[u8]) -> Result<Self, &'static str> {
-        let correlation: [f64; MOST_CLASSES] =
+        let correlation: [[f64; 3]; MOST_CLASSES] =
             take(content, MOST_CLASSES)?.try_into().map_err(|_| "it is too short")?;
         let texels = take::<[u16; MOST_CLASSES]>(content, TEXELS)?;
         Self::new_checked(correlation, texels.into_iter().map(|texel| texel.map(f16::from_bits)).collect())
@@ -204,7 +206,7 @@ impl Openness {
     /// hexadecimal digits.
     pub(crate) fn text(&self) -> String {
         let mut text = VERSION.to_string();
-        self.correlation.iter().for_each(|c| text += &format!(" {c:e}"));
+        self.correlation.map(numbers).as_flattened().iter().for_each(|c| text += &format!(" {c:e}"));
         text.push(' ');
         self.texels.as_flattened().iter().for_each(|open| text += &format!("{:04x}", open.to_bits()));
         text
@@ -217,8 +219,8 @@ impl Openness {
         if words.next()?.parse::<u32>().ok()? != VERSION {
             return Some(None);
         }
-        let mut correlation = [0.0; MOST_CLASSES];
-        for c in &mut correlation {
+        let mut correlation = [[0.0; 3]; MOST_CLASSES];
+        for c in correlation.as_flattened_mut() {
             *c = words.next()?.parse().ok()?;
         }
         let digits = words.next()?.as_bytes();
@@ -237,32 +239,44 @@ impl Openness {
     ///
     /// # Errors
     /// Fails if a value is out of range.
-    fn new_checked(correlation: [f64; MOST_CLASSES], texels: Vec<[f16; MOST_CLASSES]>) -> Result<Self, &'static str> {
-        expect_all(&correlation, |c| (LEAST_CORRELATION..=1.0).contains(c))?;
+    fn new_checked(
+        correlation: [[f64; 3]; MOST_CLASSES],
+        texels: Vec<[f16; MOST_CLASSES]>,
+    ) -> Result<Self, &'static str> {
+        expect_all(&correlation, |[width, across, opposite]| {
+            (0.0..=10.0).contains(width) && [across, opposite].iter().all(|c| (LEAST_CORRELATION..=1.0).contains(*c))
+        })?;
+        let correlation = correlation.map(|[width, across, opposite]| Correlation { width, across, opposite });
         expect_all(&texels, |texel| texel.iter().all(|open| (f16::ZERO..=f16::ONE).contains(open)))?;
         Ok(Self { correlation, texels })
     }
 }
 
-/// Returns the correlation of pairs of directions that are at least a quarter turn apart, by least squares. A direction has its azimuth, and
-/// the area and openness of each facet. The part `1 / (1 + Λo + Λi + (1 − c) Λo Λi)` of the facets is open to both.
-fn correlation(directions: &[(usize, Vec<(f64, bool)>)]) -> f64 {
+fn numbers(Correlation { width, across, opposite }: Correlation) -> [f64; 3] {
+    [width, across, opposite]
+}
+
+/// Returns the correlation of pairs of directions, by least squares. A direction has its azimuth, and the area and openness of each facet.
+fn correlation(directions: &[(usize, Vec<(f64, bool)>)]) -> Correlation {
     const TURN: usize = AZIMUTHS / CORRELATED_STEP;
     let mut fit = CorrelationFit::default();
     for (i, (first, o)) in directions.iter().enumerate() {
         for (second, i) in &directions[..i] {
-            let apart = first.abs_diff(*second);
-            if 4 * apart.min(TURN - apart) < TURN {
-                continue;
+            if first != second {
+                let mut pair = PairArea::default();
+                for (&(area_o, o), &(area_i, i)) in o.iter().zip(i) {
+                    pair.add(area_o * area_i, o, i);
+                }
+                fit.add(&pair, o.len() as f64, turned(first.abs_diff(*second), TURN));
             }
-            let mut pair = PairArea::default();
-            for (&(area_o, o), &(area_i, i)) in o.iter().zip(i) {
-                pair.add(area_o * area_i, o, i);
-            }
-            fit.add(&pair, o.len() as f64);
         }
     }
     fit.correlation()
+}
+
+/// Returns the angle between azimuths that are some steps of a turn apart.
+pub(super) fn turned(steps: usize, of: usize) -> Azimuths {
+    Azimuths::between(DVec2::X, DVec2::from_angle(2.0 * PI * steps as f64 / of as f64))
 }
 
 /// The product of the projected areas towards two directions, summed over facets, and the parts of it that are open to the directions.
@@ -291,30 +305,78 @@ impl PairArea {
     }
 }
 
-/// The fit of a correlation to pairs of directions.
+/// The fit of a correlation to pairs of directions. The part `1 / (1 + more + f less (1 + (1 − c) more))` of the facets is open to both
+/// ([`class_lit_fraction`](leadr_reflectance::masking::classes::class_lit_fraction)).
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct CorrelationFit {
-    square: f64,
-    product: f64,
+    of_widths: [LinearFit; WIDTHS.len()],
+}
+
+/// The sums of a fit of `y = a x + b z`.
+#[derive(Clone, Copy, Debug, Default)]
+struct LinearFit {
+    xx: f64,
+    xz: f64,
+    zz: f64,
+    xy: f64,
+    zy: f64,
+    yy: f64,
+}
+
+impl LinearFit {
+    fn add(&mut self, weight: f64, x: f64, z: f64, y: f64) {
+        self.xx += weight * x * x;
+        self.xz += weight * x * z;
+        self.zz += weight * z * z;
+        self.xy += weight * x * y;
+        self.zy += weight * z * y;
+        self.yy += weight * y * y;
+    }
+
+    /// Returns the correlations across and opposite, and the sum of the squares of the errors.
+    fn solved(&self) -> ([f64; 2], f64) {
+        let (xx, zz) = (1.001 * self.xx, 1.001 * self.zz);
+        let determinant = (xx * zz - self.xz * self.xz).max(1e-30);
+        let limited = |c: f64| c.clamp(LEAST_CORRELATION, 1.0);
+        let across = limited(1.0 - (self.xy * zz - self.zy * self.xz) / determinant);
+        // The best opposite correlation for this one across.
+        let a = 1.0 - across;
+        let opposite = limited(across - (self.zy - a * self.xz) / zz.max(1e-30));
+        let b = across - opposite;
+        let error =
+            self.yy - 2.0 * (a * self.xy + b * self.zy) + a * a * self.xx + 2.0 * a * b * self.xz + b * b * self.zz;
+        ([across, opposite], error)
+    }
 }
 
 impl CorrelationFit {
-    /// Adds a pair of directions that are at least a quarter turn apart, over this number of facets.
-    pub fn add(&mut self, pair: &PairArea, facets: f64) {
+    /// Adds a pair of directions, over this number of facets.
+    pub fn add(&mut self, pair: &PairArea, facets: f64, apart: Azimuths) {
         if pair.all <= 1e-3 * facets {
             return;
         }
         let lambda = |open: f64| 1.0 / (open / pair.all).max(0.02) - 1.0;
         let (o, i) = (lambda(pair.open[0]), lambda(pair.open[1]));
+        let (more, less) = (o.max(i), o.min(i));
         // Errors count by the fraction of facets that they change.
         let independent = 1.0 / (1.0 + o + i + o * i);
         let per = pair.all * independent.powi(4);
-        self.square += per * (o * i).powi(2);
-        self.product += per * o * i * (1.0 / (pair.both / pair.all).max(0.3 * independent) - 1.0 - o - i);
+        let hidden = 1.0 / (pair.both / pair.all).max(0.1 * independent) - 1.0 - more;
+        for (fit, width) in self.of_widths.iter_mut().zip(WIDTHS) {
+            let f = apart.half / (apart.half + width);
+            let x = f * less * more;
+            fit.add(per, x, x * apart.opposite, hidden - f * less);
+        }
     }
 
-    pub fn correlation(&self) -> f64 {
-        if self.square > 0.0 { (1.0 - self.product / self.square).clamp(LEAST_CORRELATION, 1.0) } else { 1.0 }
+    pub fn correlation(&self) -> Correlation {
+        if self.of_widths[0].xx <= 0.0 {
+            return Correlation::SMITH;
+        }
+        let solved = self.of_widths.iter().zip(WIDTHS).map(|(fit, width)| (width, fit.solved()));
+        let best = solved.min_by(|(_, (_, a)), (_, (_, b))| a.total_cmp(b)).expect("there are widths");
+        let (width, ([across, opposite], _)) = best;
+        Correlation { width, across, opposite }
     }
 }
 
@@ -433,6 +495,11 @@ impl Field {
         Self { levels, top, sign, wrap }
     }
 
+    /// Returns the height of a level at a texture coordinate.
+    pub(super) fn height(&self, level: usize, at: DVec2) -> f64 {
+        self.levels[level.min(self.levels.len() - 1)].at(at, self.wrap)
+    }
+
     /// Returns facets from all parts of the map.
     fn sampled(&self, facets: Facets<'_>, classes: &Classes, material: Option<&ClassMaterial<'_>>) -> Vec<Sampled> {
         let material = classes.material(material);
@@ -457,19 +524,26 @@ impl Field {
     /// Returns the largest `|q|` at which a ray along `along`, from a height at a texture coordinate, passes all of the relief. Values above
     /// `most` are not exact.
     pub(super) fn reach(&self, from: DVec2, height: f64, along: DVec2, most: f64) -> f64 {
+        self.reach_over(0, from, height, along, most)
+    }
+
+    /// Returns the reach of a ray over the texels of a level.
+    pub(super) fn reach_over(&self, first: usize, from: DVec2, height: f64, along: DVec2, most: f64) -> f64 {
+        let first = first.min(self.levels.len() - 1);
+        let texel = (1u64 << first) as f64;
         let room = self.top - height;
         let size = DVec2::from(self.levels[0].size.map(|side| side as f64));
         let per_texel = (along * size).length().recip();
-        let (mut reach, mut texels) = (f64::INFINITY, 0.25);
+        let (mut reach, mut texels) = (f64::INFINITY, 0.25 * texel);
         let farthest = MOST_REPEATS * size.max_element();
-        let mut levels = self.levels.iter();
-        let (mut level, mut last_step) = (levels.next().expect("there is a level"), 2.0);
+        let mut levels = self.levels[first..].iter();
+        let (mut level, mut last_step) = (levels.next().expect("there is a level"), 2.0 * texel);
         loop {
             let x = texels * per_texel;
             if x >= room * reach.min(most) || texels > farthest {
                 return reach;
             }
-            let step = (texels / FINE).max(0.5);
+            let step = (texels / FINE).max(0.5 * texel);
             // The texels of a level are at most as long as the steps.
             if step >= last_step {
                 level = levels.next().unwrap_or(level);

@@ -117,8 +117,8 @@ fn damaged_classes_are_faults_and_never_panics() {
             ("leadr.class_units\0", "leadr.class_units\0nan ", "leadr.class_units is invalid"),
             ("leadr.class_centers\0", "leadr.class_centers\x001 2 ", "leadr.class_centers is invalid"),
             ("leadr.class_openness\0", "leadr.class_openness\0one", "leadr.class_openness is invalid"),
-            ("leadr.class_openness\0", "leadr.class_openness\x001 9 ", "leadr.class_openness is invalid"),
-            ("leadr.class_openness\0", "leadr.class_openness\x001 nan ", "leadr.class_openness is invalid"),
+            ("leadr.class_openness\0", "leadr.class_openness\x002 9 ", "leadr.class_openness is invalid"),
+            ("leadr.class_openness\0", "leadr.class_openness\x002 nan ", "leadr.class_openness is invalid"),
             // The first value of the table is not a number, or not a share.
             (digits.as_str(), "00g0", "leadr.class_openness is invalid"),
             (digits.as_str(), "4000", "leadr.class_openness is invalid"),
@@ -131,7 +131,7 @@ fn damaged_classes_are_faults_and_never_panics() {
             assert!(error.contains("leadr.channels is invalid"), "{precision:?} {to}: {error}");
         }
         // Files of other versions lack the table.
-        for to in ["leadr.class_openzess", "leadr.class_openness\x002"] {
+        for to in ["leadr.class_openzess", "leadr.class_openness\x001"] {
             let map = replaced("leadr.class_openness", to).unwrap();
             assert!(map.class_map().is_some() && map.openness.is_none(), "{to}");
         }

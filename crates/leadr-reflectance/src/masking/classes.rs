@@ -6,7 +6,6 @@
 
 use glam::{DVec2, DVec3};
 
-use super::correlated::decorrelation;
 use super::shadowing::Shadowing;
 use crate::facets::projected_area::visible_area;
 
@@ -30,10 +29,56 @@ pub struct Class {
     pub height_variance: f64,
 }
 
+/// How the openness of a class towards one direction depends on that towards another direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Correlation {
+    /// The tangent of half the angle between the azimuths at which the facets that the lower direction sees are half as independent of the
+    /// higher direction as facets of azimuths that are far apart.
+    pub width: f64,
+    /// 1 for facets that are open to both directions by their height, as in Smith's form, 0 for independent directions, and negative for
+    /// facets that each direction hides from a different side. For azimuths up to a quarter turn apart.
+    pub across: f64,
+    /// The same for opposite azimuths.
+    pub opposite: f64,
+}
+
+impl Correlation {
+    /// Smith's form, with the mean width of Gaussian reliefs.
+    pub const SMITH: Self = Self { width: 0.26, across: 1.0, opposite: 1.0 };
+}
+
+/// The angle between the azimuths of two directions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Azimuths {
+    /// The tangent of half the angle.
+    pub half: f64,
+    /// The cosine of the angle where it is more than a quarter turn, with the opposite sign, and 0 otherwise.
+    pub opposite: f64,
+}
+
+impl Azimuths {
+    /// Returns the angle between two directions of a plane.
+    pub fn between(a: DVec2, b: DVec2) -> Self {
+        let scale = (a.length_squared() * b.length_squared()).max(1e-36).sqrt().recip();
+        let (cosine, sine) = (a.dot(b) * scale, a.perp_dot(b).abs() * scale);
+        // tan(φ/2) = sin φ / (1 + cos φ) = (1 - cos φ) / sin φ
+        let half = if cosine >= 0.0 { sine / (1.0 + cosine) } else { (1.0 - cosine) / sine.max(1e-6) };
+        Self { half, opposite: (-cosine).max(0.0) }
+    }
+}
+
 /// Returns the openness for a footprint that contains the fraction `inside` of the variance of the relief. The rest is larger than the
 /// footprint, and hides nothing here.
 pub fn openness_inside(open: [f64; MOST_CLASSES], inside: f64) -> [f64; MOST_CLASSES] {
     open.map(|open| open / (open + inside * (1.0 - open)))
+}
+
+/// Returns the openness of classes in a footprint whose facets can be more or less open than the mean facet of their class. `open` is that
+/// of the mean, `shape` is the mean of `open (1 − open)` over the classes of the map, `azimuth` is the unit vector of the direction in the
+/// table of the openness, and `local` is the local openness (`leadr_maps::derive::LocalLevel`).
+pub fn local_openness(open: [f64; MOST_CLASSES], shape: f64, azimuth: DVec2, local: [f64; 3]) -> [f64; MOST_CLASSES] {
+    let more = shape * (local[0] + local[1] * azimuth.x + local[2] * azimuth.y);
+    open.map(|open| (open + more).clamp(0.0, 1.0))
 }
 
 /// The openness of the classes of a footprint towards a direction.
@@ -57,36 +102,31 @@ impl ClassesSeen {
         areas.map(|area| area / whole)
     }
 
-    /// Returns the fraction of the facets of each class that is lit from the direction of `light`, among those that are visible. For equal
-    /// azimuths, one direction hides all that the other hides. For azimuths that are far apart, `correlation` is 1 for facets that are open
-    /// to both by their height, as in Smith's form, 0 for independent directions, and negative for facets that each direction hides from a
-    /// different side.
+    /// Returns the fraction of the facets of each class that is lit from the direction of `light`, among those that are visible.
     pub fn lit_fractions(
         &self,
         shadowing: Shadowing,
-        correlation: &[f64; MOST_CLASSES],
+        correlation: &[Correlation; MOST_CLASSES],
         light: &Self,
     ) -> [f64; MOST_CLASSES] {
-        std::array::from_fn(|k| {
-            let open = [self.open[k], light.open[k]];
-            class_lit_fraction(shadowing, correlation[k], open, [self.whitened, light.whitened])
-        })
+        let apart = Azimuths::between(self.whitened, light.whitened);
+        std::array::from_fn(|k| class_lit_fraction(shadowing, &correlation[k], [self.open[k], light.open[k]], apart))
     }
 }
 
 /// Returns the fraction of the facets of a class that is lit, among those that are visible
-/// ([`lit_fractions`](ClassesSeen::lit_fractions)). `open` and `whitened` belong to the viewer and to the light.
-pub fn class_lit_fraction(shadowing: Shadowing, correlation: f64, open: [f64; 2], whitened: [DVec2; 2]) -> f64 {
+/// ([`lit_fractions`](ClassesSeen::lit_fractions)). `open` belongs to the viewer and to the light, whose azimuths are `apart`.
+///
+/// For equal azimuths, one direction hides all that the other hides.
+pub fn class_lit_fraction(shadowing: Shadowing, correlation: &Correlation, open: [f64; 2], apart: Azimuths) -> f64 {
     if matches!(shadowing, Shadowing::None | Shadowing::NormalMap) {
         return 1.0;
     }
     let [o, i] = open.map(|open| 1.0 / open.max(MIN_OPEN) - 1.0);
     let (more, less) = (o.max(i), o.min(i));
-    let f = match shadowing {
-        Shadowing::Smith => 1.0,
-        _ => decorrelation(whitened[0], whitened[1], 1.0, more, less, shadowing == Shadowing::CorrelatedSimple),
-    };
-    (1.0 + o) / (1.0 + more + f * less * (1.0 + (1.0 - correlation) * more))
+    let f = if shadowing == Shadowing::Smith { 1.0 } else { apart.half / (apart.half + correlation.width) };
+    let dependent = correlation.across + (correlation.opposite - correlation.across) * apart.opposite;
+    (1.0 + o) / (1.0 + more + f * less * (1.0 + (1.0 - dependent) * more))
 }
 
 #[cfg(test)]
@@ -108,7 +148,8 @@ mod tests {
             assert!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-12 && shares[1] > shares[0]);
         }
         // All facets that are seen by a low viewer are lit by a high light of the same azimuth, and by a light at the viewer.
-        let (smith, independent) = ([1.0; MOST_CLASSES], [0.0; MOST_CLASSES]);
+        let same = |c| [Correlation { width: 0.26, across: c, opposite: c }; MOST_CLASSES];
+        let (smith, independent) = (same(1.0), same(0.0));
         for light in [&high, &low] {
             let lit = low.lit_fractions(Shadowing::Correlated, &independent, light);
             assert!(lit[..2].iter().all(|lit| *lit > 0.999), "{lit:?}");
@@ -118,9 +159,28 @@ mod tests {
         assert!((lit[0] - 5.0 / 9.0).abs() < 1e-12 && (lit[1] - 2.0 / 3.0).abs() < 1e-12, "{lit:?}");
         let lit = low.lit_fractions(Shadowing::Smith, &independent, &across);
         assert!(lit.iter().zip(across.open).all(|(lit, open)| (lit - open).abs() < 1e-12), "{lit:?}");
-        let lit = low.lit_fractions(Shadowing::Smith, &[-1.0; MOST_CLASSES], &across);
+        let lit = low.lit_fractions(Shadowing::Smith, &same(-1.0), &across);
         assert!(lit[0] < 0.2 && lit[2] == 1.0, "{lit:?}");
         assert_eq!(low.lit_fractions(Shadowing::None, &smith, &across), [1.0; MOST_CLASSES]);
+        // Facets that each direction hides from its own side are dark from the opposite side.
+        let sided = [Correlation { width: 0.26, across: 1.0, opposite: -3.0 }; MOST_CLASSES];
+        let opposite = ClassesSeen { whitened: DVec2::new(-0.9, 0.0), ..low };
+        let [a, b] = [&across, &opposite].map(|light| low.lit_fractions(Shadowing::Correlated, &sided, light)[0]);
+        assert!(a > 0.6 && b < 0.1, "{a} {b}");
+    }
+
+    #[test]
+    fn azimuths_are_apart_by_their_angle() {
+        for degrees in [0.0f64, 1.0, 30.0, 89.0, 90.0, 91.0, 150.0, 179.0, 180.0, 270.0] {
+            let turned = DVec2::from_angle(degrees.to_radians());
+            let found = Azimuths::between(DVec2::new(0.0, 0.3), 2.0 * turned.rotate(DVec2::Y));
+            let half = (0.5 * degrees.to_radians()).tan().abs().min(1e6);
+            assert!(
+                (found.half - half).abs() <= 1e-9 + 1e-9 * half || degrees == 180.0 && found.half > 1e5,
+                "{degrees}"
+            );
+            assert!((found.opposite - (-degrees.to_radians().cos()).max(0.0)).abs() < 1e-12, "{degrees}");
+        }
     }
 
     #[test]

@@ -6,10 +6,6 @@
 //!
 //! `G` is the light from below in the same sums. Facets face what is just below the mesosurface most, so three directions are there. For
 //! the rest, the mean radiance is enough.
-//!
-//! Directions of the sky need only the simple form of the correlation of viewer and light
-//! ([`Shadowing::CorrelatedSimple`](crate::masking::shadowing::Shadowing::CorrelatedSimple)). Near the viewer's azimuth, where the lit
-//! fraction has a sharp peak, it is averaged over a sixth of the ring.
 
 use std::f64::consts::TAU;
 
@@ -19,17 +15,30 @@ use crate::frame::{Frame, frame_about};
 use crate::integrals::diffuse::NormalMoments;
 
 /// The number of directions of the sky.
-pub const SKY_DIRECTIONS: usize = 14;
+pub const SKY_DIRECTIONS: usize = 15;
 /// The number of directions from below.
-pub const GROUND_DIRECTIONS: usize = 3;
-/// The decorrelation of viewer and light, averaged over the sixth of a ring about the viewer's azimuth.
-pub const LEAST_SKY_DECORRELATION: f64 = 0.31;
-/// The rings of the sky: the number of directions, the first azimuth as a part of the step, and the height, of which `√0.6 / 2` is the
-/// distance from a half in Gauss's rule.
-const RINGS: [(usize, f64, f64); 3] =
-    [(4, 0.5, 0.112_701_665_379_258_3), (6, 0.0, 0.5), (4, 0.5, 0.887_298_334_620_741_7)];
-/// The height of the directions from below.
-const GROUND_HEIGHT: f64 = -0.277_350_098_112_614_6;
+pub const GROUND_DIRECTIONS: usize = 6;
+/// A ring of directions of the sky.
+struct Ring {
+    count: usize,
+    /// The first azimuth as a part of the step.
+    offset: f64,
+    height: f64,
+    /// The weight of the ring. The weights sum to one.
+    weight: f64,
+}
+
+/// The rings of the sky, at the heights of Gauss's rule with three points.
+const RINGS: [Ring; 3] = [
+    Ring { count: 6, offset: 0.0, height: 0.112_701_665_379_258_3, weight: 5.0 / 18.0 },
+    Ring { count: 6, offset: 0.5, height: 0.5, weight: 8.0 / 18.0 },
+    Ring { count: 3, offset: 0.0, height: 0.887_298_334_620_741_7, weight: 5.0 / 18.0 },
+];
+/// The rings of directions from below. The rest of the weight has the mean radiance from below.
+const GROUND_RINGS: [Ring; 2] = [
+    Ring { count: 3, offset: 0.5, height: -0.1, weight: 0.25 },
+    Ring { count: 3, offset: 0.5, height: -0.4, weight: 0.4 },
+];
 
 /// Returns the frame of the directions. `up` is the normal of the mesosurface.
 pub fn sky_frame(up: DVec3, wo: DVec3) -> Frame {
@@ -41,31 +50,60 @@ pub fn sky_frame(up: DVec3, wo: DVec3) -> Frame {
     Frame { x, y: up.cross(x), z: up }
 }
 
-/// Returns direction `i` of the sky in the [`sky_frame`]. Each direction stands for an equal part of the hemisphere. The directions lie on
-/// three rings, at the heights of Gauss's rule. The first direction of the middle ring has the azimuth of the viewer.
+/// Returns direction `i` of the sky in the [`sky_frame`]. The directions lie on three rings, at the heights of Gauss's rule. The first
+/// direction has the azimuth of the viewer.
 ///
 /// # Panics
 /// Panics unless `i` is less than [`SKY_DIRECTIONS`].
 pub fn sky_direction(i: usize) -> DVec3 {
+    direction(&RINGS, i)
+}
+
+/// Returns the weight of direction `i` of the sky. The mean weight is 1.
+///
+/// # Panics
+/// Panics unless `i` is less than [`SKY_DIRECTIONS`].
+pub fn sky_weight(i: usize) -> f64 {
+    weight(&RINGS, i)
+}
+
+fn direction(rings: &[Ring], i: usize) -> DVec3 {
+    let (ring, i) = ring_of(rings, i);
+    let (y, x) = (TAU * (i as f64 + ring.offset) / ring.count as f64).sin_cos();
+    (1.0 - ring.height * ring.height).sqrt() * DVec3::new(x, y, 0.0) + ring.height * DVec3::Z
+}
+
+fn weight(rings: &[Ring], i: usize) -> f64 {
+    let (ring, _) = ring_of(rings, i);
+    SKY_DIRECTIONS as f64 * ring.weight / ring.count as f64
+}
+
+/// Returns the ring of a direction, and the number of the direction in it.
+fn ring_of(rings: &[Ring], i: usize) -> (&Ring, usize) {
     let mut first = 0;
-    for (count, offset, height) in RINGS {
-        if i < first + count {
-            return at((i - first) as f64 + offset, count, height);
+    for ring in rings {
+        if i < first + ring.count {
+            return (ring, i - first);
         }
-        first += count;
+        first += ring.count;
     }
-    panic!("the sky has {SKY_DIRECTIONS} directions")
+    panic!("there are {first} directions")
 }
 
-/// Returns direction `i` from below the mesosurface in the [`sky_frame`], near the mesosurface.
+/// Returns direction `i` from below the mesosurface in the [`sky_frame`], on two rings.
+///
+/// # Panics
+/// Panics unless `i` is less than [`GROUND_DIRECTIONS`].
 pub fn ground_direction(i: usize) -> DVec3 {
-    at(i as f64, GROUND_DIRECTIONS, GROUND_HEIGHT)
+    direction(&GROUND_RINGS, i)
 }
 
-/// Returns a direction at a part of a ring.
-fn at(part: f64, of: usize, height: f64) -> DVec3 {
-    let (y, x) = (TAU * part / of as f64).sin_cos();
-    (1.0 - height * height).sqrt() * DVec3::new(x, y, 0.0) + height * DVec3::Z
+/// Returns the weight of direction `i` from below, for the weights of [`sky_weight`].
+///
+/// # Panics
+/// Panics unless `i` is less than [`GROUND_DIRECTIONS`].
+pub fn ground_weight(i: usize) -> f64 {
+    weight(&GROUND_RINGS, i)
 }
 
 /// Returns `E[max(0, x)]` of a normal variable with this mean and variance, without an exponential. The error is less than 0.006 standard
@@ -84,11 +122,11 @@ pub fn mean_cosine(normals: &NormalMoments, wi: DVec3) -> f64 {
 }
 
 /// Returns the fraction of the hemisphere, weighted by the cosine, in which facets see the sky above the mesosurface of unit normal `up`. In
-/// the rest, they see other facets. `lit` is the fraction of the facets that sees each direction.
+/// the rest, they see other facets. `lit` is the fraction of the facets that sees each direction of the sky.
 pub fn sky_seen(visible: &NormalMoments, up: DVec3, directions: &[DVec3], lit: &[f64]) -> f64 {
     let (mut seen, mut all) = (0.0, 0.0);
-    for (wi, lit) in directions.iter().zip(lit) {
-        let cosine = mean_cosine(visible, *wi);
+    for (i, (wi, lit)) in directions.iter().zip(lit).enumerate() {
+        let cosine = sky_weight(i) * mean_cosine(visible, *wi);
         (seen, all) = (seen + lit * cosine, all + cosine);
     }
     (0.5 + 0.5 * visible.mean.dot(up)) * seen / all.max(1e-9)
@@ -100,7 +138,6 @@ mod tests {
 
     use super::*;
     use crate::frame::from_frame;
-    use crate::masking::correlated::decorrelation;
     use crate::visible::diffuse::{clamped_mean, visible_diffuse_moments};
 
     #[test]
@@ -112,20 +149,12 @@ mod tests {
     }
 
     #[test]
-    fn the_peak_about_the_viewer_is_averaged() {
-        let about =
-            |degrees: f64| decorrelation(DVec2::X, DVec2::from_angle(degrees.to_radians()), 1.0, 0.0, 0.0, true);
-        let mean = (0..3000).map(|i| about(0.01 * (f64::from(i) + 0.5))).sum::<f64>() / 3000.0;
-        assert!((mean - LEAST_SKY_DECORRELATION).abs() < 1e-3, "{mean}");
-    }
-
-    #[test]
     fn directions_follow_the_viewer() {
         let (up, wo) = (DVec3::new(0.36, 0.48, 0.8), DVec3::new(0.0, 0.96, 0.28));
         let frame = sky_frame(up, wo);
-        assert!((from_frame(&frame, sky_direction(4)).dot(up.cross(wo))).abs() < 1e-12);
-        assert!((from_frame(&frame, sky_direction(4)).dot(up) - 0.5).abs() < 1e-12);
-        assert!((0..GROUND_DIRECTIONS).all(|i| from_frame(&frame, ground_direction(i)).dot(up) < -0.2));
+        assert!((from_frame(&frame, sky_direction(0)).dot(up.cross(wo))).abs() < 1e-12);
+        assert!((from_frame(&frame, sky_direction(0)).dot(up) - 0.1127).abs() < 1e-4);
+        assert!((0..GROUND_DIRECTIONS).all(|i| from_frame(&frame, ground_direction(i)).dot(up) < -0.09));
         assert!((from_frame(&sky_frame(up, up), DVec3::Z) - up).length() < 1e-12);
     }
 
@@ -133,7 +162,8 @@ mod tests {
     fn facets_see_what_is_lit() {
         let directions: Vec<DVec3> = (0..SKY_DIRECTIONS).map(sky_direction).collect();
         // The rule integrates the cosine over the hemisphere.
-        assert!((2.0 * directions.iter().map(|w| w.z).sum::<f64>() / SKY_DIRECTIONS as f64 - 1.0).abs() < 1e-12);
+        let sum: f64 = (0..SKY_DIRECTIONS).map(|i| sky_weight(i) * directions[i].z).sum();
+        assert!((2.0 * sum / SKY_DIRECTIONS as f64 - 1.0).abs() < 1e-12);
         let slope = DVec2::new(-1.0, 0.0);
         let moments = |m, s| visible_diffuse_moments(DVec3::new(0.0, 0.6, 0.8), m, s, 3);
         let (flat, wall) = (moments(DVec2::ZERO, DVec3::ZERO), moments(slope, DVec3::ZERO));

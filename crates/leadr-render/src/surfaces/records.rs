@@ -48,8 +48,9 @@ shared_struct! {
         pub class_centers: [[f32; 4]; MOST_CLASSES],
         /// The units of the classes' moments about these centres, and the slope variance of the map in these units.
         pub class_unit: [f32; 4],
-        /// The correlation of the openness of each class towards different directions.
-        pub class_correlation: [f32; MOST_CLASSES],
+        /// The correlation of the openness of each class towards different directions (the width, across, and opposite),
+        /// and the share of the class in the map.
+        pub class_correlation: [[f32; 4]; MOST_CLASSES],
         /// The optical depth of each class towards the sky.
         pub class_sky_depth: [f32; MOST_CLASSES],
     }

@@ -7,7 +7,7 @@ use leadr_reflectance::facets::projected_area::{meso_area, visible_area};
 use leadr_reflectance::integrals::facet_specular::{
     FacetSpecular, facet_specular, facet_specular_density, single_facet_density,
 };
-use leadr_reflectance::masking::classes::class_lit_fraction;
+use leadr_reflectance::masking::classes::{Azimuths, class_lit_fraction};
 use leadr_reflectance::masking::correlated::whitened_direction;
 use leadr_reflectance::masking::shadowing::Shadowing;
 use leadr_reflectance::slopes::grid::slope_cholesky;
@@ -16,7 +16,7 @@ use leadr_reflectance::visible::diffuse::visible_diffuse_moments;
 use rayon::prelude::*;
 
 use super::facets::Sample;
-use crate::derive::openness::{CorrelationFit, Field, PairArea};
+use crate::derive::openness::{CorrelationFit, Field, PairArea, turned};
 
 /// The Beckmann roughness of the base material at which reflections are compared.
 const ALPHA: f64 = 0.35;
@@ -241,9 +241,9 @@ impl Reflections {
         let mut fit = CorrelationFit::default();
         let (views, lights) = (views(), lights());
         for (p, pair) in sums.pairs.iter().enumerate() {
-            let apart = views[p / LIGHT_COUNT].azimuth.abs_diff(lights[p % LIGHT_COUNT].azimuth);
-            if 4 * apart.min(AZIMUTHS - apart) >= AZIMUTHS {
-                fit.add(pair, sums.number);
+            let steps = views[p / LIGHT_COUNT].azimuth.abs_diff(lights[p % LIGHT_COUNT].azimuth);
+            if steps > 0 {
+                fit.add(pair, sums.number, turned(steps, AZIMUTHS));
             }
         }
         let correlation = fit.correlation();
@@ -261,7 +261,8 @@ impl Reflections {
             let own = whitened(view);
             light.area[v] = area as f32;
             for (i, (wi, open, other)) in of_lights.iter().enumerate() {
-                let lit = class_lit_fraction(Shadowing::Correlated, correlation, [seen, *open], [own, *other]);
+                let apart = Azimuths::between(own, *other);
+                let lit = class_lit_fraction(Shadowing::Correlated, &correlation, [seen, *open], apart);
                 let p = v * LIGHT_COUNT + i;
                 let density = facet_specular_density(&self.lobes[p], mean, cholesky, Shadowing::Correlated);
                 light.reflected[0][p] = (share * seen * lit * density) as f32;

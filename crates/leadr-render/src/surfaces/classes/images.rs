@@ -5,9 +5,9 @@ use std::sync::Arc;
 use glam::DVec2;
 use half::f16;
 use leadr_gpu::{Gpu, Image, ImageDesc, Result, vk};
-use leadr_maps::derive::OPENNESS_SIDE;
+use leadr_maps::derive::{LocalLevel, OPENNESS_SIDE};
 use leadr_maps::{ClassLevel, ClassMap};
-use leadr_reflectance::masking::classes::{Class, MOST_CLASSES};
+use leadr_reflectance::masking::classes::{Class, Correlation, MOST_CLASSES};
 
 use super::ObjectClasses;
 use crate::constants::SOURCE_LEVEL;
@@ -28,7 +28,7 @@ const FACTOR_RANGE: [f64; FACTORS] = [0.015625, 0.03125, 0.0625, 0.125, 0.25, 0.
 /// The images of the classes. Clones share the images.
 #[derive(Clone)]
 pub struct ClassImages {
-    /// The [shaded](SHADED) moments of each class, packed in layers of four.
+    /// The [shaded](SHADED) moments of each class, and the local openness, which atlases do not have, packed in layers of four.
     pub moments: Image,
     /// The weighted colours of each class, and the weights.
     pub colors: Image,
@@ -42,8 +42,8 @@ pub struct ClassImages {
     pub centers: [[f32; 4]; MOST_CLASSES],
     /// The units of the moments about the centres, and the slope variance of the map in these units, summed over both axes.
     pub unit: [f32; 4],
-    /// The [correlation](leadr_maps::derive::Openness::correlation) of the openness of each class.
-    pub correlation: [f32; MOST_CLASSES],
+    /// The [correlation](leadr_maps::derive::Openness::correlation) of the openness of each class, and the share of the class in the map.
+    pub correlation: [[f32; 4]; MOST_CLASSES],
     /// The optical depth of each class towards the sky, at each of [`FACTORS`] of the height scale.
     sky_depths: [[f32; MOST_CLASSES]; FACTORS],
 }
@@ -60,7 +60,7 @@ impl ClassImages {
         let (moments, colors) = (image("no class moments")?, image("no class colours")?);
         let (coarse_moments, coarse_colors) = (moments.clone(), colors.clone());
         let (centers, sky_depths) = ([[0.0; 4]; MOST_CLASSES], [[0.0; MOST_CLASSES]; FACTORS]);
-        let (unit, correlation) = ([1.0; 4], [1.0; MOST_CLASSES]);
+        let (unit, correlation) = ([1.0; 4], [Correlation::SMITH; MOST_CLASSES].map(correlation_record));
         Ok(Self { moments, colors, coarse_moments, coarse_colors, open, centers, unit, correlation, sky_depths })
     }
 
@@ -72,14 +72,14 @@ impl ClassImages {
         atlas: Option<ClassAtlas<'_>>,
         none: &Self,
     ) -> Result<Self> {
-        let [coarse_moments, coarse_colors] = match atlas {
+        let [coarse_moments, coarse_colors] = match &atlas {
             Some(atlas) => atlas.coarse_levels(gpu, name, &classes, none)?,
             None => [none.coarse_moments.clone(), none.coarse_colors.clone()],
         };
-        let is_smooth = classes.map.levels.is_empty();
+        let (is_smooth, is_atlas) = (classes.map.levels.is_empty(), atlas.is_some());
         let sky_depths =
             if is_smooth { none.sky_depths } else { FACTOR_RANGE.map(|factor| classes.sky_depths(factor)) };
-        let ObjectClasses { map, open, colors, .. } = classes;
+        let ObjectClasses { map, open, colors, local, .. } = classes;
         let colors = match colors {
             Some(colors) => uploaded(gpu, &format!("{name} class colours"), colors.levels)?,
             None => none.colors.clone(),
@@ -89,13 +89,17 @@ impl ClassImages {
         }
         let [s, t, h] = map.units;
         let unit = [s, t, h, variance_in_units(&map)];
+        let shares = map.mean();
+        let mut local = local.into_iter();
+        let packed = |level| packed(level, (!is_atlas).then(|| local.next().unwrap_or_default()));
         let moments = uploaded(gpu, &format!("{name} class moments"), map.levels.into_iter().map(packed).collect())?;
         let mut centers = [[0.0; 4]; MOST_CLASSES];
         centers.iter_mut().zip(&map.centers).for_each(|(to, [s, t, h])| *to = [*s, *t, *h, 0.0]);
         let side = OPENNESS_SIDE as u32;
         let table = Image::new(gpu, &format!("{name} class openness"), ImageDesc::new(FORMAT, side, side))?;
         table.write(0, 0, &open.texels)?;
-        let correlation = open.correlation.map(|c| c as f32);
+        let mut correlation = open.correlation.map(correlation_record);
+        correlation.iter_mut().zip(shares).for_each(|(record, class)| record[3] = class.share as f32);
         Ok(Self { moments, colors, coarse_moments, coarse_colors, open: table, centers, unit, correlation, sky_depths })
     }
 
@@ -163,7 +167,7 @@ impl ClassAtlas<'_> {
                 coarse.push(halves(levels.iter().map(part).collect()));
             }
         }
-        let coarse = packed(ClassLevel { width, height, layers: coarse });
+        let coarse = packed(ClassLevel { width, height, layers: coarse }, None);
         let moments = image("moments", coarse.layers.len())?;
         for (number, layer) in (0..).zip(&coarse.layers) {
             moments.write(0, number, layer)?;
@@ -182,23 +186,28 @@ impl ClassAtlas<'_> {
 /// The moments of a class that shaders read, by layer and component of a [`ClassLevel`]. They are those of the slopes.
 const SHADED: [[usize; 2]; 6] = [[0, 0], [0, 1], [0, 2], [1, 0], [1, 1], [1, 2]];
 
-/// Returns the number of layers that hold the shaded moments of this many classes.
-pub const fn packed_layers(classes: usize) -> usize {
-    (SHADED.len() * classes).div_ceil(4)
+/// Returns the number of layers that hold the shaded moments of this many classes, and the local openness if it `is_local`.
+pub const fn packed_layers(classes: usize, is_local: bool) -> usize {
+    (SHADED.len() * classes + if is_local { 3 } else { 0 }).div_ceil(4)
 }
 
-/// Packs the shaded moments of all classes in layers of four.
-fn packed(level: ClassLevel) -> ClassLevel {
+/// Packs the shaded moments of all classes, and the local openness, in layers of four. An empty level has no deviations.
+fn packed(level: ClassLevel, local: Option<LocalLevel>) -> ClassLevel {
     let ClassLevel { width, height, layers } = level;
     let classes = layers.len() / 2;
     let value = |at: usize, texel: usize| {
-        let [layer, component] = SHADED[at % SHADED.len()];
-        let class = at / SHADED.len();
-        if class < classes { layers[2 * class + layer][texel][component] } else { f16::ZERO }
+        let (class, at) = (at / SHADED.len(), at % SHADED.len());
+        if class < classes {
+            let [layer, component] = SHADED[at];
+            layers[2 * class + layer][texel][component]
+        } else {
+            let texel = local.as_ref().and_then(|level| level.get(texel));
+            texel.and_then(|texel| texel.get(at)).copied().unwrap_or_default()
+        }
     };
     let texels = width as usize * height as usize;
     let layer = |n: usize| (0..texels).map(|texel| std::array::from_fn(|i| value(4 * n + i, texel))).collect();
-    ClassLevel { width, height, layers: (0..packed_layers(classes)).map(layer).collect() }
+    ClassLevel { width, height, layers: (0..packed_layers(classes, local.is_some())).map(layer).collect() }
 }
 
 /// Uploads levels. Each layer is freed after its upload.
@@ -211,6 +220,10 @@ fn uploaded(gpu: &Arc<Gpu>, name: &str, levels: Vec<ClassLevel>) -> Result<Image
         }
     }
     Ok(image)
+}
+
+fn correlation_record(Correlation { width, across, opposite }: Correlation) -> [f32; 4] {
+    [width, across, opposite, 0.0].map(|c| c as f32)
 }
 
 /// Returns the slope variance of a whole map in the units of its classes, summed over both axes.

@@ -11,10 +11,11 @@ mod tiles;
 use std::convert::Infallible;
 
 use glam::{DVec2, DVec3};
+use half::f16;
 use leadr_maps::cache::{MapCache, expect_all, expect_end, put, take};
-use leadr_maps::derive::{OPENNESS_SIDE, Openness};
+use leadr_maps::derive::{LocalLevel, OPENNESS_SIDE, Openness};
 use leadr_maps::{ClassColors, ClassLevel, ClassMap};
-use leadr_reflectance::masking::classes::{Class, MOST_CLASSES};
+use leadr_reflectance::masking::classes::{Class, Correlation, MOST_CLASSES};
 use rayon::prelude::*;
 
 use crate::scene::Object;
@@ -71,6 +72,8 @@ pub struct ObjectClasses {
     pub open: Openness,
     /// The factors that convert slopes per texture coordinate to rise over run.
     pub slope_scale: DVec2,
+    /// The local openness, with the levels of `map`. Smooth surfaces and atlases have no levels.
+    pub local: Vec<LocalLevel>,
     /// The colours and the roughness of each class, if they differ.
     pub colors: Option<ClassColors>,
 }
@@ -106,8 +109,8 @@ impl SceneClasses {
     }
 }
 
-/// The bytes per texel of the cached classes at most: eight layers, and their mask.
-const MOST_TEXEL_BYTES: u64 = 8 * 2 * MOST_CLASSES as u64 + 1;
+/// The bytes per texel of the cached classes at most: eight layers and their mask, and the local openness.
+const MOST_TEXEL_BYTES: u64 = 8 * 2 * MOST_CLASSES as u64 + 1 + 6;
 
 impl ObjectClasses {
     fn of(mut sources: ClassSources<'_>, cache: Option<&MapCache>) -> Option<Self> {
@@ -131,12 +134,14 @@ impl ObjectClasses {
     /// Returns the content of a cache file with these classes.
     fn content(found: Option<&Self>) -> Vec<u8> {
         let mut content = Vec::new();
-        let Some(Self { map, open, colors, .. }) = found else { return content };
-        put(&mut content, &[map.count() as u32, u32::from(colors.is_some())]);
+        let Some(Self { map, open, colors, local, .. }) = found else { return content };
+        put(&mut content, &[map.count() as u32, u32::from(colors.is_some()), u32::from(!local.is_empty())]);
         if !map.levels.is_empty() {
             map.put(&mut content);
             open.put(&mut content);
         }
+        let bits = |texel: &[f16; 3]| texel.map(f16::to_bits);
+        local.iter().for_each(|level| put(&mut content, &level.iter().map(bits).collect::<Vec<_>>()));
         colors.iter().for_each(|colors| colors.put(&mut content));
         content
     }
@@ -146,19 +151,32 @@ impl ObjectClasses {
         if content.is_empty() {
             return Ok(None);
         }
-        let [count, has_colors] = take::<u32>(&mut content, 2)?[..] else { return Err("it is too short") };
+        let [count, has_colors, has_local] = take::<u32>(&mut content, 3)?[..] else {
+            return Err("it is too short");
+        };
         expect_all(&[count], |count| (2..=MOST_CLASSES as u32).contains(count))?;
         let (count, colored) = (count as usize, has_colors == 1);
         let (map, open) = match sources.relief_size() {
             Some(size) => (ClassMap::take(&mut content, size, count)?, Openness::take(&mut content)?),
             None => smooth(count),
         };
+        let level = |ClassLevel { width, height, .. }: &ClassLevel| {
+            let texels = take::<[u16; 3]>(&mut content, *width as usize * *height as usize)?;
+            let texels: LocalLevel = texels.into_iter().map(|texel| texel.map(f16::from_bits)).collect();
+            expect_all(&texels, |texel| texel.iter().all(|v| v.is_finite()))?;
+            Ok(texels)
+        };
+        let local = if has_local == 1 {
+            map.levels.iter().map(level).collect::<Result<_, &'static str>>()?
+        } else {
+            Vec::new()
+        };
         let colors = match sources.color_size() {
             Some(size) if colored => Some(ClassColors::take(&mut content, size, sources.skipped(), count)?),
             _ => None,
         };
         expect_end(content)?;
-        Ok(Some(Self { map, open, slope_scale: sources.scale(), colors }))
+        Ok(Some(Self { map, open, slope_scale: sources.scale(), local, colors }))
     }
 
     /// Returns the optical depths of the classes towards the sky, if a factor multiplies the height scale.
@@ -193,7 +211,7 @@ impl ObjectClasses {
         let bytes =
             |level: &ClassLevel, layers: usize| 8 * u64::from(level.width) * u64::from(level.height) * layers as u64;
         let colors = self.colors.iter().flat_map(|colors| &colors.levels);
-        let layers = images::packed_layers(self.map.count());
+        let layers = images::packed_layers(self.map.count(), !self.local.is_empty());
         [
             self.map.levels.iter().map(|level| bytes(level, layers)).sum(),
             colors.map(|level| bytes(level, level.layers.len())).sum(),
@@ -204,7 +222,7 @@ impl ObjectClasses {
 /// Returns the map and the openness of a smooth surface.
 fn smooth(count: usize) -> (ClassMap, Openness) {
     let map = ClassMap { centers: vec![[0.0; 3]; count], units: [1.0; 3], levels: Vec::new() };
-    (map, Openness { correlation: [1.0; MOST_CLASSES], texels: Vec::new() })
+    (map, Openness { correlation: [Correlation::SMITH; MOST_CLASSES], texels: Vec::new() })
 }
 
 #[cfg(test)]
@@ -346,7 +364,7 @@ mod tests {
         let exact = found(&blocks(), None, None).unwrap();
         // The file describes its classes in another way than the search.
         let mut stored = StoredClasses { map: exact.map.clone(), open: exact.open.clone() };
-        stored.open.correlation = [0.25; MOST_CLASSES];
+        stored.open.correlation[0].across = 0.25;
         let of_file = |object: &Object| {
             found(object, Some(stored.clone()), None).is_some_and(|classes| classes.open == stored.open)
         };

@@ -129,7 +129,9 @@ impl<'a> ClassSources<'a> {
     /// Returns the classes of a file as those of the surface.
     pub(super) fn with_stored(&self, StoredClasses { map, open }: StoredClasses) -> ObjectClasses {
         let colors = self.with_material(|material| ClassColors::of_map(&map, material?, self.skipped()));
-        ObjectClasses { map, open, slope_scale: self.scale, colors }
+        let facets = self.relief.as_ref().map(|relief| Facets::OfHeights(&relief.heights, relief.wrap));
+        let local = facets.map(|facets| open.local(facets, &map, self.upside_down)).unwrap_or_default();
+        ObjectClasses { map, open, slope_scale: self.scale, local, colors }
     }
 
     /// Finds the classes. Returns `None` for a single class.
@@ -152,11 +154,19 @@ impl<'a> ClassSources<'a> {
             let colors = material.and_then(|material| ClassColors::new(facets, &found, material, self.skipped()));
             if self.relief.is_none() {
                 let (map, open) = smooth(found.count());
-                return colors.map(|colors| ObjectClasses { map, open, slope_scale: self.scale, colors: Some(colors) });
+                let local = Vec::new();
+                return colors.map(|colors| ObjectClasses {
+                    map,
+                    open,
+                    slope_scale: self.scale,
+                    local,
+                    colors: Some(colors),
+                });
             }
             let map = ClassMap::new(facets, &found, material);
             let open = Openness::new(facets, &found, material, map.units, self.upside_down);
-            Some(ObjectClasses { map, open, slope_scale: self.scale, colors })
+            let local = open.local(facets, &map, self.upside_down);
+            Some(ObjectClasses { map, open, slope_scale: self.scale, local, colors })
         })
     }
 
@@ -172,7 +182,7 @@ impl<'a> ClassSources<'a> {
             let colors = material.and_then(|material| ClassColors::new(facets, &found, material, self.skipped()));
             let map = ClassMap::of_tiles(facets, &found, material, atlas.skipped());
             let open = Openness::of_windows(&windows, &found, material, map.units, self.upside_down);
-            Some(ObjectClasses { map, open, slope_scale: self.scale, colors })
+            Some(ObjectClasses { map, open, slope_scale: self.scale, local: Vec::new(), colors })
         })
     }
 

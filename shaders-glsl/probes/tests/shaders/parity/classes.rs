@@ -5,7 +5,9 @@ use glam::DVec3;
 use leadr_reflectance::frame::from_frame;
 use leadr_reflectance::integrals::interreflection::ReliefBounces;
 use leadr_reflectance::masking::class_sky::ClassSky;
-use leadr_reflectance::masking::classes::{Class, ClassesSeen, MOST_CLASSES, openness_inside};
+use leadr_reflectance::masking::classes::{
+    Class, ClassesSeen, Correlation, MOST_CLASSES, local_openness, openness_inside,
+};
 use leadr_reflectance::masking::shadowing::Shadowing;
 use leadr_reflectance::random::Random;
 use leadr_reflectance::visible::class_environment::{
@@ -41,27 +43,34 @@ fn class(x: &[f64]) -> Class {
 
 #[test]
 fn class_masking_parity() {
-    parity::<17>(
+    parity::<29>(
         "masking/classes",
         Tolerance { relative: 5e-6, floor: |_| 1e-2, unit: |_| 0.0 },
         |r| {
             std::array::from_fn(|k| match k {
-                0..4 => r.range(-2.0, 1.0),
-                4..8 | 10..14 => open(r),
-                16 => r.unit(),
+                0 | 3 | 6 | 9 => r.log(0.02, 1.1),
+                0..12 => r.range(-6.0, 1.0),
+                12..16 | 18..22 => open(r),
+                24 => r.unit(),
+                25 => r.range(0.0, 0.25),
+                26..29 => r.range(-8.0, 8.0),
                 _ => r.range(-1.5, 1.5),
             })
         },
         |x| {
             let four = |at: usize| [x[at], x[at + 1], x[at + 2], x[at + 3]];
             let seen = |at: usize| ClassesSeen { open: four(at), whitened: v2(x, at + 4) };
-            let lit = |shadowing| seen(4).lit_fractions(shadowing, &four(0), &seen(10));
+            let correlation = std::array::from_fn(|k| {
+                let [width, across, opposite] = std::array::from_fn(|i| x[3 * k + i]);
+                Correlation { width, across, opposite }
+            });
+            let lit = |shadowing| seen(12).lit_fractions(shadowing, &correlation, &seen(18));
             list![
-                openness_inside(four(4), x[16]).map(|open| open.max(1e-3)),
+                openness_inside(four(12), x[24]).map(|open| open.max(1e-3)),
                 lit(Shadowing::None),
                 lit(Shadowing::Smith),
                 lit(Shadowing::Correlated),
-                lit(Shadowing::CorrelatedSimple)
+                local_openness(four(12), x[25], v2(x, 16).normalize(), [x[26], x[27], x[28]])
             ]
         },
     );
