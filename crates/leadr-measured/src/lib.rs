@@ -6,7 +6,7 @@
 //! | `.bsdf` | RGL (Dupuy and Jakob 2018) | isotropic or anisotropic, in coordinates adapted to the material's lobe ([`rgl`]) |
 //! | `.bin` | UTIA (Filip and Vávra 2014) | anisotropic, every 15° and 7.5° ([`utia`]) |
 //! | `.csv` | any program | backscattering, or half and difference angles ([`table`]) |
-//! | `.pfm` | any program | a slice at a difference azimuth of 90° ([`slice`]) |
+//! | `.pfm` | any program | a slice at a difference azimuth of 90° ([`mod@slice`]) |
 //!
 //! [`export`] writes any isotropic [`Brdf`] as `.binary` or `.pfm`.
 //!

@@ -28,7 +28,7 @@ const FACTOR_RANGE: [f64; FACTORS] = [0.015625, 0.03125, 0.0625, 0.125, 0.25, 0.
 /// The images of the classes. Clones share the images.
 #[derive(Clone)]
 pub struct ClassImages {
-    /// The [shaded](SHADED) moments of each class, and the local openness, which atlases do not have, packed in layers of four.
+    /// The moments of each class that shaders read, and the local openness, which atlases do not have, packed in layers of four.
     pub moments: Image,
     /// The weighted colours of each class, and the weights.
     pub colors: Image,
