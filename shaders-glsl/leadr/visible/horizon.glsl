@@ -50,24 +50,18 @@ struct Hidden {
     float angle; // 1/pi times the solid angle of the hidden directions
 };
 
-// Adds the directions at azimuth k of 2 LEADR_HORIZON_AXES. The sum is LEADR_HIDDEN_SUM times as large as the result.
-const float LEADR_HIDDEN_SUM = 2.0 * float(LEADR_HORIZON_AXES);
-void add_hidden(inout Hidden hidden, const int k, const vec2 m, const Horizon h) {
-    float azimuth = LEADR_PI * (float(k) + 0.5) / float(LEADR_HORIZON_AXES);
-    vec2 v = vec2(cos(azimuth), sin(azimuth));
-    float low = dot(m, v), excess = horizon_excess(v, h), high = low + excess;
-    vec2 per = 1.0 / (1.0 + vec2(low * low, high * high));
-    float between = atan(excess, 1.0 + low * high); // the angle between the two elevations
-    hidden.weight += vec3((between - low * per.x + high * per.y) * v, per.x - per.y);
-    hidden.angle += 2.0 * (high * sqrt(per.y) - low * sqrt(per.x));
-}
-
 Hidden horizon_hidden(const vec2 m, const Horizon h) {
     Hidden hidden = Hidden(vec3(0.0), 0.0);
     for (int k = 0; k < 2 * LEADR_HORIZON_AXES; ++k) {
-        add_hidden(hidden, k, m, h);
+        float azimuth = LEADR_PI * (float(k) + 0.5) / float(LEADR_HORIZON_AXES);
+        vec2 v = vec2(cos(azimuth), sin(azimuth));
+        float low = dot(m, v), excess = horizon_excess(v, h), high = low + excess;
+        vec2 per = 1.0 / (1.0 + vec2(low * low, high * high));
+        float between = atan(excess, 1.0 + low * high); // the angle between the two elevations
+        hidden.weight += vec3((between - low * per.x + high * per.y) * v, per.x - per.y);
+        hidden.angle += 2.0 * (high * sqrt(per.y) - low * sqrt(per.x));
     }
-    float each = 1.0 / LEADR_HIDDEN_SUM;
+    float each = 0.5 / float(LEADR_HORIZON_AXES);
     return Hidden(hidden.weight * each, hidden.angle * each);
 }
 

@@ -143,15 +143,6 @@ float class_base_lit(const Surface surface, const vec3 wi) {
     return round_lit_fraction(SHADOWING, surface.wo, max(meso_area(surface.wo, m), 0.0), area, wi, m, variance);
 }
 
-// Returns the result of horizon_hidden for the shaded class. In a loop that is unrolled, the directions are constants.
-Hidden class_hidden(const vec2 m, const Horizon h) {
-    Hidden hidden = Hidden(vec3(0.0), 0.0);
-    [[unroll]] for (int k = 0; k < 2 * LEADR_HORIZON_AXES; ++k) {
-        add_hidden(hidden, k, m, h);
-    }
-    return Hidden(hidden.weight / LEADR_HIDDEN_SUM, hidden.angle / LEADR_HIDDEN_SUM);
-}
-
 // Computes pixel_sky. seen has the shares of the classes in the visible area.
 void light_by_sky(const Surface surface, const vec4 seen) {
     vec3 up = normal_of_slope(surface.whole_mean);

@@ -287,13 +287,7 @@ vec3 diffuse_environment(const Surface surface, const NormalMoments normals) {
         return max(whole, 0.0);
     }
     vec2 m = surface.mean_slope;
-    Hidden hidden;
-    if (BY_CLASS) {
-        hidden = class_hidden(m, surface.horizon);
-    } else {
-        hidden = horizon_hidden(m, surface.horizon);
-    }
-    return diffuse_past_horizon(whole, open, hidden, m, surface.frame, c);
+    return diffuse_past_horizon(whole, open, horizon_hidden(m, surface.horizon), m, surface.frame, c);
 }
 
 // Returns the fraction of the environment's specular light that a cone lets through.

@@ -10,11 +10,11 @@ use std::f64::consts::TAU;
 
 use glam::{DMat3, DVec2, DVec3};
 use half::f16;
-use leadr_reflectance::masking::classes::MOST_CLASSES;
+use leadr_reflectance::masking::classes::{Class, MOST_CLASSES};
 use rayon::prelude::*;
 
 use super::classes::Facets;
-use super::openness::{Field, Openness};
+use super::openness::{Field, Openness, distance};
 use crate::ClassMap;
 use crate::class_map::ClassLevel;
 use crate::pyramid::{Pyramid, level_sizes};
@@ -33,8 +33,7 @@ const MOST: f64 = 8.0;
 /// A level of the local openness, with one texel per texel of the class map: `a`, `b.x` and `b.y`.
 pub type LocalLevel = Vec<[f16; 3]>;
 
-/// The values of a class or of all classes in one azimuth, by elevation.
-#[derive(Clone, Copy)]
+/// The openness of the classes in one azimuth, and the mean of `open (1 − open)`, by elevation.
 struct Curve {
     open: [[f64; MOST_CLASSES]; ELEVATIONS],
     shape: [f64; ELEVATIONS],
@@ -49,7 +48,7 @@ impl Openness {
         let field = Field::new(facets, sign);
         let level = &map.levels[searched];
         let found = self.fitted(&field, map, searched, sign);
-        let mut levels = filtered(&centred(found, level, map.count()), level);
+        let mut levels = filtered(&centred(found, map, searched), level);
         for pair in map.levels[..=searched].windows(2).rev() {
             let repeated = repeated(&levels[0], &pair[1], &pair[0]);
             levels.insert(0, repeated);
@@ -63,25 +62,27 @@ impl Openness {
         let level = &map.levels[number];
         let units = DVec2::new(f64::from(map.units[0]), f64::from(map.units[1]));
         let size = DVec2::new(f64::from(level.width), f64::from(level.height));
-        let mean_shares = shares_of(map.levels.last().unwrap_or(level), 0);
+        let whole = map.mean();
         let azimuths: [DVec2; AZIMUTHS] =
             std::array::from_fn(|i| DVec2::from_angle(TAU * (i as f64 + 0.5) / AZIMUTHS as f64));
-        let curves = azimuths.map(|v| self.curve(v, &mean_shares, map.count()));
+        let curves = azimuths.map(|v| self.curve(v, &whole));
         let texel = |i: usize| {
             let at = [i % level.width as usize, i / level.width as usize].map(|k| k as f64 + 0.5);
             let at = DVec2::from(at) / size;
-            let (shares, slope, height) =
-                (shares_of(level, i), slope_of(map, level, i, sign), field.height(number, at));
+            let classes = map.classes_of_texel(number, i);
+            let slope = sign * classes.iter().map(|class| class.share * class.mean).sum::<DVec2>();
+            let height = field.height(number, at);
             let (mut product, mut normal) = (DVec3::ZERO, DMat3::ZERO);
             for (v, curve) in azimuths.iter().zip(&curves) {
                 let along = *v / units;
-                let reach = field.reach_over(number, at, height, along, distance(ELEVATIONS - 1));
+                let reach = field.reach_over(number, at, height, along, distance(ELEVATIONS - 1, ELEVATIONS));
                 let tilt = along.dot(slope);
                 let mut sums = [0.0; 2];
                 for row in 0..ELEVATIONS {
-                    let area = (1.0 - distance(row) * tilt).max(0.0);
-                    let open: f64 = (0..map.count()).map(|k| shares[k] * curve.open[row][k]).sum();
-                    let own = if distance(row) < reach { 1.0 } else { 0.0 };
+                    let q = distance(row, ELEVATIONS);
+                    let area = (1.0 - q * tilt).max(0.0);
+                    let open: f64 = classes.iter().zip(curve.open[row]).map(|(class, open)| class.share * open).sum();
+                    let own = if q < reach { 1.0 } else { 0.0 };
                     sums[0] += area * curve.shape[row] * (own - open);
                     sums[1] += area * curve.shape[row] * curve.shape[row];
                 }
@@ -96,54 +97,29 @@ impl Openness {
         (0..level.width as usize * level.height as usize).into_par_iter().map(texel).collect()
     }
 
-    fn curve(&self, v: DVec2, shares: &[f64; MOST_CLASSES], count: usize) -> Curve {
+    fn curve(&self, v: DVec2, whole: &[Class]) -> Curve {
         let mut curve = Curve { open: [[0.0; MOST_CLASSES]; ELEVATIONS], shape: [0.0; ELEVATIONS] };
         for row in 0..ELEVATIONS {
-            curve.open[row] = self.towards((v * distance(row)).extend(1.0), DVec2::ONE);
-            let shape = |k: usize| shares[k] * curve.open[row][k] * (1.0 - curve.open[row][k]);
-            curve.shape[row] = (0..count).map(shape).sum();
+            let open = self.towards((v * distance(row, ELEVATIONS)).extend(1.0), DVec2::ONE);
+            curve.open[row] = open;
+            curve.shape[row] = whole.iter().zip(open).map(|(class, open)| class.share * open * (1.0 - open)).sum();
         }
         curve
     }
 }
 
-/// Returns `|q|` at an elevation, as in the table of the openness.
-fn distance(row: usize) -> f64 {
-    let r = (row as f64 + 0.5) / ELEVATIONS as f64;
-    r / (1.0 - r)
-}
-
-/// Returns the shares of the classes in a texel.
-fn shares_of(level: &ClassLevel, texel: usize) -> [f64; MOST_CLASSES] {
-    let share = |k: usize| level.layers.get(2 * k).map_or(0.0, |layer| layer[texel][0].to_f64());
-    std::array::from_fn(share)
-}
-
-/// Returns the mean slope of a texel.
-fn slope_of(map: &ClassMap, level: &ClassLevel, texel: usize, sign: f64) -> DVec2 {
-    let mut slope = DVec2::ZERO;
-    for (k, [s, t, _]) in map.centers.iter().enumerate() {
-        let [w, x, y, _] = level.layers[2 * k][texel].map(f16::to_f64);
-        slope += DVec2::new(
-            w * f64::from(*s) + f64::from(map.units[0]) * x,
-            w * f64::from(*t) + f64::from(map.units[1]) * y,
-        );
-    }
-    sign * slope
-}
-
 /// Subtracts the means of each class.
-fn centred(mut values: Vec<[f32; 3]>, level: &ClassLevel, count: usize) -> Vec<[f32; 3]> {
-    let mut sums = vec![([0.0; 3], 0.0); count];
+fn centred(mut values: Vec<[f32; 3]>, map: &ClassMap, level: usize) -> Vec<[f32; 3]> {
+    let mut sums = vec![([0.0; 3], 0.0); map.count()];
     for (i, value) in values.iter().enumerate() {
-        for (sum, share) in sums.iter_mut().zip(shares_of(level, i)) {
+        for (sum, Class { share, .. }) in sums.iter_mut().zip(map.classes_of_texel(level, i)) {
             (0..3).for_each(|n| sum.0[n] += share * f64::from(value[n]));
             sum.1 += share;
         }
     }
     let means: Vec<[f32; 3]> = sums.into_iter().map(|(sum, all)| sum.map(|v| (v / all.max(1e-9)) as f32)).collect();
     values.par_iter_mut().enumerate().for_each(|(i, value)| {
-        for (mean, share) in means.iter().zip(shares_of(level, i)) {
+        for (mean, Class { share, .. }) in means.iter().zip(map.classes_of_texel(level, i)) {
             (0..3).for_each(|n| value[n] -= share as f32 * mean[n]);
         }
     });
@@ -195,25 +171,27 @@ mod tests {
         let open = Openness::new(facets, &found, None, table.units, false);
         let local = open.local(facets, &table, false);
         assert!(local.iter().zip(&table.levels).all(|(local, level)| local.len() == level.layers[0].len()));
-        let level = &table.levels[0];
         let field = Field::new(facets, 1.0);
         let units = DVec2::new(f64::from(table.units[0]), f64::from(table.units[1]));
-        let shares = shares_of(table.levels.last().unwrap(), 0);
+        let whole = table.mean();
         let (mut of_classes, mut of_texels, mut count) = (0.0, 0.0, 0.0);
         for i in (0..64 * 48).step_by(7) {
             let at = DVec2::new((f64::from(i % 64) + 0.5) / 64.0, (f64::from(i / 64) + 0.5) / 48.0);
-            let own = shares_of(level, i as usize);
+            let own = table.classes_of_texel(0, i as usize);
+            let slope: DVec2 = own.iter().map(|class| class.share * class.mean).sum();
             for (k, q) in [0.4, 0.8, 1.6].into_iter().enumerate() {
                 let v = DVec2::from_angle(2.4 * f64::from(i) + k as f64);
-                let slope = slope_of(&table, level, i as usize, 1.0);
                 if q * (v / units).dot(slope) >= 0.9 {
                     continue;
                 }
                 let truth = if q < field.reach(at, field.height(0, at), v / units, 10.0) { 1.0 } else { 0.0 };
                 let of_class = open.towards((q * v).extend(1.0), DVec2::ONE);
-                let shape: f64 = (0..found.count()).map(|k| shares[k] * of_class[k] * (1.0 - of_class[k])).sum();
+                let shape: f64 =
+                    whole.iter().zip(of_class).map(|(class, open)| class.share * open * (1.0 - open)).sum();
                 let texel = local[0][i as usize].map(f16::to_f64);
-                let mean = |open: [f64; MOST_CLASSES]| (0..found.count()).map(|k| own[k] * open[k]).sum::<f64>();
+                let mean = |open: [f64; MOST_CLASSES]| {
+                    own.iter().zip(open).map(|(class, open)| class.share * open).sum::<f64>()
+                };
                 of_classes += (mean(of_class) - truth).powi(2);
                 of_texels += (mean(local_openness(of_class, shape, v, texel)) - truth).powi(2);
                 count += 1.0;

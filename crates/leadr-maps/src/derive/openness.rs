@@ -132,7 +132,7 @@ impl Openness {
                 DVec2::new(angle.cos(), angle.sin()) / unit
             })
             .collect();
-        let most = distance(ELEVATIONS - 1);
+        let most = distance(ELEVATIONS - 1, ELEVATIONS);
         let reaches: Vec<Vec<f64>> = alongs
             .par_iter()
             .map(|along| {
@@ -145,7 +145,7 @@ impl Openness {
             for (Sampled { class, facet, .. }, reach) in sampled.iter().zip(reaches) {
                 let slope = along.dot(facet.truncate());
                 for (row, sums) in sums.iter_mut().enumerate() {
-                    let q = distance(row);
+                    let q = distance(row, ELEVATIONS);
                     let area = (1.0 - q * slope).max(0.0);
                     sums[*class][0] += if q < *reach { area } else { 0.0 };
                     sums[*class][1] += area;
@@ -174,7 +174,7 @@ impl Openness {
                 let facets: Vec<(f64, f64)> =
                     facets.map(|(sampled, reach)| (along.dot(sampled.facet.truncate()), *reach)).collect();
                 CORRELATED_ROWS.map(|row| {
-                    let q = distance(row);
+                    let q = distance(row, ELEVATIONS);
                     let of_facet = |&(slope, reach): &(f64, f64)| ((1.0 - q * slope).max(0.0), q < reach);
                     (i, facets.iter().map(of_facet).collect::<Vec<_>>())
                 })
@@ -380,9 +380,9 @@ impl CorrelationFit {
     }
 }
 
-/// Returns the value of `|q|` at an elevation.
-fn distance(row: usize) -> f64 {
-    let r = (row as f64 + 0.5) / ELEVATIONS as f64;
+/// Returns the value of `|q|` at one of `of` elevations, which are even in the table.
+pub(super) fn distance(row: usize, of: usize) -> f64 {
+    let r = (row as f64 + 0.5) / of as f64;
     r / (1.0 - r)
 }
 

@@ -4,7 +4,7 @@
 //! from below, leave the part `Σ lit c L / (Σ c L + G)`, over directions of the sky with the mean cosine `c` of the visible facets and the
 //! radiance `L`. The directions decide only this part, so that small lights between them are not lost.
 //!
-//! `G` is the light from below in the same sums. Facets face what is just below the mesosurface most, so three directions are there. For
+//! `G` is the light from below in the same sums. Facets face what is just below the mesosurface most, so six directions are near it. For
 //! the rest, the mean radiance is enough.
 
 use std::f64::consts::TAU;
