@@ -183,13 +183,15 @@ mod tests {
 
     #[test]
     fn command_contains_every_changed_option() {
-        let (line, config) = given(&["--scene", "sphere"]);
+        let sphere = given(&["--scene", "sphere"]);
+        let with_cones = given(&["--scene", "plane", "--cone-map", "cones.png"]);
         for option in SceneOption::all() {
+            let (line, config) = if option.spec.name.starts_with("cone-") { &with_cones } else { &sphere };
             let mut changed = config.clone();
             if !matches!(option.sets, Sets::Picture(_) | Sets::Shading(_)) {
                 continue;
             }
-            let value = other_value(option, &config);
+            let value = other_value(option, config);
             option.set(&mut changed, value.as_ref()).unwrap();
             for technique in Technique::ALL.into_iter().filter(|&t| option.applies_to(config.scene, t)) {
                 if option.spec.name != "technique" {
@@ -198,7 +200,7 @@ mod tests {
                 // Traced relief shadows include the occlusion of the sky.
                 let options = &mut changed.picture.options;
                 options.sky_occlusion &= !options.relief_shadows;
-                let drawn = captured(&command_of(&line, &seen(&Choices::new(changed.picture))));
+                let drawn = captured(&command_of(line, &seen(&Choices::new(changed.picture))));
                 assert_eq!(
                     option.json(&drawn.picture),
                     option.json(&changed.picture),
