@@ -128,8 +128,9 @@ def path(name):
 
 
 def slope_variance(h):
-    """Variance along x and along y of the slopes of the triangles (both diagonals' mean), `h` in metres.
+    """Variance along x and along y of the slopes of the triangles, `h` in metres.
 
-    A triangle's slope along an axis is that of its edge along that axis, and each edge bounds two triangles."""
+    Two of a cell's four triangles have the slope of an edge, the other two the mean of the slopes of both edges along the axis."""
     texel = REPEAT / len(h)
-    return [float((((np.roll(h, -1, axis) - h) / texel) ** 2).mean()) for axis in (1, 0)]
+    edges = [(np.roll(h, -1, axis) - h) / texel for axis in (1, 0)]
+    return [float(0.5 * (e**2 + (0.5 * (e + np.roll(e, -1, axis))) ** 2).mean()) for axis, e in enumerate(edges)]

@@ -4,14 +4,13 @@
 //! Slopes are per unit texture coordinate: `x = dh/ds`, `y = dh/dt`, with `s` and `t` from 0 to 1 over the map. A height
 //! scale multiplies the first moments, and its square multiplies the second moments.
 //!
-//! **Surface.** The moments describe the drawn surface, which has a vertex at every texel centre and two triangles in each
-//! cell between four texels. A texel stores the exact moments of the triangles over its own square, averaged over the two
-//! ways to divide a cell ([`moments_of_corner`](leadr_reflectance::slopes::moments::moments_of_corner)). Let `a`, `a'` be
-//! the height differences to the left and right neighbours, and `b` the same differences in the rows above and below, all
-//! multiplied by the number of texels. The results are `E[x] = 3/8 (a + a') + 1/16 Σb`, and `E[x^2]` is the same sum of the
-//! squared differences. Over a repeating map `E[x^2]` is the mean square of the differences between neighbours, so no slope
-//! of the triangles is lost. The usual central differences ignore the texel itself. Central differences find 11 to 60 % less
-//! variance on scanned materials, and none on a checkerboard of single texels.
+//! **Surface.** The moments describe a surface with a vertex at every texel centre, and four triangles in each cell between
+//! four texels, which meet in its centre at the mean height of the corners. Two triangles would favour the slopes along one
+//! diagonal. A texel stores the exact moments of the triangles over its own square
+//! ([`moments_of_corner`](leadr_reflectance::slopes::moments::moments_of_corner)). Let `a`, `a'` be the height differences to
+//! the left and right neighbours, and `b` the same differences in the rows above and below, all multiplied by the number of
+//! texels. The mean slope is `E[x] = 3/8 (a + a') + 1/16 Σb`. The usual central differences ignore the texel itself.
+//! They find 5 to 33 % less variance on scanned materials, and none on a checkerboard of single texels.
 //!
 //! **Compared with a smooth surface**, triangles are flatter at few texels per period. For a sine wave of `p` texels per
 //! period, `E[x^2]` is `sinc(pi / p)^2` of the exact value: 0.95 for 8 texels, and 0.997 for 32 texels.
@@ -173,10 +172,10 @@ pub(super) fn row_moments(map: &HeightMap, wrap: Wrap, scale: f32, y: u32) -> Ve
 fn corner([here, across, along, both]: [f32; 4], signs: [f32; 2]) -> [f32; 5] {
     let beside = [(across - here) * signs[0], (along - here) * signs[1]];
     let opposite = [(both - along) * signs[0], (both - across) * signs[1]];
-    let mean = |i: usize| 0.75 * beside[i] + 0.25 * opposite[i];
-    let square = |i: usize| 0.75 * (beside[i] * beside[i]) + 0.25 * (opposite[i] * opposite[i]);
-    let mixed = 0.5 * (beside[0] * beside[1]) + 0.25 * (beside[0] * opposite[1] + opposite[0] * beside[1]);
-    [mean(0), mean(1), square(0), square(1), mixed]
+    let mean = [0, 1].map(|i| 0.5 * (beside[i] + opposite[i]));
+    let first = |i: usize| 0.5 * (beside[i] + mean[i]);
+    let square = |i: usize| 0.5 * (beside[i] * beside[i] + mean[i] * mean[i]);
+    [first(0), first(1), square(0), square(1), 0.5 * (beside[0] * mean[1] + mean[0] * beside[1])]
 }
 
 /// Returns the texels of `from` that each of `to` texels covers, with weights that sum to 1.
@@ -272,9 +271,10 @@ mod tests {
         let k = TAU * 4.0;
         let m = LeadrMap::new(&map(128, 128, |s, t| 0.1 * (k * (s - t)).sin()), Wrap::Repeat).mean();
         let [xx, yy, xy] = m.slope_covariance();
-        // The variance is complete, except in cells whose diagonal runs across the wave crests.
-        let straight = (0.5 * k / 128.0).cos().powi(2);
-        assert!((xx / yy - 1.0).abs() < 1e-5 && (xy / xx + straight).abs() < 1e-5, "{m:?}");
+        // A triangle has the slope `s` of its edge along one axis, and `s cos(k/2n)` along the other.
+        let cosine = (0.5 * k / 128.0).cos();
+        let expected = 2.0 * cosine * cosine / (1.0 + cosine * cosine);
+        assert!((xx / yy - 1.0).abs() < 1e-5 && (xy / xx + expected).abs() < 1e-5, "{m:?}");
     }
 
     #[test]

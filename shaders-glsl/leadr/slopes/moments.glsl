@@ -38,16 +38,17 @@ vec2 slope_of_heights(const vec4 heights, const vec2 spacing) {
     return (heights.yw - heights.xz) / max(2.0 * spacing, 1e-12);
 }
 
-// Returns the moments of the triangles of a height field over the quarter of a cell at its first corner, averaged over both diagonals of
-// the cell. `heights` has the height at this corner, and the heights one texel further along s, along t, and along both. `spacing` is the
-// distance between texels, and negative if s or t runs backwards. Differences are bounded to 1e18. If LEADR_PRECISE is defined as
-// `precise`, all devices return the same result.
+// Returns the moments of a height field over the quarter of a cell at its first corner. A cell has four triangles, which meet in its
+// centre at the mean height of its corners. `heights` has the height at this corner, and the heights one texel further along s, along t,
+// and along both. `spacing` is the distance between texels, and negative if s or t runs backwards. Differences are bounded to 1e18. If
+// LEADR_PRECISE is defined as `precise`, all devices return the same result.
 SlopeMoments moments_of_corner(const vec4 heights, const vec2 spacing) {
     LEADR_PRECISE vec2 beside = clamp((heights.yz - heights.x) / spacing, -1e18, 1e18);
     LEADR_PRECISE vec2 opposite = clamp((heights.w - heights.zy) / spacing, -1e18, 1e18);
-    LEADR_PRECISE vec2 first = 0.75 * beside + 0.25 * opposite;
-    LEADR_PRECISE vec2 squares = 0.75 * (beside * beside) + 0.25 * (opposite * opposite);
-    LEADR_PRECISE float mixed = 0.5 * (beside.x * beside.y) + 0.25 * (beside.x * opposite.y + opposite.x * beside.y);
+    LEADR_PRECISE vec2 mean = 0.5 * (beside + opposite);
+    LEADR_PRECISE vec2 first = 0.5 * (beside + mean);
+    LEADR_PRECISE vec2 squares = 0.5 * (beside * beside + mean * mean);
+    LEADR_PRECISE float mixed = 0.5 * (beside.x * mean.y + mean.x * beside.y);
     return SlopeMoments(first, vec3(squares, mixed));
 }
 

@@ -22,7 +22,7 @@ use rayon::prelude::*;
 
 pub use colors::ClassColors;
 
-use crate::derive::{CORNERS, Cell, ClassMaterial, Classes, Facet, Facets, MaterialAt};
+use crate::derive::{CORNERS, Cell, ClassMaterial, Classes, EDGES, Facet, Facets, MaterialAt};
 use crate::pyramid::{Pyramid, Row, level_sizes};
 use crate::{HeightMap, Moments, Wrap};
 
@@ -266,9 +266,9 @@ impl<'a> ClassRows<'a> {
         // The classes of the four triangles of each cell, from the cell above and left of the first texel. They are not used if the
         // classes of the quarters of a cell can differ.
         let cells = (first..i64::from(rows.end)).into_par_iter().map(|y| {
-            let class = |cell: &Cell, corner| self.classes.of(&cell.facet(corner));
+            let class = |cell: &Cell, edge| self.classes.of(&cell.facet(edge));
             let of_cell = |cell: Cell| {
-                let classes = if self.material.varies() { [0; 4] } else { CORNERS.map(|corner| class(&cell, corner)) };
+                let classes = if self.material.varies() { [0; 4] } else { EDGES.map(|edge| class(&cell, edge)) };
                 (cell, classes.map(|class| class as u8))
             };
             Cell::row(map, wrap, y).map(of_cell).collect()
@@ -285,13 +285,14 @@ impl<'a> ClassRows<'a> {
                     let material = varies.then(|| {
                         self.material.at([quarter(x as u32, right, map.width), quarter(y, below, map.height)])
                     });
-                    for (corner @ [row, column], weight) in Cell::of_quarter([1 - below, 1 - right]) {
+                    for edge in Cell::of_quarter([1 - below, 1 - right]) {
+                        let facet = cell.facet(edge);
                         let class = match material {
-                            Some(material) => self.classes.of(&Facet { material, ..cell.facet(corner) }),
-                            None => usize::from(of_cell[2 * row + column]),
+                            Some(material) => self.classes.of(&Facet { material, ..facet }),
+                            None => usize::from(of_cell[edge]),
                         };
-                        let (s, t) = (cell.s[row], cell.t[column]);
-                        sums[class].add(0.25 * weight, [s, t, s * s, t * t, s * t]);
+                        let DVec3 { x: s, y: t, .. } = facet.point;
+                        sums[class].add(0.125, [s, t, s * s, t * t, s * t]);
                     }
                 }
                 let height = f64::from(map.texels[y as usize * width + x]);

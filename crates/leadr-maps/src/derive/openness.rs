@@ -571,10 +571,11 @@ fn facet_at(facets: Facets<'_>, at: DVec2) -> (Facet, f64) {
             let [x, y] = [cell.x as i64, cell.y as i64];
             let heights = [0, 1].map(|down| [0, 1].map(|right| map.beyond(x + right, y + down, wrap)));
             let size = DVec2::new(f64::from(map.width), f64::from(map.height));
-            let (row, column) = (usize::from(part.y > 0.5), usize::from(part.x > 0.5));
-            let facet = Cell::new(heights, size.to_array()).facet([row, column]);
-            let off = (part - DVec2::new(column as f64, row as f64)) / size;
-            (facet, f64::from(heights[row][column]) + facet.point.truncate().dot(off))
+            let cell = Cell::new(heights, size.to_array());
+            let facet = cell.facet(Cell::edge_at(part));
+            // Interpolated as in the field, so that no facet lies below it.
+            let [upper, lower] = heights.map(|[left, right]| f64::from(left) + part.x * f64::from(right - left));
+            (facet, upper + part.y * (lower - upper))
         }
     }
 }
@@ -636,7 +637,9 @@ mod tests {
             let along = DVec2::new(angle.cos(), angle.sin()) / units;
             let mut sums = [[0.0; 2]; MOST_CLASSES];
             for quarter in 0..4 * 64 * 48 {
-                let at = DVec2::new(f64::from(quarter % 128) + 0.5, f64::from(quarter / 128) + 0.5) * 0.5;
+                // A point anywhere in each quarter of a texel.
+                let off = (DVec2::new(0.754_877_666, 0.569_840_291) * f64::from(quarter)).fract();
+                let at = (DVec2::new(f64::from(quarter % 128), f64::from(quarter / 128)) + off) * 0.5;
                 let (facet, height) = facet_at(facets, at);
                 let area = (1.0 - q * along.dot(facet.point.truncate())).max(0.0);
                 let class = found.of(&facet);

@@ -73,7 +73,7 @@ fn over_plane(map: &LeadrMap, lod: usize, kind: Blend) -> SlopeMoments {
 /// For narrow bumps, the slopes from changing weights are small. The next test measures the slopes for broad bumps.
 #[test]
 fn maps_by_example_keep_mean_and_covariance_at_every_level() {
-    let maps = [(procedural::soil(256, 256, 1), 0.04), (procedural::gaussian(256, 256, 4, 0.4, 0.01), 0.03)];
+    let maps = [(procedural::soil(256, 256, 1), 0.04), (procedural::gaussian(256, 256, 4, 0.4, 0.01), 0.035)];
     for (map, passing) in maps {
         let leadr = LeadrMap::new(&map, Wrap::Repeat);
         let whole = leadr.mean();

@@ -62,8 +62,11 @@ pub(crate) struct Cell {
     heights: [[f64; 2]; 2],
 }
 
-/// The rows and columns of the corners of a cell. A triangle has its right angle at each corner: row 0 is above, column 0 is left.
+/// The rows and columns of the corners of a cell, or of the quarters of a texel: row 0 is above, column 0 is left.
 pub(crate) const CORNERS: [[usize; 2]; 4] = [[0, 0], [0, 1], [1, 0], [1, 1]];
+
+/// The edges of a cell: above, below, left and right. Each is the base of a triangle, whose tip is at the centre of the cell.
+pub(crate) const EDGES: [usize; 4] = [0, 1, 2, 3];
 
 impl Cell {
     pub fn new(heights: [[f32; 2]; 2], [width, height]: [f64; 2]) -> Self {
@@ -91,17 +94,31 @@ impl Cell {
         })
     }
 
-    /// Returns the triangle with its right angle at a corner.
+    /// Returns the triangle on an edge. The slope across the edge is the mean of those along the two edges beside it.
     #[inline]
-    pub fn facet(&self, [row, column]: [usize; 2]) -> Facet {
-        let at = |row: usize, column: usize| self.heights[row][column];
-        let height = (at(row, column) + at(row, 1 - column) + at(1 - row, column)) / 3.0;
-        Facet { point: DVec3::new(self.s[row], self.t[column], height), ..Facet::default() }
+    pub fn facet(&self, edge: usize) -> Facet {
+        let [[a, b], [c, d]] = self.heights;
+        let (along_s, along_t) = (0.5 * (self.s[0] + self.s[1]), 0.5 * (self.t[0] + self.t[1]));
+        let (s, t, ends) = match edge {
+            0 => (self.s[0], along_t, a + b),
+            1 => (self.s[1], along_t, c + d),
+            2 => (along_s, self.t[0], a + c),
+            _ => (along_s, self.t[1], b + d),
+        };
+        let middle = 0.25 * (a + b + c + d);
+        Facet { point: DVec3::new(s, t, (ends + middle) / 3.0), ..Facet::default() }
     }
 
-    /// Returns the triangles in the quarter of the cell at a corner, and their weights there, over both ways to divide the cell.
-    pub const fn of_quarter([row, column]: [usize; 2]) -> [([usize; 2], f64); 3] {
-        [([row, column], 0.5), ([row, 1 - column], 0.25), ([1 - row, column], 0.25)]
+    /// Returns the edges whose triangles share the quarter of the cell at a corner equally.
+    pub const fn of_quarter([row, column]: [usize; 2]) -> [usize; 2] {
+        [row, 2 + column]
+    }
+
+    /// Returns the edge of the triangle at a position, from 0 to 1 along both sides of the cell.
+    pub fn edge_at(position: DVec2) -> usize {
+        let from_middle = position - 0.5;
+        let along_s = from_middle.y.abs() > from_middle.x.abs();
+        if along_s { usize::from(from_middle.y > 0.0) } else { 2 + usize::from(from_middle.x > 0.0) }
     }
 }
 
@@ -149,10 +166,11 @@ impl Facets<'_> {
                     let heights = [0, 1].map(|down| {
                         [0, 1].map(|right| map.beyond(x as i64 + right as i64, y as i64 + down as i64, *wrap))
                     });
-                    let corner @ [row, column] = CORNERS[i % 4];
-                    // The centre of the triangle, relative to the corner of the texel.
-                    let centre = [(x, column), (y, row)].map(|(k, corner)| k as f64 + 0.5 + (1 + corner) as f64 / 3.0);
-                    (centre, Cell::new(heights, [map.width, map.height].map(f64::from)).facet(corner))
+                    let edge = EDGES[i % 4];
+                    // The centre of the triangle, relative to the centre of the cell.
+                    let off = [[0.0, -1.0], [0.0, 1.0], [-1.0, 0.0], [1.0, 0.0]][edge].map(|side| side / 3.0);
+                    let centre = [x as f64 + 1.0 + off[0], y as f64 + 1.0 + off[1]];
+                    (centre, Cell::new(heights, [map.width, map.height].map(f64::from)).facet(edge))
                 }
                 Self::OfTexels(level, _) => ([x, y].map(|k| k as f64 + 0.5), Facet::of_texel(&level.texels[i])),
                 Self::Flat => ([x, y].map(|k| k as f64 + 0.5), Facet::default()),
@@ -214,8 +232,8 @@ impl<'a> FacetsAt<'a> {
             Facets::OfHeights(map, _) => {
                 let ((x, right), (_, below)) = (half_of(s, map.width), self.row);
                 let cell = &self.cells[x + right];
-                for (corner, weight) in Cell::of_quarter([1 - below, 1 - right]) {
-                    f(weight, cell.facet(corner));
+                for edge in Cell::of_quarter([1 - below, 1 - right]) {
+                    f(0.5, cell.facet(edge));
                 }
             }
             Facets::OfTexels(level, _) => {

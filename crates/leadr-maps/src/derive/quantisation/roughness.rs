@@ -99,7 +99,7 @@ impl Sums {
     }
 }
 
-/// Heights, and sums of squared differences between neighbours in codes.
+/// Heights, and sums of squared slopes in codes per texel.
 pub(super) struct Restored {
     /// The heights in codes.
     pub heights: Vec<f32>,
@@ -151,11 +151,18 @@ fn differences(grid: Grid, texels: &[f32], x: usize, y: usize) -> [f32; 2] {
     [here[grid.column(x, 1)] - here[x], grid.row(texels, y, 1)[x] - here[x]]
 }
 
-/// Returns the sum of the squared differences between neighbours. Rows are summed in order.
+/// Returns the sum of the mean squared slopes of the cells between the texels, each of which has four triangles. Rows are summed in order.
 fn energy(grid: Grid, texels: &[f32]) -> f64 {
     let row = |y| -> f64 {
-        let square = |x| differences(grid, texels, x, y).map(|d| f64::from(d * d)).iter().sum::<f64>();
-        (0..grid.width).map(square).sum()
+        let [upper, lower] = [0, 1].map(|dy| grid.row(texels, y, dy));
+        // The slopes at two opposite edges. The triangles on the other edges have their mean.
+        let square = |a: f32, b: f32| f64::from(0.25 * (a * a + b * b) + 0.125 * (a + b) * (a + b));
+        let of_cell = |x: usize| {
+            let next = grid.column(x, 1);
+            let [a, b, c, d] = [upper[x], upper[next], lower[x], lower[next]];
+            square(b - a, d - c) + square(c - a, d - b)
+        };
+        (0..grid.width).map(of_cell).sum()
     };
     let rows: Vec<f64> = (0..grid.height).into_par_iter().map(row).collect();
     rows.iter().sum()

@@ -85,7 +85,7 @@ fn slope_variances_and_heights_are_those_of_the_relief() {
         assert!(errors < most, "{name}: the heights have {errors} of the error");
         // Where rounding makes much of the variance, its share is known.
         let share = 1.0 - variance(&relief) / variance(&raw);
-        assert!((quantisation.before - share).abs() < 0.06, "{name}: {quantisation:?}, but rounding made {share}");
+        assert!((quantisation.before - share).abs() < 0.07, "{name}: {quantisation:?}, but rounding made {share}");
     }
 }
 
