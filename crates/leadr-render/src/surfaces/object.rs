@@ -230,6 +230,13 @@ impl SurfaceKind {
         }
     }
 
+    /// Returns the kind of this surface at a factor on its heights. A relief without height has the `plain` kind, unless its classes
+    /// differ in material.
+    #[must_use]
+    pub fn at_height(self, factor: f32, plain: Self) -> Self {
+        if factor != 0.0 || self.class_colors { self } else { plain }
+    }
+
     /// Whether the surface has several classes of facets.
     pub fn has_classes(self) -> bool {
         self.features.bases.classes > 1

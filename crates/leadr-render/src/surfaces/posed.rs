@@ -24,17 +24,17 @@ pub struct PosedObject {
     pub height_scale: f32,
     /// The records of all objects of the frame.
     pub records: Arc<ObjectRecords>,
-    /// Whether the frame shades by classes of facets.
+    /// Whether the frame shades the object by several classes of facets.
     pub shades_classes: bool,
 }
 
 impl PosedObject {
     /// Whether the object is shaded by several classes of facets.
     pub fn has_classes(&self) -> bool {
-        self.by_class().is_some_and(|by_class| by_class.kind.has_classes())
+        self.by_class().is_some()
     }
 
-    /// Returns the inputs for the classes of the object, if the frame shades by classes and the object has several.
+    /// Returns the inputs for the classes of the object, if the frame shades it by several.
     pub fn by_class(&self) -> Option<&ByClass> {
         self.object.by_class().filter(|_| self.shades_classes)
     }

@@ -62,7 +62,7 @@ pub struct MeshPipelines {
     casters: CasterKinds,
     numbering: Numbering,
     geometry: Cache<GeometryKind, GeometryPass>,
-    filters: Cache<(Needs, bool, bool, FilterInto), FilterPass>,
+    filters: Cache<(Needs, [bool; 3], FilterInto), FilterPass>,
 }
 
 impl MeshPipelines {
@@ -100,16 +100,19 @@ impl MeshPipelines {
     }
 
     /// Returns the kinds of all meshes in frames with these settings.
-    fn kinds(&self, settings: &RenderSettings) -> Vec<SurfaceKind> {
+    fn kinds(&self, state: &FrameState, settings: &RenderSettings) -> Vec<SurfaceKind> {
+        let plain = self.kinds.iter().map(|(_, kind)| *kind);
         match &self.by_class {
-            Some(kinds) if settings.shading.has_classes() => kinds.clone(),
-            _ => self.kinds.iter().map(|(_, kind)| *kind).collect(),
+            Some(kinds) if settings.shading.has_classes() => {
+                kinds.iter().zip(plain).map(|(kind, plain)| kind.at_height(state.height_scale, plain)).collect()
+            }
+            _ => plain.collect(),
         }
     }
 
     /// Returns the shading features that the objects require.
     pub fn demands(&self, state: &FrameState, settings: &RenderSettings) -> Demands {
-        let kinds = self.kinds(settings);
+        let kinds = self.kinds(state, settings);
         let any = |is: fn(&SurfaceKind) -> bool| kinds.iter().any(is);
         Demands {
             relief: state.height_scale != 0.0 && any(|kind| kind.horizon),
@@ -130,13 +133,13 @@ impl MeshPipelines {
         settings: &RenderSettings,
         drawing: SurfaceDrawing,
     ) -> Result<MeshPasses> {
-        let (kinds, shades_classes) = (self.kinds(settings), self.shades_classes(settings));
+        let (kinds, shades_classes) = (self.kinds(state, settings), self.shades_classes(settings));
         let Self { gpu, geometry, filters, numbering, .. } = self;
         let numbering = *numbering;
         let (needs, filter) = (settings.shading.needs(), drawing.filter);
         let relief_drawn = settings.geometry_scale(state.height_scale) != 0.0;
         let mut filter_pass = |filter, kinds: &[SurfaceKind]| {
-            filters.get((needs, shades_classes, relief_drawn, filter), || {
+            filters.get((needs, [shades_classes, state.height_scale == 0.0, relief_drawn], filter), || {
                 FilterPass::new(gpu, needs, relief_drawn, filter, kinds.iter().copied(), numbering)
             })
         };
@@ -369,6 +372,8 @@ impl Meshes {
             let lights = if level.object.object.casts_shadow { drawing.shadow_maps as usize } else { 0 };
             let height_scale = settings.geometry_scale(state.height_scale);
             let object = level.object.clone();
+            let shades_classes = shades_classes
+                && object.by_class().is_some_and(|of| of.kind.at_height(state.height_scale, object.kind).has_classes());
             let posed =
                 PosedObject { object, number, vertices, height_scale, records: records.clone(), shades_classes };
             written.push(ObjectRecordGpu::new(&posed, &shown));
