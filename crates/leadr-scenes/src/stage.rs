@@ -5,6 +5,7 @@ use std::f32::consts::PI;
 use glam::{Vec2, Vec3};
 
 use super::dressed;
+use super::placed_light::PlacedLight;
 use super::plane::{even, plane};
 use super::sphere::displaced_sphere;
 use leadr_maps::cache::{MapCache, cached};
@@ -76,6 +77,8 @@ pub struct Lights {
     pub sun: Option<Sun>,
     /// Point lights.
     pub points: Vec<PointLight>,
+    /// Point lights whose power is relative to the white of the picture.
+    pub placed: Vec<PlacedLight>,
     /// The exposure factor for stages without a sky, which is metered from an image, or 1.
     pub metered: f32,
 }
@@ -83,7 +86,7 @@ pub struct Lights {
 impl Default for Lights {
     /// Returns no lights and an exposure of 1.
     fn default() -> Self {
-        Self { sky: None, sun: None, points: Vec::new(), metered: 1.0 }
+        Self { sky: None, sun: None, points: Vec::new(), placed: Vec::new(), metered: 1.0 }
     }
 }
 
@@ -265,7 +268,8 @@ impl Stage {
             _ => (white, self.own_irradiance / PI),
         };
         let lamps = own.points.into_iter().map(|lamp| PointLight { intensity: lamp.intensity * unit, ..lamp });
-        let points = self.points.iter().chain(&lights.points).copied().chain(lamps);
+        let placed = lights.placed.iter().map(|light| light.lit(white));
+        let points = self.points.iter().chain(&lights.points).copied().chain(lamps).chain(placed);
         let scaled = |sun: Sun| Sun { irradiance: sun.irradiance * unit, ..sun };
         let own_sun = own.sun.map(scaled);
         FrameState {
