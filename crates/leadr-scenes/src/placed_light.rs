@@ -46,7 +46,7 @@ impl FromStr for PlacedLight {
         let [x, y, z, color, power] = parts[..] else {
             return Err(format!("{} values instead of 5; {FORM}", parts.len()));
         };
-        let coordinate = |text: &str| match finite(text)? {
+        let coordinate = |text: &str| match finite(text).map_err(|fault| format!("{fault}; {FORM}"))? {
             metres if metres.abs() <= FARTHEST => Ok(metres),
             metres => Err(format!("the coordinate {metres} is not from -{FARTHEST} to {FARTHEST} metres")),
         };
