@@ -76,7 +76,7 @@ pub use self::{
             sky::Sky,
         },
         passes::accumulate::Accumulation,
-        scene::{FrameState, MAX_POINT_LIGHTS, MaterialMap, Object, PointLight, Pose, Scene, Sun},
+        scene::{FrameState, MAX_LAMPS, MaterialMap, Object, PointLight, Pose, Scene, Sun},
         settings::{DiffuseLights, Probes, Quadrature, RenderSettings, Shading, ShadingOptions, Technique, Terms},
         surfaces::{
             displacement::{Border, HeightField},

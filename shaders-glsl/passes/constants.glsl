@@ -95,25 +95,28 @@ const uint CHART_OPACITY = 3u;
 
 // Shading
 
-// The largest number of point lights in a frame.
-const int MAX_POINT_LIGHTS = 4;
+// The largest number of lamps in a frame: point lights, spots, and directional lights beside the sun. Lavapipe leaves all loops of a shader
+// after 65,535 iterations. With four classes of facets, a lamp takes up to 50 of them.
+const int MAX_LAMPS = 1024;
+// The largest number of lamps with shadow maps. They come first in the list of lamps.
+const int MAX_LAMP_MAPS = 4;
 // The largest number of directional lights extracted from a panorama.
 const int MAX_ENVIRONMENT_LIGHTS = 4;
 // The largest number of directional lights in a frame: the sun of the frame, and the suns of the panorama.
 const int MAX_SUNS = MAX_ENVIRONMENT_LIGHTS + 1;
-// The largest number of shadow maps in a frame. The suns are first, and the point lights follow.
-const int MAX_SHADOW_MAPS = MAX_SUNS + MAX_POINT_LIGHTS;
+// The largest number of shadow maps in a frame. The suns are first, and the lamps follow.
+const int MAX_SHADOW_MAPS = MAX_SUNS + MAX_LAMP_MAPS;
 // The number of directions drawn from the environment per sample of the reference with relief shadows.
 const int ENVIRONMENT_DRAWS = 4;
-// The largest number of lights of a sample of the reference with relief shadows: point lights, the sun, the suns of the panorama, and the
+// The largest number of lights of a sample of the reference with relief shadows: lamps, the sun, the suns of the panorama, and the
 // directions drawn from the environment.
-const int MAX_RELIEF_LIGHTS = MAX_POINT_LIGHTS + MAX_SUNS + ENVIRONMENT_DRAWS;
+const int MAX_RELIEF_LIGHTS = MAX_LAMP_MAPS + MAX_SUNS + ENVIRONMENT_DRAWS;
 // The largest number of views in a frame. Relief maps need more views than the camera and the shadow maps.
 const int MAX_VIEWS = MAX_RELIEF_LIGHTS;
 // The smallest Beckmann roughness of a base whose specular environment has relief shadows from depth maps. Smoother materials reflect the
 // environment without shadows, because lights drawn from the environment would almost never hit their lobe.
 const float MIRROR_ALPHA = 0.15;
-// The light belongs to the scene: it is the sun or a point light.
+// The light belongs to the scene: it is the sun or a lamp.
 const int LIGHT_OF_SCENE = 0;
 // The light was extracted from the environment.
 const int LIGHT_OF_ENVIRONMENT = 1;
@@ -130,9 +133,9 @@ const uint SKY_LAYERS_BELOW = 3u;
 
 // The terms of the light in an image, as bits
 
-// The specular reflection of suns and point lights.
+// The specular reflection of suns and lamps.
 const int TERM_SPECULAR_LIGHTS = 1;
-// The diffuse reflection of suns and point lights.
+// The diffuse reflection of suns and lamps.
 const int TERM_DIFFUSE_LIGHTS = 2;
 // The specular reflection of the environment.
 const int TERM_SPECULAR_ENVIRONMENT = 4;

@@ -14,6 +14,7 @@ mod filtering;
 mod fitted;
 mod frame;
 mod irradiance;
+mod lamps;
 mod layers;
 mod materials;
 mod model;

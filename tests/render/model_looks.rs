@@ -383,6 +383,71 @@ fn lights_of_a_file_follow_their_closed_forms() {
     }
 }
 
+/// Many lights of a file are drawn at their places, in their colours and units: candela, and lux for directional lights. All directional
+/// lights are parallel.
+#[test]
+fn many_lights_of_a_file_add_up() {
+    let Some(gpu) = test_gpu() else { return };
+    let albedo = 0.6;
+    let mut model = square(matte(albedo));
+    let spot = LightKind::Spot { inner_angle: 0.3, outer_angle: 0.7 };
+    let kinds = [
+        (LightKind::Directional, [1.0, 0.9, 0.8], 0.9),
+        (LightKind::Directional, [0.2, 0.3, 1.0], 0.5),
+        (LightKind::Directional, [0.0, 1.0, 0.0], 0.2),
+        (LightKind::Point, [1.0, 0.0, 0.0], 0.8),
+        (spot, [1.0, 1.0, 0.0], 2.0),
+        (LightKind::Point, [0.3, 0.0, 1.0], 0.6),
+        (spot, [0.0, 1.0, 1.0], 1.5),
+        (LightKind::Point, [1.0, 0.4, 0.1], 0.4),
+    ];
+    let matrix = |i: usize| {
+        let angle = i as f32;
+        let place = Vec3::new(0.8 * angle.cos(), 0.8 * angle.sin(), 1.4 + 0.1 * angle);
+        Mat4::from_translation(place) * Mat4::from_rotation_y(0.2 - 0.05 * angle)
+    };
+    for (i, (kind, color, intensity)) in kinds.into_iter().enumerate() {
+        model.lights.push(Light { name: format!("light {i}"), color, intensity, kind, range: None });
+        model.nodes.push(Node { light: Some(i), ..node(Transform::Matrix(matrix(i))) });
+        model.order.push(i + 1);
+        model.scenes[0].roots.push(i + 1);
+    }
+    let camera = facing(5.0);
+    let settings = settings(1, Technique::Leadr);
+    let picture = drawn(&gpu, model, camera, None, &settings);
+    let [x, y, z] = camera.rays(settings.size, Vec2::ZERO);
+    let (mut seen, mut worst) = (0, 0.0f32);
+    for (i, pixel) in picture.color.iter().enumerate() {
+        let ndc = [i as u32 % 48, i as u32 / 48].map(|k| 2.0 * (k as f32 + 0.5) / 48.0 - 1.0);
+        let ray = z + x * ndc[0] + y * ndc[1];
+        let at = camera.position + ray * (-camera.position.y / ray.y) - MIDDLE;
+        if at.abs().max_element() > 0.95 {
+            continue;
+        }
+        // In the coordinates of the file, y is up.
+        let at = Vec3::new(at.x, at.z, 0.0);
+        let mut expected = Vec3::ZERO;
+        for (i, (kind, color, intensity)) in kinds.into_iter().enumerate() {
+            let axis = matrix(i).transform_vector3(Vec3::NEG_Z);
+            let away = matrix(i).w_axis.truncate() - at;
+            let (square, towards) = (away.length_squared(), away.normalize());
+            let irradiance = match kind {
+                LightKind::Directional => -axis.z,
+                LightKind::Point => towards.z / square,
+                LightKind::Spot { inner_angle, outer_angle } => {
+                    let part = (axis.dot(-towards) - outer_angle.cos()) / (inner_angle.cos() - outer_angle.cos());
+                    part.clamp(0.0, 1.0).powi(2) * towards.z / square
+                }
+            };
+            expected += Vec3::from(color) * (intensity * irradiance * albedo / PI);
+        }
+        seen += 1;
+        worst = worst.max(((Vec3::new(pixel[0], pixel[1], pixel[2]) - expected) / expected).abs().max_element());
+    }
+    println!("{seen} pixels, worst relative difference {worst:.4}");
+    assert!(seen > 500 && worst < 0.012, "{worst}");
+}
+
 /// A square that is lit by one light of a file, `metres` in front of it. Rotated, a directional light stands 60° high.
 fn lit_square(kind: LightKind, intensity: f32, metres: f32) -> Model {
     let mut model = square(matte(0.18));

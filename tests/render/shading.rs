@@ -18,7 +18,7 @@ use leadr::render::camera::Camera;
 use leadr::render::frame::{Layer, Renderer};
 use leadr::render::light::environment::Environment;
 use leadr::render::light::panorama::LightExtraction;
-use leadr::render::scene::{FrameState, Object, PointLight, Pose, Sun};
+use leadr::render::scene::{Cone, FrameState, Object, PointLight, Pose, Sun};
 use leadr::render::settings::{
     DiffuseLights, Probes, Quadrature, RenderSettings, Shading, ShadingOptions, Technique, Terms,
 };
@@ -208,7 +208,20 @@ fn integrals() -> Vec<(Shading, ShadingOptions)> {
     ]
 }
 
-/// Directional and point lights on every pixel of a G-buffer, against the 64-bit reference.
+/// Returns the direction to a light and its irradiance, as in `KHR_lights_punctual`.
+fn sent(light: &PointLight, position: DVec3) -> (DVec3, DVec3) {
+    let away = light.position.as_dvec3() - position;
+    let (distance, direction) = (away.length(), away.normalize());
+    let fading = light.range.map_or(1.0, |range| (1.0 - (distance / f64::from(range)).powi(4)).clamp(0.0, 1.0));
+    let cone = light.cone.map_or(1.0, |cone| {
+        let [inner, outer] = [cone.inner_angle, cone.outer_angle].map(|angle| f64::from(angle).cos());
+        let cosine = (-direction).dot(cone.axis.as_dvec3());
+        ((cosine - outer) / (inner - outer)).clamp(0.0, 1.0).powi(2)
+    });
+    (direction, light.intensity.as_dvec3() * (fading * cone / (distance * distance)))
+}
+
+/// Directional lights, point lights and spots on every pixel of a G-buffer, against the 64-bit reference.
 #[test]
 fn lights_agree_with_the_reference_at_every_pixel() {
     let Some(gpu) = test_gpu() else { return };
@@ -217,20 +230,29 @@ fn lights_agree_with_the_reference_at_every_pixel() {
     let mut renderer = in_room(&gpu, vec![object], [0.0; 3]);
     let sun = Sun { direction: Vec3::new(0.6, -0.1, 0.7).normalize(), irradiance: Vec3::new(3.0, 2.5, 2.0) };
     let point = PointLight::new(Vec3::new(-1.5, -2.5, 0.5), Vec3::new(2.0, 4.0, 6.0));
+    // The lights after the fourth have no shadow maps, and their own loop.
+    let cone = |from: Vec3| Cone { axis: -from.normalize(), inner_angle: 0.1, outer_angle: 0.5 };
+    let spot = |from: Vec3, rgb: Vec3| PointLight { cone: Some(cone(from)), ..PointLight::new(from, rgb) };
+    let points = [
+        point,
+        spot(Vec3::new(0.5, -2.0, 1.0), Vec3::new(3.0, 1.0, 1.0)),
+        PointLight { range: Some(2.5), ..PointLight::new(Vec3::new(1.5, -1.5, -0.5), Vec3::new(1.0, 3.0, 1.0)) },
+        PointLight::new(Vec3::new(0.0, -1.5, -1.5), Vec3::new(0.5, 0.5, 2.0)),
+        spot(Vec3::new(2.0, -1.5, 0.5), Vec3::new(0.0, 4.0, 2.0)),
+        PointLight { range: Some(3.0), ..PointLight::new(Vec3::new(-0.5, -1.8, 1.8), Vec3::new(3.0, 0.0, 1.0)) },
+    ];
+    let second_sun = Sun { direction: Vec3::new(-0.3, -0.8, 0.2).normalize(), irradiance: Vec3::new(0.2, 0.4, 0.6) };
     let (mut worst, mut count) = (0.0f64, 0);
     for distance in [4.0, 14.0] {
         for (shading, integral) in integrals() {
-            let state = state(distance, Some(sun), vec![point]);
+            let state = FrameState { more_suns: vec![second_sun], ..state(distance, Some(sun), points.to_vec()) };
             let output = renderer.render_in_two_passes(&state, &settings(shading)).unwrap();
             let mut worst_here = 0.0f64;
             for (i, pixel) in pixels(&mut renderer, &state, &output.color) {
                 let f0 = DVec3::splat(f64::from(f0));
                 let albedo = pixel.albedo * (1.0 - pixel.specular_terms(integral, f0)[1]);
-                let to_point = point.position.as_dvec3() - pixel.position;
-                let lights = [
-                    (sun.direction.as_dvec3(), sun.irradiance.as_dvec3()),
-                    (to_point.normalize(), point.intensity.as_dvec3() / to_point.length_squared()),
-                ];
+                let lights = [sun, second_sun].map(|sun| (sun.direction.as_dvec3(), sun.irradiance.as_dvec3()));
+                let lights = lights.into_iter().chain(points.iter().map(|light| sent(light, pixel.position)));
                 let (wo, m) = (pixel.wo, pixel.m);
                 let cholesky = slope_grid::slope_cholesky(pixel.diffuse_s);
                 let mut expected = DVec3::ZERO;

@@ -458,8 +458,8 @@ impl PointLight {
     }
 }
 
-/// The maximum number of point lights in a frame.
-pub const MAX_POINT_LIGHTS: usize = super::constants::MAX_POINT_LIGHTS as usize;
+/// The maximum number of lamps in a frame: point lights, spots, and directional lights beside the sun.
+pub const MAX_LAMPS: usize = super::constants::MAX_LAMPS as usize;
 
 /// The state of one frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -476,8 +476,11 @@ pub struct FrameState {
     pub sky: Option<Sky>,
     /// A directional light that replaces the sun of the sky.
     pub sun: Option<Sun>,
-    /// The point lights. There are at most [`MAX_POINT_LIGHTS`].
+    /// The point lights. The four brightest lamps at the objects have shadow maps. With the directional lights of `more_suns`, there are
+    /// at most [`MAX_LAMPS`].
     pub point_lights: Vec<PointLight>,
+    /// Directional lights in addition to the sun.
+    pub more_suns: Vec<Sun>,
     /// A factor for the height scale of every object.
     pub height_scale: f32,
     /// The radiance of an emission value of 1.
@@ -499,6 +502,7 @@ impl FrameState {
             sky: None,
             sun: None,
             point_lights: Vec::new(),
+            more_suns: Vec::new(),
             height_scale: 1.0,
             emission_scale: 1.0,
             metered: 1.0,

@@ -10,6 +10,7 @@ pub static SCENE: SetLayout = SetLayout {
     name: "scene",
     resources: &[
         ("lighting", Uniform),
+        ("Lamps", Storage),
         ("shadow_maps", Sampled),
         ("environment_cube", Sampled),
         ("environment_lobes", Sampled),

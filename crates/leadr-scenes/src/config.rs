@@ -11,6 +11,7 @@ use super::model::displacement::Displacement;
 use super::model::measured::MeasuredMaterial;
 use super::ocean::waves::Waves;
 use super::options::SceneOption;
+use super::placed_light::PlacedLight;
 use super::registry::{NamedScene, SCENES};
 use super::view::{Size, ViewChoice};
 use leadr_maps::Rgb8Image;
@@ -394,6 +395,8 @@ pub struct SceneConfig {
     pub time_of_day: Option<f32>,
     /// The duration of an orbit of the sun, in seconds; `None` if the sun stands still.
     pub day_length: Option<f32>,
+    /// Point lights in addition to the lights of the scene.
+    pub point_lights: Vec<PlacedLight>,
     /// The settings that can change without a rebuild of the scene.
     #[serde(flatten)]
     pub picture: Picture,
@@ -458,6 +461,7 @@ impl Default for SceneConfig {
             sun: None,
             time_of_day: None,
             day_length: None,
+            point_lights: Vec::new(),
             picture: Picture::default(),
             view: ViewChoice::Mid,
             camera_file: None,

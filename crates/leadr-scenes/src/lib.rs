@@ -19,6 +19,7 @@ pub mod model;
 pub mod ocean;
 pub mod options;
 pub mod pillow;
+pub mod placed_light;
 pub mod plane;
 pub mod registry;
 pub mod set;

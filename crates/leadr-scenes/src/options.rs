@@ -12,7 +12,7 @@ use super::text::{see, similar};
 use leadr_reflectance::facets::metals::{METALS, Metal};
 use leadr_render::constants::MOST_MULTISAMPLES;
 use leadr_render::light::panorama::MAX_ENVIRONMENT_LIGHTS;
-use leadr_render::scene::Tiling;
+use leadr_render::scene::{MAX_LAMPS, Tiling};
 use leadr_render::settings::headings::{CAMERA, GEOMETRY, LIGHT, MATERIAL, QUALITY, SCENE, SEA, SHADING};
 use leadr_render::settings::numbers::{
     finite, not_negative, positive, positive_share, power_of_two, share, whole, within,
@@ -105,7 +105,7 @@ impl SceneOption {
 
 /// All options except the shading options.
 #[rustfmt::skip]
-const OPTIONS: [SceneOption; 61] = [
+const OPTIONS: [SceneOption; 62] = [
     option(SCENE, "scene", "NAME|FILE.glb|FILE.gltf", "Draw this scene, or a glTF model on open ground",
         Text(enter)).common().default(SCENES[0].name).panel(Panel::Own),
     option(SCENE, "animation", "NAME|NUMBER", "Play the animation of a model with this name or number, from 1",
@@ -276,6 +276,16 @@ const OPTIONS: [SceneOption; 61] = [
     option(LIGHT, "day-length", "SECONDS", "Move the sun through a whole day in this number of seconds",
         Text(|c, text| positive(text).map(|seconds| c.day_length = Some(seconds))))
         .default("the sun does not move").under(Under::Sky).panel(Panel::Own),
+    option(LIGHT, "light", "X,Y,Z,COLOUR,POWER",
+        "Add a point light at this position in metres. COLOUR is an sRGB code of six hexadecimal digits, such as ffb46b, or a \
+         colour temperature, such as 2700K. POWER is in candela: at D metres, the light gives POWER / D^2 lux, and a white \
+         surface under 3.14 lux is as bright as the white of the picture. You can repeat this option",
+        Text(|c, text| {
+            if c.point_lights.len() >= MAX_LAMPS {
+                return Err(format!("more than {MAX_LAMPS} lights: leave some out"));
+            }
+            text.parse().map(|light| c.point_lights.push(light))
+        })).common().key("point_lights").repeats(),
     option(LIGHT, "exposure", "EV",
         "Brighten a PNG or the window by this many stops, in addition to the exposure for the height of the sun. EXR files \
          store linear radiance without exposure",

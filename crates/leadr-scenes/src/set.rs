@@ -315,7 +315,7 @@ pub fn set(
         .filter_map(|object| object.heights.as_ref())
         .map(|field| (field.map.width, field.map.height));
     let map_size = sizes.max_by_key(|&(width, height)| u64::from(width) * u64::from(height));
-    let lights = Lights { sky, metered, ..Default::default() };
+    let lights = Lights { sky, metered, placed: config.point_lights.clone(), ..Default::default() };
     let mut scene = leadr_render::scene::Scene { map_precision: config.map_precision, ..stage.take_scene() };
     let follows_relief = config.picture.shading().options().relief_color;
     scene.objects.iter_mut().for_each(|object| object.follows_relief = follows_relief);

@@ -5,6 +5,7 @@ use std::f32::consts::PI;
 use glam::{Vec2, Vec3};
 
 use super::dressed;
+use super::placed_light::PlacedLight;
 use super::plane::{even, plane};
 use super::sphere::displaced_sphere;
 use leadr_maps::cache::{MapCache, cached};
@@ -14,7 +15,7 @@ use leadr_reflectance::color::luminance;
 use leadr_render::camera::Camera;
 use leadr_render::light::exposure::exposure;
 use leadr_render::light::sky::Sky;
-use leadr_render::scene::{FrameState, MAX_POINT_LIGHTS, Object, PointLight, Pose, Scene, Sun};
+use leadr_render::scene::{FrameState, Object, PointLight, Pose, Scene, Sun};
 use leadr_render::surfaces::classes::StoredClasses;
 use leadr_render::surfaces::displacement::HeightField;
 use leadr_render::surfaces::ocean::Ocean;
@@ -76,6 +77,8 @@ pub struct Lights {
     pub sun: Option<Sun>,
     /// Point lights.
     pub points: Vec<PointLight>,
+    /// Point lights whose power is relative to the white of the picture.
+    pub placed: Vec<PlacedLight>,
     /// The exposure factor for stages without a sky, which is metered from an image, or 1.
     pub metered: f32,
 }
@@ -83,7 +86,7 @@ pub struct Lights {
 impl Default for Lights {
     /// Returns no lights and an exposure of 1.
     fn default() -> Self {
-        Self { sky: None, sun: None, points: Vec::new(), metered: 1.0 }
+        Self { sky: None, sun: None, points: Vec::new(), placed: Vec::new(), metered: 1.0 }
     }
 }
 
@@ -99,7 +102,9 @@ impl Lights {
 pub struct OwnLights {
     /// The sun of the file, which replaces the sun of the sky.
     pub sun: Option<Sun>,
-    /// The other lights.
+    /// The other directional lights.
+    pub more_suns: Vec<Sun>,
+    /// The point lights and spots.
     pub points: Vec<PointLight>,
 }
 
@@ -193,7 +198,7 @@ impl Stage {
         Self { ocean: Some(ocean), ..self }
     }
 
-    /// Adds point lights. Together with the point lights of the [`Lights`], there are at most four.
+    /// Adds point lights.
     #[must_use]
     pub fn with_points(self, points: Vec<PointLight>) -> Self {
         Self { points, ..self }
@@ -263,8 +268,10 @@ impl Stage {
             _ => (white, self.own_irradiance / PI),
         };
         let lamps = own.points.into_iter().map(|lamp| PointLight { intensity: lamp.intensity * unit, ..lamp });
-        let points = self.points.iter().chain(&lights.points).copied().chain(lamps);
-        let own_sun = own.sun.map(|sun| Sun { irradiance: sun.irradiance * unit, ..sun });
+        let placed = lights.placed.iter().map(|light| light.lit(white));
+        let points = self.points.iter().chain(&lights.points).copied().chain(lamps).chain(placed);
+        let scaled = |sun: Sun| Sun { irradiance: sun.irradiance * unit, ..sun };
+        let own_sun = own.sun.map(scaled);
         FrameState {
             time,
             camera: Camera { position: camera.position + anchor, target: camera.target + anchor, ..*camera },
@@ -272,7 +279,8 @@ impl Stage {
             anchor,
             sky: lights.sky,
             sun: lights.sun.or(own_sun),
-            point_lights: points.take(MAX_POINT_LIGHTS).collect(),
+            point_lights: points.collect(),
+            more_suns: own.more_suns.into_iter().map(scaled).collect(),
             height_scale: (self.relief)(time),
             emission_scale: white,
             metered: lights.metered,

@@ -92,7 +92,6 @@ vec4 classes_seen(inout Surface surface) {
     if (!BY_CLASS) {
         return share;
     }
-    surface.whole_mean = surface.mean_slope;
     surface.whole_cholesky = slope_cholesky(surface.slope_covariance);
     surface.whitened = whitened_direction(surface.wo, surface.whole_cholesky);
     vec4 of_map = classes_open(surface.wo);
@@ -124,11 +123,12 @@ float class_lit(const Surface surface, const vec3 wi, const vec4 depths) {
     return class_lit_fraction(SHADOWING, apart, shaded_class.correlation, shaded_class.depth, depths[shaded_class.number]);
 }
 
-// Returns the fraction of light `number` that reaches the shaded class, relative to the fraction that passes the shadow casters. The bumps
-// larger than the footprint are among the casters, and also lower the local openness, so the smaller fraction counts.
-float class_lit_by(const Surface surface, const int number) {
-    float lit = class_lit(surface, pixel_lights[number].wi, pixel_lights_depths[number]);
-    return LOCAL_OPENNESS ? mix(min(lit / max(pixel_lights_passed[number], 1e-3), 1.0), lit, pixel_classes.inside) : lit;
+// Returns the fraction of a light from wi that reaches the shaded class, relative to the fraction that passed the shadow casters. depths is
+// the result of depths_towards. The bumps larger than the footprint are among the casters, and also lower the local openness, so the smaller
+// fraction counts.
+float class_lit_by(const Surface surface, const vec3 wi, const vec4 depths, const float passed) {
+    float lit = class_lit(surface, wi, depths);
+    return LOCAL_OPENNESS ? mix(min(lit / max(passed, 1e-3), 1.0), lit, pixel_classes.inside) : lit;
 }
 
 float class_lit(const Surface surface, const vec3 wi) {

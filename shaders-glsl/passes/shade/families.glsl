@@ -34,6 +34,22 @@ float classic_light_ndf(const int i, const Light light, const vec3 wo, const vec
     return classic_ndf(wh, n, exponent, m, S);
 }
 
+// Returns the light `i` that the surface reflects. n is the mean normal; exponent and S give the width of the lobe.
+vec3 classic_reflected(const int i, const Light light, const Surface surface, const vec3 albedo, const vec3 n, const float exponent,
+                       const vec3 S) {
+    vec3 wo = surface.wo;
+    vec3 scattered = vec3(0.0);
+    if (on_diffuse(i)) {
+        scattered += albedo / LEADR_PI;
+    }
+    if (in_specular(i)) {
+        vec3 h = wo + light.wi;
+        vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
+        scattered += fresnel_of(surface, dot(wo, wh)) * (0.25 * classic_light_ndf(i, light, wo, wh, n, exponent, surface.mean_slope, S));
+    }
+    return light.irradiance * scattered * max(dot(n, light.wi), 0.0);
+}
+
 // Shades with techniques before LEADR, which use a lobe about one mean normal, without projected areas. Specular light is F D / 4 times the
 // cosine, which is a microfacet BRDF with implicit masking. Diffuse light is the cosine. The environment is sampled once, in the reflected
 // direction, blurred to the width of the lobe.
@@ -60,17 +76,15 @@ vec3 classic_radiance(const Surface surface) {
     }
     if (any_on_diffuse() || any_in_specular()) {
         [[unroll]] for (int i = 0; i < LIGHTS; ++i) {
-            Light light = light_at(i, surface);
-            vec3 scattered = vec3(0.0);
-            if (on_diffuse(i)) {
-                scattered += albedo / LEADR_PI;
+            radiance += classic_reflected(i, light_at(i, surface), surface, albedo, n, exponent, S);
+        }
+        if (MORE_LAMPS) {
+            Light light;
+            float passed;
+            for (int lamp = next_lamp(LAMPS, surface, light, passed); lamp < lamp_count(surface.wo.z);
+                 lamp = next_lamp(lamp + 1, surface, light, passed)) {
+                radiance += classic_reflected(ANY_LAMP, light, surface, albedo, n, exponent, S);
             }
-            if (in_specular(i)) {
-                vec3 h = wo + light.wi;
-                vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
-                scattered += fresnel_of(surface, dot(wo, wh)) * (0.25 * classic_light_ndf(i, light, wo, wh, n, exponent, m, S));
-            }
-            radiance += light.irradiance * scattered * max(dot(n, light.wi), 0.0);
         }
     }
     return radiance;
@@ -80,6 +94,28 @@ vec3 classic_radiance(const Surface surface) {
 float gloss_specular(const vec3 wo, const vec3 wi, const vec3 wh, const float square) {
     vec3 roughness = vec3(vec2(square), 0.0);
     return 0.25 * ggx_ndf(wh, vec2(0.0), roughness) * ggx_masking_shadowing(wo, wi, vec2(0.0), roughness, true);
+}
+
+// Adds the light `i` that a GGX lobe of this roughness and a diffuse base reflect.
+void add_gloss_light(inout vec3 radiance, const int i, const Light light, const Surface surface, const Bounces b, const vec3 diffuse,
+                     const float alpha) {
+    vec3 wi = to_frame(b.about, light.wi);
+    if (wi.z > 0.0) {
+        vec3 scattered = vec3(0.0);
+        if (on_diffuse(i)) {
+            vec3 bounced = !LAMBERTIAN ? bounced_light(b, surface, surface.albedo, light.wi) : vec3(1.0);
+            scattered += diffuse * bounced * (wi.z / LEADR_PI);
+        }
+        if (in_specular(i)) {
+            vec3 h = b.wo + wi;
+            vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
+            float cosine = dot(b.wo, wh);
+            float square = alpha * alpha + (of_panorama(i) ? 2.0 * light_normal_variance(cosine, light.variance) : 0.0);
+            vec3 fresnel = fresnel_of(surface, cosine) * b.specular;
+            scattered += fresnel * gloss_specular(b.wo, wi, wh, min(square, 1.0));
+        }
+        radiance += light.irradiance * scattered;
+    }
 }
 
 // Shades with shortened normals (Chan 2018): a GGX lobe about the mean normal, whose roughness follows from the length of the mean normal.
@@ -118,23 +154,14 @@ vec3 gloss_radiance(const Surface surface) {
     }
     if (any_on_diffuse() || any_in_specular()) {
         [[unroll]] for (int i = 0; i < LIGHTS; ++i) {
-            Light light = light_at(i, surface);
-            vec3 wi = to_frame(b.about, light.wi);
-            if (wi.z > 0.0) {
-                vec3 scattered = vec3(0.0);
-                if (on_diffuse(i)) {
-                    vec3 bounced = !LAMBERTIAN ? bounced_light(b, surface, albedo, light.wi) : vec3(1.0);
-                    scattered += diffuse * bounced * (wi.z / LEADR_PI);
-                }
-                if (in_specular(i)) {
-                    vec3 h = b.wo + wi;
-                    vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
-                    float cosine = dot(b.wo, wh);
-                    float square = alpha * alpha + (of_panorama(i) ? 2.0 * light_normal_variance(cosine, light.variance) : 0.0);
-                    vec3 fresnel = fresnel_of(surface, cosine) * b.specular;
-                    scattered += fresnel * gloss_specular(b.wo, wi, wh, min(square, 1.0));
-                }
-                radiance += light.irradiance * scattered;
+            add_gloss_light(radiance, i, light_at(i, surface), surface, b, diffuse, alpha);
+        }
+        if (MORE_LAMPS) {
+            Light light;
+            float passed;
+            for (int lamp = next_lamp(LAMPS, surface, light, passed); lamp < lamp_count(surface.wo.z);
+                 lamp = next_lamp(lamp + 1, surface, light, passed)) {
+                add_gloss_light(radiance, ANY_LAMP, light, surface, b, diffuse, alpha);
             }
         }
     }

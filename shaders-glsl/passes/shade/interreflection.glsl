@@ -20,7 +20,21 @@ float hidden_by_horizon(const Surface surface) {
     return clamp(dot(weight, normal_of_slope(surface.mean_slope)), 0.0, 1.0);
 }
 
-// Returns the radiance of the relief in directions that other facets block, from the lights in pixel_lights. larger is the result of
+// Returns the radiosity of the relief under a light. up is the mean normal; share, m and S are the shares and slopes of the classes.
+vec3 relief_radiosity_by(const Light light, const ReliefBounces bounces, const vec3 up, const vec4 share, const vec2 m[4],
+                         const vec3 S[4]) {
+    vec4 lit = share;
+    if (BY_CLASS) {
+        vec4 depths = depths_towards(light.wi);
+        [[unroll]] for (int k = 0; k < CLASSES; ++k) {
+            lit[k] *= visible_area(light.wi, m[k], S[k]) / (1.0 + depths[k]);
+        }
+        lit /= max(dot(lit, vec4(1.0)), 1e-9);
+    }
+    return relief_radiosity(bounces, light.irradiance * max(dot(up, light.wi), 0.0), lit);
+}
+
+// Returns the radiance of the relief in directions that other facets block, from the lights in pixel_lights and the other lamps. larger is the result of
 // hidden_by_horizon.
 vec3 relief_radiance(const Surface surface, const float larger) {
     vec4 share = vec4(1.0, 0.0, 0.0, 0.0), depth = vec4(0.0);
@@ -51,16 +65,15 @@ vec3 relief_radiance(const Surface surface, const float larger) {
     }
     [[unroll]] for (int number = 0; number < LIGHTS; ++number) {
         if (on_diffuse(number) || in_specular(number)) {
-            Light light = pixel_lights[number];
-            vec4 lit = share;
-            if (BY_CLASS) {
-                vec4 depths = depths_towards(light.wi);
-                [[unroll]] for (int k = 0; k < CLASSES; ++k) {
-                    lit[k] *= visible_area(light.wi, m[k], S[k]) / (1.0 + depths[k]);
-                }
-                lit /= max(dot(lit, vec4(1.0)), 1e-9);
-            }
-            radiosity += relief_radiosity(bounces, light.irradiance * max(dot(up, light.wi), 0.0), lit);
+            radiosity += relief_radiosity_by(pixel_lights[number], bounces, up, share, m, S);
+        }
+    }
+    if (MORE_LAMPS && (DIFFUSE_LIGHTS || SPECULAR_LIGHTS)) {
+        Light light;
+        float passed;
+        for (int lamp = next_lamp(LAMPS, surface, light, passed); lamp < lamp_count(surface.wo.z);
+             lamp = next_lamp(lamp + 1, surface, light, passed)) {
+            radiosity += relief_radiosity_by(light, bounces, up, share, m, S);
         }
     }
     return radiosity / LEADR_PI;

@@ -537,6 +537,44 @@ vec3 light_in_specular(const Surface surface, const vec2 bases[MOST_BASES], cons
     return sum * fresnel_over_schlick(surface.fit, surface.f0, surface.edge_tint, 0.5 * length(surface.wo + light.wi));
 }
 
+// The values of a surface that all its lights share. They belong to the relief without its base.
+struct Reflection {
+    bool exact;           // whether one facet of a measured material is lit
+    vec3 entering;        // fraction of light that enters the diffuse base
+    NormalMoments normals;
+    vec2 faced;
+    float lambda;
+    vec3 cholesky;
+    DirectionArea o;      // visible area for the viewer
+};
+
+// Returns the light `number` that the surface reflects.
+vec3 light_reflected(const int number, const Light light, const Surface surface, const vec2 bases[MOST_BASES], const Bounces bounces,
+                     const FittedFacet facet, const Reflection r) {
+    vec3 scattered = vec3(0.0);
+    DirectionArea diffuse_i;
+    if (on_diffuse(number) || (FACET_SPECULAR && in_specular(number))) {
+        diffuse_i = area_for(FACET_SHADOWING, light.wi, surface.mean_slope, surface.slope_covariance, r.cholesky);
+    }
+    if (on_diffuse(number)) {
+        float lit = lit_fraction(FACET_SHADOWING, r.o, diffuse_i);
+        scattered += r.entering * surface.albedo * (lit * diffuse_light(surface, surface.wo, r.normals, r.faced, r.lambda, light.wi));
+        if (!LAMBERTIAN) {
+            scattered *= bounced_light(bounces, surface, surface.albedo, light.wi);
+        }
+    }
+    vec3 specular = vec3(0.0);
+    if (r.exact) {
+        specular = in_specular(number) ? facet_light(surface, facet, number, light) : vec3(0.0);
+    } else {
+        specular = light_in_specular(surface, bases, number, light, r.o, diffuse_i, r.cholesky);
+        if (MULTISCATTERING) {
+            specular *= bounces.specular;
+        }
+    }
+    return light.irradiance * (scattered + specular);
+}
+
 vec3 leadr_radiance(Surface surface) {
     vec3 wo = surface.wo;
     vec2 m = surface.mean_slope;
@@ -602,36 +640,28 @@ vec3 leadr_radiance(Surface surface) {
         radiance += entering * surface.albedo * relief_seen(surface, surface.larger) * surface.relief_radiance;
     }
     if (any_on_diffuse() || any_in_specular()) {
+        Reflection r = Reflection(exact, entering, normals, faced, lambda, diffuse_cholesky, diffuse_o);
         [[unroll]] for (int number = 0; number < LIGHTS; ++number) {
             Light light;
             if (CLASSES > 1 || INTERREFLECTION) {
                 light = pixel_lights[number];
-                light.irradiance *= BY_CLASS ? class_lit_by(surface, number) : 1.0;
+                light.irradiance *= BY_CLASS
+                    ? class_lit_by(surface, light.wi, pixel_lights_depths[number], pixel_lights_passed[number]) : 1.0;
             } else {
                 light = light_at(number, surface);
             }
-            vec3 scattered = vec3(0.0);
-            DirectionArea diffuse_i;
-            if (on_diffuse(number) || (FACET_SPECULAR && in_specular(number))) {
-                diffuse_i = area_for(FACET_SHADOWING, light.wi, m, diffuse_s, diffuse_cholesky);
-            }
-            if (on_diffuse(number)) {
-                float lit = lit_fraction(FACET_SHADOWING, diffuse_o, diffuse_i);
-                scattered += entering * surface.albedo * (lit * diffuse_light(surface, wo, normals, faced, lambda, light.wi));
-                if (!LAMBERTIAN) {
-                    scattered *= bounced_light(bounces, surface, surface.albedo, light.wi);
+            radiance += light_reflected(number, light, surface, bases, bounces, facet, r);
+        }
+        if (MORE_LAMPS) {
+            Light light;
+            float passed;
+            for (int lamp = next_lamp(LAMPS, surface, light, passed); lamp < lamp_count(surface.wo.z);
+                 lamp = next_lamp(lamp + 1, surface, light, passed)) {
+                if (BY_CLASS) {
+                    light.irradiance *= class_lit_by(surface, light.wi, depths_towards(light.wi), passed);
                 }
+                radiance += light_reflected(ANY_LAMP, light, surface, bases, bounces, facet, r);
             }
-            vec3 specular = vec3(0.0);
-            if (exact) {
-                specular = in_specular(number) ? facet_light(surface, facet, number, light) : vec3(0.0);
-            } else {
-                specular = light_in_specular(surface, bases, number, light, diffuse_o, diffuse_i, diffuse_cholesky);
-                if (MULTISCATTERING) {
-                    specular *= bounces.specular;
-                }
-            }
-            radiance += light.irradiance * (scattered + specular);
         }
     }
     return radiance;
@@ -675,6 +705,7 @@ vec3 classes_radiance(Surface surface) {
 
 // Returns the radiance of a surface, by classes of facets where it has several.
 vec3 relief_shaded(Surface surface) {
+    surface.whole_mean = surface.mean_slope;
     if (BY_CLASS) {
         // The openness of the classes accounts for the bumps inside the footprint, or for all bumps.
         surface.horizon = LOCAL_OPENNESS ? Horizon(vec2(0.0), vec3(0.0)) : raised_horizon(surface.horizon, 1.0 - pixel_classes.inside);

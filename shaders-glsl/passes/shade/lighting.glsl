@@ -1,14 +1,13 @@
-// The lights: suns with their shadows, point lights, and the environment.
+// The lights: suns and lamps with their shadows, and the environment.
 #ifndef LEADR_SHADE_LIGHTING
 #define LEADR_SHADE_LIGHTING
-#include "point.glsl"
+#include "lamps.glsl"
 #include "surface.glsl"
 #include "relief.glsl"
 #include "leadr/slopes/grid.glsl"
 #include "leadr/visible/kernel.glsl"
 #include "settings.glsl"
 #include "sky_visibility.glsl"
-#include "sun.glsl"
 
 layout(set = 1) uniform samplerCube environment_cube;  // the environment without the panorama's suns; mip levels use a box filter
 layout(set = 1) uniform samplerCube environment_lobes; // the same environment, filtered by a smooth kernel
@@ -27,16 +26,19 @@ float shadow_width(const Surface surface) {
     return lighting.viewport.z * edge;
 }
 
+// Returns a lamp without shadows.
+Light lamp_sent(const Lamp lamp, const Surface surface) {
+    vec3 towards;
+    vec3 irradiance = lamp_irradiance(lamp, surface.position, towards);
+    return Light(to_frame(surface.frame, towards), irradiance, 0.0);
+}
+
 // Returns light `i` without shadows.
 Light light_sent(const int i, const Surface surface) {
     if (i < SUNS) {
         return Light(to_frame(surface.frame, lighting.sun_direction[i].xyz), lighting.sun_irradiance[i].rgb, lighting.sun_direction[i].w);
     }
-    vec3 d = lighting.point_position[i - SUNS].xyz - surface.position;
-    float square = max(dot(d, d), 1e-8);
-    vec3 direction = d * inversesqrt(square);
-    float reach = point_reach(direction, square, lighting.point_falloff[i - SUNS], lighting.point_position[i - SUNS].w);
-    return Light(to_frame(surface.frame, direction), lighting.point_intensity[i - SUNS].rgb * (reach / square), 0.0);
+    return lamp_sent(lamps[i - SUNS], surface);
 }
 
 // Returns the fraction of the light that passes the relief and the shadow casters.
@@ -52,7 +54,7 @@ float light_passed(const int i, const Surface surface, const Light light) {
         float sunlit = surface.joined < 1.0 ? sun_visibility(i, surface.position, mesonormal, surface.frame.z, width) : 0.0;
         return min(seen, mix(sunlit, i == 0 ? surface.sunlit : surface.more_sunlit[max(i - 1, 0)], surface.joined));
     }
-    return min(seen, point_visibility(i, i - SUNS, surface.position, mesonormal, surface.frame.z, width));
+    return min(seen, lamp_visibility(i, i - SUNS, surface.position, mesonormal, surface.frame.z, width));
 }
 
 Light light_at(const int i, const Surface surface) {
@@ -61,7 +63,26 @@ Light light_at(const int i, const Surface surface) {
     return light;
 }
 
-// Returns the unshadowed fraction of the light from suns and point lights, or 1 if there are none.
+// Returns the number of the first lamp from `number` on that lights the surface, or the number of lamps. passed is the fraction of the light that
+// passes the relief. Pixels outside the range or the cone of a lamp skip it, so the lamp costs only this test.
+int next_lamp(int number, const Surface surface, out Light light, out float passed) {
+    for (int count = lamp_count(surface.wo.z); number < count; ++number) {
+        light = lamp_sent(lamps[number], surface);
+        if (any(greaterThan(light.irradiance, vec3(0.0)))) {
+            break;
+        }
+    }
+    // The horizon belongs to the whole relief of the pixel.
+    Surface whole = surface;
+    if (CLASSES > 1) {
+        whole.mean_slope = surface.whole_mean;
+    }
+    passed = relief_visibility(whole, light.wi, 0.0);
+    light.irradiance *= passed;
+    return number;
+}
+
+// Returns the unshadowed fraction of the light from suns and lamps, or 1 if there are none.
 float light_share(const Surface surface) {
     float sent = 0.0, passed = 0.0;
     for (int i = 0; i < LIGHTS; ++i) {
@@ -69,6 +90,14 @@ float light_share(const Surface surface) {
         float power = dot(light.irradiance, vec3(0.2126, 0.7152, 0.0722));
         sent += power;
         passed += power * light_passed(i, surface, light);
+    }
+    if (MORE_LAMPS) {
+        for (int number = LAMPS; number < lamp_count(surface.wo.z); ++number) {
+            Light light = lamp_sent(lamps[number], surface);
+            float power = dot(light.irradiance, vec3(0.2126, 0.7152, 0.0722));
+            sent += power;
+            passed += power * relief_visibility(surface, light.wi, 0.0);
+        }
     }
     return sent > 0.0 ? passed / sent : 1.0;
 }

@@ -13,11 +13,12 @@ layout(constant_id = 2) const int SAMPLES = 5;             // number of environm
 layout(constant_id = 3) const int SHADOWING_MODEL = LEADR_SHADOWING_SMITH;
 layout(constant_id = 4) const bool LIGHTS_BY_SH = false;   // diffuse lights use order-2 SH as in Algorithm 2
 layout(constant_id = 5) const int TERMS = 15;              // a bit for each term of light transport
-// The lights are in this order: the frame's own sun, the suns of its panorama, point lights.
+// The lights are in this order: the frame's own sun, the suns of its panorama, lamps.
 layout(constant_id = 6) const int OWN_SUNS = 1;            // 0 or 1
 layout(constant_id = 10) const int PANORAMA_SUNS = 0;      // at most MAX_ENVIRONMENT_LIGHTS
 layout(constant_id = 7) const bool MAPPED_SHADOWS = true;  // shadows of the macrosurface come from the shadow maps
-layout(constant_id = 8) const int POINT_LIGHTS = 0;        // at most MAX_POINT_LIGHTS
+layout(constant_id = 8) const int LAMPS = 0;               // number of lamps that can have shadow maps, at most MAX_LAMP_MAPS
+layout(constant_id = 19) const bool MORE_LAMPS = false;    // there are more lamps, without shadow maps
 layout(constant_id = 31) const bool FACET_FRAME = false;  // base roughness is in the facets' frame, otherwise in the macrosurface's
 layout(constant_id = 9) const int EDGES = EDGES_ARE_ABSENT;
 layout(constant_id = 11) const int DIFFUSE_MODEL = LEADR_DIFFUSE_LAMBERT; // a LEADR_DIFFUSE_ constant
@@ -51,7 +52,8 @@ const bool SPECULAR_ENVIRONMENT = (TERMS & TERM_SPECULAR_ENVIRONMENT) != 0;
 const bool DIFFUSE_ENVIRONMENT = (TERMS & TERM_DIFFUSE_ENVIRONMENT) != 0;
 const bool DIFFUSE = DIFFUSE_LIGHTS || DIFFUSE_ENVIRONMENT;
 const int SUNS = OWN_SUNS + PANORAMA_SUNS;
-const int LIGHTS = SUNS + POINT_LIGHTS;
+const int LIGHTS = SUNS + LAMPS; // more lamps follow
+const int ANY_LAMP = SUNS; // the number of a light that stands for any lamp, so that drivers can fold the conditions below
 // Whether a light is a sun of the panorama. Suns of the panorama belong to the environment.
 bool of_panorama(const int light) { return light >= OWN_SUNS && light < SUNS; }
 bool on_diffuse(const int light) { return of_panorama(light) ? DIFFUSE_ENVIRONMENT : DIFFUSE_LIGHTS; }

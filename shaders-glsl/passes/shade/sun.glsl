@@ -11,17 +11,14 @@ layout(set = 1, std140) uniform Lighting {
     vec4 camera_position;         // xyz: position; w: radiance of an emission of 1
     vec4 sun_direction[MAX_SUNS]; // xyz: direction toward the sun; w: variance of its directions
     vec4 sun_irradiance[MAX_SUNS]; // rgb: irradiance on a plane facing the sun; w: tangent of its angular radius
-    vec4 point_position[MAX_POINT_LIGHTS];  // xyz: position; w: 1 / range^2, or 0
-    vec4 point_intensity[MAX_POINT_LIGHTS]; // rgb
-    vec4 point_falloff[MAX_POINT_LIGHTS];   // falloff (point_reach)
-    vec4 point_shadow[MAX_POINT_LIGHTS];    // x: texels of penumbra per unit of depth; y: size of a map texel at distance 1
+    vec4 lamp_shadow[MAX_LAMP_MAPS]; // x: texels of penumbra per unit of depth; y: size of a map texel at distance 1
     vec4 viewport;                // width, height, pixels per pixel of the final image
     vec4 environment;             // x: cube face size, z: shadow texel in world units, w: tangent of the lowest elevation behind all
     vec4 air;                     // rgb: extinction per metre
-    uvec4 draws;                  // sample, seed
+    uvec4 draws;                  // sample, seed, number of lamps
 } lighting;
 
-layout(set = 1) uniform sampler2DArray shadow_maps; // one layer per light: suns, then point lights
+layout(set = 1) uniform sampler2DArray shadow_maps; // one layer per light: suns, then lamps
 
 // Returns the width of a pixel of this image at a point, in world units.
 float pixel_width(const vec3 position) {
@@ -136,21 +133,6 @@ float sun_visibility(const int sun, const vec3 position, const vec3 mesonormal, 
     // The depth range of the map equals its width.
     float spread = lighting.sun_irradiance[sun].w * float(textureSize(shadow_maps, 0).x);
     return map_visibility(sun, r, width, spread, STEEPEST);
-}
-
-// Returns the fraction of a point light that reaches the macrosurface. The map covers the bounding sphere of all casters, and nothing
-// outside is shadowed.
-float point_visibility(const int layer, const int point, const vec3 position, const vec3 mesonormal, const vec3 macronormal,
-                       const float width) {
-    vec3 towards = normalize(lighting.point_position[point].xyz - position);
-    vec4 clip = lighting.shadow_from_world[layer] * vec4(position, 1.0);
-    float texel = lighting.point_shadow[point].y * max(clip.w, 1e-6);
-    Receiver r = Receiver(position, mesonormal, macronormal, towards, texel);
-    // The ratio of a map's width to its distance divides the gradients of depth.
-    float wide = lighting.point_shadow[point].y * float(textureSize(shadow_maps, 0).x);
-    float steepest = STEEPEST * wide * clip.z / max(clip.w, 1e-6);
-    float lit = map_visibility(layer, r, width, lighting.point_shadow[point].x, steepest);
-    return clip.w > 0.0 ? lit : 1.0;
 }
 
 #endif

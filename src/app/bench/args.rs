@@ -64,6 +64,9 @@ pub struct BenchArgs {
     /// Use this height map for the plane or the sphere: an image such as PNG, TIFF or EXR, or a KTX2 or EXR from `leadr bake`
     #[arg(long, help_heading = SCENES_OF, value_name = "FILE", requires = "scene")]
     pub height_map: Option<OsString>,
+    /// Add a point light to the scene (see leadr capture --help). You can repeat this option
+    #[arg(long, help_heading = SCENES_OF, hide_short_help = true, value_name = "X,Y,Z,COLOUR,POWER", value_parser = value_of("light"), allow_hyphen_values = true, requires = "scene")]
+    pub light: Vec<OsString>,
     /// Set the number of samples along an edge of each wave tile: 64, 128, 256 or 512 [default: 256]
     #[arg(long, help_heading = SCENES_OF, hide_short_help = true, value_name = "N", value_parser = value_of("fft"), requires = "scene")]
     pub fft: Option<OsString>,
@@ -189,6 +192,7 @@ impl BenchArgs {
             given.set("--msaa", Some(&self.msaa));
         }
         given.set("--height-map", self.height_map.as_ref());
+        self.light.iter().for_each(|light| given.add("--light", Some(light.clone())));
         given.set("--fft", self.fft.as_ref());
         given.set("--atlas-tile", self.atlas_tile.as_ref());
         given.set("--map-precision", self.map_precision.as_ref());

@@ -123,7 +123,7 @@ mod tests {
     #[test]
     fn command_reproduces_the_window_picture() {
         let flags: Vec<&str> =
-            "--scene sphere --roughness 0.3 --exposure -1 --distance 7 --time-of-day 8 --shadowing smith"
+            "--scene sphere --roughness 0.3 --light -1,0,2,ff8000,3 --light 1,2,3,2700K,1 --exposure -1 --distance 7 --time-of-day 8 --shadowing smith"
                 .split(' ')
                 .collect();
         let (line, config) = given(&flags);

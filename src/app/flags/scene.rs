@@ -73,7 +73,7 @@ fn arg(option: &'static SceneOption) -> Arg {
     }
     let arg = arg.value_name(spec.value_name).value_parser(value(option)).allow_negative_numbers(true);
     // clap recognises only single negative numbers. The values of these options are lists of numbers.
-    let arg = arg.allow_hyphen_values(matches!(spec.name, "sun" | "camera"));
+    let arg = arg.allow_hyphen_values(matches!(spec.name, "sun" | "camera" | "light"));
     arg.action(if option.repeats { ArgAction::Append } else { ArgAction::Set })
 }
 
@@ -166,6 +166,7 @@ pub mod tests {
             "far",
             "10,10",
             "studio",
+            "1,2,3,ff8000,1",
         ];
         let names = option.names().into_iter().map(|(name, _)| name);
         let texts = names.chain(values).chain(["64x48", "skin=a.png", "ocean", "a"]);
@@ -309,6 +310,7 @@ pub mod tests {
         assert_eq!((plane.height, plane.repeat), (Some(0.05), Some(0.6)));
         let studio = resolve("--environment studio --environment-rotation -45 --auto-exposure").unwrap();
         assert_eq!((studio.environment_rotation, studio.auto_exposure), (-45.0, true));
+        assert_eq!(resolve("--light -1,0,2,ff8000,3 --light 0,0,1,2700K,1").unwrap().point_lights.len(), 2);
         assert_eq!(
             resolve("--scene fox.glb --displacement a=b.png --displacement c=d.png").unwrap().displacements.len(),
             2
@@ -330,6 +332,10 @@ pub mod tests {
             ("--scene trex --height 0.05", "is for the scenes plane, sphere"),
             ("--scene plane --height=-1", "negative"),
             ("--scene plane --repeat 0", "0.01"),
+            ("--light 1,2,3", "X,Y,Z,COLOUR,POWER"),
+            ("--light 1,2,3,red,1", "no such colour: 'red'"),
+            ("--light 1,nan,3,ffffff,1", "'nan' is not a finite number"),
+            ("--light 1,2,3,ffffff,inf", "POWER"),
             ("--environment-rotation 10", "--sun"),
             ("--environment studio --sun 10,10", "--sun is for --environment sky"),
         ] {

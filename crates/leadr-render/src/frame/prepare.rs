@@ -2,26 +2,29 @@
 
 use super::drawing::{Purpose, drawing, shade_kind};
 use super::edge_samples::EdgeSamples;
-use super::prepared::{FramePath, FramePlan, MappedLight, Multisample, PreparedFrame};
+use super::prepared::{FrameLamps, FramePath, FramePlan, MappedLight, Multisample, PreparedFrame};
 use super::renderer::Renderer;
 use super::scene_set::FrameLight;
 use super::surfaces::{PreparedSurfaces, SurfaceDrawing};
 use super::targets::{EdgeTargets, TargetShape, Targets};
+use crate::constants::MAX_LAMP_MAPS;
 use crate::passes::accumulate::{AccumulatePass, PartsKind};
 use crate::passes::edges::{JoinKind, JoinPass, MAX_GRID, edge_grid};
 use crate::passes::filter::FilterInto;
+use crate::passes::lamps::{self, Lamp, lamps_of};
 use crate::passes::msaa::MsaaPass;
 use crate::passes::reference::{ReferenceKind, ReferencePass, ReliefLights};
 use crate::passes::shade::{Edges, LightingGpu, ShadeKind, ShadePass, SkyBehindPass, suns_of};
 use crate::passes::shadow::{ShadowView, map_size};
 use crate::passes::targets::MultisampleTargets;
-use crate::scene::{FrameState, MAX_POINT_LIGHTS};
+use crate::scene::FrameState;
 use crate::settings::{Quadrature, RenderSettings};
 use crate::surfaces::material::Bases;
 use crate::surfaces::posed::PosedObject;
 use crate::surfaces::sphere::Sphere;
 use crate::surfaces::tessellation::TessellationSettings;
 use leadr_gpu::{Buffer, GpuError, Memory, Result};
+use leadr_reflectance::masking::classes::MOST_CLASSES;
 
 impl Renderer {
     /// Poses the scene and makes everything that is needed to draw a frame. The device may still be drawing the last frame, and
@@ -42,7 +45,8 @@ impl Renderer {
         purpose: Purpose,
     ) -> Result<PreparedFrame<'_>> {
         settings.check().map_err(|fault| GpuError::Usage { name: "settings".to_owned(), fault })?;
-        self.check_loops(state, settings)?;
+        let count = lamps::check(state).map_err(|fault| GpuError::Usage { name: "lights".to_owned(), fault })?;
+        self.check_loops(state, settings, count)?;
         if settings.shading.has_classes() {
             self.surfaces.meshes.find_classes()?;
         }
@@ -64,7 +68,12 @@ impl Renderer {
         };
         let mut surfaces = self.surfaces.prepare(state, &settings, drawing)?;
         let targets = self.targets_for(&surfaces, &settings, drawing)?;
-        let path = self.prepare_path(state, &settings, kind, filter, &mut surfaces, &targets)?;
+        let spheres: Vec<Sphere> = surfaces.meshes.casters().into_iter().map(PosedObject::bounds).collect();
+        let casters = Sphere::enclosing(&spheres);
+        let block = || Buffer::new(&self.gpu, "lamps", lamps::BUFFER_SIZE, Memory::Upload);
+        let lamps = FrameLamps { list: lamps_of(state, casters), buffer: self.lamps.take(block)? };
+        let light = (&lamps.list[..], casters);
+        let path = self.prepare_path(state, &settings, light, (kind, filter), &mut surfaces, &targets)?;
         let parts = match (path.edges(), path.multisample()) {
             (Some(_), _) => PartsKind::Edges,
             (None, Some(_)) => PartsKind::Multisampled(settings.msaa),
@@ -76,7 +85,12 @@ impl Renderer {
         let shadow_maps = self.common.shadow.maps(&self.gpu, map_size(settings.size), path.shadows().len() as u32)?;
         let shades_sky = path.lit().is_some() && kind.shading.options().sky_occlusion;
         let sky = if shades_sky { self.sky.around(&self.gpu, &surfaces.meshes.casters())? } else { None };
-        let frame_light = FrameLight { lighting: &lighting, shadow_maps: shadow_maps.array(), sky: sky.as_ref() };
+        let frame_light = FrameLight {
+            lighting: &lighting,
+            lamps: &lamps.buffer,
+            shadow_maps: shadow_maps.array(),
+            sky: sky.as_ref(),
+        };
         let scene = self.tables.set(&self.gpu, &self.environment, &self.irradiance, &frame_light)?;
         let (state, number) = (state.clone(), self.prepared);
         let plan = FramePlan {
@@ -87,6 +101,7 @@ impl Renderer {
             path,
             shadow_maps,
             lighting,
+            lamps,
             scene,
             accumulate,
             drawn: 0,
@@ -96,15 +111,17 @@ impl Renderer {
     }
 
     /// Checks that the device can run enough loop iterations for a slope grid.
-    fn check_loops(&self, state: &FrameState, settings: &RenderSettings) -> Result<()> {
+    fn check_loops(&self, state: &FrameState, settings: &RenderSettings, lamps: usize) -> Result<()> {
         let Some(limit) = self.gpu.loop_iterations_per_invocation() else { return Ok(()) };
         // The grid is traversed once for the visible normals, once for the environment, and once per light.
         let suns = suns_of(state, &self.environment).count();
-        let walks = 2 + (suns + state.point_lights.len()) as u32;
+        // Every class of facets has its own loop over the lamps without shadow maps.
+        let mapped = lamps.min(MAX_LAMP_MAPS as usize);
+        let walks = 2 + (suns + mapped + MOST_CLASSES * (lamps - mapped)) as u32;
         match settings.shading.quadrature() {
             Some(Quadrature::Grid(grid)) if grid * grid * walks >= limit => {
                 let fault = format!(
-                    "{walks} loops over {grid} x {grid} slopes exceed this driver's {limit} iterations: use a smaller grid"
+                    "{walks} loops over {grid} x {grid} slopes exceed this driver's {limit} iterations: use a smaller grid or fewer lights"
                 );
                 Err(GpuError::Usage { name: "slope grid".to_owned(), fault })
             }
@@ -146,15 +163,15 @@ impl Renderer {
         &mut self,
         state: &FrameState,
         settings: &RenderSettings,
-        kind: ShadeKind,
-        filter: FilterInto,
+        (lamps, casters): (&[Lamp], Option<Sphere>),
+        (kind, filter): (ShadeKind, FilterInto),
         surfaces: &mut PreparedSurfaces,
         targets: &Targets,
     ) -> Result<FramePath> {
         if settings.shadows_of_relief() {
             return self.prepare_reference(state, settings, kind.bases, surfaces);
         }
-        let lit = self.prepare_light(state, settings, surfaces)?;
+        let lit = self.prepare_light(state, settings, lamps, casters, surfaces)?;
         let (gpu, numbering) = (&self.gpu, self.numbering);
         match filter {
             FilterInto::Radiance(_) => {
@@ -207,15 +224,16 @@ impl Renderer {
         &mut self,
         state: &FrameState,
         settings: &RenderSettings,
+        lamps: &[Lamp],
+        casters: Option<Sphere>,
         surfaces: &mut PreparedSurfaces,
     ) -> Result<MappedLight> {
-        let spheres: Vec<Sphere> = surfaces.meshes.casters().into_iter().map(PosedObject::bounds).collect();
         let size = map_size(settings.size);
-        let shadows: Vec<ShadowView> = match Sphere::enclosing(&spheres).filter(|_| settings.shadows) {
+        let shadows: Vec<ShadowView> = match casters.filter(|_| settings.shadows) {
             Some(sphere) => {
                 let suns = suns_of(state, &self.environment).map(|sun| ShadowView::around(sun.direction, sphere, size));
-                let points = state.point_lights.iter().take(MAX_POINT_LIGHTS);
-                suns.chain(points.map(|point| ShadowView::from_point(point.position, sphere, size))).collect()
+                let mapped = lamps.iter().take(MAX_LAMP_MAPS as usize);
+                suns.chain(mapped.map(|lamp| lamp.shadow_view(sphere, size))).collect()
             }
             None => Vec::new(),
         };

@@ -7,6 +7,7 @@ use super::renderer::Renderer;
 use super::surfaces::PreparedSurfaces;
 use super::targets::Targets;
 use crate::passes::accumulate::AccumulatePass;
+use crate::passes::lamps::Lamp;
 use crate::passes::msaa::MsaaPass;
 use crate::passes::reference::{ReferencePass, ReliefLights};
 use crate::passes::shade::{ShadePass, SkyBehindPass};
@@ -36,6 +37,7 @@ pub(super) struct FramePlan {
     pub shadow_maps: ShadowMaps,
     /// The buffer of the [`LightingGpu`](crate::passes::shade::LightingGpu) block.
     pub lighting: Arc<Buffer>,
+    pub lamps: FrameLamps,
     /// The descriptor set of the light.
     pub scene: ResourceSet,
     pub accumulate: AccumulatePass,
@@ -43,6 +45,12 @@ pub(super) struct FramePlan {
     pub drawn: u32,
     /// The renderer's frame counter when the frame was prepared.
     pub number: u64,
+}
+
+/// The lamps of a frame, and the buffer in which the shaders find them.
+pub(super) struct FrameLamps {
+    pub list: Vec<Lamp>,
+    pub buffer: Arc<Buffer>,
 }
 
 /// The sequence of passes of a frame.
@@ -59,9 +67,9 @@ pub(super) enum FramePath {
     Reference { pass: ReferencePass, lights: Box<ReliefLights> },
 }
 
-/// The suns, point lights and environment, whose coarse shadows come from shadow maps.
+/// The suns, lamps and environment, whose coarse shadows come from shadow maps.
 pub(super) struct MappedLight {
-    /// The views of the lights that cast shadows. Suns precede point lights.
+    /// The views of the lights that cast shadows. Suns precede lamps.
     pub shadows: Vec<ShadowView>,
     pub behind: SkyBehindPass,
 }

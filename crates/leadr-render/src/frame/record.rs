@@ -7,6 +7,7 @@ use super::prepared::{FramePath, FramePlan, MappedLight, Multisample, PreparedFr
 use super::renderer::{LastSample, Renderer};
 use super::timing::{CpuTime, PassTime, Passes, add_times, since};
 use crate::passes::accumulate::Parts;
+use crate::passes::lamps;
 use crate::passes::shade::LightingGpu;
 use crate::passes::targets::{Begin, GeometryTargets, SampleTargets};
 use crate::view::View;
@@ -119,9 +120,10 @@ impl PreparedFrame<'_> {
 
     /// Writes the lighting and the rays of a view. The device must not be drawing this frame.
     fn write_lighting(&self, view: &View, index: u32) -> Result<()> {
-        let FramePlan { state, settings, path, surfaces, lighting, .. } = &self.plan;
-        let block =
-            LightingGpu::new(state, view, &self.renderer.environment, path.shadows()).with_draws(index, settings.seed);
+        let FramePlan { state, settings, path, surfaces, lighting, lamps, .. } = &self.plan;
+        let block = LightingGpu::new(state, view, &self.renderer.environment, &lamps.list, path.shadows())
+            .with_draws(index, settings.seed);
+        lamps::write(&lamps.buffer, &lamps.list)?;
         // The horizon of a sea lies below eye level, so the sky continues below it.
         lighting.write(0, &[if surfaces.sea.is_some() { block.with_sea_horizon() } else { block }])
     }

@@ -43,6 +43,8 @@ pub struct Renderer {
     pub(super) pipelines: Pipelines,
     /// The buffers of [`LightingGpu`](crate::passes::shade::LightingGpu) blocks.
     pub(super) lighting: Pool<Buffer>,
+    /// The buffers of [lamps](crate::passes::lamps).
+    pub(super) lamps: Pool<Buffer>,
     pub(super) timer: PassTimer,
     /// The render targets, which frames of the same size share.
     pub(super) targets: Option<Targets>,
@@ -147,6 +149,7 @@ impl Renderer {
             common,
             pipelines: Pipelines::default(),
             lighting: Pool::default(),
+            lamps: Pool::default(),
             timer: PassTimer::new(gpu)?,
             targets: None,
             last: None,

@@ -24,6 +24,8 @@ pub struct SceneTables {
 pub struct FrameLight<'a> {
     /// The buffer of the [`LightingGpu`](crate::passes::shade::LightingGpu) block.
     pub lighting: &'a Buffer,
+    /// The buffer of the frame's [lamps](crate::passes::lamps).
+    pub lamps: &'a Buffer,
     /// The shadow maps, with one layer per light.
     pub shadow_maps: &'a ImageView,
     /// The sky visibility, if the frame is shaded with it.
@@ -58,6 +60,7 @@ impl SceneTables {
             &SCENE,
             &[
                 ("lighting", Descriptor::Uniform(light.lighting)),
+                ("Lamps", Descriptor::Storage(light.lamps)),
                 ("shadow_maps", Descriptor::Sampled(light.shadow_maps, &self.nearest)),
                 ("environment_cube", of_environment(environment.cube())),
                 ("environment_lobes", of_environment(environment.lobes().whole())),

@@ -10,6 +10,7 @@ pub mod edges;
 pub mod environment_lights;
 pub mod filter;
 pub mod geometry;
+pub mod lamps;
 pub mod msaa;
 pub mod object_depth;
 pub mod ocean;

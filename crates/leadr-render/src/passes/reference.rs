@@ -1,7 +1,7 @@
 //! The reference with relief shadows, whose supersampled, displaced geometry casts shadows on itself.
 //!
-//! In every sample, the visible facets are lit by the sun, the point lights, the lights of the panorama, and a few directions of
-//! the remaining environment. Some of these directions are drawn at random for the whole image
+//! In every sample, the visible facets are lit by the sun, up to four lamps, the lights of the panorama, and a few directions of
+//! the remaining environment. Of more lamps, each sample draws four. All lamps are drawn equally often. Some of these directions are drawn at random for the whole image
 //! ([`environment_lights`](super::environment_lights)). The others are drawn for each pixel, from its specular lobe and from its
 //! hemisphere. The mean over the samples is the environment with its true visibility.
 //!
@@ -20,14 +20,17 @@ use glam::{Vec2, Vec3};
 
 use super::environment_lights::{EnvironmentLights, light_point};
 use super::geometry::CasterKinds;
+use super::lamps::{Lamp, lamps_of};
 use super::relief_shadow::{Caster, ReliefMaps, ReliefShadowPass, map_size, relief_view};
 use super::shade::air_of;
 use super::shadow::ShadowView;
 use super::targets::{RADIANCE_FORMAT, SampleTargets};
-use crate::constants::{ENVIRONMENT_DRAWS, LIGHT_DRAWN, LIGHT_OF_ENVIRONMENT, LIGHT_OF_SCENE, MAX_RELIEF_LIGHTS};
+use crate::constants::{
+    ENVIRONMENT_DRAWS, LIGHT_DRAWN, LIGHT_OF_ENVIRONMENT, LIGHT_OF_SCENE, MAX_LAMP_MAPS, MAX_RELIEF_LIGHTS,
+};
 use crate::light::environment::Environment;
 use crate::light::panorama::EnvironmentLight;
-use crate::scene::{FrameState, MAX_POINT_LIGHTS, PointLight};
+use crate::scene::FrameState;
 use crate::settings::{RenderSettings, Terms};
 use crate::surfaces::material::Bases;
 use crate::surfaces::patch_mesh::PosedVertices;
@@ -40,6 +43,8 @@ use leadr_gpu::{
 };
 
 const MAX_LIGHTS: usize = MAX_RELIEF_LIGHTS as usize;
+/// The largest number of lamps in a sample.
+const LAMPS: usize = MAX_LAMP_MAPS as usize;
 
 shared_struct! {
     /// A light as the shader reads it (`Light` in `passes/shade/visibility.glsl`).
@@ -53,7 +58,7 @@ shared_struct! {
         pub position: [f32; 4],
         /// The irradiance or intensity in rgb. One of the `LIGHT_` constants is in w.
         pub power: [f32; 4],
-        /// The spot cone, as [`PointLight::falloff`](crate::scene::PointLight).
+        /// The spot cone, as [`Lamp::falloff`].
         pub falloff: [f32; 4],
         /// The reciprocal of the squared range, or 0 without a range.
         pub range: [f32; 4],
@@ -188,6 +193,7 @@ pub struct ReliefLights {
     maps: ReliefMaps,
     environment: Option<EnvironmentLights>,
     panorama: Vec<EnvironmentLight>,
+    lamps: Vec<Lamp>,
     face_size: u32,
     /// The bounding sphere of the casters, if any.
     bounds: Option<Sphere>,
@@ -243,9 +249,9 @@ impl ReliefLights {
             LEAST_RECEIVED + cosines / seen.len().max(1) as f64
         };
         let (face_size, environment) = (environment.face_size(), EnvironmentLights::read(environment, receiving)?);
-        let points = state.point_lights.len().min(MAX_POINT_LIGHTS);
+        let lamps = lamps_of(state, None);
         let draws = if environment.is_some() { ENVIRONMENT_DRAWS as usize } else { 0 };
-        let lights = usize::from(state.sun().is_some()) + panorama.len() + draws + points;
+        let lights = usize::from(state.sun().is_some()) + panorama.len() + draws + lamps.len().min(LAMPS);
         let maps = match (bounds, field) {
             (None, _) => 0,
             (Some(_), Some(_)) => 1,
@@ -260,6 +266,7 @@ impl ReliefLights {
             maps: ReliefMaps::new(gpu, casters, size, maps)?,
             environment,
             panorama,
+            lamps,
             face_size,
             bounds,
             field,
@@ -340,16 +347,14 @@ impl ReliefLights {
     }
 
     fn lights_of_sample(&self, state: &FrameState, settings: &RenderSettings, index: u32) -> Vec<SampleLight> {
-        let everywhere = PointLight::new(Vec3::ZERO, Vec3::ZERO);
-        let shaped = |caster, power, kind, of: &PointLight| SampleLight {
+        let light = |caster, power, kind| SampleLight {
             caster,
             power,
             kind,
             density: 0.0,
-            falloff: of.falloff(),
-            inverse_square_range: of.inverse_square_range(),
+            falloff: [0.0, 0.0, 0.0, 1.0],
+            inverse_square_range: 0.0,
         };
-        let light = |caster, power, kind| shaped(caster, power, kind, &everywhere);
         let mut lights = Vec::new();
         if let Some(sun) = state.sun() {
             let direction = sun.direction.normalize_or(Vec3::Z);
@@ -369,11 +374,38 @@ impl ReliefLights {
                 lights.push(SampleLight { density: drawn.density, ..light(caster, drawn.irradiance, LIGHT_DRAWN) });
             }
         }
-        let points = state.point_lights.iter().take(MAX_POINT_LIGHTS);
-        lights.extend(points.map(|l| shaped(Caster::Point(l.position), l.intensity, LIGHT_OF_SCENE, l)));
+        let drawn = drawn_lamps(self.lamps.len(), index, settings.seed);
+        let scale = self.lamps.len() as f32 / drawn.len().max(1) as f32;
+        lights.extend(drawn.into_iter().map(|number| {
+            let Lamp { caster, power, falloff, inverse_square_range, .. } = self.lamps[number];
+            SampleLight { falloff, inverse_square_range, ..light(caster, scale * power, LIGHT_OF_SCENE) }
+        }));
         lights.truncate(MAX_LIGHTS);
         lights
     }
+}
+
+/// Returns the numbers of the lamps of sample `index`: all of them or, of more than [`LAMPS`], the next in an endless sequence of
+/// permutations. A sequence without permutations would light a part of each pixel by the same lamps in all samples.
+fn drawn_lamps(count: usize, index: u32, seed: u64) -> Vec<usize> {
+    if count <= LAMPS {
+        return (0..count).collect();
+    }
+    let nth = |i: usize| {
+        let (cycle, at) = ((i / count) as u64, i % count);
+        let mut order: Vec<usize> = (0..count).collect();
+        order.sort_by_cached_key(|&lamp| hashed(seed ^ hashed(cycle << 32 | lamp as u64)));
+        order[at]
+    };
+    (0..LAMPS).map(|i| nth(index as usize * LAMPS + i)).collect()
+}
+
+/// Returns 64 random bits of a number (SplitMix64: Steele, Lea and Flood 2014).
+const fn hashed(number: u64) -> u64 {
+    let z = number.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ z >> 31
 }
 
 struct SampleLight {
@@ -405,6 +437,19 @@ fn seen_normals(eye: Vec3, casters: &[&PosedObject]) -> Vec<Vec3> {
 mod tests {
     use super::*;
     use crate::light::panorama::EnvironmentLight;
+
+    #[test]
+    fn all_lamps_are_drawn_equally_often() {
+        assert_eq!(drawn_lamps(3, 7, 1), [0, 1, 2]);
+        for count in [5, 8, 13] {
+            let mut drawn = vec![0; count];
+            for index in 0..count as u32 {
+                drawn_lamps(count, index, 9).into_iter().for_each(|lamp| drawn[lamp] += 1);
+            }
+            assert_eq!(drawn, vec![LAMPS; count]);
+        }
+        assert_ne!(drawn_lamps(16, 0, 1), drawn_lamps(16, 4, 1));
+    }
 
     #[test]
     fn panorama_light_directions_have_its_spread() {

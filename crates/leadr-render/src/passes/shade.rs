@@ -2,15 +2,18 @@
 
 use std::sync::Arc;
 
+use super::lamps::{Lamp, LampGpu};
 use super::object_depth::{ANY_OBJECT_TEST, OBJECT_TEST};
 use super::shadow::ShadowView;
 use super::targets::{JoinedEdges, RADIANCE_FORMAT, SampleTargets, VisibleSurface};
-use crate::constants::{EDGES_ARE_ABSENT, EDGES_ARE_JOINED, EDGES_ARE_SHADED, MAX_SHADOW_MAPS, MAX_SUNS};
+use crate::constants::{
+    EDGES_ARE_ABSENT, EDGES_ARE_JOINED, EDGES_ARE_SHADED, MAX_LAMP_MAPS, MAX_SHADOW_MAPS, MAX_SUNS,
+};
 use crate::light::environment::Environment;
 use crate::light::panorama::{EnvironmentLight, MAX_ENVIRONMENT_LIGHTS};
 use crate::light::sky::Sky;
 use crate::light::sky_visibility::SkyVisibilityGpu;
-use crate::scene::{FrameState, MAX_POINT_LIGHTS};
+use crate::scene::FrameState;
 use crate::settings::Shading;
 use crate::surfaces::material::Bases;
 use crate::view::View;
@@ -21,6 +24,7 @@ use leadr_gpu::{
 };
 
 const SUNS: usize = MAX_SUNS as usize;
+const LAMP_MAPS: usize = MAX_LAMP_MAPS as usize;
 const SHADOW_MAPS: usize = MAX_SHADOW_MAPS as usize;
 
 /// The angular radius of the frame's own sun in radians: 0.2665°, the value at the mean distance of the Earth.
@@ -39,8 +43,7 @@ shared_struct! {
     pub struct LightingGpu for "Lighting" {
         /// The rays through the image, as in [`Camera::rays`](crate::camera::Camera::rays). The near distance is in the last w.
         pub rays: [[f32; 4]; 3],
-        /// The matrices from world space to shadow texture space, for the frame's own sun, the suns of the panorama, and the point
-        /// lights.
+        /// The matrices from world space to shadow texture space, for the frame's own sun, the suns of the panorama, and the lamps.
         pub shadow_from_world: [[[f32; 4]; 4]; SHADOW_MAPS],
         /// The position of the camera, and the radiance of an emission value of 1.
         pub camera_position: [f32; 4],
@@ -48,14 +51,8 @@ shared_struct! {
         pub sun_direction: [[f32; 4]; SUNS],
         /// The irradiance of each sun on a plane that faces it, and the tangent of the sun's angular radius.
         pub sun_irradiance: [[f32; 4]; SUNS],
-        /// The positions of the point lights, and the reciprocals of their squared ranges.
-        pub point_position: [[f32; 4]; MAX_POINT_LIGHTS],
-        /// The intensities of the point lights.
-        pub point_intensity: [[f32; 4]; MAX_POINT_LIGHTS],
-        /// The spot cones, as [`PointLight::falloff`](crate::scene::PointLight).
-        pub point_falloff: [[f32; 4]; MAX_POINT_LIGHTS],
-        /// The width of the penumbra in map texels per unit of depth, and the size of a texel at distance 1.
-        pub point_shadow: [[f32; 4]; MAX_POINT_LIGHTS],
+        /// The shadows of the lamps with maps, as [`Lamp::penumbra`].
+        pub lamp_shadow: [[f32; 4]; LAMP_MAPS],
         /// The width and height of the image, and the number of samples along one side of a pixel.
         pub viewport: [f32; 4],
         /// The face size of the cube, 0, the world size of a shadow texel, and the tangent of the lowest elevation at which the
@@ -63,7 +60,7 @@ shared_struct! {
         pub environment: [f32; 4],
         /// Extinction of the air per metre, or 0 without an analytic sky.
         pub air: [f32; 4],
-        /// Index and random seed of the sample.
+        /// Index and random seed of the sample, and the number of lamps.
         pub draws: [u32; 4],
     }
 }
@@ -74,9 +71,15 @@ pub(super) fn air_of(state: &FrameState) -> Vec3 {
 }
 
 impl LightingGpu {
-    /// Returns the block for an image of the scene under an environment. `shadows` are the views of the lights with shadow maps, in
-    /// order.
-    pub fn new(state: &FrameState, view: &View, environment: &Environment, shadows: &[ShadowView]) -> Self {
+    /// Returns the block for an image of the scene under an environment with these lamps. `shadows` are the views of the lights with
+    /// shadow maps, in order.
+    pub fn new(
+        state: &FrameState,
+        view: &View,
+        environment: &Environment,
+        lamps: &[Lamp],
+        shadows: &[ShadowView],
+    ) -> Self {
         let four = |v: Vec3, w: f32| v.extend(w).to_array();
         let mut sun_direction = [[0.0, 0.0, 1.0, 0.0]; SUNS];
         let mut sun_irradiance = [[0.0; 4]; SUNS];
@@ -99,23 +102,15 @@ impl LightingGpu {
             camera_position: four(view.camera.position, state.emission_scale),
             sun_direction,
             sun_irradiance,
-            point_position: [[0.0; 4]; MAX_POINT_LIGHTS],
-            point_intensity: [[0.0; 4]; MAX_POINT_LIGHTS],
-            point_falloff: [[0.0; 4]; MAX_POINT_LIGHTS],
-            point_shadow: [[0.0; 4]; MAX_POINT_LIGHTS],
+            lamp_shadow: [[0.0; 4]; LAMP_MAPS],
             viewport: [size.0 as f32, size.1 as f32, view.grid() as f32, 0.0],
-            // The maps of all suns cover the same sphere, and precede the maps of point lights.
+            // The maps of all suns cover the same sphere, and precede the maps of lamps.
             environment: [environment.face_size() as f32, 0.0, shadows.first().map_or(0.0, |s| s.texel), -1e9],
             air: four(air_of(state), 0.0),
-            draws: [0; 4],
+            draws: [0, 0, lamps.len() as u32, 0],
         };
-        for (i, light) in state.point_lights.iter().take(MAX_POINT_LIGHTS).enumerate() {
-            block.point_position[i] = four(light.position, light.inverse_square_range());
-            block.point_falloff[i] = light.falloff();
-            block.point_intensity[i] = four(light.intensity, 0.0);
-            if let Some(view) = shadows.get(suns + i) {
-                block.point_shadow[i] = [light.radius.max(0.0) / (view.texel * view.near), view.texel, 0.0, 0.0];
-            }
+        for ((shadow, lamp), view) in block.lamp_shadow.iter_mut().zip(lamps).zip(shadows.iter().skip(suns)) {
+            *shadow = lamp.penumbra(view);
         }
         block
     }
@@ -123,7 +118,7 @@ impl LightingGpu {
     /// Sets the index and the seed for the random draws of the reference.
     #[must_use]
     pub fn with_draws(mut self, sample: u32, seed: u64) -> Self {
-        self.draws = [sample, (seed ^ seed >> 32) as u32, 0, 0];
+        [self.draws[0], self.draws[1]] = [sample, (seed ^ seed >> 32) as u32];
         self
     }
 
@@ -143,8 +138,10 @@ pub struct LightSet {
     pub sun: bool,
     /// The number of lights extracted from the panorama.
     pub panorama: u32,
-    /// The number of point lights.
-    pub points: u32,
+    /// The number of lamps that can have shadow maps.
+    pub lamps: u32,
+    /// Whether there are more lamps. Their number does not change the pipelines.
+    pub more_lamps: bool,
     /// Whether the lights have shadow maps.
     pub shadows: bool,
 }
@@ -152,9 +149,15 @@ pub struct LightSet {
 impl LightSet {
     /// Counts the lights of a frame under an environment. `shadows` is whether they have shadow maps.
     pub fn new(state: &FrameState, environment: &Environment, shadows: bool) -> Self {
-        let points = state.point_lights.len().min(MAX_POINT_LIGHTS) as u32;
+        let lamps = state.point_lights.len() + state.more_suns.len();
         let panorama = (environment.lights().len() as u32).min(MAX_ENVIRONMENT_LIGHTS);
-        Self { sun: state.sun().is_some(), panorama, shadows, points }
+        Self {
+            sun: state.sun().is_some(),
+            panorama,
+            lamps: lamps.min(LAMP_MAPS) as u32,
+            more_lamps: lamps > LAMP_MAPS,
+            shadows,
+        }
     }
 
     /// Counts the directional lights with shadow maps.
@@ -164,7 +167,7 @@ impl LightSet {
 
     /// Counts the lights with shadow maps.
     pub fn shadow_maps(&self) -> u32 {
-        if self.shadows { self.sun_maps() + self.points } else { 0 }
+        if self.shadows { self.sun_maps() + self.lamps } else { 0 }
     }
 }
 
@@ -216,7 +219,8 @@ impl ShadeKind {
             ("OWN_SUNS", SpecValue::I32(i32::from(lights.sun))),
             ("PANORAMA_SUNS", SpecValue::I32(lights.panorama as i32)),
             ("MAPPED_SHADOWS", SpecValue::Bool(lights.shadows)),
-            ("POINT_LIGHTS", SpecValue::I32(lights.points as i32)),
+            ("LAMPS", SpecValue::I32(lights.lamps as i32)),
+            ("MORE_LAMPS", SpecValue::Bool(lights.more_lamps)),
             ("EDGES", SpecValue::I32(*edges as i32)),
             ("TELLS_LIGHT", SpecValue::Bool(*light_visibility)),
         ];
@@ -225,7 +229,7 @@ impl ShadeKind {
 }
 
 /// The structs of the [scene's set](crate::sets::SCENE).
-pub const SCENE_STRUCTS: [StructLayout; 2] = [LightingGpu::LAYOUT, SkyVisibilityGpu::LAYOUT];
+pub const SCENE_STRUCTS: [StructLayout; 3] = [LightingGpu::LAYOUT, LampGpu::LAYOUT, SkyVisibilityGpu::LAYOUT];
 
 fn nearest(gpu: &Arc<Gpu>) -> Result<Sampler> {
     Sampler::new(gpu, Filter::Nearest, AddressMode::ClampToEdge)

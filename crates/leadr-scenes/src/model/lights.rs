@@ -8,10 +8,8 @@ use super::parts::{Placement, to_z_up};
 use crate::stage::OwnLights;
 use leadr_models::{Light, LightKind, Model, Pose, Projection};
 use leadr_render::camera::Camera;
-use leadr_render::scene::{Cone, MAX_POINT_LIGHTS, PointLight, Sun};
+use leadr_render::scene::{Cone, MAX_LAMPS, PointLight, Sun};
 
-/// The distance of directional lights, as a multiple of the model's size. The rays of such a light differ by at most half a degree.
-const FAR: f32 = 100.0;
 /// The largest irradiance at the model. This irradiance makes a white surface as bright as the picture's white. Stronger lights are dimmed.
 const BRIGHTEST: f32 = PI;
 /// The vertical field of view, in radians, that approximates an orthographic camera.
@@ -22,7 +20,7 @@ const NEARLY_PARALLEL: f32 = 0.02;
 pub struct Lamps {
     /// The node of the brightest directional light.
     sun: Option<usize>,
-    /// The nodes of the other lights, at most [`MAX_POINT_LIGHTS`].
+    /// The nodes of the other lights, at most [`MAX_LAMPS`].
     nodes: Vec<usize>,
     /// The factor that dims all intensities.
     dimmed: f32,
@@ -30,9 +28,6 @@ pub struct Lamps {
     pub irradiance: f32,
     /// The number of lights that are not lit.
     pub unlit: usize,
-    /// The size and the centre of the model in the world.
-    size: f32,
-    middle: Vec3,
 }
 
 impl Lamps {
@@ -46,17 +41,17 @@ impl Lamps {
         let suns = nodes.iter().copied().filter(|&n| light(n).is_some_and(|l| l.kind == LightKind::Directional));
         let sun = suns.reduce(|a, b| if brightness(b) > brightness(a) { b } else { a });
         nodes.retain(|&node| Some(node) != sun);
-        let unlit = nodes.len().saturating_sub(MAX_POINT_LIGHTS);
-        nodes.truncate(MAX_POINT_LIGHTS);
+        let unlit = nodes.len().saturating_sub(MAX_LAMPS);
+        nodes.truncate(MAX_LAMPS);
         let (size, middle) = (corners.0.distance(corners.1).max(1e-3), 0.5 * (corners.0 + corners.1));
-        let mut lamps = Self { sun, nodes, dimmed: 1.0, irradiance: 0.0, unlit, size, middle };
+        let mut lamps = Self { sun, nodes, dimmed: 1.0, irradiance: 0.0, unlit };
         let reaching = |lamp: &PointLight| {
             let distance = lamp.position.distance(middle).max(0.25 * size);
             lamp.intensity.max_element() / (distance * distance)
         };
         let own = lamps.at(model, pose, placement);
-        let sum =
-            own.points.iter().map(reaching).sum::<f32>() + own.sun.map_or(0.0, |sun| sun.irradiance.max_element());
+        let of_suns = own.sun.iter().chain(&own.more_suns).map(|sun| sun.irradiance.max_element()).sum::<f32>();
+        let sum = own.points.iter().map(reaching).sum::<f32>() + of_suns;
         lamps.dimmed = (BRIGHTEST / sum.max(1e-20)).min(1.0);
         lamps.irradiance = sum * lamps.dimmed;
         lamps
@@ -66,8 +61,8 @@ impl Lamps {
     pub fn at(&self, model: &Model, pose: &Pose, placement: &Placement) -> OwnLights {
         let power = |light: &Light| Vec3::from(light.color) * (light.intensity * self.dimmed);
         let forward = |node: usize| along(&pose.world_from_node[node], Vec3::NEG_Z);
-        let lamp = |&node: &usize| {
-            let light = &model.lights[model.nodes[node].light?];
+        let light = |&node: &usize| model.nodes[node].light.map(|number| (node, &model.lights[number]));
+        let lamp = |(node, light): (usize, &Light)| {
             let position = placement.to_world(pose.world_from_node[node].w_axis.truncate());
             // Intensities scale with the model, so that the illuminance on the model does not change.
             let square = placement.scale() * placement.scale();
@@ -75,22 +70,22 @@ impl Lamps {
                 range: light.range.map(|range| range * placement.scale()),
                 ..PointLight::new(position, power(light) * square)
             };
-            Some(match light.kind {
-                LightKind::Point => lamp,
+            match light.kind {
                 LightKind::Spot { inner_angle, outer_angle } => {
                     PointLight { cone: Some(Cone { axis: forward(node), inner_angle, outer_angle }), ..lamp }
                 }
-                LightKind::Directional => {
-                    let away = FAR * self.size;
-                    PointLight::new(self.middle - forward(node) * away, power(light) * (away * away))
-                }
-            })
+                LightKind::Point | LightKind::Directional => lamp,
+            }
         };
-        let sun = |node: usize| {
-            let light = &model.lights[model.nodes[node].light?];
-            Some(Sun { direction: -forward(node), irradiance: power(light) })
-        };
-        OwnLights { sun: self.sun.and_then(sun), points: self.nodes.iter().filter_map(lamp).collect() }
+        let sun = |(node, light): (usize, &Light)| Sun { direction: -forward(node), irradiance: power(light) };
+        let (suns, lamps): (Vec<_>, Vec<_>) =
+            self.nodes.iter().filter_map(light).partition(|(_, light)| light.kind == LightKind::Directional);
+        OwnLights {
+            sun: self.sun.as_ref().and_then(light).map(sun),
+            more_suns: suns.into_iter().map(sun).collect(),
+            // A node far outside the model can overflow.
+            points: lamps.into_iter().map(lamp).filter(|l| l.position.is_finite() && l.intensity.is_finite()).collect(),
+        }
     }
 }
 

@@ -29,7 +29,7 @@ use charts::Charts;
 use leadr_maps::material::Material;
 use leadr_models::Model;
 use leadr_render::camera::Camera;
-use leadr_render::scene::{MAX_POINT_LIGHTS, Object, Pose};
+use leadr_render::scene::{MAX_LAMPS, Object, Pose};
 use leadr_render::surfaces::numbering::MAX_OBJECTS;
 use lights::Lamps;
 use parts::{Parts, Placement};
@@ -217,7 +217,7 @@ pub fn stage(choice: ModelChoice) -> Result<Stage, SceneError> {
     let lamps = Lamps::of(&model, &rest, &placement, corners);
     if lamps.unlit > 0 {
         tracing::warn!(
-            "{}: {} of its lights are not lit; a scene has at most {MAX_POINT_LIGHTS} lamps and a sun",
+            "{}: {} of its lights are not lit; a scene has at most {MAX_LAMPS} lights and a sun",
             model.name,
             lamps.unlit
         );

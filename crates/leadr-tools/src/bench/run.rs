@@ -126,6 +126,7 @@ fn one_scene(
         Table::Distance => scene::distances(scene, &state, only),
         Table::Resolution => scene::resolutions(scene, &state, only),
         Table::Triangles => scene::triangles(scene, &state, only),
+        Table::Lights => scene::lights(scene, &state, only),
         Table::Maps | Table::Bases | Table::Waves | Table::Scale => Vec::new(),
     });
     let rows = rows.collect();

@@ -1,5 +1,4 @@
-//! The tables of scale, which list frame and set-up times by number of objects, materials, triangles, lights, pixels and
-//! texels.
+//! The tables of scale, which list frame and set-up times by number of objects, materials, triangles, pixels and texels.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -16,7 +15,7 @@ use leadr_render::camera::Camera;
 use leadr_render::frame::Renderer;
 use leadr_render::light::environment::Environment;
 use leadr_render::light::sky::Sky;
-use leadr_render::scene::{FrameState, MAX_POINT_LIGHTS, MaterialMap, Object, PointLight, Pose};
+use leadr_render::scene::{FrameState, MaterialMap, Object, Pose};
 use leadr_render::settings::{RenderSettings, Technique};
 use leadr_render::surfaces::displacement::HeightField;
 use leadr_scenes::config::SceneConfig;
@@ -38,7 +37,7 @@ const SIDES: [u32; 4] = [128, 256, 512, 1024];
 const HALF: f32 = 5.0;
 
 /// Returns renderers with their rows for increasing numbers of balls, of balls with separate materials, of instances of a fine
-/// ball, of lamps, of pixels, and of texels of a height map. Every row is compared with the first row of its table.
+/// ball, of pixels, and of texels of a height map. Every row is compared with the first row of its table.
 ///
 /// # Errors
 /// Fails if memory runs out or the device fails.
@@ -75,17 +74,11 @@ pub fn scale(
         add("texels", &format!("{side}x{side}"), &format!("{0}x{0}", SIDES[0]), ball.collect())?;
     }
     let (renderer, state, _) = set_up(gpu, balls(100, SIDE, false))?;
-    let lamps = (0..=MAX_POINT_LIGHTS).map(|count| {
-        let position = |i: usize| Vec3::new(HALF * (i as f32 - 1.5), 0.0, HALF);
-        let point_lights = (0..count).map(|i| PointLight::new(position(i), Vec3::splat(50.0))).collect();
-        row("lamps", &count.to_string(), "0", FrameState { point_lights, ..state.clone() }, None)
-    });
     let pictures = SIDES.map(|side| {
         let row = row("pixels", &format!("{side}x{side}"), &format!("{0}x{0}", SIDES[0]), state.clone(), None);
         Row { settings: RenderSettings { size: (side, side), ..row.settings }, ..row }
     });
-    let rows = lamps.chain(pictures).collect();
-    all.push((renderer, rows));
+    all.push((renderer, pictures.to_vec()));
     Ok(all)
 }
 

@@ -1,12 +1,13 @@
 //! The tables of a scene, for several views, techniques, distances, resolutions, triangle sizes and map sizes.
 
 use clap::ValueEnum;
+use glam::Vec3;
 
 use super::quad;
 use super::rounds::TOTAL;
 use super::rows::Row;
-use leadr_render::scene::FrameState;
-use leadr_render::settings::{Quadrature, RenderSettings, Technique, Terms};
+use leadr_render::scene::{FrameState, PointLight};
+use leadr_render::settings::{DiffuseLights, Probes, Quadrature, RenderSettings, ShadingOptions, Technique, Terms};
 use leadr_scenes::config::{Picture, SceneConfig};
 use leadr_scenes::registry::{Choice, NamedScene};
 use leadr_scenes::view::{Size, ViewChoice};
@@ -24,13 +25,15 @@ pub enum Table {
     Resolution,
     /// Triangles of 1, 2, 4, 8 and 16 pixels
     Triangles,
+    /// 0 to 256 point lights around the middle view
+    Lights,
     /// Maps of increasing size, with LEADR and LEAN in sunlight
     Maps,
     /// One Beckmann lobe, a GGX base, and the lobes of a measured material
     Bases,
     /// The passes of the open sea by size of transform and of picture
     Waves,
-    /// Balls by number of objects, materials, triangles, lamps, pixels and texels, and their set-up times
+    /// Balls by number of objects, materials, triangles, pixels and texels, and their set-up times
     Scale,
 }
 
@@ -62,6 +65,8 @@ const AFAR: f32 = 8.0;
 /// The triangle sizes in pixels, and the size of the row with which all others are compared.
 const TRIANGLES: [f32; 5] = [1.0, 2.0, 4.0, 8.0, 16.0];
 const USUAL_TRIANGLES: f32 = 4.0;
+/// The numbers of point lights.
+const LIGHTS: [usize; 6] = [0, 1, 4, 16, 64, 256];
 
 /// Returns a row of a scene. The total time is compared with the row `base` in the same table.
 pub fn row(config: &SceneConfig, technique: Technique, state: FrameState, [table, name, base]: [String; 3]) -> Row {
@@ -158,6 +163,43 @@ pub fn triangles(config: &SceneConfig, state: &FrameState, only: Option<Techniqu
     TRIANGLES.map(divided).into()
 }
 
+/// Returns rows for the middle view of `state` with increasing numbers of point lights above the target of the camera. The lights have no
+/// range, so each of them lights every pixel. Together they always have the same intensity. For LEADR, more tables draw diffuse light with
+/// the settings of the paper: each light is integrated over a grid, all lights are integrated at once (Algorithm 2), or each light has a
+/// closed form.
+pub fn lights(config: &SceneConfig, state: &FrameState, only: Option<Technique>) -> Vec<Row> {
+    let technique = only.unwrap_or(Technique::Leadr);
+    let away = state.camera.position.distance(state.camera.target);
+    let lit = |count: usize| {
+        let intensity = Vec3::splat(2.0 * away * away / state.exposure() / count.max(1) as f32);
+        let light = |i: usize| {
+            // A spiral of even density over the hemisphere.
+            let (height, angle) = ((i as f32 + 0.5) / count as f32, 2.399_963 * i as f32);
+            let level = (1.0 - height * height).sqrt();
+            let direction = Vec3::new(level * angle.cos(), level * angle.sin(), height);
+            PointLight::new(state.camera.target + away * direction, intensity)
+        };
+        FrameState { point_lights: (0..count).map(light).collect(), ..state.clone() }
+    };
+    let usual = row(config, technique, state.clone(), Default::default()).settings.shading;
+    let diffuse = |quadrature| quad::paper(technique, quadrature, Terms::DIFFUSE_LIGHTS);
+    let grid = diffuse(Quadrature::Grid(5));
+    let kinds = [
+        ("", usual),
+        (", diffuse, 5x5 grid for each", grid),
+        (", diffuse, 5x5 grid for all", grid.adjusted(|o| ShadingOptions { diffuse_lights: DiffuseLights::Sh, ..o })),
+        (", diffuse, closed form", diffuse(Quadrature::VisibleSlopes(Probes::Sixteen))),
+    ];
+    let kinds = if technique == Technique::Leadr { &kinds[..] } else { &kinds[..1] };
+    let rows = kinds.iter().flat_map(|&(kind, shading)| LIGHTS.map(|count| (kind, shading, count)));
+    rows.map(|(kind, shading, count)| {
+        let names = [format!("{} by number of lights{kind}", config.scene.name), count.to_string(), "0".to_owned()];
+        let row = row(config, technique, lit(count), names);
+        Row { settings: RenderSettings { shading, ..row.settings }, ..row }
+    })
+    .collect()
+}
+
 /// Returns rows for LEADR and LEAN (or the technique `only`) with maps of this size in texels. `first` is the size with which all
 /// others are compared. The techniques use the paper's settings under the sun alone, so they differ only in their filtering.
 pub fn maps(
@@ -209,6 +251,7 @@ mod tests {
             rows.extend(distances(&config, &state, only));
             rows.extend(resolutions(&config, &state, only));
             rows.extend(triangles(&config, &state, only));
+            rows.extend(lights(&config, &state, only));
             for size in [(32, 16), (64, 32)] {
                 rows.extend(maps(&config, &state, [size, (32, 16)], only));
             }
