@@ -14,6 +14,11 @@ float depth_inside(const float open, const float inside) {
     return min(inside * (1.0 - open) / max(open, 1e-12), LEADR_MOST_DEPTH);
 }
 
+// Returns the openness for such a footprint.
+float openness_inside(const float open, const float inside) {
+    return max(open / max(open + inside * (1.0 - open), 1e-12), 1.0 / (1.0 + LEADR_MOST_DEPTH));
+}
+
 // Returns the openness of the classes in a footprint, whose facets can be more or less open than the mean facet of their class. open is that
 // of the mean, shape is the mean of open (1 - open) over the classes of the map, azimuth is the unit vector of the direction in the table of
 // the openness, and local is the local openness (crates/leadr-maps/src/derive/local_openness.rs).

@@ -13,7 +13,7 @@
 // kernel with the remaining covariance (kernel.glsl describes the cube). Weights sum to one, so there is no division, and a constant
 // environment returns its own value. crates/leadr-reflectance/src/visible/specular.rs has the derivation. Once per pixel
 //     VisibleProbes probes = visible_probes(LEADR_SHADOWING_NONE, wo, m, S, probe_kernel(n));
-// and for i in 0..n-1, n = 5, 9 or 16
+// and for i in 0..n-1, n = 5, 9 or 16 (few_node for n = 3)
 //     VisibleProbe p = visible_probe(probes, wo, probe_node(n, i, probes.wide));
 //     vec3 f = p.weight * fresnel_schlick(f0, p.cosine);
 //     reflected += f * textureLod(environment, from_frame(frame, p.wi), kernel_lod(p.variance, size)).rgb;
@@ -98,6 +98,9 @@ ProbeNode probe_node(const int n, const int i, const float wide) {
     vec3 now = LEADR_NARROW_RINGS[ring] + wide * (LEADR_WIDE_RINGS[ring] - LEADR_NARROW_RINGS[ring]);
     return ProbeNode(LEADR_PROBE_AZIMUTHS[first + i], now.x, now.y, now.z);
 }
+
+// The ring of the rule with three probes, for lobes of any width.
+const vec3 LEADR_THREE_RING = vec3(1.41421356, 0.33333333, 1.0);
 
 // Returns the kernels' fractions of a lobe's variance for the rule with n probes: for a narrow round lobe, for a round lobe in the limit of
 // wide lobes, and along an elongated lobe.
@@ -226,6 +229,29 @@ VisibleProbes visible_probes_of(const int shadowing, vec3 wo, VisibleSlopes all,
 // Returns the probes for all facets visible from wo.
 VisibleProbes visible_probes(const int shadowing, const vec3 wo, const vec2 m, const vec3 S, const vec3 kernel) {
     return visible_probes_of(shadowing, wo, visible_slopes(wo, m, S), kernel);
+}
+
+// Returns node i of the rule with n = 3 or 5 probes. n and i can be variables. Three nodes are symmetric about the line orthogonal to the
+// viewer's azimuth. Fresnel terms and shadows change most along the azimuth, where skewed nodes would be wrong.
+// A part of the azimuth itself keeps the direction stable across long lobes.
+ProbeNode few_node(const VisibleProbes probes, const vec3 wo, const int n, const int i) {
+    vec2 axis = LEADR_PROBE_AZIMUTHS[1];
+    vec2 turn = i == 1 ? vec2(1.0, 0.0) : i == 2 ? vec2(0.0, 1.0) : i == 3 ? vec2(-1.0, 0.0) : vec2(0.0, -1.0);
+    vec3 narrow = LEADR_NARROW_RINGS[1], widest = LEADR_WIDE_RINGS[1];
+    if (i == 0) {
+        turn = vec2(0.0);
+        narrow = LEADR_NARROW_RINGS[0];
+        widest = LEADR_WIDE_RINGS[0];
+    }
+    if (n <= 3) {
+        vec3 root = probes.nodes.root / max(probes.nodes.root.x + probes.nodes.root.y, 1e-18);
+        vec2 view = vec2(dot(root.xz, wo.xy), dot(root.zy, wo.xy)) + 0.03 * wo.xy + vec2(1e-6, 0.0);
+        axis = vec2(-view.y, view.x) * inversesqrt(dot(view, view));
+        turn = i == 0 ? vec2(1.0, 0.0) : vec2(-0.5, i == 1 ? 0.8660254 : -0.8660254);
+        narrow = widest = LEADR_THREE_RING;
+    }
+    vec3 now = narrow + probes.wide * (widest - narrow);
+    return ProbeNode(turn.x * axis + turn.y * vec2(-axis.y, axis.x), now.x, now.y, now.z);
 }
 
 struct VisibleProbe {

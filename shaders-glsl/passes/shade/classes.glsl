@@ -14,7 +14,9 @@ vec4 pixel_sky[MOST_CLASSES];
 // The class that is shaded.
 struct ShadedClass {
     int number;
+    int probes;        // number of probes of the specular environment
     float depth;       // optical depth towards the viewer
+    vec2 base_area;    // projected area and visible area of a facet of the mean slope, with the roughness of the base
     vec3 correlation;  // of the openness towards different directions
 };
 ShadedClass shaded_class;
@@ -39,32 +41,12 @@ vec4 class_openness_at(const vec2 at) {
 // Whether a horizon has the bumps that are larger than the footprint.
 const bool HAS_HORIZON = USES_HORIZON && !LOCAL_OPENNESS;
 
-// Returns the openness of the classes towards w.
-vec4 classes_open(const vec3 w) {
-    float up = w.z - dot(pixel_classes.offset, w.xy);
-    int views = TRIPLANAR ? pixel_classes.views : 1;
-    vec4 open = vec4(0.0);
-    for (int i = 0; i < views; ++i) {
-        vec2 q = vec2(dot(pixel_classes.s[i], w.xy), dot(pixel_classes.t[i], w.xy));
-        open += pixel_classes.weight[i] * class_openness_at(0.5 + 0.5 * q / (length(q) + max(up, 1e-4)));
-    }
-    return up > 0.0 ? open : vec4(0.0);
-}
-
 // The part of the relief outside a footprint that hides nothing from the mean facet. A pixel shows open facets more often than others.
 // Measured with scripts/external-truth.
 const float SHOWN_OPEN = 0.5;
 
-// Returns the optical depths of the classes towards a light.
-vec4 depths_towards(const vec3 w) {
-    vec4 depths = vec4(0.0);
-    if (!LOCAL_OPENNESS) {
-        vec4 of_map = classes_open(w);
-        [[unroll]] for (int k = 0; k < CLASSES; ++k) {
-            depths[k] = depth_inside(of_map[k], pixel_classes.inside);
-        }
-        return depths;
-    }
+// Returns the openness of the classes towards w, of the facets in the footprint if `local` is true, and of all facets otherwise.
+vec4 classes_open(const vec3 w, const bool local) {
     float up = w.z - dot(pixel_classes.offset, w.xy);
     int views = TRIPLANAR ? pixel_classes.views : 1;
     float inside = mix(1.0, pixel_classes.inside, SHOWN_OPEN);
@@ -73,17 +55,32 @@ vec4 depths_towards(const vec3 w) {
         vec2 q = vec2(dot(pixel_classes.s[i], w.xy), dot(pixel_classes.t[i], w.xy));
         float flat_length = length(q);
         vec4 of_map = class_openness_at(0.5 + 0.5 * q / (flat_length + max(up, 1e-4)));
-        float shape = 0.0;
-        [[unroll]] for (int k = 0; k < CLASSES; ++k) {
-            of_map[k] = 1.0 / (1.0 + depth_inside(of_map[k], inside));
-            shape += pixel_classes.correlation[k].w * of_map[k] * (1.0 - of_map[k]);
+        if (local) {
+            float shape = 0.0;
+            [[unroll]] for (int k = 0; k < CLASSES; ++k) {
+                of_map[k] = openness_inside(of_map[k], inside);
+                shape += pixel_classes.correlation[k].w * of_map[k] * (1.0 - of_map[k]);
+            }
+            of_map = local_openness(of_map, shape, q / max(flat_length, 1e-9), pixel_classes.local[i]);
         }
-        open += pixel_classes.weight[i] * local_openness(of_map, shape, q / max(flat_length, 1e-9), pixel_classes.local[i]);
+        open += pixel_classes.weight[i] * of_map;
     }
+    return up > 0.0 ? open : vec4(0.0);
+}
+
+// Returns the optical depths of the classes towards a light.
+vec4 depths_towards(const vec3 w) {
+    vec4 open = classes_open(w, LOCAL_OPENNESS);
+    vec4 depths = vec4(0.0);
     [[unroll]] for (int k = 0; k < CLASSES; ++k) {
-        depths[k] = depth_inside(up > 0.0 ? open[k] : 0.0, 1.0);
+        depths[k] = depth_inside(open[k], LOCAL_OPENNESS ? 1.0 : pixel_classes.inside);
     }
     return depths;
+}
+
+// Returns the optical depth of the shaded class towards a light.
+float depth_towards(const vec3 w) {
+    return depth_inside(classes_open(w, LOCAL_OPENNESS)[shaded_class.number], LOCAL_OPENNESS ? 1.0 : pixel_classes.inside);
 }
 
 // Prepares the shading of the classes, and returns the share of each in the visible area.
@@ -94,7 +91,7 @@ vec4 classes_seen(inout Surface surface) {
     }
     surface.whole_cholesky = slope_cholesky(surface.slope_covariance);
     surface.whitened = whitened_direction(surface.wo, surface.whole_cholesky);
-    vec4 of_map = classes_open(surface.wo);
+    vec4 of_map = classes_open(surface.wo, false);
     [[unroll]] for (int k = 0; k < CLASSES; ++k) {
         float depth = depth_inside(of_map[k], pixel_classes.inside);
         share[k] *= visible_area(surface.wo, pixel_classes.mean[k], pixel_classes.covariance[k]) / (1.0 + depth);
@@ -103,9 +100,14 @@ vec4 classes_seen(inout Surface surface) {
     return share / max(dot(share, vec4(1.0)), 1e-9);
 }
 
-// Returns the surface that consists of one class only. Drivers would keep arrays with variable indices in memory.
-Surface class_part(Surface surface, const int number) {
-    shaded_class = ShadedClass(number, pixel_depth[number], pixel_classes.correlation[number].xyz);
+// Returns the slope variance of the base along each axis.
+float base_variance(const Surface surface) {
+    return 0.5 * surface.alpha * surface.alpha;
+}
+
+// Returns the surface that consists of one class only. probes is the number of probes of the specular environment. Drivers would keep
+// arrays with variable indices in memory.
+Surface class_part(Surface surface, const int number, const int probes) {
     [[unroll]] for (int k = 0; k < CLASSES; ++k) {
         if (k == number) {
             surface.mean_slope = pixel_classes.mean[k];
@@ -114,33 +116,34 @@ Surface class_part(Surface surface, const int number) {
             surface.alpha = pixel_classes.material[k].a;
         }
     }
+    vec2 m = surface.mean_slope;
+    vec2 base_area = vec2(max(meso_area(surface.wo, m), 0.0), visible_area(surface.wo, m, vec3(vec2(base_variance(surface)), 0.0)));
+    shaded_class = ShadedClass(number, probes, pixel_depth[number], base_area, pixel_classes.correlation[number].xyz);
     return surface;
 }
 
-// Returns the fraction of the visible facets of the shaded class that are lit from wi. depths is the result of depths_towards.
-float class_lit(const Surface surface, const vec3 wi, const vec4 depths) {
+// Returns the fraction of the visible facets of the shaded class that are lit from wi. depth is the optical depth towards wi.
+float class_lit(const Surface surface, const vec3 wi, const float depth) {
     vec2 apart = azimuths_apart(SHADOWING, surface.whitened, whitened_direction(wi, surface.whole_cholesky));
-    return class_lit_fraction(SHADOWING, apart, shaded_class.correlation, shaded_class.depth, depths[shaded_class.number]);
+    return class_lit_fraction(SHADOWING, apart, shaded_class.correlation, shaded_class.depth, depth);
 }
 
 // Returns the fraction of a light from wi that reaches the shaded class, relative to the fraction that passed the shadow casters. depths is
 // the result of depths_towards. The bumps larger than the footprint are among the casters, and also lower the local openness, so the smaller
 // fraction counts.
 float class_lit_by(const Surface surface, const vec3 wi, const vec4 depths, const float passed) {
-    float lit = class_lit(surface, wi, depths);
+    float lit = class_lit(surface, wi, depths[shaded_class.number]);
     return LOCAL_OPENNESS ? mix(min(lit / max(passed, 1e-3), 1.0), lit, pixel_classes.inside) : lit;
 }
 
 float class_lit(const Surface surface, const vec3 wi) {
-    return class_lit(surface, wi, depths_towards(wi));
+    return class_lit(surface, wi, depth_towards(wi));
 }
 
 // Returns the fraction of the base's facets that are lit from wi, among those that are visible, on the shaded class.
 float class_base_lit(const Surface surface, const vec3 wi) {
-    vec2 m = surface.mean_slope;
-    float variance = 0.5 * surface.alpha * surface.alpha;
-    float area = visible_area(surface.wo, m, vec3(vec2(variance), 0.0));
-    return round_lit_fraction(SHADOWING, surface.wo, max(meso_area(surface.wo, m), 0.0), area, wi, m, variance);
+    return round_lit_fraction(SHADOWING, surface.wo, shaded_class.base_area.x, shaded_class.base_area.y, wi, surface.mean_slope,
+                              base_variance(surface));
 }
 
 // Computes pixel_sky. seen has the shares of the classes in the visible area.

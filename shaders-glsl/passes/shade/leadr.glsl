@@ -93,8 +93,10 @@ SpecularTerm grid_specular(Surface surface, vec3 wo, vec3 S) {
 
 // The number of probes per lobe, for three or more lobes (docs/measurements/fitting.md gives the error).
 const int PROBES_OF_LOBE = 5;
-// The number of probes for each of several classes of facets, which together see as much of the environment as one.
+// The number of probes for each of two classes of facets, which together see as much of the environment as one, and for the largest of
+// three or four. The others have FEWEST_PROBES.
 const int MOST_CLASS_PROBES = CLASSES == 2 ? 9 : PROBES_OF_LOBE;
+const int FEWEST_PROBES = 3;
 
 // The positions of a lobe's probes, and the visible area of the lobe.
 struct ProbedLobe {
@@ -183,6 +185,17 @@ SpecularTerm probe_specular(Surface surface, vec3 wo, const vec3 S, int count) {
     ProbedLobe lobe = probed_lobe(surface, wo, S, probe_kernel(count));
     [[unroll]] for (int i = 0; i < count; ++i) {
         add_probe(sums, surface, wo, lobe, probe_node(count, i, lobe.probes.wide), fitted);
+    }
+    return probes_specular(sums, surface, lobe, fitted);
+}
+
+// Returns the specular term of one of three or four classes from `count` probes, 3 or 5.
+SpecularTerm class_specular(Surface surface, vec3 wo, const vec3 S, const int count) {
+    ProbeSums sums = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0, 0.0);
+    bool fitted = is_fitted(surface.fit);
+    ProbedLobe lobe = probed_lobe(surface, wo, S, probe_kernel(count));
+    for (int i = 0; i < count; ++i) {
+        add_probe(sums, surface, wo, lobe, few_node(lobe.probes, wo, count, i), fitted);
     }
     return probes_specular(sums, surface, lobe, fitted);
 }
@@ -396,6 +409,9 @@ vec3 sized_light(const Surface surface, const DirectionArea o, const Light light
 SpecularTerm environment_specular(const Surface surface, const Base base) {
     if (GGX_BASE) {
         return ggx_specular(surface, surface.wo, base.ggx);
+    }
+    if (CLASSES > 2 && VISIBLE_SLOPES && !DRAWN_SPECULAR) {
+        return class_specular(surface, surface.wo, base.S, shaded_class.probes);
     }
     return gaussian_specular(surface, surface.wo, base.S, VISIBLE_SLOPES && CLASSES > 1 ? min(SAMPLES, MOST_CLASS_PROBES) : SAMPLES);
 }
@@ -680,12 +696,18 @@ vec3 classes_radiance(Surface surface) {
     if (sees_sky) {
         light_by_sky(surface, seen);
     }
-    // The numbers of the visible classes, with two bits each.
-    uint numbers = 0u;
-    int count = 0;
-    float whole = 0.0;
+    // The numbers of the visible classes, with two bits each, from the largest.
+    int largest = 0;
+    float most = seen[0];
+    [[unroll]] for (int k = 1; k < CLASSES; ++k) {
+        largest = seen[k] > most ? k : largest;
+        most = max(most, seen[k]);
+    }
+    uint numbers = uint(largest);
+    int count = 1;
+    float whole = most;
     [[unroll]] for (int k = 0; k < CLASSES; ++k) {
-        if (seen[k] > LEAST_SEEN) {
+        if (seen[k] > LEAST_SEEN && k != largest) {
             numbers |= uint(k) << (2 * count);
             whole += seen[k];
             ++count;
@@ -694,7 +716,7 @@ vec3 classes_radiance(Surface surface) {
     vec3 sum = vec3(0.0);
     for (int i = 0; i < count; ++i) {
         int k = int(numbers >> (2 * i)) & 3;
-        Surface part = class_part(surface, k);
+        Surface part = class_part(surface, k, i == 0 ? MOST_CLASS_PROBES : FEWEST_PROBES);
         if (sees_sky) {
             part.sky_light = pixel_sky[k];
         }

@@ -23,7 +23,7 @@ void main() {
     const int models[3] = int[](LEADR_SHADOWING_NONE, LEADR_SHADOWING_SMITH, LEADR_SHADOWING_CORRELATED);
     vec4 columns[5];
     for (int k = 0; k < 4; ++k) {
-        columns[0][k] = 1.0 / (1.0 + depth_inside(open[0][k], inside));
+        columns[0][k] = openness_inside(open[0][k], inside);
         for (int i = 0; i < 3; ++i) {
             vec2 apart = azimuths_apart(models[i], whitened[0], whitened[1]);
             columns[i + 1][k] = class_lit_fraction(models[i], apart, correlation[k], depth_inside(open[0][k], 1.0), depth_inside(open[1][k], 1.0));

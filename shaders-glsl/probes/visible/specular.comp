@@ -17,7 +17,8 @@ void main() {
     vec3 mirror = vec3(0.0), fresnel = vec3(0.0);
     VisibleProbe p;
     for (int i = 0; i < n; ++i) {
-        p = visible_probe(probes, wo, probe_node(n, i, probes.wide));
+        ProbeNode node = n <= 5 ? few_node(probes, wo, n, i) : probe_node(n, i, probes.wide);
+        p = visible_probe(probes, wo, node);
         weights += p.weight;
         p.wi = normalize(p.wi);
         mirror += p.weight * p.wi;

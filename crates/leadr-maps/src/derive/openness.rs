@@ -653,7 +653,7 @@ mod tests {
                 sums[class][1] += area;
             }
             let table = open.towards((along * units * q).extend(1.0).normalize(), DVec2::ONE);
-            for ([open, all], table) in sums.into_iter().zip(table).filter(|(sums, _)| sums[1] > 100.0) {
+            for ([open, all], table) in sums.into_iter().zip(table).filter(|(sums, _)| sums[1] > 400.0) {
                 let error = table - open / all;
                 (squares, count) = (squares + error * error, count + 1.0);
                 worst = worst.max(error.abs());
