@@ -114,19 +114,19 @@ fn tile_reference(tile: &[f64], edge: usize, atlas: [f64; 2]) -> Vec<Vec<[f64; 6
         for x in 0..edge - 1 {
             let [s0, s1] = [y, y + 1].map(|y| (at(x + 1, y) - at(x, y)) * atlas[0]);
             let [t0, t1] = [x, x + 1].map(|x| (at(x, y + 1) - at(x, y)) * atlas[1]);
-            // A triangle has half a cell: a quarter of the cell at the corner of its right angle, an eighth at the others.
-            for (slope, corners) in [
-                ([s0, t1], [(1, 0), (0, 0), (1, 1)]),
-                ([s1, t0], [(0, 1), (0, 0), (1, 1)]),
-                ([s0, t0], [(0, 0), (1, 0), (0, 1)]),
-                ([s1, t1], [(1, 1), (1, 0), (0, 1)]),
+            let [s, t] = [0.5 * (s0 + s1), 0.5 * (t0 + t1)];
+            // Each of four triangles has a quarter of the cell: an eighth at each end of its edge.
+            for ([sx, sy], corners) in [
+                ([s0, t], [(0, 0), (1, 0)]),
+                ([s1, t], [(0, 1), (1, 1)]),
+                ([s, t0], [(0, 0), (0, 1)]),
+                ([s, t1], [(1, 0), (1, 1)]),
             ] {
-                let [sx, sy] = slope;
-                for ((dx, dy), part) in corners.into_iter().zip([0.25, 0.125, 0.125]) {
+                for (dx, dy) in corners {
                     let texel = (y + dy) * edge + x + dx;
                     let moments = [sx, sy, sx * sx, sy * sy, sx * sy];
-                    level[texel].iter_mut().zip(moments).for_each(|(sum, m)| *sum += part * m);
-                    areas[texel] += part;
+                    level[texel].iter_mut().zip(moments).for_each(|(sum, m)| *sum += 0.125 * m);
+                    areas[texel] += 0.125;
                 }
             }
         }
