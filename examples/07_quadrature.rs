@@ -38,8 +38,9 @@ fn main() {
         print(&format!("samplers, diffuse, {n} surfaces x 16 environments"), &DiffuseSet::new(n, 16, 1).sampler_rows());
         print(&format!("samplers, one light on diffuse facets, {n} surfaces"), &LightSet::new(n, 1).sampler_rows());
         for (sharpness, name) in [(Sharpness::Smooth, "smooth"), (Sharpness::Sharp, "sharp")] {
-            let rows = SpecularSet::new(n, sharpness, 1).sampler_rows();
-            print(&format!("samplers, specular, {name} lobes, {n} surfaces"), &rows);
+            let set = SpecularSet::new(n, sharpness, 1);
+            print(&format!("samplers, specular, {name} lobes, {n} surfaces"), &set.sampler_rows());
+            print(&format!("constants of the level of detail, {name} lobes, {n} surfaces"), &set.lod_rows());
         }
     }
     if wanted("oren-nayar") {

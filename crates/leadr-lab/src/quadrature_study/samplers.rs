@@ -7,14 +7,16 @@
 use super::Row;
 use super::diffuse::DiffuseSet;
 use super::light::LightSet;
-use super::specular::{Lobes, SIZE, SpecularSet};
+use super::specular::{Lobes, SIZE, SpecularSet, grid_radiance};
 use super::surfaces::Surface;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 use leadr_reflectance::facets::beckmann_sampling::visible_slope_quantile;
 use leadr_reflectance::facets::normal_distribution::{normal_pdf, normal_quantile};
 use leadr_reflectance::facets::projected_area::{face_viewer, meso_area, visible_area};
 use leadr_reflectance::integrals::diffuse::NormalMoments;
-use leadr_reflectance::integrals::specular::{LOD_MATCHED, environment_sample_at};
+use leadr_reflectance::integrals::specular::{
+    LOD_ALGORITHM_1, LOD_MATCHED, LOD_SUPPLEMENT, LOD_SUPPLEMENT_5, LOD_SUPPLEMENT_32, environment_sample_at,
+};
 use leadr_reflectance::quadrature::gauss_hermite;
 use leadr_reflectance::random::Random;
 use leadr_reflectance::slopes::grid::{
@@ -317,6 +319,23 @@ impl SpecularSet {
             }
         }
         rows
+    }
+
+    /// Measures the paper's grid with each constant of the level of detail that the paper and its supplement give (supplement 3.5).
+    pub fn lod_rows(&self) -> Vec<Row> {
+        let row = |n: u32, name: &str, constant: f64| {
+            let name = format!("paper {n}x{n}, LOD {constant}{name}");
+            self.row(&name, n * n, |s, lobes| grid_radiance(s, lobes, n, constant))
+        };
+        vec![
+            row(5, ", supplement's for 5x5", LOD_SUPPLEMENT_5),
+            row(5, ", matched", LOD_MATCHED),
+            row(5, ", supplement's", LOD_SUPPLEMENT),
+            row(5, ", Algorithm 1", LOD_ALGORITHM_1),
+            row(32, ", supplement's for 32x32", LOD_SUPPLEMENT_32),
+            row(32, ", matched", LOD_MATCHED),
+            row(32, ", supplement's", LOD_SUPPLEMENT),
+        ]
     }
 }
 

@@ -275,6 +275,12 @@ fn samplers_in_environments() {
     assert!(rms("Hammersley 5x5, by density") < 0.8 * rms("paper 5x5, by density"));
     assert!(rms("stratified 5x5, by density") < rms("stratified 5x5, unfiltered"));
     assert!((rms("pruned paper 9x9, Jäckel") / rms("paper 9x9") - 1.0).abs() < 0.02);
+    // Smaller footprints than those of matched solid angles are more accurate.
+    let lods = set.lod_rows();
+    print(&lods);
+    assert_eq!(find(&lods, "paper 5x5, LOD -0.5332, matched").rms, rms("paper 5x5"));
+    assert!(find(&lods, "paper 5x5, LOD -1.48, supplement's").rms < 0.65 * rms("paper 5x5"));
+    assert!(find(&lods, "paper 5x5, LOD 0.5, supplement's for 5x5").rms > 1.4 * rms("paper 5x5"));
     // The wrong sign of the correlation must cause errors.
     let wrong = set.row("wrong", 25, |s, lobes| {
         let s = Surface { s: DVec3::new(s.s.x, s.s.y, -s.s.z), ..*s };
