@@ -1,15 +1,16 @@
 //! Prints the tables of docs/measurements/quadrature.md: the errors of the paper's grids and of the visible-slope rules against converged
 //! integrals, the samplers that the papers compare with, and the largest steps between frames of slow sweeps.
 //!
-//! `cargo run --release --example 07_quadrature [SURFACES [specular|diffuse|light|samplers|oren-nayar|micronormal|sweeps]]`
+//! `cargo run --release --example 07_quadrature [SURFACES [specular|diffuse|light|samplers|lod|oren-nayar|micronormal|sweeps]]`
 
+use leadr::reflectance::integrals::specular::{LOD_ALGORITHM_1, LOD_MATCHED, LOD_SUPPLEMENT, LOD_SUPPLEMENT_5};
 use leadr_lab::oren_nayar_study::{SIGMAS, oren_nayar_row};
 use leadr_lab::quadrature_study::Row;
 use leadr_lab::quadrature_study::diffuse::DiffuseSet;
 use leadr_lab::quadrature_study::light::LightSet;
 use leadr_lab::quadrature_study::micronormal::micronormal_row;
 use leadr_lab::quadrature_study::specular::{Sharpness, SpecularSet};
-use leadr_lab::quadrature_study::sweep::sweep_rows;
+use leadr_lab::quadrature_study::sweep::{lod_bends, sweep_rows};
 
 fn print(title: &str, rows: &[Row]) {
     println!("\n{title}\n{}", Row::HEADER);
@@ -41,6 +42,13 @@ fn main() {
             let set = SpecularSet::new(n, sharpness, 1);
             print(&format!("samplers, specular, {name} lobes, {n} surfaces"), &set.sampler_rows());
             print(&format!("constants of the level of detail, {name} lobes, {n} surfaces"), &set.lod_rows());
+        }
+    }
+    if wanted("lod") {
+        println!("\nlargest second difference along slow sweeps of the 5x5 grid: constant, smooth lobes, sharp lobes");
+        for constant in [LOD_SUPPLEMENT_5, LOD_MATCHED, LOD_SUPPLEMENT, LOD_ALGORITHM_1] {
+            let [smooth, sharp] = lod_bends((n / 150).max(8), constant);
+            println!("{constant} {smooth:.1e} {sharp:.1e}");
         }
     }
     if wanted("oren-nayar") {
