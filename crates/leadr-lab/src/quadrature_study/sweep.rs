@@ -139,3 +139,15 @@ pub fn sweep_rows(n: usize) -> Vec<SweepRow> {
     }
     rows
 }
+
+/// Measures the largest second difference of the paper's 5×5 grid over all paths, with `constant` in the level of detail: in smooth lobes, then
+/// in sharp ones. Bands that move over a surface have large second differences. Every path has `n` starts.
+pub fn lod_bends(n: usize, constant: f64) -> [f64; 2] {
+    const SEED: u64 = 5;
+    [Sharpness::Smooth, Sharpness::Sharp].map(|sharpness| {
+        let mut r = Random(SEED);
+        let lobes: Vec<Lobes> = (0..n).map(|_| Lobes::random(&mut r, sharpness)).collect();
+        let bend = |path| steps(path, n, SEED, |i, s| grid_radiance(s, &lobes[i], 5, constant)).bend;
+        Path::ALL.into_iter().map(bend).fold(0.0, f64::max)
+    })
+}

@@ -3,11 +3,14 @@
 //! docs/measurements/quadrature.md have full tables.
 
 use glam::{DVec2, DVec3};
+use leadr_lab::oren_nayar_study::{leadr_diffuse, oren_nayar_1994, oren_nayar_row};
 use leadr_lab::quadrature_study::Row;
 use leadr_lab::quadrature_study::diffuse::{DiffuseSet, converged_moments};
 use leadr_lab::quadrature_study::light::LightSet;
+use leadr_lab::quadrature_study::micronormal::micronormal_row;
+use leadr_lab::quadrature_study::samplers::{Filter, Sampler, moments, radiance};
 use leadr_lab::quadrature_study::specular::{Sharpness, SpecularSet, probe_radiance};
-use leadr_lab::quadrature_study::surfaces::{Surface, surfaces};
+use leadr_lab::quadrature_study::surfaces::{Surface, spherical, surfaces};
 use leadr_lab::quadrature_study::sweep::{Path, SweepRow, sweep_rows};
 use leadr_reflectance::integrals::reference::visible_mean;
 use leadr_reflectance::masking::shadowing::Shadowing;
@@ -196,4 +199,125 @@ fn flat_and_overhead_surfaces() {
     for phi in 0..8 {
         assert!((seen(1e-6, f64::from(phi)) - seen(0.0, 0.0)).length() < 1e-5);
     }
+}
+
+/// The samplers that LEADR §6 names, on diffuse facets. Gauss–Hermite rules are better than the grid on smooth surfaces and worse on rough
+/// ones. Importance samples are worse.
+#[test]
+fn samplers_on_diffuse_facets() {
+    let set = DiffuseSet::new(600, 8, 11);
+    let rows = set.sampler_rows();
+    check(
+        &rows,
+        &[
+            ("Gauss-Hermite 5x5", 3.3e-2, 0.35),
+            ("stratified 5x5", 3.8e-2, 0.48),
+            ("Hammersley 5x5", 2.4e-2, 0.17),
+            ("visible-normal 5x5, j/N", 0.185, 1.0),
+            ("visible-normal 5x5, centred", 1.46e-2, 0.088),
+            ("pruned paper 5x5, Jäckel", 2.5e-2, 0.19),
+            ("pruned paper 9x9, Jäckel", 4.2e-3, 0.06),
+        ],
+    );
+    for n in [5, 7, 9] {
+        let row = |name: &str| find(&rows, &name.replace('N', &n.to_string()));
+        let (grid, hermite) = (row("paper NxN"), row("Gauss-Hermite NxN"));
+        assert!(hermite.rms > 1.3 * grid.rms && hermite.classes[4] > 1.5 * grid.classes[4]);
+        assert!(row("stratified NxN").rms > 1.5 * grid.rms && row("Hammersley NxN").rms > 1.3 * grid.rms);
+    }
+    let smooth = ["Gauss-Hermite 5x5", "paper 5x5"].map(|name| find(&rows, name).classes[1]);
+    assert!(smooth[0] < 0.35 * smooth[1], "{smooth:?}");
+    // Nodes for the density exp(−x²) instead of exp(−x²/2) must cause errors.
+    let wrong = set.row("wrong", 25, |s| moments(&Sampler::GaussHermite.nodes(&Surface { s: 0.5 * s.s, ..*s }, 5)));
+    assert!(wrong.rms > 2.0 * find(&rows, "Gauss-Hermite 5x5").rms, "{}", wrong.line());
+}
+
+#[test]
+fn samplers_under_one_light() {
+    let rows = LightSet::new(1500, 11).sampler_rows();
+    check(
+        &rows,
+        &[
+            ("Gauss-Hermite 5x5", 1.53e-2, 0.13),
+            ("stratified 5x5", 1.6e-2, 0.16),
+            ("Hammersley 5x5", 1.08e-2, 0.066),
+            ("visible-normal 5x5, j/N", 8.0e-2, 0.25),
+            ("visible-normal 5x5, centred", 6.3e-3, 0.024),
+            ("pruned paper 9x9, Jäckel", 2.75e-3, 0.037),
+        ],
+    );
+    assert!(find(&rows, "Gauss-Hermite 5x5").rms > 1.4 * find(&rows, "paper 5x5").rms);
+    assert!(find(&rows, "visible-normal 5x5, j/N").rms > 7.0 * find(&rows, "paper 5x5").rms);
+}
+
+/// With the paper's filter, no sampler of `P22` is better than the grid. With footprints by density, importance samples are.
+#[test]
+fn samplers_in_environments() {
+    let set = SpecularSet::new(400, Sharpness::Smooth, 11);
+    let rows = set.sampler_rows();
+    check(
+        &rows,
+        &[
+            ("paper 5x5, by density", 4.7e-2, 0.36),
+            ("Gauss-Hermite 5x5", 0.15, 0.78),
+            ("Gauss-Hermite 5x5, by density", 8.9e-2, 0.5),
+            ("stratified 5x5, unfiltered", 7.0e-2, 0.56),
+            ("stratified 5x5, by density", 6.2e-2, 0.46),
+            ("Hammersley 5x5, by density", 3.7e-2, 0.21),
+            ("visible-normal 5x5, centred", 7.5e-2, 0.42),
+            ("visible-normal 5x5, centred, by density", 3.6e-2, 0.4),
+            ("pruned paper 9x9, 5 % less", 8.6e-2, 0.43),
+        ],
+    );
+    let rms = |name: &str| find(&rows, name).rms;
+    assert!(rms("Gauss-Hermite 5x5") > 1.25 * rms("paper 5x5"));
+    assert!(rms("Gauss-Hermite 5x5, by density") > 1.25 * rms("paper 5x5, by density"));
+    assert!(rms("Hammersley 5x5, by density") < 0.8 * rms("paper 5x5, by density"));
+    assert!(rms("stratified 5x5, by density") < rms("stratified 5x5, unfiltered"));
+    assert!((rms("pruned paper 9x9, Jäckel") / rms("paper 9x9") - 1.0).abs() < 0.02);
+    // Smaller footprints than those of matched solid angles are more accurate.
+    let lods = set.lod_rows();
+    print(&lods);
+    assert_eq!(find(&lods, "paper 5x5, LOD -0.5332, matched").rms, rms("paper 5x5"));
+    assert!(find(&lods, "paper 5x5, LOD -1.48, supplement's").rms < 0.65 * rms("paper 5x5"));
+    assert!(find(&lods, "paper 5x5, LOD 0.5, supplement's for 5x5").rms > 1.4 * rms("paper 5x5"));
+    // The wrong sign of the correlation must cause errors.
+    let wrong = set.row("wrong", 25, |s, lobes| {
+        let s = Surface { s: DVec3::new(s.s.x, s.s.y, -s.s.z), ..*s };
+        radiance(&s, lobes, &Sampler::Hammersley.nodes(&s, 5), Filter::Density)
+    });
+    assert!(wrong.rms > 1.5 * rms("Hammersley 5x5, by density"), "{}", wrong.line());
+}
+
+/// LEADR's diffuse term on a centred isotropic relief is close to the model of Oren and Nayar 1994 (LEADR §6).
+#[test]
+fn diffuse_term_and_oren_nayar() {
+    for (sigma, first, both, share) in [(0.2, 0.018, 0.024, 0.29), (0.5, 0.031, 0.067, 0.15)] {
+        let row = oren_nayar_row(sigma);
+        println!("{row:?}");
+        assert!(row.first[0] < first && row.both[0] < both && row.best[1] < share * row.lambert);
+        assert!(row.first[0] > 0.8 * first && row.best[1] > 0.8 * share * row.lambert);
+        // LEADR's facets scatter light once.
+        assert!(row.both[0] > row.first[0]);
+    }
+    // Both models scatter light back. A model with the light on the other side differs more than Lambert's.
+    let (wo, wi) = (spherical(1.0, 0.0), spherical(1.0, PI));
+    let [back, forward] = [wo, wi].map(|wi| leadr_diffuse(wo, wi, 0.3) / wi.z);
+    let [their_back, their_forward] = [wo, wi].map(|wi| oren_nayar_1994(wo, wi, 0.3, 1.0, false));
+    println!("{back} {forward} {their_back} {their_forward}");
+    assert!(back > 1.0 && their_back > 1.0 && forward < 0.9 && their_forward < 0.9);
+    assert_eq!(oren_nayar_1994(wo, wi, 0.0, 1.0, true), 1.0);
+}
+
+/// The artificial micronormal of the supplement (3.7) and `face_viewer` give back-facing pixels about the same value.
+#[test]
+fn artificial_micronormals() {
+    let row = micronormal_row(0.2, 0.3, 11);
+    println!("{row:?}");
+    let [artificial, face_viewer, edge] = row.remedies;
+    assert_eq!(artificial.different, 0);
+    assert!(row.away > 100 && face_viewer.different < edge.different && edge.different <= row.away);
+    assert!((0.04..0.08).contains(&face_viewer.difference[0]) && (0.4..0.6).contains(&edge.difference[0]));
+    // Narrow slopes leave pixels that the grid does not cover.
+    assert!(micronormal_row(0.05, 0.3, 11).black > 30);
 }

@@ -68,6 +68,23 @@ pub fn tilt_to_edge(wo: DVec3, m: DVec2) -> DVec2 {
     wo.xy() * (meso_area(wo, m).min(0.0) / wo.xy().length_squared().max(1e-4))
 }
 
+/// The factor `ε` of [`artificial_micronormal`] (supplement 3.7).
+pub const ARTIFICIAL_BIAS: f64 = 1.01;
+/// The weight of [`artificial_micronormal`] beside the weights of the other micronormals, which sum to 1 (supplement 3.7).
+pub const ARTIFICIAL_WEIGHT: f64 = 1e-5;
+
+/// Returns the artificial micronormal of the paper's supplement (3.7), `(n − ε (n·wo) wo)` with unit length. `wo` and the mesonormal `n` are
+/// unit vectors.
+///
+/// For a back-facing mesonormal (`n·wo < 0`), the result faces the viewer by a cosine of `0.01 |n·wo|` before the normalisation, so it is
+/// nearly edge-on. For a front-facing mesonormal, the result is back-facing and has no visible area. The renderer does not use this
+/// function: see [`face_viewer`] and [`tilt_to_edge`].
+pub fn artificial_micronormal(wo: DVec3, n: DVec3) -> DVec3 {
+    let biased = n - ARTIFICIAL_BIAS * n.dot(wo) * wo;
+    // The length is at least 0.01 for unit vectors.
+    biased / at_least(biased.length(), 1e-3)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -89,6 +106,22 @@ mod tests {
                 .sum();
             let area = visible_area(wo, m, s);
             assert!((area / sum - 1.0).abs() < 1e-7, "A = {area}, sum {sum} (a = {a})");
+        }
+    }
+
+    #[test]
+    fn artificial_micronormals_of_hidden_mesonormals_face_the_viewer() {
+        let wo = DVec3::new(0.6, 0.0, 0.8);
+        for n in [DVec3::new(-0.96, 0.0, 0.28), DVec3::new(-0.8, 0.0, 0.6), DVec3::new(-0.9, 0.3, 0.1).normalize(), -wo]
+        {
+            let found = artificial_micronormal(wo, n);
+            assert!((found.length() - 1.0).abs() < 1e-12);
+            // The component along the view is `(1 − ε) n·wo`, and the component across it is kept.
+            let along = -0.01 * n.dot(wo);
+            let across = (n - n.dot(wo) * wo).length();
+            assert!((found.dot(wo) - along / along.hypot(across)).abs() < 1e-12, "{n}: {found}");
+            assert!(n.dot(wo) >= 0.0 || found.dot(wo) > 0.0);
+            assert!(artificial_micronormal(wo, -n).dot(wo) <= 0.0 || n.dot(wo) > 0.0);
         }
     }
 

@@ -63,17 +63,27 @@ impl From<SweepRow> for Sweep {
 #[derive(Serialize)]
 struct Data {
     studies: Vec<Study>,
+    samplers: Vec<Study>,
     sweeps: Vec<Sweep>,
 }
 
 pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let n = studio.pick(500, 3000);
     let study = |name, rows: Vec<Row>| Study { name, surfaces: n, rows: rows.into_iter().map(Into::into).collect() };
+    let (diffuse, light) = (DiffuseSet::new(n, 16, 1), LightSet::new(n, 1));
+    let [smooth, sharp] = [Sharpness::Smooth, Sharpness::Sharp].map(|of| SpecularSet::new(n, of, 1));
     let studies = vec![
-        study("diffuse facets under order-2 irradiance", DiffuseSet::new(n, 16, 1).rows()),
-        study("diffuse facets under one light", LightSet::new(n, 1).rows()),
-        study("specular facets in smooth environments", SpecularSet::new(n, Sharpness::Smooth, 1).rows()),
-        study("specular facets in sharp environments", SpecularSet::new(n, Sharpness::Sharp, 1).rows()),
+        study("diffuse facets under order-2 irradiance", diffuse.rows()),
+        study("diffuse facets under one light", light.rows()),
+        study("specular facets in smooth environments", smooth.rows()),
+        study("specular facets in sharp environments", sharp.rows()),
+    ];
+    // The samplers that LEADR §6 and §7 compare with the grid.
+    let samplers = vec![
+        study("samplers for diffuse facets under order-2 irradiance", diffuse.sampler_rows()),
+        study("samplers for diffuse facets under one light", light.sampler_rows()),
+        study("samplers for specular facets in smooth environments", smooth.sampler_rows()),
+        study("samplers for specular facets in sharp environments", sharp.sampler_rows()),
     ];
     let sweeps: Vec<Sweep> = sweep_rows(studio.pick(6, 20)).into_iter().map(Into::into).collect();
     let mut html = Html::new();
@@ -84,10 +94,15 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         html.table(&table(study));
         findings.extend(finding(study));
     }
+    html.heading("Samplers that the papers compare with the grid");
+    for study in &samplers {
+        html.paragraph(&format!("{}{}.", study.name[..1].to_uppercase(), &study.name[1..]));
+        html.table(&table(study));
+    }
     html.heading("No popping");
     html.table(&sweep_table(&sweeps));
     findings.extend(sweep_findings(&sweeps));
-    Section::new(INTRO, findings, &html, Data { studies, sweeps })
+    Section::new(INTRO, findings, &html, Data { studies, samplers, sweeps })
 }
 
 fn is_grid(row: &Measured) -> bool {
