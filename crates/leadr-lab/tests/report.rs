@@ -114,16 +114,19 @@ fn the_figures_are_checked_by_their_numbers() {
     assert!(value("LEADR Figure 6", "largest relative error of the covariance, 128×128") < 1e-3);
     assert!(value("Supplement Figure 1", "largest relative difference up to 85°") < 1e-6);
     assert!(value("Supplement Figure 2", "largest difference relative to the peak") < 1e-9);
+    let grid = value("Supplement Figure 5", "grid 5×5, 20°");
+    assert!(2.0 * grid < value("Supplement Figure 5", "importance samples 5×5, 20°, mean"), "{grid}");
+    assert!(2.0 * value("Supplement Figure 5", "16 probes, 20°") < grid, "{grid}");
     assert!(value("Supplement Figure 6", "pixels facing away, 400 pixels per triangle") > 0.0);
     assert_eq!(value("Supplement Figure 6", "black pixels by default, 400 pixels per triangle"), 0.0);
     assert!(value("Thesis Figure 2.3", "largest difference of masking alone from 1") < 1e-2);
     assert!(value("Thesis Figure 2.6", "rRMSE of half a turn") < 1e-6);
     let differences = |scheme: &str| value("Thesis Figure 3.6", &format!("rRMSE of the slopes, {scheme}"));
     assert!(differences("central") < 0.5 * differences("forward"));
-    // Each of the thirteen figures has one line and at least one finding.
+    // Each of the fourteen figures has one line and at least one finding.
     let page = std::fs::read_to_string(folder.path().join("index.html")).unwrap();
     let figures: std::collections::BTreeSet<&str> = checks.iter().map(|c| c["figure"].as_str().unwrap()).collect();
-    assert_eq!(figures.len(), 13, "{figures:?}");
+    assert_eq!(figures.len(), 14, "{figures:?}");
     for figure in figures {
         assert!(page.contains(&format!("<h3>{figure}</h3>")) && page.contains(&format!("<li>{figure}: ")), "{figure}");
     }

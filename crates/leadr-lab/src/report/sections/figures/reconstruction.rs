@@ -105,7 +105,7 @@ fn mean_and_max(errors: &[f64]) -> (f64, f64) {
 
 pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     page.begin(
-        "LEADR Supplement Figure 5",
+        "Supplement Figure 5",
         "Reconstruction filters of specular facets with slope deviation .25, for viewers at 20° and 70° on the right: the directions of \
         light, seen from above, with the weight of each in the picture. Left to right: 3×3, 5×5, 7×7 and 9×9 samples, and the exact \
         density. Importance samples are stratified and random; two configurations are shown. Footprints match the density of samples. \
