@@ -7,7 +7,7 @@
 use super::Row;
 use super::diffuse::DiffuseSet;
 use super::light::LightSet;
-use super::specular::{Lobes, SIZE, SpecularSet, grid_radiance};
+use super::specular::{Lobes, SIZE, SpecularSet};
 use super::surfaces::Surface;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
 use leadr_reflectance::facets::beckmann_sampling::visible_slope_quantile;
@@ -323,10 +323,7 @@ impl SpecularSet {
 
     /// Measures the paper's grid with each constant of the level of detail that the paper and its supplement give (supplement 3.5).
     pub fn lod_rows(&self) -> Vec<Row> {
-        let row = |n: u32, name: &str, constant: f64| {
-            let name = format!("paper {n}x{n}, LOD {constant}{name}");
-            self.row(&name, n * n, |s, lobes| grid_radiance(s, lobes, n, constant))
-        };
+        let row = |n, name, constant: f64| self.grid_row(n, &format!(", LOD {constant}{name}"), constant);
         vec![
             row(5, ", supplement's for 5x5", LOD_SUPPLEMENT_5),
             row(5, ", matched", LOD_MATCHED),

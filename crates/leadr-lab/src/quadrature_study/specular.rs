@@ -188,12 +188,15 @@ impl SpecularSet {
         Row::new(name, evaluations, &self.surfaces, &errors)
     }
 
+    /// Measures the paper's grid with a constant of the level of detail. `name` describes the constant.
+    pub(super) fn grid_row(&self, n: u32, name: &str, constant: f64) -> Row {
+        self.row(&format!("paper {n}x{n}{name}"), n * n, |s, lobes| grid_radiance(s, lobes, n, constant))
+    }
+
     /// Measures the paper's grids and the rules with few probes. The grids use matched solid angles, or the supplement's
     /// level of detail where the supplement gives one.
     pub fn rows(&self) -> Vec<Row> {
-        let grid = |n: u32, name: &str, constant: f64| {
-            self.row(&format!("paper {n}x{n}{name}"), n * n, |s, lobes| grid_radiance(s, lobes, n, constant))
-        };
+        let grid = |n, name, constant| self.grid_row(n, name, constant);
         let probes = |n: u32| self.row(&format!("rings of {n}"), n, |s, lobes| probe_radiance(s, lobes, probe_rule(n)));
         vec![
             grid(1, "", LOD_MATCHED),

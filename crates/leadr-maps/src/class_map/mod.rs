@@ -22,7 +22,7 @@ use rayon::prelude::*;
 
 pub use colors::ClassColors;
 
-use crate::derive::{CORNERS, Cell, ClassMaterial, Classes, EDGES, Facet, Facets, MaterialAt};
+use crate::derive::{CORNERS, Cell, ClassMaterial, Classes, Facet, Facets, MaterialAt};
 use crate::pyramid::{Pyramid, Row, level_sizes};
 use crate::{HeightMap, Moments, Wrap};
 
@@ -268,7 +268,7 @@ impl<'a> ClassRows<'a> {
         let cells = (first..i64::from(rows.end)).into_par_iter().map(|y| {
             let class = |cell: &Cell, edge| self.classes.of(&cell.facet(edge));
             let of_cell = |cell: Cell| {
-                let classes = if self.material.varies() { [0; 4] } else { EDGES.map(|edge| class(&cell, edge)) };
+                let classes = if self.material.varies() { [0; 4] } else { [0, 1, 2, 3].map(|edge| class(&cell, edge)) };
                 (cell, classes.map(|class| class as u8))
             };
             Cell::row(map, wrap, y).map(of_cell).collect()

@@ -16,7 +16,7 @@ mod spectral;
 mod sweep;
 mod usual;
 
-pub(crate) use classes::{CORNERS, Cell, EDGES, Facet, FacetsAt, MaterialAt};
+pub(crate) use classes::{CORNERS, Cell, Facet, FacetsAt, MaterialAt};
 pub use classes::{ClassMaterial, Classes, Facets, classes, classes_of_count, classes_of_windows};
 pub use heights::{Integrated, Integration, heights_of_slopes};
 pub use local_openness::LocalLevel;

@@ -65,9 +65,6 @@ pub(crate) struct Cell {
 /// The rows and columns of the corners of a cell, or of the quarters of a texel: row 0 is above, column 0 is left.
 pub(crate) const CORNERS: [[usize; 2]; 4] = [[0, 0], [0, 1], [1, 0], [1, 1]];
 
-/// The edges of a cell: above, below, left and right. Each is the base of a triangle, whose tip is at the centre of the cell.
-pub(crate) const EDGES: [usize; 4] = [0, 1, 2, 3];
-
 impl Cell {
     pub fn new(heights: [[f32; 2]; 2], [width, height]: [f64; 2]) -> Self {
         let heights = heights.map(|row| row.map(f64::from));
@@ -94,7 +91,8 @@ impl Cell {
         })
     }
 
-    /// Returns the triangle on an edge. The slope across the edge is the mean of those along the two edges beside it.
+    /// Returns the triangle on an edge, from 0 to 3: above, below, left and right. Its tip is at the centre of the cell. The slope across the
+    /// edge is the mean of those along the two edges beside it.
     #[inline]
     pub fn facet(&self, edge: usize) -> Facet {
         let [[a, b], [c, d]] = self.heights;
@@ -166,7 +164,7 @@ impl Facets<'_> {
                     let heights = [0, 1].map(|down| {
                         [0, 1].map(|right| map.beyond(x as i64 + right as i64, y as i64 + down as i64, *wrap))
                     });
-                    let edge = EDGES[i % 4];
+                    let edge = i % 4;
                     // The centre of the triangle, relative to the centre of the cell.
                     let off = [[0.0, -1.0], [0.0, 1.0], [-1.0, 0.0], [1.0, 0.0]][edge].map(|side| side / 3.0);
                     let centre = [x as f64 + 1.0 + off[0], y as f64 + 1.0 + off[1]];

@@ -18,7 +18,7 @@ use leadr_reflectance::limits::at_least;
 use leadr_reflectance::masking::classes::{Class, MOST_CLASSES};
 use rayon::prelude::*;
 
-pub(crate) use facets::{CORNERS, Cell, EDGES, Facet, FacetsAt, MaterialAt};
+pub(crate) use facets::{CORNERS, Cell, Facet, FacetsAt, MaterialAt};
 pub use facets::{ClassMaterial, Facets};
 
 use super::openness::{Field, OpennessWindow};
