@@ -67,18 +67,17 @@ vec3 environment(LeadrSurface surface, vec3 wo, Frame frame, vec3 c[9]) {
     DirectionArea o = direction_area(wo, probes.m, probes.cholesky);
     float f0 = dot(surface.f0, vec3(1.0 / 3.0));
     vec3 reflected = vec3(0.0);
-    vec3 fresnel = vec3(0.0);
     float lit = 0.0;
     for (int i = 0; i < PROBES; ++i) {
         VisibleProbe p = visible_probe(probes, wo, probe_node(PROBES, i, probes.wide));
         LitProbe l = lit_probe(LEADR_SHADOWING_CORRELATED, probes, o, wo, f0, p);
         vec3 weight = surface.f0 * l.lit + (grazing_reflectance(surface.f0) - surface.f0) * l.grazing;
         reflected += p.weight * weight * blurred_sky(c, from_frame(frame, l.wi), l.narrowing * p.variance);
-        fresnel += p.weight * fresnel_schlick(surface.f0, p.cosine);
         lit += p.weight * l.lit;
     }
     BentNormal bent = bent_normal(wo, m, relief);
     vec3 diffuse = shadowed_diffuse_environment(bent, frame, c, vec3(0.0));
+    vec3 fresnel = surface.f0 + (grazing_reflectance(surface.f0) - surface.f0) * probes.grazing;
     return surface.albedo * (1.0 - fresnel) * diffuse + reflected / max(lit, 1.0);
 }
 

@@ -21,7 +21,6 @@ struct MappedSlopes {
     VisibleSlopes slopes; // slopes of the facets that face the viewer
     float facing;         // fraction of the facets that face the viewer
     float relief;         // fraction of the slope variance that comes from the map
-    float fourth;         // fourth cumulant along the view azimuth, in standard deviations of all slopes
 };
 
 // Returns the quotient of the normal density and its integral up to nu.
@@ -64,11 +63,7 @@ MappedSlopes mapped_slopes(const vec3 wo, vec2 m, vec3 relief, const vec3 all) {
     float per_b = 1.0 / max(bb, 1e-18);
     float nu_b = facet_r * per_b;
     NormalRamp n = normal_ramp(nu_b);
-    float per_ramp = 1.0 / n.ramp;
-    float shift_b = n.cdf * per_ramp;
-    float excess = n.pdf * per_ramp;
-    float variance_b = clamp(1.0 + excess - shift_b * shift_b, 0.02, 1.0);
-    float third_b = min(min(nu_b, 1e6) * excess - 3.0 * shift_b + shift_b * (3.0 + 3.0 * excess - 2.0 * shift_b * shift_b), 0.0);
+    VisibleCumulants u_b = visible_cumulants(nu_b, n);
     float area_b = bb > 1e-18 ? bb * n.ramp : facet_r;
     // The cumulants of the map and of the base add.
     v.b = sqrt(br * br + bb * bb);
@@ -77,15 +72,15 @@ MappedSlopes mapped_slopes(const vec3 wo, vec2 m, vec3 relief, const vec3 all) {
     vec2 axis_r = across_r * per_r, axis_b = across_b * per_b;
     v.area = cdf * area_b;
     v.axis = (across_r + across_b) * per;
-    v.shift = part_r * lambda + part_b * shift_b;
-    v.mean = v.m - axis_r * lambda - axis_b * shift_b;
+    v.shift = part_r * lambda + part_b * u_b.shift;
+    v.mean = v.m - axis_r * lambda - axis_b * u_b.shift;
     v.cov = v.S - (1.0 - variance_r) * vec3(axis_r * axis_r, axis_r.x * axis_r.y)
-                - (1.0 - variance_b) * vec3(axis_b * axis_b, axis_b.x * axis_b.y);
-    v.facet = facet_r + bb * shift_b;
-    v.variance = v.b > 1e-18 ? clamp(part_r * part_r * variance_r + part_b * part_b * variance_b, 0.02, 1.0) : 1.0;
-    v.third = part_r * part_r * part_r * third_r + part_b * part_b * part_b * third_b;
+                - (1.0 - u_b.variance) * vec3(axis_b * axis_b, axis_b.x * axis_b.y);
+    v.facet = facet_r + bb * u_b.shift;
+    v.variance = v.b > 1e-18 ? clamp(part_r * part_r * variance_r + part_b * part_b * u_b.variance, 0.02, 1.0) : 1.0;
+    v.third = part_r * part_r * part_r * third_r + part_b * part_b * part_b * u_b.third;
+    v.fourth = part_r * part_r * part_r * part_r * fourth_cumulant(nu) + part_b * part_b * part_b * part_b * u_b.fourth;
     mapped.slopes = v;
-    mapped.fourth = part_r * part_r * part_r * part_r * fourth_cumulant(nu);
     mapped.relief = clamp((R.x + R.y) / max(v.S.x + v.S.y, 1e-18), 0.0, 1.0);
     return mapped;
 }
@@ -98,26 +93,9 @@ VisibleProbes mapped_probes(const vec3 wo, const MappedSlopes v, const vec3 kern
     return probes;
 }
 
-// Returns the mean Fresnel reflectance of all facets. Facets that face away have a cosine of 0. The function averages over three slopes
-// along the view azimuth. The weights of the slopes reproduce the first four cumulants.
+// Returns the mean Fresnel reflectance of all facets. Facets that face away have a cosine of 0.
 vec3 mapped_fresnel(const MappedSlopes v, const vec3 f0) {
-    VisibleSlopes s = v.slopes;
-    float rest = max(s.S.x + s.S.y - dot(s.axis, s.axis), 0.0);
-    float deviation = sqrt(s.variance);
-    float skewness = s.third / (s.variance * deviation);
-    float reach = sqrt(max(3.0 + v.fourth / (s.variance * s.variance) - 0.75 * skewness * skewness, 0.5));
-    vec3 nodes = vec3(0.0, 0.5 * skewness + reach, 0.5 * skewness - reach);
-    vec2 of = vec2(0.5, -0.5) / (nodes.yz * reach);
-    vec3 weights = vec3(1.0 - of.x - of.y, of);
-    float mean = 0.0;
-    for (int i = 0; i < 3; ++i) {
-        float u = nodes[i] * deviation;
-        vec2 slope = s.mean + s.axis * u;
-        float k = 1.0 - min(max(s.facet - s.b * u, 0.0) * inversesqrt(1.0 + dot(slope, slope) + rest), 1.0);
-        float k2 = k * k;
-        mean += weights[i] * k2 * k2 * k;
-    }
-    return f0 + (grazing_reflectance(f0) - f0) * (1.0 + v.facing * (clamp(mean, 0.0, 1.0) - 1.0));
+    return f0 + (grazing_reflectance(f0) - f0) * (1.0 + v.facing * (visible_schlick_weight(v.slopes) - 1.0));
 }
 
 // Returns the moments of all normals; visible_diffuse_moments gives the moments of the visible ones.

@@ -24,7 +24,31 @@ struct VisibleSlopes {
     float facet;    // projected area of the facet with the mean visible slope, > 0
     float variance; // variance of u over the visible facets, 0..1
     float third;    // third central moment of u over the visible facets, <= 0
+    float fourth;   // fourth cumulant of u over the visible facets
 };
+
+// The moments of u over the visible facets.
+struct VisibleCumulants {
+    float shift;    // minus the mean, >= 0
+    float variance; // 0..1
+    float third;    // third central moment, <= 0
+    float fourth;   // fourth cumulant
+};
+
+// Returns the moments of the density max(0, nu - u) times the normal density. n belongs to nu.
+VisibleCumulants visible_cumulants(const float nu, const NormalRamp n) {
+    VisibleCumulants c;
+    float per_ramp = 1.0 / n.ramp;
+    float excess = n.pdf * per_ramp; // second moment of u, minus one
+    c.shift = n.cdf * per_ramp;
+    float shift2 = c.shift * c.shift;
+    c.variance = clamp(1.0 + excess - shift2, 0.02, 1.0);
+    float third = nu * excess - 3.0 * c.shift; // third moment of u
+    c.third = min(third + c.shift * (3.0 + 3.0 * excess - 2.0 * shift2), 0.0);
+    float fourth = 3.0 + (min(nu * nu, 1e6) + 5.0) * excess;
+    c.fourth = fourth + 4.0 * c.shift * third + shift2 * (6.0 + 6.0 * excess - 3.0 * shift2) - 3.0 * c.variance * c.variance;
+    return c;
+}
 
 // Returns the projected area of a mesosurface after tilting it back to LEADR_VISIBLE_TAIL. m is the mean slope before the tilt.
 float tilted_area(const vec3 wo, const vec2 m, const float b) {
@@ -44,11 +68,11 @@ VisibleSlopes visible_slopes(const vec3 wo, vec2 m, vec3 S) {
     NormalRamp n = normal_ramp(nu);
     v.axis = across * per_b;
     v.area = v.b > 1e-18 ? v.b * n.ramp : max(v.a, 0.0);
-    float per_ramp = 1.0 / n.ramp;
-    v.shift = n.cdf * per_ramp;
-    float excess = n.pdf * per_ramp; // second moment of u, minus one
-    v.variance = clamp(1.0 + excess - v.shift * v.shift, 0.02, 1.0);
-    v.third = min(nu * excess - 3.0 * v.shift + v.shift * (3.0 + 3.0 * excess - 2.0 * v.shift * v.shift), 0.0);
+    VisibleCumulants u = visible_cumulants(nu, n);
+    v.shift = u.shift;
+    v.variance = u.variance;
+    v.third = u.third;
+    v.fourth = u.fourth;
     v.mean = v.m - v.axis * v.shift;
     v.facet = v.a + v.b * v.shift;
     v.cov = v.S - (1.0 - v.variance) * vec3(v.axis * v.axis, v.axis.x * v.axis.y);

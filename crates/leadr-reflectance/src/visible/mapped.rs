@@ -18,7 +18,8 @@
 //! a clamp. For one light, the clamped cosine needs one clamped mean instead of a product of two.
 
 use super::diffuse::{clamped_mean, damped_gaussian, squared_normal_spread, visible_diffuse_terms};
-use super::slopes::{VISIBLE_TAIL, VisibleSlopes, tilted_area};
+use super::fresnel::visible_schlick_weight;
+use super::slopes::{VISIBLE_TAIL, VisibleSlopes, tilted_area, visible_cumulants};
 use crate::facets::beckmann::beckmann_ndf;
 use crate::facets::fresnel::{fresnel_schlick, grazing_reflectance};
 use crate::facets::normal_distribution::{mills_ratio, normal_cdf, normal_pdf, normal_ramp};
@@ -44,8 +45,6 @@ pub struct MappedSlopes {
     pub facing: f64,
     /// The fraction of the total slope variance that comes from the normal map.
     pub relief: f64,
-    /// The fourth cumulant of the slopes along the view azimuth, in standard deviations of all slopes.
-    pub fourth: f64,
 }
 
 /// Returns the ratio of the normal density to its integral up to `nu`.
@@ -84,19 +83,15 @@ pub fn mapped_slopes(wo: DVec3, m: DVec2, relief: DVec3, all: DVec3) -> MappedSl
     // Compute the slopes of the base on the mean facet.
     let (across_b, bb) = spread_along(wo, base);
     let n = normal_ramp(facet_r / bb.max(1e-18));
-    let shift_b = n.cdf / n.ramp;
-    let excess = n.pdf / n.ramp;
-    let variance_b = (1.0 + excess - shift_b * shift_b).clamp(0.02, 1.0);
-    let third_b = (facet_r / bb.max(1e-18)).min(1e6) * excess - 3.0 * shift_b
-        + shift_b * (3.0 + 3.0 * excess - 2.0 * shift_b * shift_b);
+    let u = visible_cumulants((facet_r / bb.max(1e-18)).min(1e6), &n);
     let area_b = if bb <= 1e-18 { facet_r } else { bb * n.ramp };
     // Combine the slopes of map and base.
     let b = (br * br + bb * bb).sqrt();
     let (part_r, part_b) = (br / b.max(1e-18), bb / b.max(1e-18));
     let (axis_r, axis_b) = (across_r / br.max(1e-18), across_b / bb.max(1e-18));
-    let facet = facet_r + bb * shift_b;
-    let variance = part_r * part_r * variance_r + part_b * part_b * variance_b;
-    let third = part_r.powi(3) * third_r + part_b.powi(3) * third_b.min(0.0);
+    let facet = facet_r + bb * u.shift;
+    let variance = part_r * part_r * variance_r + part_b * part_b * u.variance;
+    let third = part_r.powi(3) * third_r + part_b.powi(3) * u.third;
     MappedSlopes {
         slopes: VisibleSlopes {
             m,
@@ -105,43 +100,23 @@ pub fn mapped_slopes(wo: DVec3, m: DVec2, relief: DVec3, all: DVec3) -> MappedSl
             b,
             area: normal_cdf(nu) * area_b,
             axis: (across_r + across_b) / b.max(1e-18),
-            shift: part_r * lambda + part_b * shift_b,
-            mean: m - axis_r * lambda - axis_b * shift_b,
-            cov: s - (1.0 - variance_r) * outer_square(axis_r) - (1.0 - variance_b) * outer_square(axis_b),
+            shift: part_r * lambda + part_b * u.shift,
+            mean: m - axis_r * lambda - axis_b * u.shift,
+            cov: s - (1.0 - variance_r) * outer_square(axis_r) - (1.0 - u.variance) * outer_square(axis_b),
             facet,
             variance: if b <= 1e-18 { 1.0 } else { variance.clamp(0.02, 1.0) },
             third,
+            fourth: part_r.powi(4) * fourth_cumulant(nu) + part_b.powi(4) * u.fourth,
         },
         facing,
-        fourth: part_r.powi(4) * fourth_cumulant(nu),
         relief: ((r.x + r.y) / (s.x + s.y).max(1e-18)).clamp(0.0, 1.0),
     }
 }
 
 /// Returns the mean Fresnel reflectance of all facets. Back-facing facets have a cosine of 0. `f0` is the linear RGB reflectance at normal
 /// incidence.
-///
-/// Schlick's weight is too nonlinear for a series expansion, because it reaches 1 on nearly edge-on facets. Instead, the function evaluates
-/// it at the mean slope and at one slope on either side along the view azimuth. The weights of the three slopes match the first four
-/// cumulants.
 pub fn mapped_fresnel(v: &MappedSlopes, f0: DVec3) -> DVec3 {
-    let MappedSlopes { slopes, facing, fourth, .. } = v;
-    let stretch = slopes.axis.length_squared();
-    let rest = (slopes.s.x + slopes.s.y - stretch).max(0.0);
-    let deviation = slopes.variance.sqrt();
-    let skewness = slopes.third / (slopes.variance * deviation);
-    let kurtosis = 3.0 + fourth / (slopes.variance * slopes.variance);
-    let reach = (kurtosis - 0.75 * skewness * skewness).max(0.5).sqrt();
-    let (near, far) = (0.5 * skewness + reach, 0.5 * skewness - reach);
-    let (of_near, of_far) = (0.5 / (near * reach), -0.5 / (far * reach));
-    let weight = |node: f64| {
-        let (u, slope) = (node * deviation, slopes.mean + slopes.axis * (node * deviation));
-        let facet = (slopes.facet - slopes.b * u).max(0.0);
-        let k = 1.0 - (facet / (1.0 + slope.length_squared() + rest).sqrt()).min(1.0);
-        k.powi(5)
-    };
-    let mean = (1.0 - of_near - of_far) * weight(0.0) + of_near * weight(near) + of_far * weight(far);
-    f0 + (grazing_reflectance(f0) - f0) * (1.0 + facing * (mean.clamp(0.0, 1.0) - 1.0))
+    f0 + (grazing_reflectance(f0) - f0) * (1.0 + v.facing * (visible_schlick_weight(&v.slopes) - 1.0))
 }
 
 /// Returns the moments of all normals, like [`visible_diffuse_moments`](super::diffuse::visible_diffuse_moments) for visible normals.
@@ -244,7 +219,7 @@ mod tests {
             let third = power(3);
             assert!((v.slopes.third - third).abs() < 0.02, "{} {third}", v.slopes.third);
             let fourth = power(4) - 3.0 * power(2) * power(2);
-            assert!((v.fourth - fourth).abs() < 0.03, "{} {fourth}", v.fourth);
+            assert!((v.slopes.fourth - fourth).abs() < 0.03, "{} {fourth}", v.slopes.fourth);
         }
     }
 

@@ -6,12 +6,12 @@
 //! `H = ν Φ + φ`,
 //!
 //! ```text
-//! E[u] = −Φ/H,   E[u²] = 1 + φ/H,   E[u³] = (ν φ − 3 Φ)/H
+//! E[u] = −Φ/H,   E[u²] = 1 + φ/H,   E[u³] = (ν φ − 3 Φ)/H,   E[u⁴] = 3 + (ν² + 5) φ/H
 //! ```
 //!
 //! The formulas use `S wo.xy` instead of the azimuth, so normal incidence is not a special case.
 
-use crate::facets::normal_distribution::normal_ramp;
+use crate::facets::normal_distribution::{NormalRamp, normal_ramp};
 use crate::facets::projected_area::{face_viewer, meso_area, spread_along};
 use crate::slopes::statistics::{clamp_covariance, outer_square};
 use glam::{DVec2, DVec3};
@@ -47,6 +47,37 @@ pub struct VisibleSlopes {
     pub variance: f64,
     /// The third central moment of `u` over the visible facets, at most 0.
     pub third: f64,
+    /// The fourth cumulant of `u` over the visible facets.
+    pub fourth: f64,
+}
+
+/// The moments of the slope `u` over the visible facets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VisibleCumulants {
+    /// The negated mean, at least 0.
+    pub shift: f64,
+    /// The variance, from 0 to 1.
+    pub variance: f64,
+    /// The third central moment, at most 0.
+    pub third: f64,
+    /// The fourth cumulant.
+    pub fourth: f64,
+}
+
+/// Returns the moments of the density `max(0, nu − u) φ(u)`. `n` belongs to `nu`.
+pub fn visible_cumulants(nu: f64, n: &NormalRamp) -> VisibleCumulants {
+    let shift = n.cdf / n.ramp;
+    let excess = n.pdf / n.ramp; // the second moment of u minus one
+    let shift2 = shift * shift;
+    let variance = (1.0 + excess - shift2).clamp(0.02, 1.0);
+    let third = nu * excess - 3.0 * shift;
+    let fourth = 3.0 + ((nu * nu).min(1e6) + 5.0) * excess;
+    VisibleCumulants {
+        shift,
+        variance,
+        third: (third + shift * (3.0 + 3.0 * excess - 2.0 * shift2)).min(0.0),
+        fourth: fourth + 4.0 * shift * third + shift2 * (6.0 + 6.0 * excess - 3.0 * shift2) - 3.0 * variance * variance,
+    }
 }
 
 /// Returns the projected area of a mesosurface that is tilted back to the limit [`VISIBLE_TAIL`]. `m` is the mean slope before the tilt.
@@ -64,10 +95,7 @@ pub fn visible_slopes(wo: DVec3, m: DVec2, s: DVec3) -> VisibleSlopes {
     let nu = a * per_b;
     let n = normal_ramp(nu);
     let axis = across * per_b;
-    let shift = n.cdf / n.ramp; // minus the mean of u
-    let excess = n.pdf / n.ramp; // the second moment of u minus one
-    let variance = (1.0 + excess - shift * shift).clamp(0.02, 1.0);
-    let third = (nu * excess - 3.0 * shift + shift * (3.0 + 3.0 * excess - 2.0 * shift * shift)).min(0.0);
+    let u = visible_cumulants(nu, &n);
     VisibleSlopes {
         m,
         s,
@@ -75,12 +103,13 @@ pub fn visible_slopes(wo: DVec3, m: DVec2, s: DVec3) -> VisibleSlopes {
         b,
         area: if b <= 1e-18 { a.max(0.0) } else { b * n.ramp },
         axis,
-        shift,
-        mean: m - axis * shift,
-        cov: s - (1.0 - variance) * outer_square(axis),
-        facet: a + b * shift,
-        variance,
-        third,
+        shift: u.shift,
+        mean: m - axis * u.shift,
+        cov: s - (1.0 - u.variance) * outer_square(axis),
+        facet: a + b * u.shift,
+        variance: u.variance,
+        third: u.third,
+        fourth: u.fourth,
     }
 }
 
@@ -107,9 +136,13 @@ mod tests {
                 DVec3::new(d.x * d.x, d.y * d.y, d.x * d.y)
             });
             assert!((v.cov - second).length() < 1e-9, "covariance {} instead of {second}", v.cov);
-            let third =
-                visible_mean(wo, m, s, 20, |t| DVec3::splat(((t - v.mean).dot(wo.xy()) / v.b.max(1e-9)).powi(3)));
-            assert!((v.third - third.x).abs() < 1e-8 || v.b < 1e-9, "third {} instead of {third}", v.third);
+            if v.b < 1e-9 {
+                continue;
+            }
+            let power = |n| visible_mean(wo, m, s, 20, |t| DVec3::splat(((t - v.mean).dot(wo.xy()) / v.b).powi(n))).x;
+            assert!((v.third - power(3)).abs() < 1e-8, "third {} instead of {}", v.third, power(3));
+            let fourth = power(4) - 3.0 * power(2) * power(2);
+            assert!((v.fourth - fourth).abs() < 1e-8, "fourth {} instead of {fourth}", v.fourth);
         }
     }
 

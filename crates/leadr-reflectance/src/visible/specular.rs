@@ -44,6 +44,7 @@
 //! ([`ProbeRing`]; fitted by `lab::quadrature_study::fit_probes`). With shadowing, probes sample only the slopes that reflect lit
 //! directions ([`lit_slopes`](super::lit_slopes)).
 
+use super::fresnel::visible_schlick_weight;
 use super::lit_slopes::{LitSlopes, lit_slopes};
 use super::mapped::MappedSlopes;
 use super::slopes::{VisibleSlopes, visible_slopes};
@@ -254,6 +255,8 @@ pub struct VisibleProbes {
     /// The spread of the two directions that split a probe's light, as a fraction of the probe's variance, from 0.6 to 1.2
     /// ([`shadowed_specular`](super::shadowed_specular)).
     pub lit_spread: f64,
+    /// The mean of Schlick's weight over all visible facets.
+    pub grazing: f64,
     /// The lit slopes that replace all visible slopes. The field `lit.mean` includes the ratio of the visible areas.
     pub lit: LitSlopes,
 }
@@ -344,6 +347,7 @@ fn visible_probes_of(shadowing: Shadowing, wo: DVec3, all: VisibleSlopes, kernel
         fresnel_nodes: node_positions(wo, &all, all.cov).0,
         flat: all.a + wo.xy().dot(all.m),
         projected: DVec2::ZERO,
+        grazing: visible_schlick_weight(&all),
         lit_spread: LIT_SPREAD * (1.0 + (1.0 - wide) * sine2),
         lit,
     }
