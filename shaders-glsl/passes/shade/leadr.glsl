@@ -21,6 +21,7 @@
 #include "leadr/materials/classic.glsl"
 #include "leadr/visible/diffuse.glsl"
 #include "leadr/visible/fresnel.glsl"
+#include "leadr/visible/grazing.glsl"
 #include "leadr/visible/mapped.glsl"
 #include "leadr/visible/specular.glsl"
 
@@ -93,9 +94,9 @@ SpecularTerm grid_specular(Surface surface, vec3 wo, vec3 S) {
 
 // The number of probes per lobe, for three or more lobes (docs/measurements/fitting.md gives the error).
 const int PROBES_OF_LOBE = 5;
-// The number of probes for each of two classes of facets, which together see as much of the environment as one, and for the largest of
-// three or four. The others have FEWEST_PROBES.
-const int MOST_CLASS_PROBES = CLASSES == 2 ? 9 : PROBES_OF_LOBE;
+// The number of probes of the class with the largest share. The others have FEWEST_PROBES. Two classes that hide nothing from each other
+// have 9 each, and see as much of the environment as one.
+const int MOST_CLASS_PROBES = BY_CLASS || CLASSES > 2 ? PROBES_OF_LOBE : 9;
 const int FEWEST_PROBES = 3;
 
 // The positions of a lobe's probes, and the visible area of the lobe.
@@ -125,7 +126,6 @@ struct ProbeSums {
     vec3 at_normal;  // radiance as if all light were reflected
     vec3 by_angle;   // this radiance times Schlick's term or, for a table of reflectances, times the cosine
     float lit;
-    float grazing;   // sum of Schlick's term
     float cosine;
     float cosine2;
 };
@@ -133,7 +133,8 @@ struct ProbeSums {
 // Adds a probe. fitted is whether a table of reflectances multiplies the radiance.
 void add_probe(inout ProbeSums sums, const Surface surface, const vec3 wo, const ProbedLobe lobe, const ProbeNode node, const bool fitted) {
     VisibleProbe p = visible_probe(lobe.probes, wo, node);
-    float mean_f0 = dot(surface.f0, vec3(1.0 / 3.0));
+    // The grazing part of the lobe of a class has its own lookup.
+    float mean_f0 = BY_CLASS ? 1.0 : dot(surface.f0, vec3(1.0 / 3.0));
     LitProbe l;
     if (BY_CLASS) {
         ProbeDirections d = probe_directions(lobe.probes, p);
@@ -147,7 +148,6 @@ void add_probe(inout ProbeSums sums, const Surface surface, const vec3 wo, const
     sums.at_normal += l.lit * radiance;
     sums.by_angle += (fitted ? l.lit * p.cosine : l.grazing) * radiance;
     sums.lit += p.weight * l.lit;
-    sums.grazing += p.weight * schlick_weight(p.cosine);
     sums.cosine += p.weight * p.cosine;
     sums.cosine2 += p.weight * p.cosine * p.cosine;
 }
@@ -169,18 +169,18 @@ SpecularTerm probes_specular(const ProbeSums sums, const Surface surface, const 
     }
     if (INTERREFLECTION) {
         vec3 f0 = fitted ? fitted_fresnel(surface.fit, sums.cosine) : surface.f0;
-        vec3 mean = f0 + (fitted ? vec3(0.0) : (grazing_reflectance(f0) - f0) * sums.grazing);
+        vec3 mean = f0 + (fitted ? vec3(0.0) : (grazing_reflectance(f0) - f0) * lobe.probes.grazing);
         reflected += mean * max(1.0 - sums.lit, 0.0) * surface.relief_radiance;
     }
     vec3 diffuse_f0 = surface.diffuse_f0;
-    vec3 fresnel = diffuse_f0 + (grazing_reflectance(diffuse_f0) - diffuse_f0) * sums.grazing;
+    vec3 fresnel = diffuse_f0 + (grazing_reflectance(diffuse_f0) - diffuse_f0) * lobe.probes.grazing;
     SpecularTerm mean = SpecularTerm(reflected / max(sums.lit, 1.0), fresnel, lobe.probes.area);
     return MAPPED ? of_facing(mean, surface, lobe.facing) : mean;
 }
 
 // Returns the specular term from `count` probes among the visible slopes.
 SpecularTerm probe_specular(Surface surface, vec3 wo, const vec3 S, int count) {
-    ProbeSums sums = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0, 0.0);
+    ProbeSums sums = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0);
     bool fitted = is_fitted(surface.fit);
     ProbedLobe lobe = probed_lobe(surface, wo, S, probe_kernel(count));
     [[unroll]] for (int i = 0; i < count; ++i) {
@@ -189,13 +189,28 @@ SpecularTerm probe_specular(Surface surface, vec3 wo, const vec3 S, int count) {
     return probes_specular(sums, surface, lobe, fitted);
 }
 
-// Returns the specular term of one of three or four classes from `count` probes, 3 or 5.
+// Returns the environment in the grazing part of a class's lobe, weighted by Schlick's term.
+vec3 class_grazing(const Surface surface, const vec3 wo, const vec3 S) {
+    VisibleSlopes v = visible_slopes(wo, surface.mean_slope, S);
+    GrazingLobe g = grazing_lobe(SHADOWING, wo, v, normal_of_slope(surface.whole_mean), shaded_class.base_area, base_variance(surface));
+    float lit = g.weight * class_lit(surface, g.wi);
+    if (HAS_HORIZON) {
+        Horizon h = raised_horizon(surface.horizon, LEADR_SPECULAR_HORIZON);
+        lit *= horizon_visibility(g.wi, surface.mean_slope, h, sqrt(g.variance));
+    }
+    return lit * lobe_radiance(surface, g.wi, g.variance);
+}
+
+// Returns the specular term of one of several classes from `count` probes, 3 or 5, and one lookup for the grazing part of the lobe.
 SpecularTerm class_specular(Surface surface, vec3 wo, const vec3 S, const int count) {
-    ProbeSums sums = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0, 0.0);
+    ProbeSums sums = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0);
     bool fitted = is_fitted(surface.fit);
     ProbedLobe lobe = probed_lobe(surface, wo, S, probe_kernel(count));
     for (int i = 0; i < count; ++i) {
         add_probe(sums, surface, wo, lobe, few_node(lobe.probes, wo, count, i), fitted);
+    }
+    if (BY_CLASS && !fitted) {
+        sums.by_angle = class_grazing(surface, wo, S);
     }
     return probes_specular(sums, surface, lobe, fitted);
 }
@@ -410,7 +425,7 @@ SpecularTerm environment_specular(const Surface surface, const Base base) {
     if (GGX_BASE) {
         return ggx_specular(surface, surface.wo, base.ggx);
     }
-    if (CLASSES > 2 && VISIBLE_SLOPES && !DRAWN_SPECULAR) {
+    if ((BY_CLASS || CLASSES > 2) && VISIBLE_SLOPES && !DRAWN_SPECULAR) {
         return class_specular(surface, surface.wo, base.S, shaded_class.probes);
     }
     return gaussian_specular(surface, surface.wo, base.S, VISIBLE_SLOPES && CLASSES > 1 ? min(SAMPLES, MOST_CLASS_PROBES) : SAMPLES);
@@ -467,7 +482,7 @@ SpecularTerm shared_probes(Surface surface, const vec2 bases[MOST_BASES]) {
     bool fitted = is_fitted(surface.fit);
     vec3 kernel = fitted ? probe_kernel(LOBE_RULE) : probe_kernel(SAMPLES);
     SpecularTerm sum = SpecularTerm(vec3(0.0), vec3(0.0), 0.0);
-    ProbeSums sums = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0, 0.0);
+    ProbeSums sums = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0);
     for (int i = 0; i < FIT_LOBES; ++i) {
         ProbedLobe lobe = probed_lobe(surface, wo, base_of(surface, bases[fitted ? i : 0].x).S, kernel);
         [[unroll]] for (int j = 0; j < LOBE_NODES; ++j) {
@@ -486,7 +501,7 @@ SpecularTerm shared_probes(Surface surface, const vec2 bases[MOST_BASES]) {
             float weight = fitted ? bases[i].y : 1.0;
             sum.reflected += weight * part.reflected;
             sum.fresnel += weight * part.fresnel;
-            sums = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0, 0.0);
+            sums = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0);
         }
     }
     return sum;

@@ -4,6 +4,7 @@ pub mod class_environment;
 pub mod cone_specular;
 pub mod diffuse;
 pub mod fresnel;
+pub mod grazing;
 pub mod horizon;
 pub mod kernel;
 pub mod lit_slopes;

@@ -43,10 +43,10 @@ const HALF_DEVIATION: f64 = 0.5;
 
 /// The smallest distance of the horizon of the mesosurface from the lookup direction, in standard deviations of the kernel. It minimises
 /// the error of flat planes under panoramas.
-const HORIZON_DEVIATIONS: f64 = 2.0;
+pub const HORIZON_DEVIATIONS: f64 = 2.0;
 
 /// The smallest factor of the lookup variance.
-const NARROWEST: f64 = 0.1;
+pub const NARROWEST: f64 = 0.1;
 
 /// The lit part of a probe.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -132,12 +132,12 @@ pub fn visible_specular_environment(
         let l = lit_probe(shadowing, &probes, &o, wo, f0.element_sum() / 3.0, &p, None);
         let lookup = VisibleProbe { wi: l.wi, variance: l.narrowing * p.variance, ..p };
         sum.reflected += p.weight * (f0 * l.lit + rise * l.grazing) * radiance(&lookup);
-        sum.fresnel += p.weight * (f0 + rise * schlick_weight(p.cosine));
         sum.weight += p.weight;
         lit += p.weight * l.lit;
     }
     // The weights of a rule sum to one. With approximate shares the sum may exceed one, but it must not add energy.
     sum.reflected /= lit.max(1.0);
+    sum.fresnel = f0 + rise * probes.grazing;
     sum
 }
 

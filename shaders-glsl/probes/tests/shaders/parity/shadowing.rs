@@ -11,11 +11,13 @@ use leadr_reflectance::masking::correlated::{direction_area, lit_fraction, maski
 use leadr_reflectance::masking::shadowing::Shadowing;
 use leadr_reflectance::random::Random;
 use leadr_reflectance::slopes::grid::slope_cholesky;
+use leadr_reflectance::visible::grazing::grazing_lobe;
 use leadr_reflectance::visible::horizon::Horizon;
 use leadr_reflectance::visible::shadowed_environment::{
     bent_normal, shadowed_diffuse_environment, visible_slope_shift,
 };
 use leadr_reflectance::visible::shadowed_specular::{lit_probe, visible_specular_environment};
+use leadr_reflectance::visible::slopes::visible_slopes;
 use leadr_reflectance::visible::specular::{VisibleProbe, probe_rule, visible_probes};
 use leadr_testing::gpu::test_gpu;
 
@@ -124,6 +126,31 @@ fn shadowed_specular_parity() {
     );
 }
 
+#[test]
+fn grazing_parity() {
+    parity::<9>(
+        "visible/grazing",
+        Tolerance { relative: 1e-3, floor: |_| 0.1, unit: |_| 0.1 },
+        |r| {
+            // Of mesosurfaces that face away, only facets in the tails of the density are visible.
+            let (wo, m, s) = loop {
+                let (wo, m, s) = (r.direction(), r.mean_slope(), r.covariance());
+                if meso_area(wo, m) > 0.01 && wo.truncate().length() > 0.02 {
+                    break (wo, m, s);
+                }
+            };
+            join(&[&wo.to_array(), &m.to_array(), &s.to_array(), &[r.log(1e-4, 1.0)]])
+        },
+        |x| {
+            let (wo, m, base) = (v3(x, 0), v2(x, 3), x[8]);
+            let v = visible_slopes(wo, m, v3(x, 5) + DVec3::new(base, base, 0.0));
+            let up = (-0.5 * m).extend(1.0).normalize();
+            let g = grazing_lobe(Shadowing::Correlated, wo, &v, up, base);
+            list![[g.weight], g.weight * g.wi, [g.weight * g.variance]]
+        },
+    );
+}
+
 /// Results are finite even for unreasonable arguments.
 #[test]
 fn finite_at_the_extremes() {
@@ -131,5 +158,6 @@ fn finite_at_the_extremes() {
     let r = &mut Random(7);
     finite::<11, 0>(&gpu, r, "masking/correlated", 15, 2, |_| []);
     finite::<8, 0>(&gpu, r, "visible/shadowed_environment", 9, 1, |_| []);
+    finite::<9, 1>(&gpu, r, "visible/grazing", 5, 1, |r| [r.log(1e-6, 4.0) as f32]);
     finite::<12, 1>(&gpu, r, "visible/shadowed_specular", 12, 2, |r| [r.log(1e-6, 4.0) as f32]);
 }
