@@ -2,7 +2,7 @@
 
 use super::numbers::{whole, within};
 use super::option::{Json, Panel, Slider, Spec, Techniques, Text, Value, headings, on_off};
-use super::shading::{BaseFrame, DiffuseLights, LodBias, Probes, Quadrature};
+use super::shading::{BaseFrame, DiffuseLights, GridLod, LodBias, Probes, Quadrature};
 use super::technique::Technique;
 use super::terms::Terms;
 use crate::frame::Layer;
@@ -21,7 +21,7 @@ named! {
     Hidden: Self::ALL;
     ConeEdge: Self::ALL;
     ConeLobe: Self::ALL;
-    Shadowing: [Self::NormalMap, Self::None, Self::Smith, Self::Correlated];
+    Shadowing: [Self::NormalMap, Self::None, Self::SmithSeparable, Self::Smith, Self::Correlated, Self::VGroove];
 }
 
 /// What a scene must contain for an option to have an effect.
@@ -143,7 +143,7 @@ shading_options! {
                 .default("grid with --grid, else visible").panel(Panel::Own),
             Value::Text(Text {
                 read: |options, text| {
-                    let rules = [Quadrature::Grid(5), Quadrature::VisibleSlopes(Probes::Sixteen)];
+                    let rules = [Quadrature::PAPER, Quadrature::VisibleSlopes(Probes::Sixteen)];
                     let rule = rules.into_iter().find(|rule| rule.name() == text).ok_or("use grid or visible")?;
                     options.quadrature = rule;
                     Ok(())
@@ -167,6 +167,11 @@ shading_options! {
                 write: |options| options.quadrature.probes().map(|probes| probes.count().to_string()),
                 json: |options| options.quadrature.probes().map(|probes| Json::Count(probes.count())),
             }), INTEGRALS),
+    ];
+    /// The level of detail of the environment at the nodes of a grid.
+    grid_lod: GridLod = GridLod::Matched => [
+        row(shading("grid-lod", "KIND", "Choose how blurred the nodes of --grid see the environment").called("blur of grid nodes"),
+            Value::Name(|options| &mut options.grid_lod), INTEGRALS),
     ];
     /// The model of the shadowing of visible facets.
     shadowing: Shadowing = Shadowing::Correlated => [

@@ -64,6 +64,8 @@ pub enum Slopes {
     Covariance,
     /// Receives the mean slope, and one variance for all directions.
     Isotropic,
+    /// Receives the mean slope, and the largest variance along any direction for all directions.
+    Largest,
     /// Receives the finest level of the maps at every distance. The samples per pixel do the filtering.
     Finest,
 }
@@ -107,6 +109,10 @@ techniques! {
         "Normals shortened by roughness, GGX lobe from their length (Call of Duty: WWII)").ggx();
     /// A single slope variance for all directions (CLEAN mapping, Baker 2011).
     Clean = row("clean", '5', Family::Lean, Slopes::Isotropic, "One slope variance for all directions (CLEAN mapping)");
+    /// The largest slope variance along any direction, so that no direction has too little
+    /// ([`leadr_reflectance::slopes::packing::pack_clean_conservative`]).
+    CleanConservative = row("clean-conservative", 'k', Family::Lean, Slopes::Largest,
+        "The largest slope variance for all directions, which never aliases (CLEAN mapping)");
     /// A slope covariance, shaded with a Beckmann lobe without projected areas (LEAN mapping, Olano & Baker 2010).
     Lean = row("lean", '4', Family::Lean, Slopes::Covariance,
         "Slope covariance without projected areas (LEAN mapping)");
@@ -195,7 +201,7 @@ impl Technique {
 
     /// Whether the settings [`relief_color`](super::ShadingOptions::relief_color) and [`classes`](super::ShadingOptions::classes) apply.
     pub fn has_relief_color(self) -> bool {
-        self.row().family == Family::Leadr && matches!(self.row().slopes, Slopes::Covariance | Slopes::Isotropic)
+        self.row().family == Family::Leadr && self.row().slopes == Slopes::Covariance
     }
 
     /// Returns the inputs of the technique with these options.
@@ -228,12 +234,14 @@ impl Needs {
     /// Returns the specialisation constants of `passes/technique.glsl`.
     #[must_use]
     pub fn spec(self) -> Vec<(&'static str, SpecValue)> {
-        let covariance = matches!(self.slopes, Slopes::Covariance | Slopes::Isotropic | Slopes::Finest);
+        let covariance =
+            matches!(self.slopes, Slopes::Covariance | Slopes::Isotropic | Slopes::Largest | Slopes::Finest);
         vec![
             ("FAMILY", SpecValue::I32(self.family as i32)),
             ("USES_SLOPES", SpecValue::Bool(self.slopes != Slopes::None)),
             ("USES_COVARIANCE", SpecValue::Bool(covariance)),
-            ("ISOTROPIC_COVARIANCE", SpecValue::Bool(self.slopes == Slopes::Isotropic)),
+            ("ISOTROPIC_COVARIANCE", SpecValue::Bool(matches!(self.slopes, Slopes::Isotropic | Slopes::Largest))),
+            ("LARGEST_VARIANCE", SpecValue::Bool(self.slopes == Slopes::Largest)),
             ("FINEST_LEVEL", SpecValue::Bool(self.is_finest())),
             ("GGX_BASE", SpecValue::Bool(self.ggx)),
             ("USES_CURVATURE", SpecValue::Bool(self.kernel)),
