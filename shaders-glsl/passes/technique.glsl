@@ -14,6 +14,7 @@ layout(constant_id = 29) const bool LARGEST_VARIANCE = false;     // that varian
 layout(constant_id = 23) const bool FINEST_LEVEL = false;         // only the finest maps are used, since many samples per pixel filter them
 layout(constant_id = 24) const bool GGX_BASE = false;             // the base material is GGX, not Beckmann
 layout(constant_id = 25) const bool USES_CURVATURE = true;        // rotation of the macrosurface under a pixel adds roughness
+layout(constant_id = 32) const bool PER_LIGHT_KERNEL = false;     // lights have kernels of their own (shade/pixel_kernel.glsl)
 layout(constant_id = 26) const bool TILTS_TO_EDGE = true;         // mean slopes that face away are tilted to edge-on
 layout(constant_id = 27) const bool USES_HORIZON = false;         // bumps occlude each other's surroundings
 layout(constant_id = 28) const bool DETAIL_IN_GLOSS = false;      // a detail roughens the material instead of spreading the slopes

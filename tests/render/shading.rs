@@ -14,7 +14,11 @@ use leadr::reflectance::masking::grooves::groove_factor;
 use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::reflectance::masking::variants::half_facet_area;
 use leadr::reflectance::materials::microfacet::half_vector;
+use leadr::reflectance::slopes::geometric_antialiasing::{
+    filter_covariance, half_vector_kernel, kernel_over, tilt_kernel,
+};
 use leadr::reflectance::slopes::grid as slope_grid;
+use leadr::reflectance::slopes::statistics::{add_macro_curvature, add_roughness};
 use leadr::reflectance::visible::diffuse::{leadr_diffuse_light_visible, visible_diffuse_moments};
 use leadr::reflectance::visible::shadowed_environment::{bent_normal, shadowed_diffuse_environment};
 use leadr::reflectance::visible::shadowed_specular::visible_specular_environment;
@@ -25,7 +29,7 @@ use leadr::render::light::environment::Environment;
 use leadr::render::light::panorama::LightExtraction;
 use leadr::render::scene::{Cone, FrameState, Object, PointLight, Pose, Sun};
 use leadr::render::settings::{
-    DiffuseLights, GridLod, Probes, Quadrature, RenderSettings, Shading, ShadingOptions, Technique, Terms,
+    DiffuseLights, GridLod, PixelKernel, Probes, Quadrature, RenderSettings, Shading, ShadingOptions, Technique, Terms,
 };
 use leadr::scenes::sphere::{cube_sphere, displaced_sphere};
 use leadr_testing::cube::panorama;
@@ -305,6 +309,69 @@ fn lights_agree_with_the_reference_at_every_pixel() {
     }
     assert!(count > 10_000);
     assert!(worst < 2e-4, "{worst}");
+}
+
+/// Kernels of half vectors on a smooth sphere, where the rotation of the normal has a closed form: every pixel against the 64-bit reference.
+#[test]
+fn kernels_per_light_agree_with_the_reference_at_every_pixel() {
+    let Some(gpu) = test_gpu() else { return };
+    let (alpha, f0) = (0.1, 0.5);
+    let object = Object::new("sphere", cube_sphere(24, [0.0, 0.0, 0.0, alpha])).with_specular_f0(f0).without_shadow();
+    let mut renderer = in_room(&gpu, vec![object], [0.0; 3]);
+    let sun = Sun { direction: Vec3::new(0.6, -0.4, 0.7).normalize(), irradiance: Vec3::splat(3.0) };
+    let lamp = PointLight::new(Vec3::new(-0.7, -1.2, 0.5), Vec3::splat(0.5));
+    let state = state(20.0, Some(sun), vec![lamp]);
+    let [ray_x, ray_y, ray_z] = state.camera.rays((SIZE, SIZE), glam::Vec2::ZERO).map(|r| r.as_dvec3());
+    let terms = Terms::SPECULAR_LIGHTS;
+    let mut sums = [0.0f64; 4];
+    for (n, pixel_kernel) in [PixelKernel::HalfVector, PixelKernel::Normal].into_iter().enumerate() {
+        let options = ShadingOptions { pixel_kernel, terms, shadowing: Shadowing::None, ..Default::default() };
+        let output = renderer.render(&state, &settings(Technique::Leadr.with(options))).unwrap();
+        for (i, pixel) in pixels(&mut renderer, &state, &output.color).into_iter().filter(|p| p.1.wo.z > 0.2) {
+            let frame = pixel.frame;
+            let local = |v: DVec3| frame::to_frame(&frame, v);
+            let (wo, reach) = (pixel.wo, pixel.position - state.camera.position.as_dvec3());
+            let along = reach.dot(ray_z) / ray_z.length_squared();
+            let moved = [ray_x, ray_y].map(|ray| local(ray) * (2.0 / f64::from(SIZE) * along));
+            let on_surface = moved.map(|d| d - wo * (d.z / wo.z));
+            let across = |w: DVec3, d: DVec3| (w * w.dot(d) - d).reject_from(w);
+            let curvature = add_macro_curvature(DVec3::ZERO, -on_surface[0].truncate(), -on_surface[1].truncate());
+            let alpha = f64::from(alpha);
+            let smooth = kernel_over(tilt_kernel(curvature, DVec2::ZERO), add_roughness(DVec3::ZERO, alpha));
+            let areas = direction_area(wo, DVec2::ZERO, slope_grid::slope_cholesky(smooth));
+            let mut want = 0.0;
+            let to_lamp = lamp.position.as_dvec3() - pixel.position;
+            let lights = [
+                (local(sun.direction.as_dvec3()), 0.0, f64::from(sun.irradiance.x)),
+                (
+                    local(to_lamp.normalize()),
+                    1.0 / to_lamp.length(),
+                    f64::from(lamp.intensity.x) / to_lamp.length_squared(),
+                ),
+            ];
+            for (wi, nearness, irradiance) in lights {
+                let h = wo + wi;
+                let wh = h.normalize();
+                let changes = [0, 1].map(|k| {
+                    let directions = across(wo, moved[k]) / reach.length() + across(wi, on_surface[k]) * nearness;
+                    let rotation = on_surface[k].truncate();
+                    directions.reject_from(wh) / h.length() + (-rotation * wh.z).extend(rotation.dot(wh.truncate()))
+                });
+                let s = filter_covariance(DVec3::ZERO, half_vector_kernel(wh, changes[0], changes[1]));
+                let lobe = facet_specular(wo, wi, alpha, 0.0);
+                let cholesky = slope_grid::slope_cholesky(s);
+                let f0 = DVec3::splat(f64::from(f0));
+                want += irradiance
+                    * facet_specular_light(Shadowing::None, &areas, &areas, &lobe, DVec2::ZERO, cholesky, f0).x;
+            }
+            sums[n] += (f64::from(output.color[i][0]) - want).powi(2);
+            sums[2] += want * want;
+            sums[3] += 1.0;
+        }
+    }
+    let [half_vector, normal] = [sums[0], sums[1]].map(|e| (2.0 * e / sums[2]).sqrt());
+    println!("relative error {half_vector:.4}, of the kernel of the normal {normal:.4}, {} pixels", sums[3]);
+    assert!(sums[3] > 400.0 && half_vector < 0.03 && normal > 3.0 * half_vector, "{half_vector} {normal}");
 }
 
 /// Reflections of a white furnace, with shadowing: every pixel against the 64-bit reference.

@@ -90,6 +90,7 @@ impl CommandLine {
             (grooves, &["--probes", "--rule", "--diffuse-lights"]),
             (grooves || separable, &["--classes"]),
             (!on_grid, &["--grid-lod"]),
+            (is("--pixel-kernel", "half-vector"), &["--edge-samples"]),
         ];
         unused
             .iter()
@@ -201,6 +202,8 @@ impl CommandLine {
             "--heights-as-read is for height maps: add --height-map, --material or --detail, or draw a model"
         } else if config.msaa > 1 && options.edge_samples > 1 {
             "--msaa and --edge-samples both antialias edges: use one of them"
+        } else if is("pixel-kernel", "half-vector") && options.edge_samples > 1 {
+            "--pixel-kernel half-vector has one sample of the geometry: remove --edge-samples"
         } else if config.msaa > 1 && config.picture.technique.is_reference() {
             "--msaa is for techniques that filter; the reference takes --samples"
         } else if is("multiscattering", "on") && self.has("diffuse-model") && !is("diffuse-model", "multiscattering") {

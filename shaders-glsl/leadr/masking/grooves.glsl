@@ -6,9 +6,12 @@
 // Symmetric V-grooves, which hide a part of each facet (Torrance and Sparrow 1967; thesis Table 2.IV).
 // crates/leadr-reflectance/src/masking/grooves.rs gives the derivation.
 
+// The smallest projected area of the mesosurface. Below it, facets would appear at once instead of gradually, which 32 bits cannot resolve.
+const float LEADR_LEAST_GROOVE_AREA = 1e-3;
+
 // Returns the visible area of a facet. facet and meso are the projected areas of the facet and of the mesosurface.
 float groove_visible_area(const float facet, const float meso) {
-    return min(max(facet, 0.0), 2.0 * max(meso, LEADR_MIN_AREA));
+    return min(max(facet, 0.0), 2.0 * max(meso, LEADR_LEAST_GROOVE_AREA));
 }
 
 // Returns the fraction of the visible part of a facet that is lit, 0..1. facet_o and facet_i are the projected areas of the facet towards

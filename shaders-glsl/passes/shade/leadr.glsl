@@ -10,6 +10,7 @@
 #include "harmonics.glsl"
 #include "interreflection.glsl"
 #include "lighting.glsl"
+#include "pixel_kernel.glsl"
 #include "leadr/facets/base_roughness.glsl"
 #include "leadr/integrals/diffuse.glsl"
 #include "leadr/integrals/facet_specular.glsl"
@@ -446,7 +447,7 @@ vec3 mean_fresnel(const Surface surface, const Base base) {
 
 // Returns the base's specular reflection of a light, per unit of irradiance. diffuse_o, diffuse_i and diffuse_cholesky belong to the relief
 // without its base.
-vec3 specular_light(const Surface surface, const Base base, const int number, const Light light, const DirectionArea diffuse_o,
+vec3 specular_of_light(const Surface surface, const Base base, const int number, const Light light, const DirectionArea diffuse_o,
                     const DirectionArea diffuse_i,
                     const vec3 diffuse_cholesky) {
     vec3 wo = surface.wo, f0 = surface.f0;
@@ -465,7 +466,7 @@ vec3 specular_light(const Surface surface, const Base base, const int number, co
         return sized_light(surface, base.o, light, base.S, base.ggx, base.cholesky);
     }
     if (MAPPED && GGX_BASE) {
-        return sized_light(surface, base.o, Light(light.wi, light.irradiance, 0.0), base.S, base.ggx, base.cholesky);
+        return sized_light(surface, base.o, Light(light.wi, light.irradiance, 0.0, 0.0), base.S, base.ggx, base.cholesky);
     }
     if (GGX_BASE) {
         return displaced_ggx_light(FACET_SHADOWING, base.o, wo, light.wi, m, base.ggx, base.cholesky, f0);
@@ -478,6 +479,23 @@ vec3 specular_light(const Surface surface, const Base base, const int number, co
     }
     DirectionArea i = area_for(FACET_SHADOWING, light.wi, m, base.S, base.cholesky);
     return leadr_specular_light(FACET_SHADOWING, base.o, i, wo, light.wi, m, base.S, f0);
+}
+
+// Returns the same, with the pixel kernel of the light where lights have kernels of their own.
+vec3 specular_light(Surface surface, Base base, const int number, const Light light, const DirectionArea diffuse_o,
+                    const DirectionArea diffuse_i, vec3 diffuse_cholesky) {
+    if (PER_LIGHT_KERNEL && in_specular(number)) {
+        vec3 kernel = light_kernel(surface, light);
+        surface.slope_covariance = GGX_BASE ? surface.sharp : filter_covariance(surface.sharp, kernel);
+        base = base_of(surface, base.alpha);
+        if (GGX_BASE) {
+            base.ggx = displaced_ggx(filter_roughness(vec3(vec2(base.alpha * base.alpha), 0.0), kernel), surface.sharp);
+            base.cholesky = slope_cholesky(0.5 * base.ggx.roughness);
+            base.o = displaced_ggx_area(surface.wo, surface.mean_slope, base.ggx, base.cholesky);
+        }
+        diffuse_cholesky = slope_cholesky(surface.slope_covariance);
+    }
+    return specular_of_light(surface, base, number, light, diffuse_o, diffuse_i, diffuse_cholesky);
 }
 
 // Passes for all kinds of surfaces also shade single lobes in the loop over measured lobes, because software drivers run both sides of
@@ -618,6 +636,10 @@ vec3 light_reflected(const int number, const Light light, const Surface surface,
 }
 
 vec3 leadr_radiance(Surface surface) {
+    if (PER_LIGHT_KERNEL) {
+        surface.sharp = surface.slope_covariance;
+        surface.slope_covariance = with_normal_kernel(surface);
+    }
     vec3 wo = surface.wo;
     vec2 m = surface.mean_slope;
     vec3 diffuse_s = surface.slope_covariance;

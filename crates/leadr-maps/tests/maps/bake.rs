@@ -175,7 +175,7 @@ fn conservative_clean_is_never_too_small() {
     assert_eq!(conservative.kind, Kind::CleanConservative);
     let (mut below, mut checked) = (0, 0);
     for (level, of) in conservative.levels.iter().enumerate() {
-        let n = of.size[0] as usize;
+        let n = of.width as usize;
         let moments = |i: usize| {
             let [a, b] = [&lean.levels[level].layers[0][i], &lean.levels[level].layers[1][i]];
             [a[0], a[1], a[2], a[3], b[0]].map(f64::from)

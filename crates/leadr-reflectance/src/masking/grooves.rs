@@ -9,9 +9,12 @@
 
 use crate::limits::MIN_AREA;
 
+/// The smallest projected area of the mesosurface. Below it, facets would appear at once instead of gradually, which 32 bits cannot resolve.
+const LEAST_MESO: f64 = 1e-3;
+
 /// Returns the visible area of a facet, `min(f, 2a)`. A mesosurface that is edge-on or faces away counts as nearly edge-on.
 pub fn groove_visible_area(facet: f64, meso: f64) -> f64 {
-    facet.max(0.0).min(2.0 * meso.max(MIN_AREA))
+    facet.max(0.0).min(2.0 * meso.max(LEAST_MESO))
 }
 
 /// Returns the fraction of the visible part of a facet that is lit, from 0 to 1. `facet_o` and `facet_i` are the projected areas of the

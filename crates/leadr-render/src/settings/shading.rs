@@ -139,6 +139,20 @@ impl GridLod {
     }
 }
 
+named_enum! {
+    /// How the rotation of the macrosurface under a pixel becomes roughness
+    /// ([`leadr_reflectance::slopes::geometric_antialiasing`]).
+    pub enum PixelKernel {
+        /// The kernel of the normal, at the mean slope, for all light. It narrows over rough slopes.
+        Normal = "on", "The rotation of the normal, for all light";
+        /// Lights have the kernel of the half vector, one for each light (Tokuyoshi & Kaplanyan 2019). All other light has the kernel
+        /// of the normal.
+        HalfVector = "half-vector", "The change of the half vector, one kernel per light (IGSA); other light as with on";
+        /// No kernel, as in the LEADR paper.
+        Off = "off", "None, as in the LEADR paper";
+    }
+}
+
 /// The number of levels by which the maps are read coarser than the pixels require. Negative numbers read finer levels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LodBias(pub f32);
@@ -170,14 +184,18 @@ impl Technique {
     /// Returns the technique with the `options` that apply to it.
     #[must_use]
     pub fn with(self, options: ShadingOptions) -> Shading {
-        Shading { technique: self, options: options.of(self).by_shadowing() }
+        Shading { technique: self, options: options.of(self).consistent() }
     }
 }
 
 impl ShadingOptions {
-    /// Returns the options that the shadowing model supports. V-grooves shadow each facet by itself, which only sums over a grid include.
-    /// Like separable Smith shadowing, they have no classes.
-    fn by_shadowing(self) -> Self {
+    /// Returns the options that the shadowing model and the pixel kernel support. V-grooves shadow each facet by itself, which only sums
+    /// over a grid include. Like separable Smith shadowing, they have no classes. Kernels per light need filtering and shading in one pass,
+    /// which edge samples divide.
+    fn consistent(mut self) -> Self {
+        if self.pixel_kernel == PixelKernel::HalfVector {
+            self.edge_samples = 1;
+        }
         match (self.shadowing, self.quadrature) {
             (Shadowing::VGroove, quadrature) => Self {
                 quadrature: if quadrature.side().is_some() { quadrature } else { Quadrature::PAPER },
@@ -339,7 +357,7 @@ mod tests {
         shadowing: Shadowing::Smith,
         diffuse_lights: DiffuseLights::Sh,
         base_frame: BaseFrame::Macro,
-        pixel_kernel: false,
+        pixel_kernel: PixelKernel::Off,
         relief_occlusion: false,
         relief_color: true,
         classes: false,
@@ -360,7 +378,7 @@ mod tests {
             let shading = technique.with(OPTIONS);
             let options = shading.options();
             assert_eq!(shading.quadrature().is_some(), technique.integrates());
-            assert_eq!(options.pixel_kernel, !technique.has_pixel_kernel());
+            assert_eq!(options.pixel_kernel == PixelKernel::Off, technique.has_pixel_kernel());
             assert_eq!(options.base_frame == BaseFrame::Macro, technique.has_base_frame());
             assert_eq!(options.diffuse_model == DiffuseModel::Disney, technique.has_diffuse_model());
             assert_eq!(options.cone_edge == ConeEdge::Hard, technique.has_cones());

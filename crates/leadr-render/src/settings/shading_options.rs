@@ -2,7 +2,7 @@
 
 use super::numbers::{whole, within};
 use super::option::{Json, Panel, Slider, Spec, Techniques, Text, Value, headings, on_off};
-use super::shading::{BaseFrame, DiffuseLights, GridLod, LodBias, Probes, Quadrature};
+use super::shading::{BaseFrame, DiffuseLights, GridLod, LodBias, PixelKernel, Probes, Quadrature};
 use super::technique::Technique;
 use super::terms::Terms;
 use crate::frame::Layer;
@@ -201,12 +201,12 @@ shading_options! {
             shading("base-frame", "KIND", "Choose the frame in which the base material is rough").called("roughness follows"),
             Value::Name(|options| &mut options.base_frame), BECKMANN) },
     ];
-    /// Whether to add the variation of the macrosurface's normal across a pixel to the roughness (Tokuyoshi & Kaplanyan 2019, on
+    /// How to add the variation of the macrosurface's normal across a pixel to the roughness (Tokuyoshi & Kaplanyan 2019, on
     /// meshes only). The option also widens slopes that face away from the viewer, towards the viewer (`tilt_to_edge`). The LEADR
     /// paper does neither. All other integrating techniques always widen slopes.
-    pixel_kernel: bool = true => [
-        row(shading("pixel-kernel", "on|off", "Add the curvature of the smooth surface under a pixel to the roughness").called("curvature adds roughness"),
-            Value::Switch(|options| &mut options.pixel_kernel), KERNEL).about(Subject::Objects),
+    pixel_kernel: PixelKernel = PixelKernel::Normal => [
+        row(shading("pixel-kernel", "KIND", "Choose how the curvature of the smooth surface under a pixel adds roughness").called("curvature adds roughness"),
+            Value::Name(|options| &mut options.pixel_kernel), KERNEL).about(Subject::Objects),
     ];
     /// Whether bumps larger than a pixel occlude the environment and the lights ([`leadr_reflectance::visible::horizon`]). This
     /// effect is not in the LEADR paper.

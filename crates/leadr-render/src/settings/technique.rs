@@ -4,6 +4,7 @@
 //! constant and a function in `shaders-glsl/passes/shade/families.glsl`. The command line, help, JSON, window keys, report and
 //! bench all read the table. Shaders receive only the inputs of a technique ([`Needs`]), never its name.
 
+use super::shading::PixelKernel;
 use super::shading_options::ShadingOptions;
 use leadr_gpu::SpecValue;
 use leadr_shaders::families;
@@ -211,8 +212,8 @@ impl Technique {
             family,
             slopes,
             ggx,
-            kernel: has_kernel && options.pixel_kernel,
-            tilt: family == Family::Leadr && (options.pixel_kernel || !has_kernel),
+            kernel: if has_kernel { options.pixel_kernel } else { PixelKernel::Off },
+            tilt: family == Family::Leadr && (options.pixel_kernel != PixelKernel::Off || !has_kernel),
             horizon: family == Family::Leadr && options.relief_occlusion,
         }
     }
@@ -225,7 +226,7 @@ pub struct Needs {
     family: Family,
     slopes: Slopes,
     ggx: bool,
-    kernel: bool,
+    kernel: PixelKernel,
     tilt: bool,
     horizon: bool,
 }
@@ -244,7 +245,8 @@ impl Needs {
             ("LARGEST_VARIANCE", SpecValue::Bool(self.slopes == Slopes::Largest)),
             ("FINEST_LEVEL", SpecValue::Bool(self.is_finest())),
             ("GGX_BASE", SpecValue::Bool(self.ggx)),
-            ("USES_CURVATURE", SpecValue::Bool(self.kernel)),
+            ("USES_CURVATURE", SpecValue::Bool(self.kernel != PixelKernel::Off)),
+            ("PER_LIGHT_KERNEL", SpecValue::Bool(self.kernel == PixelKernel::HalfVector)),
             ("TILTS_TO_EDGE", SpecValue::Bool(self.tilt)),
             ("USES_HORIZON", SpecValue::Bool(self.horizon)),
             ("DETAIL_IN_GLOSS", SpecValue::Bool(self.family == Family::Gloss)),
@@ -272,10 +274,12 @@ mod tests {
 
     #[test]
     fn settings_affect_only_their_techniques() {
-        let off = ShadingOptions { pixel_kernel: true, relief_occlusion: false, ..Default::default() };
+        let off = ShadingOptions { pixel_kernel: PixelKernel::Normal, relief_occlusion: false, ..Default::default() };
         for technique in Technique::ALL {
             let differs = |options| technique.needs(options) != technique.needs(off);
-            assert_eq!(differs(ShadingOptions { pixel_kernel: false, ..off }), technique.has_pixel_kernel());
+            for pixel_kernel in [PixelKernel::Off, PixelKernel::HalfVector] {
+                assert_eq!(differs(ShadingOptions { pixel_kernel, ..off }), technique.has_pixel_kernel());
+            }
             assert_eq!(differs(ShadingOptions { relief_occlusion: true, ..off }), technique.integrates());
         }
     }
