@@ -14,11 +14,8 @@ use leadr::reflectance::masking::grooves::groove_factor;
 use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::reflectance::masking::variants::half_facet_area;
 use leadr::reflectance::materials::microfacet::half_vector;
-use leadr::reflectance::slopes::geometric_antialiasing::{
-    filter_covariance, half_vector_kernel, kernel_over, tilt_kernel,
-};
+use leadr::reflectance::slopes::geometric_antialiasing::{filter_covariance, half_vector_kernel};
 use leadr::reflectance::slopes::grid as slope_grid;
-use leadr::reflectance::slopes::statistics::{add_macro_curvature, add_roughness};
 use leadr::reflectance::visible::diffuse::{leadr_diffuse_light_visible, visible_diffuse_moments};
 use leadr::reflectance::visible::shadowed_environment::{bent_normal, shadowed_diffuse_environment};
 use leadr::reflectance::visible::shadowed_specular::visible_specular_environment;
@@ -335,10 +332,7 @@ fn kernels_per_light_agree_with_the_reference_at_every_pixel() {
             let moved = [ray_x, ray_y].map(|ray| local(ray) * (2.0 / f64::from(SIZE) * along));
             let on_surface = moved.map(|d| d - wo * (d.z / wo.z));
             let across = |w: DVec3, d: DVec3| (w * w.dot(d) - d).reject_from(w);
-            let curvature = add_macro_curvature(DVec3::ZERO, -on_surface[0].truncate(), -on_surface[1].truncate());
             let alpha = f64::from(alpha);
-            let smooth = kernel_over(tilt_kernel(curvature, DVec2::ZERO), add_roughness(DVec3::ZERO, alpha));
-            let areas = direction_area(wo, DVec2::ZERO, slope_grid::slope_cholesky(smooth));
             let mut want = 0.0;
             let to_lamp = lamp.position.as_dvec3() - pixel.position;
             let lights = [
@@ -360,6 +354,7 @@ fn kernels_per_light_agree_with_the_reference_at_every_pixel() {
                 let s = filter_covariance(DVec3::ZERO, half_vector_kernel(wh, changes[0], changes[1]));
                 let lobe = facet_specular(wo, wi, alpha, 0.0);
                 let cholesky = slope_grid::slope_cholesky(s);
+                let areas = direction_area(wo, DVec2::ZERO, cholesky);
                 let f0 = DVec3::splat(f64::from(f0));
                 want += irradiance
                     * facet_specular_light(Shadowing::None, &areas, &areas, &lobe, DVec2::ZERO, cholesky, f0).x;

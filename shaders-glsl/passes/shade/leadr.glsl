@@ -482,8 +482,8 @@ vec3 specular_of_light(const Surface surface, const Base base, const int number,
 }
 
 // Returns the same, with the pixel kernel of the light where lights have kernels of their own.
-vec3 specular_light(Surface surface, Base base, const int number, const Light light, const DirectionArea diffuse_o,
-                    const DirectionArea diffuse_i, vec3 diffuse_cholesky) {
+vec3 specular_light(Surface surface, Base base, const int number, const Light light, DirectionArea diffuse_o, DirectionArea diffuse_i,
+                    vec3 diffuse_cholesky) {
     if (PER_LIGHT_KERNEL && in_specular(number)) {
         vec3 kernel = light_kernel(surface, light);
         surface.slope_covariance = GGX_BASE ? surface.sharp : filter_covariance(surface.sharp, kernel);
@@ -494,6 +494,9 @@ vec3 specular_light(Surface surface, Base base, const int number, const Light li
             base.o = displaced_ggx_area(surface.wo, surface.mean_slope, base.ggx, base.cholesky);
         }
         diffuse_cholesky = slope_cholesky(surface.slope_covariance);
+        // Masking belongs to the same facets. At grazing views, the areas of narrower lobes are too small for the wide ones.
+        diffuse_o = area_for(FACET_SHADOWING, surface.wo, surface.mean_slope, surface.slope_covariance, diffuse_cholesky);
+        diffuse_i = area_for(FACET_SHADOWING, light.wi, surface.mean_slope, surface.slope_covariance, diffuse_cholesky);
     }
     return specular_of_light(surface, base, number, light, diffuse_o, diffuse_i, diffuse_cholesky);
 }

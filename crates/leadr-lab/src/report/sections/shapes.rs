@@ -103,6 +103,7 @@ fn figure_9(
         Table::new(format!("Truths of {samples} samples per pixel; errors against displacement-map truth"), head);
     let tile = studio.pick(16, 32);
     let size = studio.pick((80, 60), (320, 240));
+    let scale = studio.pick(2, 1);
     for (key, title, stage) in
         [("pillow", "The pillow", pillow::stage(tile)), ("snake", "The snake", snake::stage(tile))]
     {
@@ -117,7 +118,8 @@ fn figure_9(
             let (normal_map, displaced) = (normal_map?, displaced?);
             let file = |what: &str| format!("shapes-{key}{}-{what}", view.replace(", ", "-"));
             let mut shown = |truth: Truth, shot: &Shot| {
-                studio.picture(&file(truth.name()), &shot.image, 1.0, truth.title(), Vec::new())
+                let figure = studio.picture(&file(truth.name()), &shot.image, 1.0, truth.title(), Vec::new());
+                figure.map(|figure| figure.enlarged(scale))
             };
             let truths = [shown(Truth::NormalMap, &normal_map)?, shown(Truth::Displacement, &displaced)?];
             let mut cells = vec![Cell::from(format!("{title}{view}"))];
@@ -127,6 +129,7 @@ fn figure_9(
                 let shot = studio.shoot(renderer, &state, &config.settings(size, 1))?;
                 let verdict = judge(&displaced, &shot, 1.0).map_err(fault)?;
                 let picture = studio.picture(&file(&config.file()), &shot.image, 1.0, &config.name, Vec::new())?;
+                let picture = picture.enlarged(scale);
                 errors.push(verdict.interior.rrmse);
                 let mut case = Case::new("shapes", format!("{title}{view}"), &config.name, "displacement", &verdict);
                 case.normal_map = Some(judge(&normal_map, &shot, 1.0).map_err(fault)?.interior);

@@ -14,18 +14,23 @@ use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Table, number};
 use leadr_tools::metrics::flicker::{difference, magnitude};
 
-/// The height in the rest pose below which props are claws of the toes, in metres.
+/// The height in the rest pose below which props are claws of the toes, and the distance in front of which they are those of the middle
+/// toes, in metres.
 const CLAWS_BELOW: f32 = 0.16;
+const MIDDLE_FROM: f32 = 0.8;
+/// The position of the camera relative to the claw, in metres, and its field of view in degrees.
+const CAMERA: Vec3 = Vec3::new(2.4, -5.0, 1.1);
+const FIELD: f32 = 4.0;
 /// The number of positions of the camera, a quarter of a pixel apart.
 const POSITIONS: u32 = 5;
 
-/// The height of a toe's claws in pixels.
+/// The heights of the pictures in pixels. A claw is about half as high.
 const SIZES: [u32; 2] = [48, 12];
 
 pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     page.begin(
         "LEADR section 6, claws",
-        "The claws of a foot of the T-rex under the sky and its sun, large and small: without the curvature under a pixel, with the kernel of \
+        "The claw of a middle toe of the T-rex under the sky and its sun, large and small: without the curvature under a pixel, with the kernel of \
         the normal (the default), with one kernel per light (half-vector), and displacement-map truth. One sample per pixel; small pictures \
         are enlarged. Flicker is the change between cameras a quarter of a pixel apart, beyond the change of the truth.",
     );
@@ -37,15 +42,14 @@ pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     );
     let target = subject.claw;
     for pixels in SIZES {
-        // The claws of a foot are about a metre wide.
         let size = (2 * pixels, pixels);
         let camera = |shift: f32| {
-            let position = target + Vec3::new(2.4, -5.0, 1.1);
+            let position = target + CAMERA;
             let right = (target - position).cross(Vec3::Z).normalize();
             let moved = right * shift;
-            Camera::looking_at(position + moved, target + moved, 10.0)
+            Camera::looking_at(position + moved, target + moved, FIELD)
         };
-        let pixel = 2.0 * 5.0f32.to_radians().tan() * Vec3::new(2.4, -5.0, 1.1).length() / pixels as f32;
+        let pixel = 2.0 * (0.5 * FIELD).to_radians().tan() * CAMERA.length() / pixels as f32;
         let cameras: Vec<Camera> = (0..POSITIONS).map(|i| camera(0.25 * pixel * i as f32)).collect();
         let truths: Vec<Shot> = cameras
             .iter()
@@ -109,11 +113,11 @@ pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     Ok(())
 }
 
-/// The claws of a foot.
+/// The claws of the T-rex.
 pub struct Claws {
     /// The claws, teeth and eyes of the T-rex.
     pub of: Subject,
-    /// The middle of the claws of the right foot.
+    /// The middle of the claw of the right foot's middle toe.
     pub claw: Vec3,
 }
 
@@ -127,7 +131,7 @@ impl Subject {
         let of = Self::under_the_sky(studio, stage, Self::MID_STEP)?;
         let state = of.seen_by(&of.stage.views.mid);
         let posed = state.poses[0].apply(&mesh);
-        let of_foot = |rest: &Vec3| rest.z < CLAWS_BELOW && rest.y < 0.0;
+        let of_foot = |rest: &Vec3| rest.z < CLAWS_BELOW && rest.x > MIDDLE_FROM && rest.y < 0.0;
         let claws: Vec<Vec3> =
             mesh.positions.iter().zip(&posed.positions).filter(|(rest, _)| of_foot(rest)).map(|(_, p)| *p).collect();
         let claw = claws.iter().sum::<Vec3>() / claws.len().max(1) as f32;
