@@ -10,6 +10,7 @@ use crate::report::truth::Truth;
 use crate::report::verdict::{Shot, judge};
 use leadr_render::camera::Camera;
 use leadr_render::settings::{PixelKernel, ShadingOptions, Technique};
+use leadr_scenes::trex::stage::walked;
 use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Table, number};
 use leadr_tools::metrics::flicker::{difference, magnitude};
@@ -60,7 +61,7 @@ pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
             .collect::<Result<_, _>>()?;
         let mask = truths[0].object().map_err(fault)?;
         let name = |what: &str| format!("figures-claws-{pixels}-{what}");
-        let scale = SIZES[0] / pixels * studio.pick(1, 4);
+        let scale = SIZES[0] / pixels * studio.pick(2, 4);
         let shown = studio.picture(&name("truth"), &truths[0].image, 1.0, "truth", Vec::new())?.enlarged(scale);
         let mut errors = Vec::new();
         for kernel in [PixelKernel::Off, PixelKernel::Normal, PixelKernel::HalfVector] {
@@ -134,7 +135,8 @@ impl Subject {
         let of_foot = |rest: &Vec3| rest.z < CLAWS_BELOW && rest.x > MIDDLE_FROM && rest.y < 0.0;
         let claws: Vec<Vec3> =
             mesh.positions.iter().zip(&posed.positions).filter(|(rest, _)| of_foot(rest)).map(|(_, p)| *p).collect();
-        let claw = claws.iter().sum::<Vec3>() / claws.len().max(1) as f32;
+        // Cameras are relative to the walking animal.
+        let claw = claws.iter().sum::<Vec3>() / claws.len().max(1) as f32 - Vec3::X * walked(Self::MID_STEP);
         Ok(Claws { of, claw })
     }
 }

@@ -16,7 +16,7 @@ use std::f64::consts::{PI, TAU};
 
 const ORDERS: [u32; 4] = [3, 5, 7, 9];
 /// The slope deviations of the two surfaces.
-const SIGMAS: [f64; 2] = [0.05, 0.15];
+const SIGMAS: [f64; 2] = [0.1, 0.2];
 /// The angle of the viewer, in degrees.
 const VIEW: f64 = 45.0;
 /// Directions are shown down to this fraction of the largest density.
@@ -115,7 +115,7 @@ fn sheet(pictures: &[&dyn Fn(DVec3) -> Option<DVec3>], size: u32) -> RgbImage {
 pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     page.begin(
         "LEADR Figure 7",
-        "The studio as the samples of one pixel see it, for specular facets of slope deviations .05 and .15 and a viewer at 45° on the right: \
+        "The studio as the samples of one pixel see it, for specular facets of slope deviations .1 and .2 and a viewer at 45° on the right: \
         directions of light, seen from above, where the weight of the filter is at least 2 % of its largest. Left to right: the whole \
         studio, the part that the facets reflect, and its reconstruction from 3×3, 5×5, 7×7 and 9×9 samples of the paper and from 16 probes.",
     );
