@@ -129,7 +129,7 @@ fn environments(put: Put) -> Done {
 
 fn baked(put: Put) -> Done {
     let inputs = Inputs { heights: Some(bumps()?), ..Inputs::default() };
-    for kind in [Kind::Leadr, Kind::Lean, Kind::Clean, Kind::Toksvig] {
+    for kind in [Kind::Leadr, Kind::Lean, Kind::Clean, Kind::CleanConservative, Kind::Toksvig] {
         for precision in [Precision::F32, Precision::F16, Precision::Bc] {
             let name = format!("{}-{}", kind.name(), precision.name());
             let bytes_of = |write: &dyn Fn(&mut File, &Plan) -> Done| -> Done<Vec<u8>> {

@@ -49,6 +49,7 @@ struct FilteredSurface {
     float lod;           // level of detail of the maps
     float joined;        // weight of the joined edge samples, 0 to 1
     float relief;        // relief of an edge sample's object, in metres
+    mat2 rotation;       // with PER_LIGHT_KERNEL, the changes of the normal to the next pixels, in the frame about the normal
     FacetClasses classes; // replaces slopes and material with CLASSES > 1
 };
 

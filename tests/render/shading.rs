@@ -2,13 +2,19 @@
 
 use glam::{DVec2, DVec3, Vec3};
 use leadr::reflectance::facets::base_roughness::add_facet_roughness;
+use leadr::reflectance::facets::beckmann::beckmann_ndf;
+use leadr::reflectance::facets::fresnel::fresnel_schlick;
 use leadr::reflectance::facets::projected_area;
 use leadr::reflectance::frame;
 use leadr::reflectance::integrals::facet_specular::{facet_specular, facet_specular_light};
 use leadr::reflectance::integrals::specular::{EnvironmentSample, leadr_specular_environment};
 use leadr::reflectance::integrals::{diffuse, sh_projection};
 use leadr::reflectance::masking::correlated::{direction_area, lit_fraction};
+use leadr::reflectance::masking::grooves::groove_factor;
 use leadr::reflectance::masking::shadowing::Shadowing;
+use leadr::reflectance::masking::variants::half_facet_area;
+use leadr::reflectance::materials::microfacet::half_vector;
+use leadr::reflectance::slopes::geometric_antialiasing::{filter_covariance, half_vector_kernel};
 use leadr::reflectance::slopes::grid as slope_grid;
 use leadr::reflectance::visible::diffuse::{leadr_diffuse_light_visible, visible_diffuse_moments};
 use leadr::reflectance::visible::shadowed_environment::{bent_normal, shadowed_diffuse_environment};
@@ -20,7 +26,7 @@ use leadr::render::light::environment::Environment;
 use leadr::render::light::panorama::LightExtraction;
 use leadr::render::scene::{Cone, FrameState, Object, PointLight, Pose, Sun};
 use leadr::render::settings::{
-    DiffuseLights, Probes, Quadrature, RenderSettings, Shading, ShadingOptions, Technique, Terms,
+    DiffuseLights, GridLod, PixelKernel, Probes, Quadrature, RenderSettings, Shading, ShadingOptions, Technique, Terms,
 };
 use leadr::scenes::sphere::{cube_sphere, displaced_sphere};
 use leadr_testing::cube::panorama;
@@ -162,6 +168,9 @@ impl Pixel {
             Quadrature::Grid(n) => {
                 let lambda = slope_grid::grid_lambda(n);
                 let m = projected_area::face_viewer(self.wo, self.m, self.diffuse_s, lambda);
+                if integral.shadowing == Shadowing::VGroove {
+                    return diffuse::groove_normal_moments(self.wo, m, self.diffuse_s, n, lambda);
+                }
                 diffuse::visible_normal_moments(self.wo, m, self.diffuse_s, n, lambda)
             }
             Quadrature::VisibleSlopes(_) => visible_diffuse_moments(self.wo, self.m, self.diffuse_s, 2),
@@ -180,11 +189,30 @@ impl Pixel {
             (_, Quadrature::Grid(n)) => {
                 let lambda = slope_grid::grid_lambda(n);
                 let m = projected_area::face_viewer(wo, self.m, s, lambda);
+                if integral.shadowing == Shadowing::VGroove {
+                    return diffuse::groove_diffuse_light(wo, wi, m, s, n, lambda);
+                }
                 diffuse::leadr_diffuse_light(wo, wi, m, s, false, n, lambda)
             }
             (_, Quadrature::VisibleSlopes(_)) => leadr_diffuse_light_visible(wo, wi, self.m, s, false, 2),
         };
         light * lit_fraction(integral.shadowing, &areas[0], &areas[1])
+    }
+
+    /// Specular radiance of a light per unit of irradiance.
+    fn specular_light(&self, integral: ShadingOptions, wi: DVec3, f0: DVec3) -> DVec3 {
+        let (wo, m) = (self.wo, self.m);
+        if let (Shadowing::VGroove, Quadrature::Grid(n)) = (integral.shadowing, integral.quadrature) {
+            let m = projected_area::face_viewer(wo, m, self.specular_s, slope_grid::grid_lambda(n));
+            let wh = half_vector(wo, wi);
+            let [ao, ai] = [wo, wi].map(|w| projected_area::meso_area(w, m).max(0.0));
+            let factor = groove_factor(half_facet_area(wo, wi, wh), ao, ai);
+            return fresnel_schlick(f0, wi.dot(wh)) * (0.25 * beckmann_ndf(wh, m, self.specular_s) * factor);
+        }
+        let cholesky = slope_grid::slope_cholesky(self.diffuse_s);
+        let areas = [wo, wi].map(|w| direction_area(w, m, cholesky));
+        let lobe = facet_specular(wo, wi, self.alpha, 0.0);
+        facet_specular_light(integral.shadowing, &areas[0], &areas[1], &lobe, m, cholesky, f0)
     }
 }
 
@@ -205,6 +233,10 @@ fn integrals() -> Vec<(Shading, ShadingOptions)> {
         with(Quadrature::VisibleSlopes(Probes::Nine), Shadowing::Correlated, DiffuseLights::Cosine),
         with(Quadrature::VisibleSlopes(Probes::Five), Shadowing::Smith, DiffuseLights::Cosine),
         with(Quadrature::VisibleSlopes(Probes::Five), Shadowing::None, DiffuseLights::Sh),
+        with(Quadrature::Grid(5), Shadowing::SmithSeparable, DiffuseLights::Cosine),
+        with(Quadrature::VisibleSlopes(Probes::Nine), Shadowing::SmithSeparable, DiffuseLights::Cosine),
+        with(Quadrature::Grid(5), Shadowing::VGroove, DiffuseLights::Cosine),
+        with(Quadrature::Grid(9), Shadowing::VGroove, DiffuseLights::Cosine),
     ]
 }
 
@@ -253,16 +285,10 @@ fn lights_agree_with_the_reference_at_every_pixel() {
                 let albedo = pixel.albedo * (1.0 - pixel.specular_terms(integral, f0)[1]);
                 let lights = [sun, second_sun].map(|sun| (sun.direction.as_dvec3(), sun.irradiance.as_dvec3()));
                 let lights = lights.into_iter().chain(points.iter().map(|light| sent(light, pixel.position)));
-                let (wo, m) = (pixel.wo, pixel.m);
-                let cholesky = slope_grid::slope_cholesky(pixel.diffuse_s);
                 let mut expected = DVec3::ZERO;
                 for (direction, irradiance) in lights {
                     let wi = frame::to_frame(&pixel.frame, direction);
-                    let areas = [wo, wi].map(|w| direction_area(w, m, cholesky));
-                    let shadowing = integral.shadowing;
-                    let specular_terms = facet_specular(wo, wi, pixel.alpha, 0.0);
-                    let specular =
-                        facet_specular_light(shadowing, &areas[0], &areas[1], &specular_terms, m, cholesky, f0);
+                    let specular = pixel.specular_light(integral, wi, f0);
                     expected += irradiance * (albedo * pixel.diffuse_light(integral, wi) + specular);
                 }
                 let actual = DVec3::new(
@@ -280,6 +306,67 @@ fn lights_agree_with_the_reference_at_every_pixel() {
     }
     assert!(count > 10_000);
     assert!(worst < 2e-4, "{worst}");
+}
+
+/// Kernels of half vectors on a smooth sphere, where the rotation of the normal has a closed form: every pixel against the 64-bit reference.
+#[test]
+fn kernels_per_light_agree_with_the_reference_at_every_pixel() {
+    let Some(gpu) = test_gpu() else { return };
+    let (alpha, f0) = (0.1, 0.5);
+    let object = Object::new("sphere", cube_sphere(24, [0.0, 0.0, 0.0, alpha])).with_specular_f0(f0).without_shadow();
+    let mut renderer = in_room(&gpu, vec![object], [0.0; 3]);
+    let sun = Sun { direction: Vec3::new(0.6, -0.4, 0.7).normalize(), irradiance: Vec3::splat(3.0) };
+    let lamp = PointLight::new(Vec3::new(-0.7, -1.2, 0.5), Vec3::splat(0.5));
+    let state = state(20.0, Some(sun), vec![lamp]);
+    let [ray_x, ray_y, ray_z] = state.camera.rays((SIZE, SIZE), glam::Vec2::ZERO).map(|r| r.as_dvec3());
+    let terms = Terms::SPECULAR_LIGHTS;
+    let mut sums = [0.0f64; 4];
+    for (n, pixel_kernel) in [PixelKernel::HalfVector, PixelKernel::Normal].into_iter().enumerate() {
+        let options = ShadingOptions { pixel_kernel, terms, shadowing: Shadowing::None, ..Default::default() };
+        let output = renderer.render(&state, &settings(Technique::Leadr.with(options))).unwrap();
+        for (i, pixel) in pixels(&mut renderer, &state, &output.color).into_iter().filter(|p| p.1.wo.z > 0.2) {
+            let frame = pixel.frame;
+            let local = |v: DVec3| frame::to_frame(&frame, v);
+            let (wo, reach) = (pixel.wo, pixel.position - state.camera.position.as_dvec3());
+            let along = reach.dot(ray_z) / ray_z.length_squared();
+            let moved = [ray_x, ray_y].map(|ray| local(ray) * (2.0 / f64::from(SIZE) * along));
+            let on_surface = moved.map(|d| d - wo * (d.z / wo.z));
+            let across = |w: DVec3, d: DVec3| (w * w.dot(d) - d).reject_from(w);
+            let alpha = f64::from(alpha);
+            let mut want = 0.0;
+            let to_lamp = lamp.position.as_dvec3() - pixel.position;
+            let lights = [
+                (local(sun.direction.as_dvec3()), 0.0, f64::from(sun.irradiance.x)),
+                (
+                    local(to_lamp.normalize()),
+                    1.0 / to_lamp.length(),
+                    f64::from(lamp.intensity.x) / to_lamp.length_squared(),
+                ),
+            ];
+            for (wi, nearness, irradiance) in lights {
+                let h = wo + wi;
+                let wh = h.normalize();
+                let changes = [0, 1].map(|k| {
+                    let directions = across(wo, moved[k]) / reach.length() + across(wi, on_surface[k]) * nearness;
+                    let rotation = on_surface[k].truncate();
+                    directions.reject_from(wh) / h.length() + (-rotation * wh.z).extend(rotation.dot(wh.truncate()))
+                });
+                let s = filter_covariance(DVec3::ZERO, half_vector_kernel(wh, changes[0], changes[1]));
+                let lobe = facet_specular(wo, wi, alpha, 0.0);
+                let cholesky = slope_grid::slope_cholesky(s);
+                let areas = direction_area(wo, DVec2::ZERO, cholesky);
+                let f0 = DVec3::splat(f64::from(f0));
+                want += irradiance
+                    * facet_specular_light(Shadowing::None, &areas, &areas, &lobe, DVec2::ZERO, cholesky, f0).x;
+            }
+            sums[n] += (f64::from(output.color[i][0]) - want).powi(2);
+            sums[2] += want * want;
+            sums[3] += 1.0;
+        }
+    }
+    let [half_vector, normal] = [sums[0], sums[1]].map(|e| (2.0 * e / sums[2]).sqrt());
+    println!("relative error {half_vector:.4}, of the kernel of the normal {normal:.4}, {} pixels", sums[3]);
+    assert!(sums[3] > 400.0 && half_vector < 0.03 && normal > 3.0 * half_vector, "{half_vector} {normal}");
 }
 
 /// Reflections of a white furnace, with shadowing: every pixel against the 64-bit reference.
@@ -340,6 +427,31 @@ fn lamp_reflection_has_right_position_and_width() {
         println!("α {alpha}: {count} pixels, relative error {error:.4}, of a turned lamp {rotated:.4}");
         assert!(count > 300 && error < bound && rotated > 0.3, "α {alpha}: {error}, {rotated}");
     }
+}
+
+/// A fine pattern, reflected in a smooth sphere: nodes of a grid that see coarser levels blur it.
+#[test]
+fn constants_of_the_grids_level_of_detail_blur_in_their_order() {
+    let Some(gpu) = test_gpu() else { return };
+    let image = panorama(512, |d| DVec3::splat(if (40.0 * d.x).sin() * (40.0 * d.z).sin() > 0.0 { 1.0 } else { 0.0 }));
+    let none = LightExtraction { count: 0, ..Default::default() };
+    let environment = Environment::from_panorama(&gpu, 256, &image, none).unwrap();
+    let object = Object::new("sphere", cube_sphere(16, [0.0, 0.0, 0.0, 0.1])).with_specular_f0(1.0).without_shadow();
+    let mut renderer = Renderer::new(&gpu, vec![object], environment).unwrap();
+    let state = state(6.0, None, Vec::new());
+    let deviations =
+        [GridLod::Algorithm1, GridLod::Derivation, GridLod::Matched, GridLod::Banding32, GridLod::Banding5].map(
+            |grid_lod| {
+                let options = ShadingOptions { quadrature: Quadrature::PAPER, grid_lod, ..Default::default() };
+                let color = renderer.render(&state, &settings(Technique::Leadr.with(options))).unwrap().color;
+                let shown: Vec<f64> = color.iter().filter(|c| c[3] > 0.0).map(|c| f64::from(c[0])).collect();
+                let mean = shown.iter().sum::<f64>() / shown.len() as f64;
+                (shown.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / shown.len() as f64).sqrt()
+            },
+        );
+    println!("{deviations:.4?}");
+    assert!(deviations.windows(2).all(|pair| pair[1] < pair[0]), "{deviations:?}");
+    assert!(deviations[4] < 0.8 * deviations[0], "{deviations:?}");
 }
 
 /// Without reflectance at normal incidence nothing is reflected, even at grazing angles.

@@ -22,8 +22,8 @@ fn sea(gpu: &leadr_testing::gpu::TestGpu) -> (Renderer, FrameState) {
     (renderer, FrameState::new(camera, Vec::new()).under(&Sky::default()))
 }
 
-/// CLEAN's covariance is LEAN's reduced to one mean variance for all directions: in filtered pixels, in resolved edge samples, and on the
-/// sea.
+/// CLEAN's covariance is LEAN's reduced to one variance for all directions, the mean or the largest: in filtered pixels, in resolved edge
+/// samples, and on the sea.
 #[test]
 fn clean_has_one_variance_on_every_surface() {
     let Some(gpu) = leadr_testing::gpu::test_gpu() else { return };
@@ -34,15 +34,24 @@ fn clean_has_one_variance_on_every_surface() {
             renderer.render(&state, &settings_of(technique, 1, edge_samples)).unwrap();
             renderer.layer(Layer::Covariance).unwrap()
         };
-        let (lean, clean) = (covariance(Technique::Lean), covariance(Technique::Clean));
+        let lean = covariance(Technique::Lean);
+        let forms = [covariance(Technique::Clean), covariance(Technique::CleanConservative)];
         let (mut pixels, mut stretched) = (0, 0);
-        for ([xx, yy, xy, _], clean) in lean.into_iter().zip(clean).filter(|(lean, _)| lean[0] + lean[1] > 1e-5) {
+        for (i, [xx, yy, xy, _]) in lean.into_iter().enumerate().filter(|(_, lean)| lean[0] + lean[1] > 1e-5) {
             pixels += 1;
             stretched += u32::from((xx - yy).abs().max(xy.abs()) > 0.1 * (xx + yy));
-            let ([x, y, mixed, _], mean) = (clean, 0.5 * (xx + yy));
-            assert!((x, mixed) == (y, 0.0), "{name}: {clean:?} is not isotropic");
-            // Resolved samples are isotropic before they are rotated and joined.
-            assert!((x - mean).abs() < if edge_samples > 1 { 0.1 } else { 1e-5 } * mean, "{name}: {x}, not {mean}");
+            let mean = 0.5 * (xx + yy);
+            let largest = mean + (0.25 * (xx - yy) * (xx - yy) + xy * xy).sqrt();
+            for (form, variance) in forms.iter().zip([mean, largest]) {
+                let [x, y, mixed, _] = form[i];
+                assert!((x, mixed) == (y, 0.0), "{name}: {:?} is not isotropic", form[i]);
+                // Resolved samples are isotropic before they are rotated and joined.
+                let bound = if edge_samples > 1 { 0.1 } else { 1e-5 } * variance;
+                assert!(
+                    edge_samples > 1 && variance == largest || (x - variance).abs() < bound,
+                    "{name}: {x}, not {variance}"
+                );
+            }
         }
         println!("{name}: {pixels} pixels, {stretched} of them stretched");
         assert!(pixels > 100 && 4 * stretched > pixels, "{name}: {stretched} of {pixels}");

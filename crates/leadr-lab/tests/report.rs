@@ -123,10 +123,10 @@ fn the_figures_are_checked_by_their_numbers() {
     assert!(value("Thesis Figure 2.6", "rRMSE of half a turn") < 1e-6);
     let differences = |scheme: &str| value("Thesis Figure 3.6", &format!("rRMSE of the slopes, {scheme}"));
     assert!(differences("central") < 0.5 * differences("forward"));
-    // Each of the fourteen figures has one line and at least one finding.
+    // Each of the sixteen figures has one line and at least one finding.
     let page = std::fs::read_to_string(folder.path().join("index.html")).unwrap();
     let figures: std::collections::BTreeSet<&str> = checks.iter().map(|c| c["figure"].as_str().unwrap()).collect();
-    assert_eq!(figures.len(), 14, "{figures:?}");
+    assert_eq!(figures.len(), 16, "{figures:?}");
     for figure in figures {
         assert!(page.contains(&format!("<h3>{figure}</h3>")) && page.contains(&format!("<li>{figure}: ")), "{figure}");
     }

@@ -83,6 +83,19 @@ impl CommandLine {
         if technique.is_reference() {
             line.remove("--msaa");
         }
+        let is = |flag: &str, value: &str| line.value(flag).is_some_and(|given| given == value);
+        let (separable, grooves) = (is("--shadowing", "separable"), is("--shadowing", "v-groove"));
+        let on_grid = line.has("grid") || is("--rule", "grid") || grooves;
+        let unused: &[(bool, &[&str])] = &[
+            (grooves, &["--probes", "--rule", "--diffuse-lights"]),
+            (grooves || separable, &["--classes"]),
+            (!on_grid, &["--grid-lod"]),
+            (is("--pixel-kernel", "half-vector"), &["--edge-samples"]),
+        ];
+        unused
+            .iter()
+            .filter(|(given, _)| *given)
+            .for_each(|(_, flags)| flags.iter().for_each(|flag| line.remove(flag)));
         if !line.has("cone-map") && !line.has("material") {
             CONE_FLAGS.iter().for_each(|flag| line.remove(&format!("--{flag}")));
         }
@@ -160,11 +173,20 @@ impl CommandLine {
 
     fn check_combinations(&self, config: &SceneConfig) -> Result<(), String> {
         let options = config.picture.options;
+        let grooves = options.shadowing == Shadowing::VGroove;
         let is = |name: &str, value: &str| self.value(&format!("--{name}")).is_some_and(|given| given == value);
         let fault = if is("rule", "visible") && self.has("grid") {
             "--grid is for --rule grid; --rule visible takes --probes"
         } else if is("rule", "grid") && self.has("probes") {
             "--probes is for --rule visible; --rule grid takes --grid"
+        } else if grooves && (self.has("probes") || is("rule", "visible")) {
+            "--shadowing v-groove sums over a grid of slopes: use --grid"
+        } else if grooves && is("diffuse-lights", "sh") {
+            "--shadowing v-groove shadows each facet by itself: remove --diffuse-lights sh"
+        } else if is("classes", "on") && (grooves || options.shadowing == Shadowing::SmithSeparable) {
+            "--shadowing v-groove and separable have one Gaussian of slopes: remove --classes on"
+        } else if self.has("grid-lod") && options.quadrature.side().is_none() && !grooves {
+            "--grid-lod is for the nodes of a grid: add --grid or --rule grid"
         } else if config.view == ViewChoice::Model && config.model.is_none() {
             "--camera model is for models: --scene FILE.glb or FILE.gltf"
         } else if config.view == ViewChoice::Model && self.has("distance") {
@@ -180,6 +202,8 @@ impl CommandLine {
             "--heights-as-read is for height maps: add --height-map, --material or --detail, or draw a model"
         } else if config.msaa > 1 && options.edge_samples > 1 {
             "--msaa and --edge-samples both antialias edges: use one of them"
+        } else if is("pixel-kernel", "half-vector") && options.edge_samples > 1 {
+            "--pixel-kernel half-vector has one sample of the geometry: remove --edge-samples"
         } else if config.msaa > 1 && config.picture.technique.is_reference() {
             "--msaa is for techniques that filter; the reference takes --samples"
         } else if is("multiscattering", "on") && self.has("diffuse-model") && !is("diffuse-model", "multiscattering") {
@@ -190,6 +214,8 @@ impl CommandLine {
             return Ok(());
         } else if options.diffuse_model != DiffuseModel::Lambert {
             "--relief-shadows draws Lambertian bases only: remove --diffuse-model or --multiscattering"
+        } else if matches!(options.shadowing, Shadowing::SmithSeparable | Shadowing::VGroove) {
+            "--relief-shadows has Smith shadowing of the base: remove --shadowing"
         } else if is("sky-occlusion", "on") {
             "--relief-shadows already includes occlusion by large shapes: remove --sky-occlusion"
         } else if self.has("detail") {

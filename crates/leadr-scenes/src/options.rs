@@ -415,8 +415,7 @@ impl SceneOption {
             help += &format!(" ({}{})", if few { "" } else { "not for " }, names.join(", "));
         }
         if let Sets::Shading(ShadingOption { techniques, .. }) = self.sets
-            && Technique::ALL.into_iter().filter(|&technique| (techniques.has)(technique)).count()
-                < Technique::ALL.len() / 2
+            && Technique::ALL.into_iter().filter(|&technique| (techniques.has)(technique)).count() <= MOST_LISTED
         {
             help += &format!(" ({})", techniques.names());
         }
@@ -427,6 +426,9 @@ impl SceneOption {
         }
     }
 }
+
+/// The largest number of techniques that a help text lists.
+const MOST_LISTED: usize = 4;
 
 /// Parses a scale factor for widths.
 fn factor(text: &str) -> Result<f32, String> {

@@ -2,6 +2,7 @@
 #define LEADR_DIFFUSE_GLSL
 
 #include "../frame.glsl"
+#include "../masking/grooves.glsl"
 #include "../masking/smith.glsl"
 #include "sh.glsl"
 #include "../slopes/grid.glsl"
@@ -17,7 +18,8 @@ struct NormalMoments {
     vec3 off;  // E[n.y n.z], E[n.x n.z], E[n.x n.y]
 };
 
-NormalMoments visible_normal_moments(const vec3 wo, const vec2 m, const vec3 S, const int n, const float lambda) {
+// Returns the moments over facets that show an area of at most `most`.
+NormalMoments normal_moments_up_to(const float most, const vec3 wo, const vec2 m, const vec3 S, const int n, const float lambda) {
     NormalMoments sum = NormalMoments(vec3(0.0), vec3(0.0), vec3(0.0));
     float norm = 0.0;
     vec3 cholesky = slope_cholesky(S);
@@ -26,7 +28,7 @@ NormalMoments visible_normal_moments(const vec3 wo, const vec2 m, const vec3 S, 
             vec3 node = grid_node(j, k, n, lambda);
             vec2 slope = slope_at(node.xy, m, cholesky);
             vec3 wn = normal_of_slope(slope);
-            float w = node.z * facet_area(wo, slope);
+            float w = node.z * min(facet_area(wo, slope), most);
             sum.mean += w * wn;
             sum.diag += w * wn * wn;
             sum.off += w * wn.yzx * wn.zxy;
@@ -34,6 +36,15 @@ NormalMoments visible_normal_moments(const vec3 wo, const vec2 m, const vec3 S, 
         }
     float scale = 1.0 / max(norm, 1e-12);
     return NormalMoments(sum.mean * scale, sum.diag * scale, sum.off * scale);
+}
+
+NormalMoments visible_normal_moments(const vec3 wo, const vec2 m, const vec3 S, const int n, const float lambda) {
+    return normal_moments_up_to(1e30, wo, m, S, n, lambda);
+}
+
+// Returns the same for V-grooves.
+NormalMoments groove_normal_moments(const vec3 wo, const vec2 m, const vec3 S, const int n, const float lambda) {
+    return normal_moments_up_to(groove_visible_area(1e30, meso_area(wo, m)), wo, m, S, n, lambda);
 }
 
 // Returns the radiance under an environment, with masking only (as in Algorithm 2). c has the coefficients of the radiance in world space,
@@ -69,6 +80,24 @@ float leadr_diffuse_light(const vec3 wo, const vec3 wi, const vec2 m, const vec3
             norm += w;
         }
     return shadowing_given_masking(wo, wi, m, S, shadowing) * sum / max(norm, 1e-12) / LEADR_PI;
+}
+
+// Returns the same for V-grooves, which shadow each facet by itself.
+float groove_diffuse_light(const vec3 wo, const vec3 wi, const vec2 m, const vec3 S, const int n, const float lambda) {
+    float sum = 0.0;
+    float norm = 0.0;
+    vec3 cholesky = slope_cholesky(S);
+    float ao = meso_area(wo, m), ai = meso_area(wi, m);
+    for (int j = 0; j < n; ++j)
+        for (int k = 0; k < n; ++k) {
+            vec3 node = grid_node(j, k, n, lambda);
+            vec2 slope = slope_at(node.xy, m, cholesky);
+            float facet = facet_area(wo, slope);
+            float w = node.z * groove_visible_area(facet, ao);
+            sum += w * groove_lit_fraction(facet, facet_area(wi, slope), ao, ai) * max(dot(wi, normal_of_slope(slope)), 0.0);
+            norm += w;
+        }
+    return sum / max(norm, 1e-12) / LEADR_PI;
 }
 
 #endif

@@ -20,6 +20,8 @@ const int LEADR_SHADOWING_SMITH = 1;             // LEADR eq. 13
 const int LEADR_SHADOWING_CORRELATED = 2;        // the direction-correlated model
 const int LEADR_SHADOWING_CORRELATED_SIMPLE = 3; // the simplified form of the direction-correlated model
 const int LEADR_SHADOWING_NORMAL_MAP = 4;        // all facets facing the light are lit and count equally (visible/mapped.glsl)
+const int LEADR_SHADOWING_SEPARABLE = 5;         // masking and shadowing are independent
+const int LEADR_SHADOWING_VGROOVE = 6;           // each facet is shadowed by itself (grooves.glsl)
 
 // The area of a surface that is visible from one direction.
 struct DirectionArea {
@@ -86,10 +88,16 @@ vec2 decorrelation_quotient(const vec2 po, const vec2 pi, const float both, cons
     return vec2(max((sine * sine + 1e-9 * scale * t) * max(both + 2.0 * less, 1e-12), 1e-25), 0.5 * both * sum * along * t);
 }
 
+// Returns whether a model lights all facets, or shadows each facet by itself, so that no fraction of the visible area applies to all.
+bool lights_all(const int shadowing) {
+    return shadowing == LEADR_SHADOWING_NONE || shadowing == LEADR_SHADOWING_NORMAL_MAP || shadowing == LEADR_SHADOWING_VGROOVE;
+}
+
 // Returns G A_o / a_o, the lit fraction of the visible area, 0..1. The fraction weights a light, or a sample of an environment, in a sum
 // that already includes masking.
 float lit_fraction(const int shadowing, const DirectionArea o, const DirectionArea i) {
-    if (shadowing == LEADR_SHADOWING_NONE || shadowing == LEADR_SHADOWING_NORMAL_MAP) return 1.0;
+    if (lights_all(shadowing)) return 1.0;
+    if (shadowing == LEADR_SHADOWING_SEPARABLE) return max(i.meso, 0.0) / max(i.visible, LEADR_MIN_AREA);
     float ao = max(o.meso, 0.0);
     float ai = max(i.meso, 0.0);
     float seen = ai * max(o.visible, LEADR_MIN_AREA);
@@ -106,9 +114,10 @@ float lit_fraction(const int shadowing, const DirectionArea o, const DirectionAr
 // Returns lit_fraction of slopes with the same variance along all axes, with fewer divisions. ao and Ao are the projected area of the
 // mesosurface, at least 0, and the visible area for the viewer.
 float round_lit_fraction(const int shadowing, const vec3 wo, const float ao, const float Ao, const vec3 wi, const vec2 m, const float variance) {
-    if (shadowing == LEADR_SHADOWING_NONE || shadowing == LEADR_SHADOWING_NORMAL_MAP) return 1.0;
+    if (lights_all(shadowing)) return 1.0;
     float ai = max(meso_area(wi, m), 0.0);
     AreaQuotient i = visible_area_quotient(wi, m, vec3(vec2(variance), 0.0));
+    if (shadowing == LEADR_SHADOWING_SEPARABLE) return ai * i.under / i.over;
     // All areas are multiplied by i.under.
     float seen = ai * i.under * max(Ao, LEADR_MIN_AREA);
     float hidden_o = max(Ao - ao, 0.0) * ai * i.under;

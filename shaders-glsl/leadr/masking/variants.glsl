@@ -2,6 +2,7 @@
 #define LEADR_MASKING_VARIANTS_GLSL
 
 #include "correlated.glsl"
+#include "grooves.glsl"
 #include "../facets/projected_area.glsl"
 #include "../slopes/grid.glsl"
 
@@ -41,8 +42,7 @@ float masking_factor(const int masking, const vec3 wo, const vec3 wi, const vec3
         bool seen = wo.z > 0.0 && wi.z > 0.0 && ao > 0.0 && ai > 0.0 && denominator > 0.0;
         return seen ? wi.z / max(denominator, LEADR_MIN_AREA * wi.z) : 0.0;
     }
-    if (masking == LEADR_VGROOVE)
-        return ai / max(max(ai * max(max(ao, 0.5 * facet), LEADR_MIN_AREA), 0.5 * facet * ao), 1e-30);
+    if (masking == LEADR_VGROOVE) return groove_factor(facet, ao, ai);
     if (masking == LEADR_VGROOVE_UNSHADOWED) return 1.0 / max(max(ao, 0.5 * facet), LEADR_MIN_AREA);
     if (masking == LEADR_NORMAL_MAP) return 1.0 / max(facet, LEADR_MIN_AREA);
     bool simple = masking == LEADR_SMITH_DIRECTION_CORRELATED_SIMPLE;

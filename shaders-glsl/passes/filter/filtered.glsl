@@ -576,10 +576,11 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
     vec2 dx = clamp(texels_across[0], -6e4, 6e4), dy = clamp(texels_across[1], -6e4, 6e4);
     Frame frame = frame_about(surface.normal);
     vec3 curvature = vec3(0.0);
+    mat2 rotation = mat2(0.0);
     if (USES_CURVATURE && !FLAT) {
         // The macro normal rotates across the pixel; the rotation is expressed as differences of slopes.
-        curvature = add_macro_curvature(curvature, -to_frame(frame, surface.normal_by_uv * across[0]).xy,
-                                        -to_frame(frame, surface.normal_by_uv * across[1]).xy);
+        rotation = mat2(to_frame(frame, surface.normal_by_uv * across[0]).xy, to_frame(frame, surface.normal_by_uv * across[1]).xy);
+        curvature = add_macro_curvature(curvature, -rotation[0], -rotation[1]);
     }
 
     Means means = NO_MEANS;
@@ -715,7 +716,7 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
     // At the finest level, the covariance includes the spread between neighbouring texels, because bilinear interpolation of the mean loses
     // this spread. With it, the variance is the same at every magnification.
     vec3 covariance = technique_covariance(map_statistics, vec3(0.0));
-    if (USES_CURVATURE && !FLAT) {
+    if (USES_CURVATURE && !PER_LIGHT_KERNEL && !FLAT) {
         covariance += kernel_over(tilt_kernel(curvature, mean_slope), add_roughness(covariance, color.a));
     }
 
@@ -756,6 +757,7 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
     filtered.lod = footprint.level;
     filtered.joined = JOINS_EDGES ? joined_part(footprint.across) : 0.0;
     filtered.relief = OBJECT.relief;
+    filtered.rotation = rotation;
     if (CLASSES > 1) {
         // Detail and curvature are independent of the classes.
         SlopeMap class_map = map;

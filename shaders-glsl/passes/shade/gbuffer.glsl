@@ -43,6 +43,7 @@ FilteredSurface read_gbuffer(const ivec2 pixel, const bool with_horizon) {
     f.lod = accessibility_lod.y;
     f.joined = joined_part_of(surface);
     f.relief = uintBitsToFloat(surface.y);
+    f.rotation = mat2(0.0);
     return f;
 }
 

@@ -84,7 +84,7 @@ float relief_seen(const Surface surface, const float larger) {
     float sky = 1.0;
     if (BY_CLASS && SHADOWING != LEADR_SHADOWING_NONE) {
         sky = surface.sky_light.a;
-    } else if (SHADOWING >= LEADR_SHADOWING_CORRELATED) {
+    } else if (SHADOWING != LEADR_SHADOWING_NONE && SHADOWING != LEADR_SHADOWING_SMITH) {
         sky = bent_normal(surface.wo, surface.mean_slope, surface.slope_covariance).open;
     }
     return 1.0 - sky * (1.0 - larger);

@@ -10,6 +10,7 @@
 #include "harmonics.glsl"
 #include "interreflection.glsl"
 #include "lighting.glsl"
+#include "pixel_kernel.glsl"
 #include "leadr/facets/base_roughness.glsl"
 #include "leadr/integrals/diffuse.glsl"
 #include "leadr/integrals/facet_specular.glsl"
@@ -26,7 +27,7 @@
 #include "leadr/visible/specular.glsl"
 
 const float GRID_DEVIATION = 0.05; // angular deviation of the light of one grid sample, for the horizon of the relief
-const bool FACET_SPECULAR = FACET_FRAME && !FINEST_LEVEL && !GGX_BASE; // whether lights use facet_specular.glsl
+const bool FACET_SPECULAR = FACET_FRAME && !FINEST_LEVEL && !GGX_BASE && !V_GROOVES; // whether lights use facet_specular.glsl
 
 // The means over the visible specular facets.
 struct SpecularTerm {
@@ -50,10 +51,15 @@ void add_grid_specular(inout SpecularTerm sum, const vec3 node, const Surface su
     float weight = node.z * e.area;
     if (MAPPED) {
         weight = node.z * mix(e.area, e.area > 0.0 ? max(o.meso, 1e-3) : 0.0, relief);
+    } else if (V_GROOVES) {
+        weight = node.z * groove_visible_area(e.area, o.meso);
     }
     float cosine = dot(wo, e.wn);
     vec3 f = weight * fresnel_of(surface, cosine);
     float lit = BY_CLASS ? class_lit(surface, e.wi) * class_base_lit(surface, e.wi) : lit_fraction(FACET_SHADOWING, o, area_for(FACET_SHADOWING, e.wi, m, S, cholesky));
+    if (V_GROOVES) {
+        lit = groove_lit_fraction(e.area, e.area, o.meso, meso_area(e.wi, m));
+    }
     lit *= relief_visibility(surface, e.wi, GRID_DEVIATION);
     sum.reflected += f * lit * environment_radiance(surface, e.wi, env_lod_at(base, wo, e.wn));
     sum.fresnel += weight * fresnel_schlick(surface.diffuse_f0, cosine);
@@ -69,7 +75,7 @@ SpecularTerm grid_specular(Surface surface, vec3 wo, vec3 S) {
     vec2 m = face_viewer(wo, surface.mean_slope, S, lambda);
     vec3 cholesky = slope_cholesky(S);
     DirectionArea o = area_for(FACET_SHADOWING, wo, m, S, cholesky);
-    float base = env_lod_base(S, grid_spacing(SAMPLES, lambda), lighting.environment.x, LEADR_LOD_MATCHED);
+    float base = env_lod_base(S, grid_spacing(SAMPLES, lambda), lighting.environment.x, GRID_LOD);
     SpecularTerm sum = SpecularTerm(vec3(0.0), vec3(0.0), 0.0);
     MappedSlopes mapped;
     if (MAPPED) {
@@ -88,7 +94,7 @@ SpecularTerm grid_specular(Surface surface, vec3 wo, vec3 S) {
         }
     }
     float scale = 1.0 / max(sum.area, 1e-12);
-    SpecularTerm mean = SpecularTerm(sum.reflected * scale, sum.fresnel * scale, o.visible);
+    SpecularTerm mean = SpecularTerm(sum.reflected * scale, sum.fresnel * scale, V_GROOVES ? max(o.meso, LEADR_MIN_AREA) : o.visible);
     return MAPPED ? of_facing(mean, surface, mapped.facing) : mean;
 }
 
@@ -280,6 +286,9 @@ SpecularTerm ggx_specular(const Surface surface, const vec3 wo, const DisplacedG
 // Returns the mean Fresnel reflectance over the diffuse base, for a specular covariance S.
 vec3 diffuse_fresnel(const Surface surface, const vec3 wo, const vec3 S) {
     vec2 m = surface.mean_slope;
+    if (V_GROOVES) {
+        return grid_specular(surface, wo, S).fresnel;
+    }
     return MAPPED ? mapped_fresnel(mapped_slopes(wo, m, surface.slope_covariance, S), surface.diffuse_f0)
                   : visible_fresnel(wo, m, S, surface.diffuse_f0);
 }
@@ -289,7 +298,7 @@ vec3 ggx_fresnel(const Surface surface, const vec3 wo, const DisplacedGgx d) {
     vec4 sum = vec4(0.0);
     for (int k = 0; k < LEADR_GGX_LOBES; ++k) {
         GaussianLobe lobe = ggx_lobe(d, k);
-        float area = MAPPED ? 1.0 : visible_area(wo, surface.mean_slope, lobe.S);
+        float area = MAPPED || V_GROOVES ? 1.0 : visible_area(wo, surface.mean_slope, lobe.S);
         sum += lobe.weight * area * vec4(diffuse_fresnel(surface, wo, lobe.S), 1.0);
     }
     return sum.rgb / max(sum.w, 1e-12);
@@ -328,6 +337,9 @@ float specular_in_cone(const Surface surface) {
 float diffuse_light(const Surface surface, const vec3 wo, const NormalMoments normals, const vec2 faced, const float lambda,
                     const vec3 wi) {
     vec3 S = surface.slope_covariance;
+    if (V_GROOVES) {
+        return groove_diffuse_light(wo, wi, faced, S, SAMPLES, lambda);
+    }
     if (MAPPED && !LIGHTS_BY_SH) {
         return mapped_diffuse_light(wi, surface.mean_slope, S, DIFFUSE_TERMS);
     }
@@ -364,7 +376,7 @@ void bases_of(const Surface surface, out vec2 bases[MOST_BASES]) {
         int lobes = fitted_lobes(surface.fit);
         for (int i = 0; i < MOST_BASES; ++i) {
             FittedLobe lobe = fitted_lobe(surface.fit, min(i, lobes - 1), stretch);
-            float area = MAPPED ? 1.0 : visible_area(surface.wo, surface.mean_slope, add_roughness(surface.slope_covariance, lobe.alpha));
+            float area = MAPPED || V_GROOVES ? 1.0 : visible_area(surface.wo, surface.mean_slope, add_roughness(surface.slope_covariance, lobe.alpha));
             bases[i] = vec2(lobe.alpha, i < lobes ? lobe.share * area : 0.0);
             all += bases[i].y;
         }
@@ -420,6 +432,18 @@ vec3 sized_light(const Surface surface, const DirectionArea o, const Light light
     return fresnel_schlick(surface.f0, dot(light.wi, wh)) * (0.25 * displaced_ggx_ndf(wh, m, wider) * lit);
 }
 
+// Returns the specular radiance of a light in V-grooves, per unit of irradiance.
+vec3 groove_light(const Surface surface, const Base base, const Light light) {
+    vec3 size = light_slope_covariance(surface.wo, light.wi, light.variance);
+    vec3 h = surface.wo + light.wi;
+    vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
+    vec2 m = face_viewer(surface.wo, surface.mean_slope, base.S, grid_lambda(SAMPLES));
+    DisplacedGgx wider = DisplacedGgx(base.ggx.weight, 2.0 * clamp_covariance(0.5 * base.ggx.roughness + size));
+    float d = GGX_BASE ? displaced_ggx_ndf(wh, m, wider) : beckmann_ndf(wh, m, clamp_covariance(base.S + size));
+    float ao = max(meso_area(surface.wo, m), LEADR_MIN_AREA), ai = max(meso_area(light.wi, m), 0.0);
+    return fresnel_schlick(surface.f0, dot(light.wi, wh)) * (0.25 * d * groove_factor(half_facet_area(surface.wo, light.wi, wh), ao, ai));
+}
+
 // Returns the base's specular reflection of the environment.
 SpecularTerm environment_specular(const Surface surface, const Base base) {
     if (GGX_BASE) {
@@ -438,13 +462,16 @@ vec3 mean_fresnel(const Surface surface, const Base base) {
 
 // Returns the base's specular reflection of a light, per unit of irradiance. diffuse_o, diffuse_i and diffuse_cholesky belong to the relief
 // without its base.
-vec3 specular_light(const Surface surface, const Base base, const int number, const Light light, const DirectionArea diffuse_o,
+vec3 specular_of_light(const Surface surface, const Base base, const int number, const Light light, const DirectionArea diffuse_o,
                     const DirectionArea diffuse_i,
                     const vec3 diffuse_cholesky) {
     vec3 wo = surface.wo, f0 = surface.f0;
     vec2 m = surface.mean_slope;
     if (!in_specular(number)) {
         return vec3(0.0);
+    }
+    if (V_GROOVES) {
+        return groove_light(surface, base, light);
     }
     if (FACET_SPECULAR) {
         FacetSpecular specular = facet_specular(wo, light.wi, base.alpha, light.variance);
@@ -454,7 +481,7 @@ vec3 specular_light(const Surface surface, const Base base, const int number, co
         return sized_light(surface, base.o, light, base.S, base.ggx, base.cholesky);
     }
     if (MAPPED && GGX_BASE) {
-        return sized_light(surface, base.o, Light(light.wi, light.irradiance, 0.0), base.S, base.ggx, base.cholesky);
+        return sized_light(surface, base.o, Light(light.wi, light.irradiance, 0.0, 0.0), base.S, base.ggx, base.cholesky);
     }
     if (GGX_BASE) {
         return displaced_ggx_light(FACET_SHADOWING, base.o, wo, light.wi, m, base.ggx, base.cholesky, f0);
@@ -467,6 +494,26 @@ vec3 specular_light(const Surface surface, const Base base, const int number, co
     }
     DirectionArea i = area_for(FACET_SHADOWING, light.wi, m, base.S, base.cholesky);
     return leadr_specular_light(FACET_SHADOWING, base.o, i, wo, light.wi, m, base.S, f0);
+}
+
+// Returns the same, with the pixel kernel of the light where lights have kernels of their own.
+vec3 specular_light(Surface surface, Base base, const int number, const Light light, DirectionArea diffuse_o, DirectionArea diffuse_i,
+                    vec3 diffuse_cholesky) {
+    if (PER_LIGHT_KERNEL && in_specular(number)) {
+        vec3 kernel = light_kernel(surface, light);
+        surface.slope_covariance = GGX_BASE ? surface.sharp : filter_covariance(surface.sharp, kernel);
+        base = base_of(surface, base.alpha);
+        if (GGX_BASE) {
+            base.ggx = displaced_ggx(filter_roughness(vec3(vec2(base.alpha * base.alpha), 0.0), kernel), surface.sharp);
+            base.cholesky = slope_cholesky(0.5 * base.ggx.roughness);
+            base.o = displaced_ggx_area(surface.wo, surface.mean_slope, base.ggx, base.cholesky);
+        }
+        diffuse_cholesky = slope_cholesky(surface.slope_covariance);
+        // Masking belongs to the same facets. At grazing views, the areas of narrower lobes are too small for the wide ones.
+        diffuse_o = area_for(FACET_SHADOWING, surface.wo, surface.mean_slope, surface.slope_covariance, diffuse_cholesky);
+        diffuse_i = area_for(FACET_SHADOWING, light.wi, surface.mean_slope, surface.slope_covariance, diffuse_cholesky);
+    }
+    return specular_of_light(surface, base, number, light, diffuse_o, diffuse_i, diffuse_cholesky);
 }
 
 // Passes for all kinds of surfaces also shade single lobes in the loop over measured lobes, because software drivers run both sides of
@@ -607,6 +654,10 @@ vec3 light_reflected(const int number, const Light light, const Surface surface,
 }
 
 vec3 leadr_radiance(Surface surface) {
+    if (PER_LIGHT_KERNEL) {
+        surface.sharp = surface.slope_covariance;
+        surface.slope_covariance = with_normal_kernel(surface);
+    }
     vec3 wo = surface.wo;
     vec2 m = surface.mean_slope;
     vec3 diffuse_s = surface.slope_covariance;
@@ -659,6 +710,7 @@ vec3 leadr_radiance(Surface surface) {
     NormalMoments normals;
     if ((DIFFUSE_ENVIRONMENT && FACET_SHADOWING != LEADR_SHADOWING_CORRELATED) || (any_on_diffuse() && LIGHTS_BY_SH)) {
         normals = MAPPED ? mapped_diffuse_moments(m, diffuse_s, DIFFUSE_TERMS)
+                : V_GROOVES      ? groove_normal_moments(wo, faced, diffuse_s, SAMPLES, lambda)
                 : VISIBLE_SLOPES ? visible_diffuse_moments(wo, m, diffuse_s, DIFFUSE_TERMS)
                                  : visible_normal_moments(wo, faced, diffuse_s, SAMPLES, lambda);
     }

@@ -18,6 +18,7 @@ struct Light {
     vec3 wi;         // direction toward the light, in the tangent frame
     vec3 irradiance; // irradiance on a plane facing the light
     float variance;  // variance of the light's directions
+    float nearness;  // inverse of the distance, or 0
 };
 
 // Returns the smallest filter width of a shadow map, in pixels of this image.
@@ -30,13 +31,18 @@ float shadow_width(const Surface surface) {
 Light lamp_sent(const Lamp lamp, const Surface surface) {
     vec3 towards;
     vec3 irradiance = lamp_irradiance(lamp, surface.position, towards);
-    return Light(to_frame(surface.frame, towards), irradiance, 0.0);
+    float nearness = 0.0;
+    if (PER_LIGHT_KERNEL && lamp.position.w > 0.0) {
+        vec3 d = lamp.position.xyz - surface.position;
+        nearness = inversesqrt(max(dot(d, d), 1e-8));
+    }
+    return Light(to_frame(surface.frame, towards), irradiance, 0.0, nearness);
 }
 
 // Returns light `i` without shadows.
 Light light_sent(const int i, const Surface surface) {
     if (i < SUNS) {
-        return Light(to_frame(surface.frame, lighting.sun_direction[i].xyz), lighting.sun_irradiance[i].rgb, lighting.sun_direction[i].w);
+        return Light(to_frame(surface.frame, lighting.sun_direction[i].xyz), lighting.sun_irradiance[i].rgb, lighting.sun_direction[i].w, 0.0);
     }
     return lamp_sent(lamps[i - SUNS], surface);
 }

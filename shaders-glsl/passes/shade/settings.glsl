@@ -4,12 +4,14 @@
 #include "../constants.glsl"
 #include "../bases.glsl"
 #include "../technique.glsl"
+#include "leadr/integrals/specular.glsl"
 #include "leadr/masking/correlated.glsl"
 #include "leadr/masking/occlusion.glsl"
 #include "leadr/materials/diffuse_models.glsl"
 
 layout(constant_id = 1) const bool VISIBLE_SLOPES = false; // visible-slope rules replace the paper's grid
 layout(constant_id = 2) const int SAMPLES = 5;             // number of environment probes, or N of the N x N grid
+layout(constant_id = 30) const float GRID_LOD = LEADR_LOD_MATCHED; // constant of the level of detail at the nodes of the grid
 layout(constant_id = 3) const int SHADOWING_MODEL = LEADR_SHADOWING_SMITH;
 layout(constant_id = 4) const bool LIGHTS_BY_SH = false;   // diffuse lights use order-2 SH as in Algorithm 2
 layout(constant_id = 5) const int TERMS = 15;              // a bit for each term of light transport
@@ -37,6 +39,8 @@ const int SHADOWING = NORMAL_MAPPED && FINEST_LEVEL ? LEADR_SHADOWING_CORRELATED
 const bool MAPPED = NORMAL_MAPPED && !FINEST_LEVEL;
 // Whether classes of facets hide each other. Their lit fractions then replace the shadowing within one Gaussian of slopes.
 const bool BY_CLASS = CLASSES > 1 && CLASSES_HIDE && !MAPPED;
+// Whether each facet is shadowed by itself. Relief and base then have one Gaussian of slopes, which is summed over a grid.
+const bool V_GROOVES = SHADOWING_MODEL == LEADR_SHADOWING_VGROOVE;
 const int FACET_SHADOWING = BY_CLASS ? LEADR_SHADOWING_NONE : SHADOWING;
 
 const bool LAMBERTIAN = DIFFUSE_MODEL == LEADR_DIFFUSE_LAMBERT;

@@ -37,10 +37,12 @@ struct Surface {
     vec2 whole_mean;     // mean slope of all classes
     vec3 whole_cholesky; // Cholesky factor of the covariance of all classes
     vec4 sky_light;      // with BY_CLASS, pixel_sky of the shaded class
+    vec3 sharp;          // with PER_LIGHT_KERNEL, slope_covariance without the pixel kernel
 };
 
 // The classes of facets of the pixel, with CLASSES > 1. Drivers copy values of type Surface, which has none of these arrays.
 FacetClasses pixel_classes;
+mat2 pixel_rotation; // with PER_LIGHT_KERNEL, the changes of the normal to the next pixels
 
 // Whether the base is a measured material. At the finest level, this excludes normal-map facets that face away.
 bool is_fitted(const uint fit) {
@@ -97,6 +99,9 @@ Surface surface_at(const FilteredSurface f, const vec3 eye, const vec3 ray, cons
     s.cone = f.cone;
     if (CLASSES > 1) {
         pixel_classes = f.classes;
+    }
+    if (PER_LIGHT_KERNEL) {
+        pixel_rotation = f.rotation;
     }
     s.sky = vec4(0.0, 0.0, 0.0, 1.0);
     return s;

@@ -11,7 +11,7 @@ void main() {
     vec2 m = next2();
     vec3 S = next3();
     int n = int(next());
-    at = gl_GlobalInvocationID.x * 16;
+    at = gl_GlobalInvocationID.x * 20;
     float lambda = grid_lambda(n);
     m = face_viewer(wo, m, S, lambda);
     NormalMoments v = visible_normal_moments(wo, m, S, n, lambda);
@@ -28,4 +28,6 @@ void main() {
     put(leadr_diffuse_light_sh(v, wo, wi, m, S, false));
     put(leadr_diffuse_light(wo, wi, m, S, true, n, lambda));
     put(leadr_diffuse_light(wo, wi, m, S, false, n, lambda));
+    put(groove_normal_moments(wo, m, S, n, lambda).mean);
+    put(groove_diffuse_light(wo, wi, m, S, n, lambda));
 }

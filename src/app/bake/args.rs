@@ -197,6 +197,11 @@ const KINDS: Names<Kind> = &[
     ("leadr", Kind::Leadr, "Mean slopes, second moments and mixed moment in texture space, and mean height"),
     ("lean", Kind::Lean, "The same moments, computed from normals in the tangent frame"),
     ("clean", Kind::Clean, "Mean slope and one second moment"),
+    (
+        "clean-conservative",
+        Kind::CleanConservative,
+        "Mean slope, and one variance that is never too small in any direction",
+    ),
     ("toksvig", Kind::Toksvig, "Mean normal, whose length decreases with the spread of the normals"),
     ("normal", Kind::Normal, "Normals; mip levels hold mean directions"),
     ("gloss", Kind::Gloss, "Normals, and gloss that includes the spread of normals at each level (shortened normals)"),

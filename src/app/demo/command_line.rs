@@ -88,7 +88,7 @@ mod tests {
     use clap::{CommandFactory, FromArgMatches, Parser};
     use glam::Vec3;
     use leadr_maps::tonemap::Tonemap;
-    use leadr_render::settings::{Quadrature, RenderSettings, ShadingOptions, Technique, Terms};
+    use leadr_render::settings::{PixelKernel, Quadrature, RenderSettings, ShadingOptions, Technique, Terms};
     use leadr_scenes::config::SceneConfig;
     use leadr_scenes::view::{Size, ViewChoice};
 
@@ -153,7 +153,7 @@ mod tests {
         let options = ShadingOptions {
             quadrature: Quadrature::Grid(9),
             terms: Terms::DIFFUSE_LIGHTS,
-            pixel_kernel: false,
+            pixel_kernel: PixelKernel::Off,
             ..choices.picture.options
         };
         choices.picture = Picture {
@@ -172,7 +172,7 @@ mod tests {
         let [expected] = choices.sides(&RenderSettings { size: (640, 360), ..settings }).try_into().unwrap();
         assert_eq!(drawn.render_settings(), expected);
         // Options that the technique does not support are left out.
-        let options = ShadingOptions { pixel_kernel: true, ..options };
+        let options = ShadingOptions { pixel_kernel: PixelKernel::Normal, ..options };
         assert_eq!(drawn.picture, Picture { options, ..choices.picture });
         for technique in Technique::ALL {
             choices.picture.technique = technique;

@@ -124,8 +124,9 @@ fn scene_help(option: &SceneOption) -> String {
 pub mod tests {
     use super::*;
     use clap::Parser;
+    use leadr_reflectance::masking::shadowing::Shadowing;
     use leadr_reflectance::materials::diffuse_models::DiffuseModel;
-    use leadr_render::settings::{Probes, Quadrature, ShadingOptions, Technique, Terms};
+    use leadr_render::settings::{GridLod, Probes, Quadrature, ShadingOptions, Technique, Terms};
     use leadr_scenes::config::Picture;
     use leadr_scenes::options::Sets;
     use leadr_scenes::registry::{MODEL, NamedScene};
@@ -240,6 +241,9 @@ pub mod tests {
                 let mut given = CommandLine::default();
                 given.set("--technique", Some(technique.name()));
                 given.set(&option.spec.flag(), Some(&*value));
+                if option.spec.name == "grid-lod" && technique.integrates() {
+                    given.set("--grid", Some("5"));
+                }
                 if option.spec.name.starts_with("cone-") {
                     given.set("--scene", Some("plane"));
                     given.set("--cone-map", Some("a"));
@@ -296,6 +300,10 @@ pub mod tests {
         assert!(resolve("--diffuse-model disney --multiscattering on").unwrap_err().contains("remove one of them"));
         assert!(options("").sky_occlusion && !options("--technique reference --relief-shadows").sky_occlusion);
         assert_eq!(options("--masking normal-map"), options("--shadowing normal-map"));
+        assert_eq!(options("--grid 5 --grid-lod banding-5").grid_lod, GridLod::Banding5);
+        assert_eq!(options("--masking separable").shadowing, Shadowing::SmithSeparable);
+        let grooves = resolve("--shadowing v-groove --grid-lod derivation").unwrap().picture.shading();
+        assert_eq!(grooves.quadrature(), Some(Quadrature::PAPER));
         assert!(!resolve("--no-displacement").unwrap().picture.displacement);
         let terms = options("--terms specular-lights,diffuse-environment").terms;
         assert_eq!(terms, Terms::SPECULAR_LIGHTS | Terms::DIFFUSE_ENVIRONMENT);
@@ -324,10 +332,17 @@ pub mod tests {
             ("--rule grid --probes 5", "--grid"),
             ("--grid 5 --probes 5", "--grid"),
             ("--probes 4", "16"),
+            ("--grid-lod derivation", "add --grid"),
+            ("--grid 5 --grid-lod fine", "matched"),
+            ("--shadowing v-groove --probes 9", "use --grid"),
+            ("--shadowing v-groove --diffuse-lights sh", "remove --diffuse-lights"),
+            ("--shadowing separable --classes on", "remove --classes"),
+            ("--technique reference --relief-shadows --shadowing v-groove", "remove --shadowing"),
             ("--grid 129", "128"),
             ("--technique phong", "blinn-phong"),
             ("--terms specular", "specular-lights"),
-            ("--pixel-kernel maybe", "on or off"),
+            ("--pixel-kernel maybe", "half-vector"),
+            ("--pixel-kernel half-vector --edge-samples 16", "remove --edge-samples"),
             ("--displacement skin=scales.png", "is for models"),
             ("--scene trex --height 0.05", "is for the scenes plane, sphere"),
             ("--scene plane --height=-1", "negative"),

@@ -74,10 +74,21 @@ impl Subject {
     /// # Errors
     /// Fails if the T-rex cannot be created or the device fails.
     pub fn trex(studio: &Studio, tile: u32) -> Result<Self, LabError> {
-        let mut stage = trex_stage(tile, &|_| {}).map_err(|e| LabError(e.to_string()))?;
+        let mut stage = Self::trex_stage(tile)?;
         // The ground is the last object.
         stage.objects.pop();
-        Self::under_the_sky(studio, stage, 0.4)
+        Self::under_the_sky(studio, stage, Self::MID_STEP)
+    }
+
+    /// The time at which the T-rex is in mid-step, in seconds.
+    pub const MID_STEP: f64 = 0.4;
+
+    /// Returns the stage of the T-rex with its ground, with atlas tiles of `tile` texels.
+    ///
+    /// # Errors
+    /// Fails if the T-rex cannot be created.
+    pub fn trex_stage(tile: u32) -> Result<Stage, LabError> {
+        trex_stage(tile, &|_| {}).map_err(|e| LabError(e.to_string()))
     }
 
     /// Sets the time of the stage's motion in seconds.

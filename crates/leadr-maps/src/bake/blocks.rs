@@ -70,7 +70,7 @@ pub(crate) fn stored_names(kind: Kind, channels: &[String]) -> Vec<String> {
         (Kind::Leadr, "yy") => "y.deviation".to_owned(),
         (Kind::Lean, "M.xx") => "B.x.deviation".to_owned(),
         (Kind::Lean, "M.yy") => "B.y.deviation".to_owned(),
-        (Kind::Clean, "M") => "deviation".to_owned(),
+        (Kind::Clean | Kind::CleanConservative, "M") => "deviation".to_owned(),
         (Kind::Leadr | Kind::Lean, "xy" | "M.xy") => "correlation".to_owned(),
         (_, name) if name.starts_with("class") => {
             let (class, axis) = name.split_once('.').unwrap_or((name, ""));
@@ -122,7 +122,7 @@ fn to_stored(kind: Kind, texel: &mut [f32]) {
             texel[3] = deviation(texel[3], y * y);
             texel[4] = (covariance / (texel[2] * texel[3]).max(1e-30)).clamp(-1.0, 1.0);
         }
-        Kind::Clean => texel[2] = deviation(texel[2], x * x + y * y),
+        Kind::Clean | Kind::CleanConservative => texel[2] = deviation(texel[2], x * x + y * y),
         _ => {}
     }
 }
@@ -137,7 +137,7 @@ fn of_stored(kind: Kind, texel: &mut [f32]) {
             texel[2] = sx * sx + x * x;
             texel[3] = sy * sy + y * y;
         }
-        Kind::Clean => texel[2] = texel[2] * texel[2] + x * x + y * y,
+        Kind::Clean | Kind::CleanConservative => texel[2] = texel[2] * texel[2] + x * x + y * y,
         _ => {}
     }
 }

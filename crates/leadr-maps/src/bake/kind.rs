@@ -12,6 +12,9 @@ pub enum Kind {
     Lean,
     /// CLEAN mapping (Baker 2011). A texel stores `B`, one second moment `E[B.x² + B.y²]`, and the mean height.
     Clean,
+    /// Conservative CLEAN mapping ([`pack_clean_conservative`](leadr_reflectance::slopes::packing::pack_clean_conservative)). A texel
+    /// stores `B`, `|E[B]|² + λ` with the larger principal variance `λ` of `B`, and the mean height.
+    CleanConservative,
     /// Toksvig maps (2005). A texel stores the mean height and the mean normal, which is shorter where normals vary more.
     Toksvig,
     /// Unit normals in the tangent frame of the base, y up. Mip levels hold renormalised mean normals.
@@ -31,10 +34,11 @@ pub enum Kind {
 
 impl Kind {
     /// All kinds.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Leadr,
         Self::Lean,
         Self::Clean,
+        Self::CleanConservative,
         Self::Toksvig,
         Self::Normal,
         Self::Gloss,
@@ -59,6 +63,7 @@ impl Kind {
             Self::Leadr => ("leadr", &["x", "y", "xx", "yy", "xy", "height"]),
             Self::Lean => ("lean", &["B.x", "B.y", "M.xx", "M.yy", "M.xy", "height"]),
             Self::Clean => ("clean", &["B.x", "B.y", "M", "height"]),
+            Self::CleanConservative => ("clean-conservative", &["B.x", "B.y", "M", "height"]),
             Self::Toksvig => ("toksvig", &["N.x", "N.y", "N.z", "height"]),
             Self::Normal => ("normal", &["N.x", "N.y", "N.z"]),
             Self::Gloss => ("gloss", &["N.x", "N.y", "N.z", "gloss"]),
@@ -71,7 +76,7 @@ impl Kind {
     /// Whether texels contain slope variance. Kinds with variance store roughness in separate channels. In kind gloss the
     /// roughness is part of the gloss, and all other kinds ignore roughness.
     pub const fn stores_variance(self) -> bool {
-        matches!(self, Self::Leadr | Self::Lean | Self::Clean | Self::Toksvig)
+        matches!(self, Self::Leadr | Self::Lean | Self::Clean | Self::CleanConservative | Self::Toksvig)
     }
 
     /// Whether the map also stores an input colour. Maps without colour are single-purpose textures in engines.
@@ -98,6 +103,8 @@ impl Kind {
         let variance = match self {
             Self::Leadr | Self::Lean => texel[2] + texel[3] - square,
             Self::Clean => texel[2] - square,
+            // The variance is that of one axis, and stands for both.
+            Self::CleanConservative => 2.0 * (texel[2] - square),
             Self::Toksvig => {
                 let length = (square + texel[2] * texel[2]).sqrt().max(1e-6);
                 // Toksvig's variance σ² is (1 - |N|) / |N| per axis, and there are two axes.

@@ -1,6 +1,9 @@
 //! The baking loop, which passes bands of rows through the mip pyramid into a file.
 
+use glam::{DVec2, DVec3};
 use half::f16;
+use leadr_reflectance::slopes::moments::SlopeMoments;
+use leadr_reflectance::slopes::packing::pack_clean_conservative;
 use rayon::prelude::*;
 
 use super::blocks::{self, BlockPlan};
@@ -178,6 +181,11 @@ impl Plan {
         }
     }
 
+    /// Returns the number of values of a texel in the pyramid. A level of kind clean-conservative is made of all second moments.
+    fn pyramid_channels(&self) -> usize {
+        self.channels.len() + if self.kind == Kind::CleanConservative { 2 } else { 0 }
+    }
+
     /// Sets the power-of-two factors, which bring the steepest slope, the greatest height and the largest roughness near the
     /// maximum of 16-bit floats.
     fn fill_half_floats(&mut self, [slope, height]: [f64; 2], alpha: f64) {
@@ -228,7 +236,7 @@ impl Plan {
     /// Returns a row of level 0, and the sums of the row's slopes and second moments in texture space.
     fn row(&self, inputs: &Inputs, y: u32) -> (Row, Sums) {
         let mut sums = Sums::default();
-        let mut row = Row::with_capacity(self.size[0] as usize * self.channels.len());
+        let mut row = Row::with_capacity(self.size[0] as usize * self.pyramid_channels());
         let [width, height] = self.size.map(f64::from);
         let aspect = width / height;
         let has_rest = self.height_and_rest().is_some();
@@ -263,7 +271,7 @@ impl Plan {
             let (bx, by) = (-s, t * aspect);
             let mut put = |values: &[f64]| row.extend(values.iter().map(|&v| v as f32));
             match self.kind {
-                Kind::Lean => put(&[bx, by, bx * bx, by * by, bx * by, h]),
+                Kind::Lean | Kind::CleanConservative => put(&[bx, by, bx * bx, by * by, bx * by, h]),
                 Kind::Clean => put(&[bx, by, bx * bx + by * by, h]),
                 Kind::Toksvig | Kind::Leadr => {
                     let length = (1.0 + bx * bx + by * by).sqrt();
@@ -280,6 +288,14 @@ impl Plan {
         }
         (row, sums)
     }
+}
+
+/// Returns a texel of kind clean-conservative from mean slope, second moments and further channels.
+fn conservative_texel(texel: &[f32]) -> impl Iterator<Item = f32> {
+    let [x, y, xx, yy, xy] = std::array::from_fn(|i| f64::from(texel[i]));
+    let moments = SlopeMoments { first: DVec2::new(x, y), second: DVec3::new(xx, yy, xy) };
+    let packed = pack_clean_conservative(moments).to_array().map(|v| v as f32);
+    packed.into_iter().chain(texel[5..].iter().copied())
 }
 
 #[derive(Clone, Copy)]
@@ -384,7 +400,7 @@ pub fn bake(inputs: &Inputs, plan: &Plan, target: &mut dyn Target, progress: &dy
     let channels = plan.channels.len();
     let [width, height] = plan.size;
     let levels = plan.level_sizes();
-    let mut pyramid = Pyramid::new(plan.size, channels);
+    let mut pyramid = Pyramid::new(plan.size, plan.pyramid_channels());
     let mut sums = Sums::default();
     let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; channels];
     let mut differences = vec![Differences(vec![[0.0; 2]; channels + 1]); levels.len()];
@@ -456,6 +472,13 @@ impl Plan {
     /// Returns the values times the factors as 32-bit floats. All factors are powers of two, so multiplication causes no
     /// rounding.
     fn stored(&self, row: &Row) -> Vec<f32> {
+        let conservative;
+        let row = if self.kind == Kind::CleanConservative {
+            conservative = row.chunks_exact(self.pyramid_channels()).flat_map(conservative_texel).collect();
+            &conservative
+        } else {
+            row
+        };
         let factors = self.factors.iter().cycle();
         let mut stored: Vec<f32> = row.iter().zip(factors).map(|(&v, &factor)| v * factor as f32).collect();
         // Normals and gloss are stored without a factor.

@@ -165,6 +165,49 @@ fn every_kind_is_its_brute_force_sum() {
     }
 }
 
+/// Every texel of every level has the larger principal variance, and no direction between texels has more than is read back.
+#[test]
+fn conservative_clean_is_never_too_small() {
+    let ridges = heights(64, 64, |s, t| 0.02 * (TAU * (9.3 * s + 4.1 * t)).sin() + 0.01 * (TAU * 17.0 * s * t).cos());
+    let inputs = of_heights(&ridges);
+    let [lean, clean, conservative] =
+        [Kind::Lean, Kind::Clean, Kind::CleanConservative].map(|kind| baked(&inputs, kind, Precision::F32).0);
+    assert_eq!(conservative.kind, Kind::CleanConservative);
+    let (mut below, mut checked) = (0, 0);
+    for (level, of) in conservative.levels.iter().enumerate() {
+        let n = of.width as usize;
+        let moments = |i: usize| {
+            let [a, b] = [&lean.levels[level].layers[0][i], &lean.levels[level].layers[1][i]];
+            [a[0], a[1], a[2], a[3], b[0]].map(f64::from)
+        };
+        let packed = |map: &BakedMap, i: usize| map.levels[level].layers[0][i].map(f64::from);
+        let largest = |m: [f64; 5]| {
+            let [xx, yy, xy] = [m[2] - m[0] * m[0], m[3] - m[1] * m[1], m[4] - m[0] * m[1]];
+            0.5 * (xx + yy) + (0.25 * (xx - yy) * (xx - yy) + xy * xy).sqrt()
+        };
+        for i in 0..n * n {
+            let m = packed(&conservative, i);
+            let square = m[0] * m[0] + m[1] * m[1];
+            let error = (m[2] - square - largest(moments(i))).abs();
+            assert!(error < 1e-5 * (1.0 + square), "level {level}, texel {i}: off by {error}");
+            // Halfway to the neighbour along s.
+            let j = i / n * n + (i + 1) % n;
+            let mean = |a: [f64; 5], b: [f64; 5]| std::array::from_fn(|k| 0.5 * (a[k] + b[k]));
+            let truth = largest(mean(moments(i), moments(j)));
+            let read = |map: &BakedMap| {
+                let [a, b] = [packed(map, i), packed(map, j)];
+                let between: [f64; 3] = std::array::from_fn(|k| 0.5 * (a[k] + b[k]));
+                between[2] - between[0] * between[0] - between[1] * between[1]
+            };
+            assert!(read(&conservative) > truth - 1e-5 * (1.0 + square), "level {level}, texel {i}");
+            below += usize::from(0.5 * read(&clean) < truth - 1e-3 * truth);
+            checked += 1;
+        }
+    }
+    // The usual form has the mean of the principal variances, which is too small along ridges.
+    assert!(below > checked / 2, "{below} of {checked}");
+}
+
 #[test]
 fn roughness_is_averaged_as_a_variance_and_colour_as_light() {
     let codes = |f: &dyn Fn(u32) -> u8| Samples::U8((0..16).map(f).collect());
@@ -467,7 +510,7 @@ fn block_compression_error_matches_its_bound() {
         assert_eq!((header.format, header.type_size), (Some(ktx2::Format::BC5_SNORM_BLOCK), 1));
         let layers = 3 + match kind {
             Kind::Leadr | Kind::Lean => 9,
-            Kind::Clean => 7,
+            Kind::Clean | Kind::CleanConservative => 7,
             _ => 5,
         };
         assert_eq!(header.layer_count as usize, layers);

@@ -5,7 +5,9 @@
 //! `face_viewer`.
 
 use super::sh::{Sh9, sh_irradiance_moments};
+use crate::facets::projected_area::meso_area;
 use crate::frame::Frame;
+use crate::masking::grooves::{groove_lit_fraction, groove_visible_area};
 use crate::masking::smith::shadowing_given_masking;
 use crate::slopes::grid::{facet_area, grid_nodes, normal_of_slope, slope_at, slope_cholesky};
 use glam::{DMat3, DVec2, DVec3, Vec3Swizzles as _};
@@ -25,13 +27,24 @@ pub struct NormalMoments {
 
 /// Computes the moments of the visible normals on an `n`×`n` grid. All moments are zero if no node is visible.
 pub fn visible_normal_moments(wo: DVec3, m: DVec2, s: DVec3, n: u32, lambda: f64) -> NormalMoments {
+    moments_of_visible(|facet| facet, wo, m, s, n, lambda)
+}
+
+/// Like [`visible_normal_moments`], but for V-grooves ([`crate::masking::grooves`]).
+pub fn groove_normal_moments(wo: DVec3, m: DVec2, s: DVec3, n: u32, lambda: f64) -> NormalMoments {
+    let meso = meso_area(wo, m);
+    moments_of_visible(|facet| groove_visible_area(facet, meso), wo, m, s, n, lambda)
+}
+
+/// Sums over the grid. `seen` returns the visible part of the projected area of a facet.
+fn moments_of_visible(seen: impl Fn(f64) -> f64, wo: DVec3, m: DVec2, s: DVec3, n: u32, lambda: f64) -> NormalMoments {
     let mut sum = NormalMoments { mean: DVec3::ZERO, diag: DVec3::ZERO, off: DVec3::ZERO };
     let mut norm = 0.0;
     let cholesky = slope_cholesky(s);
     for node in grid_nodes(n, lambda) {
         let slope = slope_at(node.xy(), m, cholesky);
         let wn = normal_of_slope(slope);
-        let w = node.z * facet_area(wo, slope);
+        let w = node.z * seen(facet_area(wo, slope));
         sum.mean += w * wn;
         sum.diag += w * wn * wn;
         sum.off += w * wn.yzx() * wn.zxy();
@@ -78,6 +91,22 @@ pub fn leadr_diffuse_light(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, shadowing: 
         norm += w;
     }
     shadowing_given_masking(wo, wi, m, s, shadowing) * sum / norm.max(1e-12) / PI
+}
+
+/// Like [`leadr_diffuse_light`], but for V-grooves, which shadow each facet by itself ([`crate::masking::grooves`]).
+pub fn groove_diffuse_light(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, n: u32, lambda: f64) -> f64 {
+    let (mut sum, mut norm) = (0.0, 0.0);
+    let cholesky = slope_cholesky(s);
+    let (ao, ai) = (meso_area(wo, m), meso_area(wi, m));
+    for node in grid_nodes(n, lambda) {
+        let slope = slope_at(node.xy(), m, cholesky);
+        let facet = facet_area(wo, slope);
+        let w = node.z * groove_visible_area(facet, ao);
+        let lit = groove_lit_fraction(facet, facet_area(wi, slope), ao, ai);
+        sum += w * lit * wi.dot(normal_of_slope(slope)).max(0.0);
+        norm += w;
+    }
+    sum / norm.max(1e-12) / PI
 }
 
 #[cfg(test)]

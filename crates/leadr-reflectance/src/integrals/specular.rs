@@ -4,6 +4,7 @@ use crate::facets::beckmann::beckmann_ndf;
 use crate::facets::fresnel::fresnel_schlick;
 use crate::facets::projected_area::face_viewer;
 use crate::masking::correlated::{DirectionArea, direction_area, lit_fraction, masking_shadowing_factor};
+use crate::masking::grooves::{groove_lit_fraction, groove_visible_area};
 use crate::masking::shadowing::Shadowing;
 use crate::masking::smith::masking_shadowing;
 use crate::materials::microfacet::half_vector;
@@ -119,8 +120,13 @@ pub fn leadr_specular_environment(
     let mut sum = SpecularTerm::default();
     for node in grid_nodes(n, lambda) {
         let e = environment_sample_at(wo, slope_at(node.xy(), m, cholesky));
-        let lit = lit_fraction(shadowing, &o, &direction_area(e.wi, m, cholesky));
-        let weight = node.z * e.area;
+        let i = direction_area(e.wi, m, cholesky);
+        let (lit, area) = if shadowing == Shadowing::VGroove {
+            (groove_lit_fraction(e.area, e.area, o.meso, i.meso), groove_visible_area(e.area, o.meso))
+        } else {
+            (lit_fraction(shadowing, &o, &i), e.area)
+        };
+        let weight = node.z * area;
         let f = weight * fresnel_schlick(f0, wo.dot(e.wn));
         sum.reflected += f * lit * radiance(&e);
         sum.fresnel += f;

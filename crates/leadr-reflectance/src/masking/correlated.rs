@@ -83,10 +83,14 @@ pub fn masking_shadowing_factor(shadowing: Shadowing, o: &DirectionArea, i: &Dir
 }
 
 /// Returns `G A_o / a_o = G / G₁(o)`, the fraction of the visible facets that is lit, from 0 to 1. The fraction weights a light, or an
-/// environment sample in a sum that is already normalised for masking.
+/// environment sample in a sum that is already normalised for masking. [`Shadowing::VGroove`] gives 1, because it shadows each facet by
+/// itself ([`groove_lit_fraction`](super::grooves::groove_lit_fraction)).
 pub fn lit_fraction(shadowing: Shadowing, o: &DirectionArea, i: &DirectionArea) -> f64 {
-    if matches!(shadowing, Shadowing::None | Shadowing::NormalMap) {
+    if matches!(shadowing, Shadowing::None | Shadowing::NormalMap | Shadowing::VGroove) {
         return 1.0;
+    }
+    if shadowing == Shadowing::SmithSeparable {
+        return i.meso.max(0.0) / at_least(i.visible, MIN_AREA);
     }
     // The code multiplies all terms by U = a_o a_i. It therefore uses U, U Λ_o and U Λ_i.
     let (ao, ai) = (o.meso.max(0.0), i.meso.max(0.0));

@@ -3,6 +3,7 @@
 pub mod class_sky;
 pub mod classes;
 pub mod correlated;
+pub mod grooves;
 pub mod occlusion;
 pub mod shadowing;
 pub mod smith;

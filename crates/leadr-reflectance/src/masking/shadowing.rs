@@ -15,13 +15,25 @@ pub enum Shadowing {
     /// A normal map on smooth geometry, without masking or shadowing, so that all front-facing facets are lit and weighted equally
     /// ([`mapped`](crate::visible::mapped); thesis Table 2.IV).
     NormalMap = 4,
+    /// Smith's form with independent masking and shadowing, `G = G₁(o) G₁(i)` (Walter et al. 2007).
+    SmithSeparable = 5,
+    /// Symmetric V-grooves, which hide a part of each facet ([`grooves`](super::grooves); Torrance and Sparrow 1967).
+    VGroove = 6,
 }
 
 impl Shadowing {
     /// Every model, in the order of [`code`](Self::code).
-    pub const ALL: [Self; 5] = [Self::None, Self::Smith, Self::Correlated, Self::CorrelatedSimple, Self::NormalMap];
+    pub const ALL: [Self; 7] = [
+        Self::None,
+        Self::Smith,
+        Self::Correlated,
+        Self::CorrelatedSimple,
+        Self::NormalMap,
+        Self::SmithSeparable,
+        Self::VGroove,
+    ];
 
-    /// The models that the renderer compares and times: all models of displaced surfaces except the simple form.
+    /// The models that the window cycles through, and that the benchmark times.
     pub const MAIN: [Self; 3] = [Self::None, Self::Smith, Self::Correlated];
 
     /// Returns the model's `LEADR_SHADOWING_` number in `leadr/masking/correlated.glsl`.
@@ -37,6 +49,8 @@ impl Shadowing {
             Self::Correlated => "correlated",
             Self::CorrelatedSimple => "correlated-simple",
             Self::NormalMap => "normal-map",
+            Self::SmithSeparable => "separable",
+            Self::VGroove => "v-groove",
         }
     }
 
@@ -50,6 +64,8 @@ impl Shadowing {
             Self::NormalMap => {
                 "Normal mapping: no masking or shadowing; the default for a normal map without displacement"
             }
+            Self::SmithSeparable => "Smith masking and Smith shadowing, as if they were independent",
+            Self::VGroove => "Symmetric V-grooves (Torrance and Sparrow), summed over a grid of slopes (--grid)",
         }
     }
 

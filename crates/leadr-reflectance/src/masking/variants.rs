@@ -28,6 +28,7 @@
 //! Helmholtz reciprocity.
 
 use super::correlated::{DirectionArea, masking_shadowing_factor, whitened_direction};
+use super::grooves::groove_factor;
 use super::shadowing::Shadowing;
 use crate::facets::slope_distribution::SlopeDistribution;
 use crate::limits::MIN_AREA;
@@ -133,8 +134,7 @@ pub fn masking_factor(
             let denominator = wi.z * area_o + wo.z * area_i - wo.z * wi.z;
             if seen && denominator > 0.0 { wi.z / denominator.max(MIN_AREA * wi.z) } else { 0.0 }
         }
-        // Compute min(f, 2 a_o, 2 a_i) / (f a_o) without dividing by a_o. The limit at a_o = 0 is 2/f.
-        Masking::VGroove => ai / (ai * ao.max(0.5 * facet).max(MIN_AREA)).max(0.5 * facet * ao).max(1e-30),
+        Masking::VGroove => groove_factor(facet, ao, ai),
         Masking::VGrooveUnshadowed => 1.0 / ao.max(0.5 * facet).max(MIN_AREA),
         Masking::NormalMap => 1.0 / facet.max(MIN_AREA),
         Masking::SmithDirectionCorrelated | Masking::SmithDirectionCorrelatedSimple => {

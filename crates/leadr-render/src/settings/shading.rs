@@ -12,6 +12,10 @@ use super::terms::Terms;
 use crate::named_enum;
 use leadr_gpu::SpecValue;
 use leadr_maps::limits::MAX_SIDE;
+use leadr_reflectance::integrals::specular::{
+    LOD_ALGORITHM_1, LOD_MATCHED, LOD_SUPPLEMENT, LOD_SUPPLEMENT_5, LOD_SUPPLEMENT_32,
+};
+use leadr_reflectance::masking::shadowing::Shadowing;
 
 /// The rule that places the samples of the integrals over visible slopes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -23,6 +27,9 @@ pub enum Quadrature {
 }
 
 impl Quadrature {
+    /// The grid of 5×5 slopes, with which the paper's pictures are drawn.
+    pub const PAPER: Self = Self::Grid(5);
+
     /// The maximum number of slopes along one side of the grid.
     pub const MAX_GRID: u32 = 128;
 
@@ -102,6 +109,50 @@ named_enum! {
     }
 }
 
+named_enum! {
+    /// The additive constant of the level of detail at which the nodes of a grid look the environment up
+    /// ([`leadr_reflectance::integrals::specular::env_lod`]).
+    pub enum GridLod {
+        /// The level's texels have the solid angle of the node.
+        Matched = "matched", "-0.53: texels as large as the solid angle of a node";
+        /// The constant that section 3.5 of LEADR's supplement derives.
+        Derivation = "derivation", "-1.48: the derivation in section 3.5 of LEADR's supplement";
+        /// The supplement's constant against banding with a grid of 32×32.
+        Banding32 = "banding-32", "-0.5: the supplement's choice against banding on 32x32 nodes";
+        /// The supplement's constant against banding with a grid of 5×5.
+        Banding5 = "banding-5", "0.5: the supplement's choice against banding on 5x5 nodes";
+        /// The constant of the supplement's simplified Algorithm 1.
+        Algorithm1 = "algorithm-1", "-1.83: the supplement's simplified Algorithm 1";
+    }
+}
+
+impl GridLod {
+    /// Returns the constant.
+    pub const fn constant(self) -> f64 {
+        match self {
+            Self::Matched => LOD_MATCHED,
+            Self::Derivation => LOD_SUPPLEMENT,
+            Self::Banding32 => LOD_SUPPLEMENT_32,
+            Self::Banding5 => LOD_SUPPLEMENT_5,
+            Self::Algorithm1 => LOD_ALGORITHM_1,
+        }
+    }
+}
+
+named_enum! {
+    /// How the rotation of the macrosurface under a pixel becomes roughness
+    /// ([`leadr_reflectance::slopes::geometric_antialiasing`]).
+    pub enum PixelKernel {
+        /// The kernel of the normal, at the mean slope, for all light. It narrows over rough slopes.
+        Normal = "on", "The rotation of the normal, for all light";
+        /// Lights have the kernel of the half vector, one for each light (Tokuyoshi & Kaplanyan 2019). All other light has the kernel
+        /// of the normal.
+        HalfVector = "half-vector", "The change of the half vector, one kernel per light (IGSA); other light as with on";
+        /// No kernel, as in the LEADR paper.
+        Off = "off", "None, as in the LEADR paper";
+    }
+}
+
 /// The number of levels by which the maps are read coarser than the pixels require. Negative numbers read finer levels.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LodBias(pub f32);
@@ -133,7 +184,28 @@ impl Technique {
     /// Returns the technique with the `options` that apply to it.
     #[must_use]
     pub fn with(self, options: ShadingOptions) -> Shading {
-        Shading { technique: self, options: options.of(self) }
+        Shading { technique: self, options: options.of(self).consistent() }
+    }
+}
+
+impl ShadingOptions {
+    /// Returns the options that the shadowing model and the pixel kernel support. V-grooves shadow each facet by itself, which only sums
+    /// over a grid include. Like separable Smith shadowing, they have no classes. Kernels per light need filtering and shading in one pass,
+    /// which edge samples divide.
+    fn consistent(mut self) -> Self {
+        if self.pixel_kernel == PixelKernel::HalfVector {
+            self.edge_samples = 1;
+        }
+        match (self.shadowing, self.quadrature) {
+            (Shadowing::VGroove, quadrature) => Self {
+                quadrature: if quadrature.side().is_some() { quadrature } else { Quadrature::PAPER },
+                diffuse_lights: DiffuseLights::Cosine,
+                classes: false,
+                ..self
+            },
+            (Shadowing::SmithSeparable, _) => Self { classes: false, ..self },
+            _ => self,
+        }
     }
 }
 
@@ -187,7 +259,7 @@ impl Shading {
 
     /// Returns the specialisation constants of the shading pass for this shading.
     pub fn spec(&self) -> Vec<(&'static str, SpecValue)> {
-        let ShadingOptions { shadowing, diffuse_lights, .. } = self.options;
+        let ShadingOptions { shadowing, diffuse_lights, grid_lod, .. } = self.options;
         let mut spec = self.needs().spec();
         spec.push(("TERMS", SpecValue::I32(self.terms().bits())));
         spec.extend(ShadingOptions::ALL.iter().filter_map(|option| option.spec(self.technique, self.options)));
@@ -199,6 +271,7 @@ impl Shading {
             spec.extend([
                 ("VISIBLE_SLOPES", SpecValue::Bool(visible)),
                 ("SAMPLES", SpecValue::I32(samples as i32)),
+                ("GRID_LOD", SpecValue::F32(grid_lod.constant() as f32)),
                 ("SHADOWING_MODEL", SpecValue::I32(shadowing.code())),
                 ("LIGHTS_BY_SH", SpecValue::Bool(diffuse_lights == DiffuseLights::Sh)),
                 ("FACET_FRAME", SpecValue::Bool(self.facet_frame())),
@@ -274,17 +347,17 @@ impl Serialize for Shading {
 mod tests {
     use super::*;
     use leadr_reflectance::masking::occlusion::{ConeEdge, ConeLobe, Hidden};
-    use leadr_reflectance::masking::shadowing::Shadowing;
     use leadr_reflectance::materials::diffuse_models::DiffuseModel;
 
     /// Returns options that all differ from their defaults.
     const OPTIONS: ShadingOptions = ShadingOptions {
         terms: Terms::DIFFUSE_LIGHTS,
         quadrature: Quadrature::Grid(7),
+        grid_lod: GridLod::Banding5,
         shadowing: Shadowing::Smith,
         diffuse_lights: DiffuseLights::Sh,
         base_frame: BaseFrame::Macro,
-        pixel_kernel: false,
+        pixel_kernel: PixelKernel::Off,
         relief_occlusion: false,
         relief_color: true,
         classes: false,
@@ -305,7 +378,7 @@ mod tests {
             let shading = technique.with(OPTIONS);
             let options = shading.options();
             assert_eq!(shading.quadrature().is_some(), technique.integrates());
-            assert_eq!(options.pixel_kernel, !technique.has_pixel_kernel());
+            assert_eq!(options.pixel_kernel == PixelKernel::Off, technique.has_pixel_kernel());
             assert_eq!(options.base_frame == BaseFrame::Macro, technique.has_base_frame());
             assert_eq!(options.diffuse_model == DiffuseModel::Disney, technique.has_diffuse_model());
             assert_eq!(options.cone_edge == ConeEdge::Hard, technique.has_cones());
@@ -323,6 +396,18 @@ mod tests {
                 ..Default::default()
             })
         );
+    }
+
+    #[test]
+    fn v_grooves_have_a_grid_and_no_classes() {
+        let groove = ShadingOptions { shadowing: Shadowing::VGroove, ..Default::default() };
+        let shading = Technique::Leadr.with(groove);
+        assert_eq!((shading.quadrature(), shading.has_classes()), (Some(Quadrature::PAPER), false));
+        let finer = Technique::Leadr.with(ShadingOptions { quadrature: Quadrature::Grid(9), ..groove });
+        assert_eq!(finer.quadrature(), Some(Quadrature::Grid(9)));
+        let separable = ShadingOptions { shadowing: Shadowing::SmithSeparable, ..Default::default() };
+        let shading = Technique::Leadr.with(separable);
+        assert_eq!((shading.quadrature(), shading.has_classes()), (Some(separable.quadrature), false));
     }
 
     /// Constants of named options are indices, so their order is that of the shader's constants.

@@ -2,7 +2,7 @@
 
 use super::numbers::{whole, within};
 use super::option::{Json, Panel, Slider, Spec, Techniques, Text, Value, headings, on_off};
-use super::shading::{BaseFrame, DiffuseLights, LodBias, Probes, Quadrature};
+use super::shading::{BaseFrame, DiffuseLights, GridLod, LodBias, PixelKernel, Probes, Quadrature};
 use super::technique::Technique;
 use super::terms::Terms;
 use crate::frame::Layer;
@@ -21,7 +21,7 @@ named! {
     Hidden: Self::ALL;
     ConeEdge: Self::ALL;
     ConeLobe: Self::ALL;
-    Shadowing: [Self::NormalMap, Self::None, Self::Smith, Self::Correlated];
+    Shadowing: [Self::NormalMap, Self::None, Self::SmithSeparable, Self::Smith, Self::Correlated, Self::VGroove];
 }
 
 /// What a scene must contain for an option to have an effect.
@@ -143,7 +143,7 @@ shading_options! {
                 .default("grid with --grid, else visible").panel(Panel::Own),
             Value::Text(Text {
                 read: |options, text| {
-                    let rules = [Quadrature::Grid(5), Quadrature::VisibleSlopes(Probes::Sixteen)];
+                    let rules = [Quadrature::PAPER, Quadrature::VisibleSlopes(Probes::Sixteen)];
                     let rule = rules.into_iter().find(|rule| rule.name() == text).ok_or("use grid or visible")?;
                     options.quadrature = rule;
                     Ok(())
@@ -167,6 +167,11 @@ shading_options! {
                 write: |options| options.quadrature.probes().map(|probes| probes.count().to_string()),
                 json: |options| options.quadrature.probes().map(|probes| Json::Count(probes.count())),
             }), INTEGRALS),
+    ];
+    /// The level of detail of the environment at the nodes of a grid.
+    grid_lod: GridLod = GridLod::Matched => [
+        row(shading("grid-lod", "KIND", "Choose how blurred the nodes of --grid see the environment").called("blur of grid nodes"),
+            Value::Name(|options| &mut options.grid_lod), INTEGRALS),
     ];
     /// The model of the shadowing of visible facets.
     shadowing: Shadowing = Shadowing::Correlated => [
@@ -196,12 +201,12 @@ shading_options! {
             shading("base-frame", "KIND", "Choose the frame in which the base material is rough").called("roughness follows"),
             Value::Name(|options| &mut options.base_frame), BECKMANN) },
     ];
-    /// Whether to add the variation of the macrosurface's normal across a pixel to the roughness (Tokuyoshi & Kaplanyan 2019, on
+    /// How to add the variation of the macrosurface's normal across a pixel to the roughness (Tokuyoshi & Kaplanyan 2019, on
     /// meshes only). The option also widens slopes that face away from the viewer, towards the viewer (`tilt_to_edge`). The LEADR
     /// paper does neither. All other integrating techniques always widen slopes.
-    pixel_kernel: bool = true => [
-        row(shading("pixel-kernel", "on|off", "Add the curvature of the smooth surface under a pixel to the roughness").called("curvature adds roughness"),
-            Value::Switch(|options| &mut options.pixel_kernel), KERNEL).about(Subject::Objects),
+    pixel_kernel: PixelKernel = PixelKernel::Normal => [
+        row(shading("pixel-kernel", "KIND", "Choose how the curvature of the smooth surface under a pixel adds roughness").called("curvature adds roughness"),
+            Value::Name(|options| &mut options.pixel_kernel), KERNEL).about(Subject::Objects),
     ];
     /// Whether bumps larger than a pixel occlude the environment and the lights ([`leadr_reflectance::visible::horizon`]). This
     /// effect is not in the LEADR paper.

@@ -4,6 +4,7 @@
 //! constant and a function in `shaders-glsl/passes/shade/families.glsl`. The command line, help, JSON, window keys, report and
 //! bench all read the table. Shaders receive only the inputs of a technique ([`Needs`]), never its name.
 
+use super::shading::PixelKernel;
 use super::shading_options::ShadingOptions;
 use leadr_gpu::SpecValue;
 use leadr_shaders::families;
@@ -64,6 +65,8 @@ pub enum Slopes {
     Covariance,
     /// Receives the mean slope, and one variance for all directions.
     Isotropic,
+    /// Receives the mean slope, and the largest variance along any direction for all directions.
+    Largest,
     /// Receives the finest level of the maps at every distance. The samples per pixel do the filtering.
     Finest,
 }
@@ -107,6 +110,10 @@ techniques! {
         "Normals shortened by roughness, GGX lobe from their length (Call of Duty: WWII)").ggx();
     /// A single slope variance for all directions (CLEAN mapping, Baker 2011).
     Clean = row("clean", '5', Family::Lean, Slopes::Isotropic, "One slope variance for all directions (CLEAN mapping)");
+    /// The largest slope variance along any direction, so that no direction has too little
+    /// ([`leadr_reflectance::slopes::packing::pack_clean_conservative`]).
+    CleanConservative = row("clean-conservative", 'k', Family::Lean, Slopes::Largest,
+        "The largest slope variance for all directions, which never aliases (CLEAN mapping)");
     /// A slope covariance, shaded with a Beckmann lobe without projected areas (LEAN mapping, Olano & Baker 2010).
     Lean = row("lean", '4', Family::Lean, Slopes::Covariance,
         "Slope covariance without projected areas (LEAN mapping)");
@@ -195,7 +202,7 @@ impl Technique {
 
     /// Whether the settings [`relief_color`](super::ShadingOptions::relief_color) and [`classes`](super::ShadingOptions::classes) apply.
     pub fn has_relief_color(self) -> bool {
-        self.row().family == Family::Leadr && matches!(self.row().slopes, Slopes::Covariance | Slopes::Isotropic)
+        self.row().family == Family::Leadr && self.row().slopes == Slopes::Covariance
     }
 
     /// Returns the inputs of the technique with these options.
@@ -205,8 +212,8 @@ impl Technique {
             family,
             slopes,
             ggx,
-            kernel: has_kernel && options.pixel_kernel,
-            tilt: family == Family::Leadr && (options.pixel_kernel || !has_kernel),
+            kernel: if has_kernel { options.pixel_kernel } else { PixelKernel::Off },
+            tilt: family == Family::Leadr && (options.pixel_kernel != PixelKernel::Off || !has_kernel),
             horizon: family == Family::Leadr && options.relief_occlusion,
         }
     }
@@ -219,7 +226,7 @@ pub struct Needs {
     family: Family,
     slopes: Slopes,
     ggx: bool,
-    kernel: bool,
+    kernel: PixelKernel,
     tilt: bool,
     horizon: bool,
 }
@@ -228,15 +235,18 @@ impl Needs {
     /// Returns the specialisation constants of `passes/technique.glsl`.
     #[must_use]
     pub fn spec(self) -> Vec<(&'static str, SpecValue)> {
-        let covariance = matches!(self.slopes, Slopes::Covariance | Slopes::Isotropic | Slopes::Finest);
+        let covariance =
+            matches!(self.slopes, Slopes::Covariance | Slopes::Isotropic | Slopes::Largest | Slopes::Finest);
         vec![
             ("FAMILY", SpecValue::I32(self.family as i32)),
             ("USES_SLOPES", SpecValue::Bool(self.slopes != Slopes::None)),
             ("USES_COVARIANCE", SpecValue::Bool(covariance)),
-            ("ISOTROPIC_COVARIANCE", SpecValue::Bool(self.slopes == Slopes::Isotropic)),
+            ("ISOTROPIC_COVARIANCE", SpecValue::Bool(matches!(self.slopes, Slopes::Isotropic | Slopes::Largest))),
+            ("LARGEST_VARIANCE", SpecValue::Bool(self.slopes == Slopes::Largest)),
             ("FINEST_LEVEL", SpecValue::Bool(self.is_finest())),
             ("GGX_BASE", SpecValue::Bool(self.ggx)),
-            ("USES_CURVATURE", SpecValue::Bool(self.kernel)),
+            ("USES_CURVATURE", SpecValue::Bool(self.kernel != PixelKernel::Off)),
+            ("PER_LIGHT_KERNEL", SpecValue::Bool(self.kernel == PixelKernel::HalfVector)),
             ("TILTS_TO_EDGE", SpecValue::Bool(self.tilt)),
             ("USES_HORIZON", SpecValue::Bool(self.horizon)),
             ("DETAIL_IN_GLOSS", SpecValue::Bool(self.family == Family::Gloss)),
@@ -264,10 +274,12 @@ mod tests {
 
     #[test]
     fn settings_affect_only_their_techniques() {
-        let off = ShadingOptions { pixel_kernel: true, relief_occlusion: false, ..Default::default() };
+        let off = ShadingOptions { pixel_kernel: PixelKernel::Normal, relief_occlusion: false, ..Default::default() };
         for technique in Technique::ALL {
             let differs = |options| technique.needs(options) != technique.needs(off);
-            assert_eq!(differs(ShadingOptions { pixel_kernel: false, ..off }), technique.has_pixel_kernel());
+            for pixel_kernel in [PixelKernel::Off, PixelKernel::HalfVector] {
+                assert_eq!(differs(ShadingOptions { pixel_kernel, ..off }), technique.has_pixel_kernel());
+            }
             assert_eq!(differs(ShadingOptions { relief_occlusion: true, ..off }), technique.integrates());
         }
     }

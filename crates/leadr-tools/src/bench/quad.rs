@@ -8,7 +8,7 @@ use leadr_reflectance::masking::shadowing::Shadowing;
 use leadr_reflectance::materials::diffuse_models::DiffuseModel;
 use leadr_render::scene::FrameState;
 use leadr_render::settings::{
-    BaseFrame, Probes, Quadrature, RenderSettings, Shading, ShadingOptions, Technique, Terms,
+    BaseFrame, PixelKernel, Probes, Quadrature, RenderSettings, Shading, ShadingOptions, Technique, Terms,
 };
 use leadr_render::surfaces::tessellation::TessellationSettings;
 use leadr_scenes::view::Size;
@@ -135,7 +135,7 @@ pub fn paper(technique: Technique, quadrature: Quadrature, terms: Terms) -> Shad
         terms,
         shadowing: Shadowing::None,
         base_frame: BaseFrame::Macro,
-        pixel_kernel: false,
+        pixel_kernel: PixelKernel::Off,
         relief_occlusion: false,
         sky_occlusion: false,
         relief_color: false,

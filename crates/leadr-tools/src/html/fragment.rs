@@ -76,6 +76,7 @@ impl Html {
             Cell::Text(text) => ("", escape(text)),
             Cell::Number(value) => (" class=\"n\"", number(*value)),
             Cell::Figure(figure) => ("", figure_markup(figure)),
+            Cell::Section(name) => ("", format!("<a href=\"#{0}\">{0}</a>", escape(name))),
         };
         let _ = write!(self.0, "{open}{class}>{content}{close}");
     }

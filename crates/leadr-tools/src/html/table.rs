@@ -36,6 +36,8 @@ pub enum Cell {
     Number(f64),
     /// A picture.
     Figure(Figure),
+    /// The name of a section of the page, as a link.
+    Section(String),
 }
 
 impl From<&str> for Cell {

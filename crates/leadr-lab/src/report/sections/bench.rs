@@ -2,8 +2,11 @@
 
 use serde_json::Value;
 
+use crate::report::configuration::Configuration;
 use crate::report::section::Section;
 use crate::report::studio::Studio;
+use crate::report::subject::Subject;
+use leadr_render::camera::Camera;
 use leadr_scenes::view::Size;
 use leadr_tools::bench::{BenchConfig, Quad, bench};
 use leadr_tools::error::LabError;
@@ -11,7 +14,12 @@ use leadr_tools::html::{Cell, Html, Table, number};
 
 const INTRO: &str = "Pass times on the device, measured like leadr bench --paper. Every round draws one frame of each row. The table \
     gives medians over rounds; ratios are computed within each round. The quad has 512 x 512 pixels (256 x 256 in a quick report); the \
-    paper's own times are from an NVIDIA GTX 480 at 1024 x 1024.";
+    paper's own times are from an NVIDIA GTX 480 at 1024 x 1024. The T-rex is drawn without ground, at one sample per pixel, with the \
+    default rules; its times are the least of several frames. In the distant view, the animal covers as many pixels as a square of an \
+    eighth of the picture's width.";
+
+/// The views of the T-rex with the times in milliseconds that the paper reports (LEADR section 7).
+const TREX: [(&str, &str); 3] = [("whole", "40 to 60"), ("close-up", "about 200"), ("distant", "about 9")];
 
 pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let size = studio.pick(256, 512);
@@ -30,11 +38,53 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     html.table(&goals(&data));
     html.table(&ratios(&data));
     html.table(&lines(&data));
+    let (table, trex) = trex(studio)?;
+    html.table(&table);
     let mut rows = Html::new();
     rows.table(&passes(&data));
     html.details("All passes", &rows);
-    let findings = findings(&data);
+    let mut findings = findings(&data);
+    findings.push(format!(
+        "The T-rex at {0} x {0} takes {1} ms as a whole, {2} ms in the close-up and {3} ms at a distance (the paper at 1024 x 1024: 40 to 60, \
+        about 200 and about 9).",
+        trex_side(studio),
+        number(trex[0]),
+        number(trex[1]),
+        number(trex[2])
+    ));
     Section::new(INTRO, findings, &html, data)
+}
+
+fn trex_side(studio: &Studio) -> u32 {
+    studio.pick(128, 1024)
+}
+
+/// Draws the T-rex in the views of the paper. Returns a table and the times in milliseconds.
+fn trex(studio: &mut Studio) -> Result<(Table, [f64; 3]), LabError> {
+    let side = trex_side(studio);
+    let mut subject = Subject::trex(studio, studio.pick(8, 32))?;
+    let settings = Configuration::program_default().settings((side, side), 1);
+    let rounds = studio.pick(2, 5);
+    let views = subject.stage.views;
+    let mut measure = |camera: &Camera| -> Result<(f64, f64), LabError> {
+        let state = subject.seen_by(camera);
+        let (mut least, mut covered) = (f64::INFINITY, 0.0);
+        for _ in 0..rounds {
+            let shot = studio.shoot(&mut subject.renderer, &state, &settings)?;
+            least = least.min(shot.milliseconds);
+            covered = shot.coverage.iter().map(|&c| f64::from(c)).sum();
+        }
+        Ok((least, covered))
+    };
+    let whole = measure(&views.mid)?;
+    let distance = views.mid.position.distance(views.mid.target) * (whole.1.sqrt() * 8.0 / f64::from(side)) as f32;
+    let seen = [whole, measure(&views.near)?, measure(&views.mid.at_distance(distance))?];
+    let caption = format!("The T-rex, {side} x {side} pixels");
+    let mut table = Table::new(caption, ["view", "covered pixels", "ms", "paper, ms at 1024 x 1024"]);
+    for ((view, paper), (ms, covered)) in TREX.iter().zip(seen) {
+        table.row([Cell::from(*view), Cell::from(covered.round()), Cell::from(ms), Cell::from(*paper)]);
+    }
+    Ok((table, seen.map(|of| of.0)))
 }
 
 fn list<'a>(data: &'a Value, key: &str) -> &'a [Value] {

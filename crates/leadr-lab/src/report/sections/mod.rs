@@ -13,6 +13,7 @@ mod models;
 mod normals;
 mod ocean;
 mod outside;
+mod papers;
 mod precision;
 mod quadrature;
 mod resolution;
@@ -45,7 +46,14 @@ pub struct SectionEntry {
 }
 
 /// All sections, in the order of the page.
-pub static SECTIONS: [SectionEntry; 25] = [
+pub static SECTIONS: [SectionEntry; 26] = [
+    SectionEntry {
+        key: "papers",
+        help: "Figures of the papers in their order, with links",
+        title: "Figures of the papers in their order",
+        judges_others: false,
+        run: papers::run,
+    },
     SectionEntry {
         key: "convergence",
         help: "Convergence of the reference",
@@ -196,7 +204,7 @@ pub static SECTIONS: [SectionEntry; 25] = [
     SectionEntry {
         key: "figures",
         help: "Figures of the papers not in other sections",
-        title: "Figures of the papers",
+        title: "More figures of the papers",
         judges_others: false,
         run: figures::run,
     },

@@ -21,7 +21,7 @@ use leadr_tools::html::{Plot, Scale};
 
 const INTRO: &str = "Spheres whose heights are Gaussian noise with known slopes and bumps smaller than a pixel, in the lighting of the \
     supplement's tables: white diffuse facets under one light from the camera, under the studio's irradiance, and mirror facets in the \
-    studio. Columns are the two truths, then LEADR at one sample per pixel with the paper's grids of slope samples and with the \
+    studio. Columns are the two truths with large bumps (low) and with bumps smaller than a pixel (high), then LEADR at one sample per pixel with the paper's grids of slope samples and with the \
     visible-slope rules. Masking is on and shadowing off: light from the camera reaches everything that the camera sees, and the \
     rasterised truth does not block the environment by bumps. Under each picture: FLIP and relative RMSE against normal-map truth (n) and \
     displacement-map truth (d), over the pixels that the sphere touches (without the background) and, in brackets, inside its silhouette. \
@@ -113,13 +113,26 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let mut rows: Vec<(&'static str, Vec2, Vec<Cell>)> = Vec::new();
     let mut entries = Vec::new();
     for (aspect, sigmas) in &groups {
-        let surface = Surface::bake(Vec2::new(1.0, *aspect), Frequency::High, detail);
+        let [high, low] = [Frequency::High, Frequency::Low]
+            .map(|frequency| Surface::bake(Vec2::new(1.0, *aspect), frequency, detail));
         for light in &LIGHTS {
-            let stage = surface.stage(1.0, light.lighting.facets());
             let panorama = light.lighting.panorama();
-            let mut subject = Subject::in_panorama(studio, stage, &panorama, light.lighting.lights())?;
+            let upload = |surface: &Surface| {
+                let stage = surface.stage(1.0, light.lighting.facets());
+                Subject::in_panorama(studio, stage, &panorama, light.lighting.lights())
+            };
+            let (mut low, mut subject) = (upload(&low)?, upload(&high)?);
             for &sigma in sigmas {
-                let (cells, made) = cell(studio, &mut subject, light, sigma)?;
+                let large = low_frequency(studio, &mut low, light, sigma)?;
+                let (small, made) = cell(studio, &mut subject, light, sigma)?;
+                let mut cells = Vec::with_capacity(large.len() + small.len());
+                let mut small = small.into_iter();
+                // The supplement's order: low and high frequency for each truth.
+                for figure in large {
+                    cells.push(figure);
+                    cells.extend(small.next());
+                }
+                cells.extend(small);
                 rows.push((light.key, sigma, cells));
                 entries.extend(made);
                 studio.step();
@@ -130,8 +143,9 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     for light in &LIGHTS {
         html.heading(light.title);
         html.plot(&plot(light, &configs(studio.quick), &entries));
-        let head = ["σ".to_owned(), "normal-map truth".to_owned(), "displacement truth".to_owned()];
-        let head = head.into_iter().chain(configs(studio.quick).into_iter().map(|l| l.name));
+        let truths = ["normal map, low", "normal map, high", "displacement, low", "displacement, high"];
+        let head = std::iter::once("σ").chain(truths).map(str::to_owned);
+        let head = head.chain(configs(studio.quick).into_iter().map(|l| l.name));
         let mut table = Table::new(light.title, head);
         let mut of_light: Vec<_> = rows.iter().filter(|r| r.0 == light.key).collect();
         // Isotropic rows come first. The anisotropic rows are in the supplement's order.
@@ -150,6 +164,35 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
 
 fn name_of(sigma: Vec2) -> String {
     if sigma.x == sigma.y { format!("{}", sigma.x) } else { format!("{}, {}", sigma.x, sigma.y) }
+}
+
+/// Returns the settings of a truth in the light of a table.
+fn truth_settings(truth: Truth, light: &Light, size: u32, samples: u32) -> RenderSettings {
+    let mut settings = truth.settings((size, size), samples, 1);
+    settings.shading = settings.shading.adjusted(|options| ShadingOptions { terms: light.terms, ..options });
+    settings.shadows = false;
+    settings
+}
+
+/// Renders both truths of a surface whose bumps are larger than a pixel.
+fn low_frequency(
+    studio: &mut Studio,
+    subject: &mut Subject,
+    light: &Light,
+    sigma: Vec2,
+) -> Result<Vec<Cell>, LabError> {
+    let (size, samples) = studio.pick((64, 4), (128, 32));
+    let mut state = subject.seen_by(&subject.stage.views.mid);
+    state.height_scale = sigma.max_element();
+    let row = format!("{}-{}-{}", light.key, sigma.x, sigma.y).replace('.', "_");
+    let mut cells = Vec::new();
+    for truth in [Truth::NormalMap, Truth::Displacement] {
+        let shot = studio.shoot(&mut subject.renderer, &state, &truth_settings(truth, light, size, samples))?;
+        let name = format!("spheres-{row}-{}-low", truth.name());
+        let alt = format!("{}, low frequency", truth.title());
+        cells.push(Cell::Figure(studio.picture(&name, &shot.image, EXPOSURE, &alt, Vec::new())?));
+    }
+    Ok(cells)
 }
 
 /// Renders and judges one row of a table.
@@ -181,10 +224,7 @@ fn cell(
     for truth in [Truth::NormalMap, Truth::Displacement] {
         // The normal-map truth has more samples, because it aliases more, and its smooth geometry is cheap to draw.
         let samples = if truth == Truth::NormalMap { 4 * samples } else { samples };
-        let mut settings = truth.settings((size, size), samples, 1);
-        settings.shading = settings.shading.adjusted(|options| ShadingOptions { terms: light.terms, ..options });
-        settings.shadows = false;
-        let shot = shoot(settings)?;
+        let shot = shoot(truth_settings(truth, light, size, samples))?;
         truths.push((truth, samples, shot));
     }
     let configs: Vec<(Configuration, Shot)> = configs(studio.quick)

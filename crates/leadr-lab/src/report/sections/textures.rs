@@ -33,12 +33,13 @@ const INTRO: &str = "A plane under the sky and its sun as a normal map in each m
     compressed blocks. Times are device milliseconds for these pictures.";
 
 /// The compared techniques, each with its bytes per texel in 16-bit floats and in blocks.
-const FILTERS: [(Technique, f64, Option<f64>); 7] = [
+const FILTERS: [(Technique, f64, Option<f64>); 8] = [
     // The filter stores two channels of normals (BC5 in blocks) and one channel of roughness (BC4 in blocks).
     (Technique::NormalMip, 6.0, Some(1.5)),
     (Technique::Toksvig, 8.0, None),
     (Technique::Gloss, 6.0, Some(1.5)),
     (Technique::Clean, 8.0, None),
+    (Technique::CleanConservative, 8.0, None),
     (Technique::Lean, 12.0, None),
     (Technique::Leadr, 12.0, Some(9.0)),
     (Technique::LeadrGgx, 12.0, Some(9.0)),

@@ -16,7 +16,8 @@ use leadr_reflectance::facets::normal_distribution::{
 use leadr_reflectance::facets::projected_area::{face_viewer, meso_area, slope_spread, tilt_to_edge, visible_area};
 use leadr_reflectance::frame::{frame_about, octahedral_decode, octahedral_encode, to_frame};
 use leadr_reflectance::integrals::diffuse::{
-    leadr_diffuse_environment, leadr_diffuse_light, leadr_diffuse_light_sh, visible_normal_moments,
+    groove_diffuse_light, groove_normal_moments, leadr_diffuse_environment, leadr_diffuse_light,
+    leadr_diffuse_light_sh, visible_normal_moments,
 };
 use leadr_reflectance::integrals::sh::{
     sh_add_light, sh_basis, sh_irradiance, sh_irradiance_light, sh_irradiance_rest, sh_rest_damping,
@@ -337,7 +338,9 @@ fn diffuse_parity() {
                 leadr_diffuse_light(wo, wi, m, s, true, n, lambda),
                 leadr_diffuse_light(wo, wi, m, s, false, n, lambda),
             ];
-            list![v.mean, v.diag, v.off, environment, lights]
+            let grooves = groove_normal_moments(wo, m, s, n, lambda).mean;
+            let groove_light = groove_diffuse_light(wo, wi, m, s, n, lambda);
+            list![v.mean, v.diag, v.off, environment, lights, grooves, [groove_light]]
         },
     );
 }

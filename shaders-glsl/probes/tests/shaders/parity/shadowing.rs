@@ -62,8 +62,9 @@ fn correlated_masking_parity() {
                 [Shadowing::Correlated, Shadowing::CorrelatedSimple].map(|v| masking_shadowing_factor(v, &o, &i));
             let round = slope_cholesky(DVec2::splat(s.x.max(1e-6)).extend(0.0));
             let (round_o, round_i) = (direction_area(wo, m, round), direction_area(wi, m, round));
-            let round = [Shadowing::Smith, Shadowing::Correlated, Shadowing::CorrelatedSimple]
-                .map(|v| lit_fraction(v, &round_o, &round_i));
+            let round =
+                [Shadowing::Smith, Shadowing::Correlated, Shadowing::CorrelatedSimple, Shadowing::SmithSeparable]
+                    .map(|v| lit_fraction(v, &round_o, &round_i));
             list![o.whitened, [o.spread, o.meso, o.visible], lit, factors, round]
         },
     );

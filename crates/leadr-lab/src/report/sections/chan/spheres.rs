@@ -15,7 +15,7 @@ use leadr_render::camera::Camera;
 use leadr_render::frame::Renderer;
 use leadr_render::light::environment::Environment;
 use leadr_render::scene::{FrameState, Object, Pose, Sun};
-use leadr_render::settings::{RenderSettings, ShadingOptions, Technique, Terms};
+use leadr_render::settings::{PixelKernel, RenderSettings, ShadingOptions, Technique, Terms};
 use leadr_scenes::sphere::cube_sphere;
 use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Figure, Table, number};
@@ -177,7 +177,7 @@ fn models(studio: &mut Studio, page: &mut Page, size: u32) -> Result<(), LabErro
             let shading = Technique::Leadr.with(ShadingOptions {
                 terms: Terms::DIFFUSE_LIGHTS,
                 diffuse_model,
-                pixel_kernel: false,
+                pixel_kernel: PixelKernel::Off,
                 ..Default::default()
             });
             let settings =

@@ -26,7 +26,7 @@ const CONFIGURATIONS: u64 = 16;
 const GAP: u32 = 4;
 
 /// A filter: weights, directions and variances of round kernels. The weights sum to 1.
-type Kernels = Vec<(f64, DVec3, f64)>;
+pub type Kernels = Vec<(f64, DVec3, f64)>;
 
 fn surface(degrees: f64) -> Surface {
     Surface {
@@ -37,14 +37,15 @@ fn surface(degrees: f64) -> Surface {
 }
 
 /// Returns the kernels of a sampler. A lookup that covers the solid angle `Ω` of a mip level has the variance `Ω/4`.
-fn kernels(surface: &Surface, sampler: Sampler, n: u32, filter: Filter) -> Kernels {
+pub fn kernels(surface: &Surface, sampler: Sampler, n: u32, filter: Filter) -> Kernels {
     let nodes = sampler.nodes(surface, n);
     let sum: f64 = nodes.iter().map(|p| p.weight).sum();
     let of = |p| solid_angle(surface, p, filter) / 4.0;
     nodes.iter().map(|p| (p.weight / sum, environment_sample_at(surface.wo, p.slope).wi, of(p))).collect()
 }
 
-fn probe_kernels(surface: &Surface, n: u32) -> Kernels {
+/// Returns the kernels of a rule with `n` probes.
+pub fn probe_kernels(surface: &Surface, n: u32) -> Kernels {
     let Surface { wo, m, s } = *surface;
     let rule = probe_rule(n);
     let probes = visible_probes(Shadowing::None, wo, m, s, rule.kernel);
@@ -56,7 +57,7 @@ fn probe_kernels(surface: &Surface, n: u32) -> Kernels {
 }
 
 /// Returns the density of a filter per steradian.
-fn density(kernels: &Kernels, wi: DVec3) -> f64 {
+pub fn density(kernels: &Kernels, wi: DVec3) -> f64 {
     kernels.iter().map(|&(w, axis, variance)| w * kernel(variance, axis.dot(wi))).sum()
 }
 

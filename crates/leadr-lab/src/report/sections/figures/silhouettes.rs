@@ -16,7 +16,7 @@ use leadr_reflectance::slopes::grid::{facet_area, grid_lambda, grid_node, slope_
 use leadr_render::camera::Camera;
 use leadr_render::frame::Layer;
 use leadr_render::scene::Object;
-use leadr_render::settings::{Quadrature, RenderSettings, ShadingOptions, Technique};
+use leadr_render::settings::{PixelKernel, Quadrature, RenderSettings, ShadingOptions, Technique};
 use leadr_render::surfaces::displacement::HeightField;
 use leadr_render::surfaces::tessellation::TessellationSettings;
 use leadr_scenes::sphere::displaced_sphere;
@@ -127,7 +127,7 @@ pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
         let options = ShadingOptions::default();
         let paper = ShadingOptions {
             quadrature: Quadrature::Grid(GRID),
-            pixel_kernel: false,
+            pixel_kernel: PixelKernel::Off,
             shadowing: Shadowing::Smith,
             ..options
         };
