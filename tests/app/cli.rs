@@ -69,6 +69,12 @@ fn wrong_usage_ends_with_2_and_names_the_flag() {
         (&["capture", "--metal", "gold"], "--metal"),
         (&["capture", "--scene", "plane", "--anisotropy", "2"], "--anisotropy"),
         (&["capture", "--scene", "plane", "--anisotropy-rotation", "20"], "--anisotropy"),
+        (&["capture", "--scene", "plane", "--clear-coat", "1.5"], "the weight must be from 0 to 1"),
+        (&["capture", "--scene", "plane", "--clear-coat", "1,0"], "the roughness must be above 0 and at most 1"),
+        (&["capture", "--scene", "plane", "--clear-coat-relief", "smooth"], "--clear-coat-relief needs --clear-coat"),
+        (&["capture", "--scene", "plane", "--clear-coat", "1", "--clear-coat-relief", "rough"], "--clear-coat-relief"),
+        (&["capture", "--scene", "trex", "--clear-coat", "1"], "--clear-coat"),
+        (&["capture", "--scene", "plane", "--clear-coat", "1", "--technique", "lean"], "--clear-coat is for the techniques"),
         (&["capture", "--scene", "plane", "--detail-mask", "mask.png"], "--detail"),
         (&["capture", "--scene", "plane", "--detail", "a.png", "--detail-repeat", "0"], "--detail-repeat"),
         (

@@ -4,6 +4,7 @@ mod antialiasing;
 mod baked;
 mod bounces;
 mod classes;
+mod coats;
 mod deform;
 mod displaced_models;
 mod edges;

@@ -17,7 +17,8 @@ use super::view::{Size, ViewChoice};
 use leadr_maps::Rgb8Image;
 use leadr_maps::folders::OutsideLinks;
 use leadr_maps::material::{
-    Anisotropy, Encoding, GreenAxis, Input, Material, MaterialDetail, MaterialFolder, Role, Texture, agreement, role_of,
+    Anisotropy, ClearCoat, Encoding, GreenAxis, Input, Material, MaterialDetail, MaterialFolder, Role,
+    RoughnessMeaning, Texture, agreement, role_of,
 };
 use leadr_maps::shown::shown_path;
 use leadr_maps::tonemap::{Tonemap, display_srgb8, dithered_srgb8};
@@ -26,7 +27,7 @@ use leadr_measured::fit_file::FitFile;
 use leadr_reflectance::facets::metals::Metal;
 use leadr_render::light::panorama::LightExtraction;
 use leadr_render::named_enum;
-use leadr_render::scene::Tiling;
+use leadr_render::scene::{CoatRelief, Tiling};
 use leadr_render::settings::{RenderSettings, Shading, ShadingOptions, Technique};
 use leadr_render::surfaces::moments::MomentFormat;
 use leadr_render::surfaces::tessellation::TessellationSettings;
@@ -55,6 +56,10 @@ pub struct MaterialFiles {
     pub anisotropy: Option<f32>,
     /// The counter-clockwise rotation of the anisotropy direction in degrees.
     pub anisotropy_rotation: f32,
+    /// The weight of the clear coat, 0 to 1, and its Beckmann roughness.
+    pub clear_coat: Option<[f32; 2]>,
+    /// The relief of the clear coat.
+    pub clear_coat_relief: CoatRelief,
     /// The detail, which repeats more often than the base material.
     #[serde(flatten)]
     pub detail: DetailFiles,
@@ -208,6 +213,15 @@ impl MaterialFiles {
         if let Some(strength) = self.anisotropy {
             let rotation = self.anisotropy_rotation.to_radians();
             material.anisotropy = Some(Anisotropy { strength: Input::constant(strength), rotation, direction: None });
+        }
+        if let Some([weight, alpha]) = self.clear_coat {
+            material.coat = Some(ClearCoat {
+                weight: Input::constant(weight),
+                roughness: Input::constant(alpha),
+                roughness_meaning: RoughnessMeaning::Alpha,
+                follows_relief: self.clear_coat_relief == CoatRelief::Base,
+                normal_map: None,
+            });
         }
         material.detail = self.detail.load(links)?.map(Box::new);
         Ok(material)

@@ -14,8 +14,9 @@ use leadr_reflectance::materials::diffuse_models::DiffuseModel;
 pub const EXCLUSIVE: [(&str, &str); 3] = [("grid", "probes"), ("sun", "time-of-day"), ("occlusion-map", "cone-map")];
 
 /// Pairs of an option and the option that it requires.
-const NEEDS: [(&str, &str); 5] = [
+const NEEDS: [(&str, &str); 6] = [
     ("anisotropy-rotation", "anisotropy"),
+    ("clear-coat-relief", "clear-coat"),
     ("detail-repeat", "detail"),
     ("detail-rotation", "detail"),
     ("detail-height-scale", "detail"),
@@ -82,6 +83,9 @@ impl CommandLine {
         SceneOption::all().iter().filter(refused).for_each(|option| line.remove(&option.spec.flag()));
         if technique.is_reference() {
             line.remove("--msaa");
+        }
+        if !technique.integrates() || line.has("relief-shadows") {
+            ["--clear-coat", "--clear-coat-relief"].into_iter().for_each(|flag| line.remove(flag));
         }
         if !line.has("cone-map") && !line.has("material") {
             CONE_FLAGS.iter().for_each(|flag| line.remove(&format!("--{flag}")));
@@ -186,12 +190,16 @@ impl CommandLine {
             "--multiscattering on is --diffuse-model multiscattering: remove one of them"
         } else if !self.has("cone-map") && !self.has("material") && CONE_FLAGS.iter().any(|flag| self.has(flag)) {
             "--cone-occluders, --cone-edge and --cone-lobe are for occlusion cones: add --cone-map or --material"
+        } else if self.has("clear-coat") && !config.picture.technique.integrates() {
+            "--clear-coat is for the techniques that integrate over slopes: use --technique leadr or reference"
         } else if !options.relief_shadows {
             return Ok(());
         } else if options.diffuse_model != DiffuseModel::Lambert {
             "--relief-shadows draws Lambertian bases only: remove --diffuse-model or --multiscattering"
         } else if is("sky-occlusion", "on") {
             "--relief-shadows already includes occlusion by large shapes: remove --sky-occlusion"
+        } else if self.has("clear-coat") {
+            "--relief-shadows draws no clear coat: remove one of them"
         } else if self.has("detail") {
             "--relief-shadows needs displaced geometry, and --detail is shading only: remove one of them"
         // On the sphere, the facets come from the maps, so `--anisotropy` is allowed there.

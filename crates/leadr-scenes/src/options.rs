@@ -12,7 +12,7 @@ use super::text::{see, similar};
 use leadr_reflectance::facets::metals::{METALS, Metal};
 use leadr_render::constants::MOST_MULTISAMPLES;
 use leadr_render::light::panorama::MAX_ENVIRONMENT_LIGHTS;
-use leadr_render::scene::{MAX_LAMPS, Tiling};
+use leadr_render::scene::{CoatRelief, MAX_LAMPS, Tiling};
 use leadr_render::settings::headings::{CAMERA, GEOMETRY, LIGHT, MATERIAL, QUALITY, SCENE, SEA, SHADING};
 use leadr_render::settings::numbers::{
     finite, not_negative, positive, positive_share, power_of_two, share, whole, within,
@@ -61,6 +61,17 @@ pub enum Under {
     Panorama,
 }
 
+/// The roughness of a clear coat for which none is given.
+const COAT_ROUGHNESS: f32 = 0.05;
+
+/// Parses the weight and the roughness of a clear coat.
+fn clear_coat(text: &str) -> Result<[f32; 2], String> {
+    let (weight, roughness) = text.split_once(',').map_or((text, None), |(weight, roughness)| (weight, Some(roughness)));
+    let weight = share(weight).map_err(|fault| format!("the weight {fault}"))?;
+    let roughness = roughness.map_or(Ok(COAT_ROUGHNESS), positive_share).map_err(|fault| format!("the roughness {fault}"))?;
+    Ok([weight, roughness])
+}
+
 const REMADE: Panel = Panel::Without("a change rebuilds the scene");
 const FILES: Panel = Panel::Without("you drop files on the window instead");
 
@@ -105,7 +116,7 @@ impl SceneOption {
 
 /// All options except the shading options.
 #[rustfmt::skip]
-const OPTIONS: [SceneOption; 62] = [
+const OPTIONS: [SceneOption; 64] = [
     option(SCENE, "scene", "NAME|FILE.glb|FILE.gltf", "Draw this scene, or a glTF model on open ground",
         Text(enter)).common().default(SCENES[0].name).panel(Panel::Own),
     option(SCENE, "animation", "NAME|NUMBER", "Play the animation of a model with this name or number, from 1",
@@ -185,6 +196,13 @@ const OPTIONS: [SceneOption; 62] = [
         Text(|c, text| share(text).map(|strength| c.material.anisotropy = Some(strength)))),
     material("anisotropy-rotation", "DEGREES", "Rotate the direction of --anisotropy counter-clockwise by this angle",
         Text(|c, text| finite(text).map(|degrees| c.material.anisotropy_rotation = degrees))).default("0"),
+    material("clear-coat", "WEIGHT[,ROUGHNESS]",
+        "Cover the material with a clear coat of lacquer (index of refraction 1.5). WEIGHT is the covered fraction, 0 to 1. ROUGHNESS \
+         is the Beckmann roughness of the coat, above 0 and at most 1 [default: 0.05]",
+        Text(|c, text| clear_coat(text).map(|coat| c.material.clear_coat = Some(coat)))).default(""),
+    material("clear-coat-relief", "RELIEF", "Set the relief of the clear coat",
+        Text(|c, text| c.material.clear_coat_relief.choose(text)))
+        .values(|| CoatRelief::Base.names()).default("base"),
     material("detail", "FOLDER|FILE",
         "Add a finer material, the detail, repeated over the surface: a folder as for --material, a height map, or a normal \
          map recognised by its name. The detail changes shading, not geometry",

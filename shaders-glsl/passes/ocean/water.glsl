@@ -30,6 +30,7 @@ FilteredSurface filtered_water(vec2 mean_slope, vec3 covariance, vec4 material, 
     f.lod = 0.0;
     f.joined = 0.0;
     f.relief = 0.0;
+    f.coat = NO_COAT;
     return f;
 }
 

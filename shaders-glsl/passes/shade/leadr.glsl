@@ -19,6 +19,7 @@
 #include "leadr/visible/shadowed_specular.glsl"
 #include "leadr/integrals/specular.glsl"
 #include "leadr/materials/classic.glsl"
+#include "leadr/visible/clear_coat.glsl"
 #include "leadr/visible/diffuse.glsl"
 #include "leadr/visible/fresnel.glsl"
 #include "leadr/visible/mapped.glsl"
@@ -52,7 +53,7 @@ void add_grid_specular(inout SpecularTerm sum, const vec3 node, const Surface su
     }
     float cosine = dot(wo, e.wn);
     vec3 f = weight * fresnel_of(surface, cosine);
-    float lit = BY_CLASS ? class_lit(surface, e.wi) * class_base_lit(surface, e.wi) : lit_fraction(FACET_SHADOWING, o, area_for(FACET_SHADOWING, e.wi, m, S, cholesky));
+    float lit = is_class(surface) ? class_lit(surface, e.wi) * class_base_lit(surface, e.wi) : lit_fraction(FACET_SHADOWING, o, area_for(FACET_SHADOWING, e.wi, m, S, cholesky));
     lit *= relief_visibility(surface, e.wi, GRID_DEVIATION);
     sum.reflected += f * lit * environment_radiance(surface, e.wi, env_lod_at(base, wo, e.wn));
     sum.fresnel += weight * fresnel_schlick(surface.diffuse_f0, cosine);
@@ -135,7 +136,7 @@ void add_probe(inout ProbeSums sums, const Surface surface, const vec3 wo, const
     VisibleProbe p = visible_probe(lobe.probes, wo, node);
     float mean_f0 = dot(surface.f0, vec3(1.0 / 3.0));
     LitProbe l;
-    if (BY_CLASS) {
+    if (is_class(surface)) {
         ProbeDirections d = probe_directions(lobe.probes, p);
         vec2 lit = vec2(class_lit(surface, d.high) * class_base_lit(surface, d.high),
                         class_lit(surface, d.low) * class_base_lit(surface, d.low));
@@ -553,6 +554,8 @@ vec3 light_in_specular(const Surface surface, const vec2 bases[MOST_BASES], cons
     return sum * fresnel_over_schlick(surface.fit, surface.f0, surface.edge_tint, 0.5 * length(surface.wo + light.wi));
 }
 
+#include "coat.glsl"
+
 // The values of a surface that all its lights share. They belong to the relief without its base.
 struct Reflection {
     bool exact;           // whether one facet of a measured material is lit
@@ -566,7 +569,7 @@ struct Reflection {
 
 // Returns the light `number` that the surface reflects.
 vec3 light_reflected(const int number, const Light light, const Surface surface, const vec2 bases[MOST_BASES], const Bounces bounces,
-                     const FittedFacet facet, const Reflection r) {
+                     const FittedFacet facet, const Reflection r, const CoatLayer coat) {
     vec3 scattered = vec3(0.0);
     DirectionArea diffuse_i;
     if (on_diffuse(number) || (FACET_SPECULAR && in_specular(number))) {
@@ -587,6 +590,12 @@ vec3 light_reflected(const int number, const Light light, const Surface surface,
         if (MULTISCATTERING) {
             specular *= bounces.specular;
         }
+    }
+    if (COATED) {
+        vec3 over_diffuse, over_specular;
+        coat_over_light(coat, surface, light.wi, over_diffuse, over_specular);
+        scattered *= over_diffuse;
+        specular *= over_specular;
     }
     return light.irradiance * (scattered + specular);
 }
@@ -612,6 +621,17 @@ vec3 leadr_radiance(Surface surface) {
         facet = fitted_facet(surface.fit, surface.alpha, wo, normal, diffuse_s);
     }
     vec3 radiance = vec3(0.0);
+    CoatLayer coat;
+    if (COATED) {
+        coat = coat_over(surface);
+        float outward = coat.outward;
+        if (SPECULAR_ENVIRONMENT) {
+            SpecularTerm reflected = environment_specular(coat.surface, coat.base);
+            radiance += surface.coat.weight * ambient_in_specular(coat.surface) * specular_in_cone(coat.surface) * reflected.reflected;
+            outward = surface.coat.weight * reflected.fresnel.x;
+        }
+        set_outward(coat, surface, outward);
+    }
 
     // Only light that the specular term does not reflect enters the surface and reaches the diffuse base.
     vec3 entering = vec3(1.0);
@@ -624,6 +644,9 @@ vec3 leadr_radiance(Surface surface) {
         }
         if (MULTISCATTERING) {
             specular.reflected *= bounces.specular;
+        }
+        if (COATED) {
+            specular.reflected *= coat_over_specular(coat, surface);
         }
         radiance += ambient_in_specular(surface) * specular_in_cone(surface) * specular.reflected;
         entering = 1.0 - specular.fresnel;
@@ -650,10 +673,14 @@ vec3 leadr_radiance(Surface surface) {
     if (DIFFUSE_ENVIRONMENT) {
         vec3 albedo = surface.albedo;
         vec3 ambient = ambient_on_diffuse(surface, albedo) * cone_diffuse(surface, albedo, environment_sh());
+        if (COATED) {
+            ambient *= coat_over_diffuse(coat, albedo);
+        }
         radiance += entering * albedo * ambient * diffuse_environment(surface, normals);
     }
     if (INTERREFLECTION && DIFFUSE) {
-        radiance += entering * surface.albedo * relief_seen(surface, surface.larger) * surface.relief_radiance;
+        vec3 from_relief = entering * surface.albedo * relief_seen(surface, surface.larger) * surface.relief_radiance;
+        radiance += COATED ? coat_over_diffuse(coat, surface.albedo) * from_relief : from_relief;
     }
     if (any_on_diffuse() || any_in_specular()) {
         Reflection r = Reflection(exact, entering, normals, faced, lambda, diffuse_cholesky, diffuse_o);
@@ -666,7 +693,10 @@ vec3 leadr_radiance(Surface surface) {
             } else {
                 light = light_at(number, surface);
             }
-            radiance += light_reflected(number, light, surface, bases, bounces, facet, r);
+            radiance += light_reflected(number, light, surface, bases, bounces, facet, r, coat);
+            if (COATED) {
+                radiance += coat_light(coat, number, surface.coat.own ? light_at(number, coat.surface) : light);
+            }
         }
         if (MORE_LAMPS) {
             Light light;
@@ -676,7 +706,10 @@ vec3 leadr_radiance(Surface surface) {
                 if (BY_CLASS) {
                     light.irradiance *= class_lit_by(surface, light.wi, depths_towards(light.wi), passed);
                 }
-                radiance += light_reflected(ANY_LAMP, light, surface, bases, bounces, facet, r);
+                radiance += light_reflected(ANY_LAMP, light, surface, bases, bounces, facet, r, coat);
+                if (COATED) {
+                    radiance += coat_light(coat, ANY_LAMP, surface.coat.own ? lamp_sent(lamps[lamp], coat.surface) : light);
+                }
             }
         }
     }

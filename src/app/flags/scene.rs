@@ -201,6 +201,7 @@ pub mod tests {
                 given.set(&option.spec.flag(), Some(&*value));
                 match option.spec.name {
                     "anisotropy-rotation" => given.set("--anisotropy", Some("0.5")),
+                    "clear-coat-relief" => given.set("--clear-coat", Some("1")),
                     "detail-repeat" | "detail-rotation" | "detail-height-scale" | "detail-mask" => {
                         given.set("--detail", Some("a"))
                     }

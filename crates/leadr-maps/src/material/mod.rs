@@ -99,6 +99,35 @@ pub struct Anisotropy {
     pub direction: Option<Texture>,
 }
 
+/// A clear coat, as in `KHR_materials_clearcoat`: a thin dielectric layer over the material, whose index of refraction is 1.5.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ClearCoat {
+    /// The covered fraction of the surface, from 0 to 1.
+    pub weight: Input<f32>,
+    /// The roughness, from 0 to 1.
+    pub roughness: Input<f32>,
+    /// What the roughness values mean.
+    pub roughness_meaning: RoughnessMeaning,
+    /// Whether the coat has the relief of the material. If not, the coat has the relief of its normal map, or is smooth.
+    pub follows_relief: bool,
+    /// The coat's own normal map, if any.
+    pub normal_map: Option<NormalMap>,
+}
+
+impl ClearCoat {
+    /// Returns the textures of the coat.
+    pub fn textures(&self) -> impl Iterator<Item = &Texture> {
+        let numbers = [&self.weight, &self.roughness].into_iter().filter_map(|input| input.texture.as_ref());
+        numbers.chain(self.normal_map.as_ref().map(|map| &map.texture))
+    }
+
+    /// Returns the textures of the coat, to change their layout.
+    pub fn textures_mut(&mut self) -> impl Iterator<Item = &mut Texture> {
+        let numbers = [&mut self.weight, &mut self.roughness].into_iter().filter_map(|input| input.texture.as_mut());
+        numbers.chain(self.normal_map.as_mut().map(|map| &mut map.texture))
+    }
+}
+
 /// A normal map in the tangent frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NormalMap {
@@ -198,6 +227,8 @@ pub struct Material {
     /// ([`fresnel_edge_tint`](leadr_reflectance::facets::fresnel::fresnel_edge_tint)). The value is 0 if the material gives
     /// none.
     pub edge_tint: [f32; 3],
+    /// The clear coat, if any.
+    pub coat: Option<ClearCoat>,
     /// The normal map, if any.
     pub normal_map: Option<NormalMap>,
     /// The heights, if any.
@@ -243,6 +274,7 @@ impl Material {
             anisotropy: None,
             f0: Input::constant([DIELECTRIC_F0; 3]),
             edge_tint: [0.0; 3],
+            coat: None,
             normal_map: None,
             relief: None,
             slope_moments: None,
@@ -272,7 +304,9 @@ impl Material {
         let direction = self.anisotropy.as_ref().and_then(|a| a.direction.as_ref().or(a.strength.texture.as_ref()));
         let normal = self.normal_map.as_ref().map(|map| &map.texture);
         let others = [opacity, direction, normal, self.cones.as_ref()];
-        let sets = colors.into_iter().chain(numbers).chain(others).flatten().map(|texture| texture.coordinates + 1);
+        let textures = colors.into_iter().chain(numbers).chain(others).flatten();
+        let coat = self.coat.iter().flat_map(ClearCoat::textures);
+        let sets = textures.chain(coat).map(|texture| texture.coordinates + 1);
         sets.max().unwrap_or(0).max(u32::from(self.relief.is_some()))
     }
 }

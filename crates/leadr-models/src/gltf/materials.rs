@@ -1,9 +1,9 @@
-//! Materials. The reader supports core metallic-roughness, and extensions for dielectrics, emission and anisotropy.
+//! Materials. The reader supports core metallic-roughness, and extensions for dielectrics, emission, anisotropy and clear coats.
 
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use super::extensions::{ANISOTROPY, EMISSIVE_STRENGTH, IOR, SPECULAR, SPECULAR_GLOSSINESS, UNLIT};
+use super::extensions::{ANISOTROPY, CLEAR_COAT, EMISSIVE_STRENGTH, IOR, SPECULAR, SPECULAR_GLOSSINESS, UNLIT};
 use super::json::{Item, Read};
 use super::log::Log;
 use super::meshes;
@@ -13,7 +13,7 @@ use super::uri;
 use crate::fault::{ModelFault, shown};
 use crate::limits::{COORDINATES, MAX_COORDINATE};
 use leadr_maps::material::{
-    Anisotropy, Gloss, GreenAxis, Input, Material, NormalMap, Opacity, Raster, Relief, RoughnessMeaning, Samples,
+    Anisotropy, ClearCoat, Gloss, GreenAxis, Input, Material, NormalMap, Opacity, Raster, Relief, RoughnessMeaning, Samples,
     Texture,
 };
 use leadr_maps::srgb::srgb8_from_linear;
@@ -89,6 +89,7 @@ impl<'a> Reader<'a> {
         material.emission = self.emission()?;
         self.dielectric(material)?;
         material.anisotropy = self.anisotropy()?;
+        material.coat = self.clear_coat(material.normal_map.as_ref())?;
         material.relief = self.relief()?;
         Ok(())
     }
@@ -225,6 +226,34 @@ impl<'a> Reader<'a> {
             strength.channel = 2;
         }
         Ok(Some(Anisotropy { strength, rotation, direction }))
+    }
+
+    /// Reads a clear coat. Without a normal texture of its own, the coat is smooth. With the `normals` of the material, it follows the relief.
+    fn clear_coat(&self, normals: Option<&NormalMap>) -> Read<Option<ClearCoat>> {
+        let Some(extension) = self.item.extension(CLEAR_COAT)? else { return Ok(None) };
+        let number = |factor, texture, channel| {
+            let mut input = Input::constant(extension.number(factor, 0.0..=1.0)?.unwrap_or(0.0));
+            if let Some((texture, _)) = self.textures.get(&extension, texture, Purpose::Number)? {
+                (input.texture, input.channel) = (Some(texture), channel);
+            }
+            Ok(input)
+        };
+        let found = self.textures.get(&extension, "clearcoatNormalTexture", Purpose::Direction)?;
+        let normal_map = match found {
+            Some((texture, info)) => {
+                let scale = info.number("scale", COORDINATES)?.unwrap_or(1.0);
+                Some(NormalMap { texture, green: GreenAxis::Up, scale })
+            }
+            None => None,
+        };
+        let follows_relief = normal_map.is_some() && normal_map.as_ref() == normals;
+        Ok(Some(ClearCoat {
+            weight: number("clearcoatFactor", "clearcoatTexture", 0)?,
+            roughness: number("clearcoatRoughnessFactor", "clearcoatRoughnessTexture", 1)?,
+            roughness_meaning: RoughnessMeaning::Perceptual,
+            follows_relief,
+            normal_map: normal_map.filter(|_| !follows_relief),
+        }))
     }
 
     /// Reads the displacement map from `extras`: `"leadr_displacement": {"uri": "bark.png", "scale": 0.02, "middle": 0.5}`.

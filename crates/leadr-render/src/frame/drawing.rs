@@ -56,6 +56,7 @@ pub(super) fn shade_kind(
             // Techniques without a Beckmann base use the roughness of measured materials, but not their lobes.
             fit_lobes: if settings.shading.technique().has_base_frame() { bases.fit_lobes } else { 0 },
             classes: if settings.shading.has_classes() { bases.classes } else { 1 },
+            coat: bases.coat && settings.shading.technique().integrates() && !settings.shadows_of_relief(),
             ..bases
         },
         light_visibility: false,

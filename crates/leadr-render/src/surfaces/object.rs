@@ -22,7 +22,7 @@ use crate::constants::{
     CHARTS, DETAIL_TRIPLANAR, FLAG_CHARTED, FLAG_DISPLACED, FLAG_FLAT, FLAG_MARK_INSIDE, FLAG_MASK, FLAG_ONE_VARIANT,
     FLAG_TINTED_EMISSION, FLAG_TRIANGLES, FLAG_TRIPLANAR,
 };
-use crate::scene::{Detail, DetailMapping, MaterialMap, Object, Tiling, TriangleCharts};
+use crate::scene::{CoatRelief, Detail, DetailMapping, MaterialMap, Object, Tiling, TriangleCharts};
 use crate::sets::OBJECT;
 use leadr_gpu::{
     AddressMode, Buffer, Descriptor, Filter, Gpu, GpuError, Image, Memory, ResourceSet, Result, Sampler, shared_struct,
@@ -194,7 +194,10 @@ impl SurfaceKind {
             tiled: tiles,
             displaced: object.heights.is_some(),
             colored: object.material.is_some(),
-            features: MaterialFeatures { bases: Bases { classes: 1, ..features.bases }, ..features },
+            features: MaterialFeatures {
+                bases: Bases { classes: 1, coat: object.coat.is_some(), ..features.bases },
+                ..features
+            },
             charted: object.charts.is_some(),
             class_colors: false,
             tap_rows: 1,
@@ -352,6 +355,9 @@ impl ObjectMaps {
     fn bindings<'a>(&'a self, classes: &'a ClassImages) -> Vec<(&'static str, Descriptor<'a>)> {
         let Self { leadr, horizons, atlas, material, detail, sampler, of_coarse_levels, .. } = self;
         let [colors, emission, occlusion, opacity] = &material.samplers;
+        let coarse = [(&atlas.light, of_coarse_levels), (&atlas.color, of_coarse_levels)];
+        let [coarse_light, coarse_color] =
+            material.coat.as_ref().map_or(coarse, |[first, second]| [(first, colors), (second, colors)]);
         let images: [(&str, &Image, &Sampler); 24] = [
             ("height_map", &leadr.heights, sampler),
             ("moments_a", &leadr.slopes, sampler),
@@ -368,9 +374,9 @@ impl ObjectMaps {
             ("opacity_map", &material.opacity, opacity),
             ("coarse_a", &atlas.slopes, of_coarse_levels),
             ("coarse_b", &atlas.joint, of_coarse_levels),
-            ("coarse_color", &atlas.color, of_coarse_levels),
+            ("coarse_color", coarse_color.0, coarse_color.1),
             ("coarse_f0", &atlas.f0, of_coarse_levels),
-            ("coarse_light", &atlas.light, of_coarse_levels),
+            ("coarse_light", coarse_light.0, coarse_light.1),
             ("coarse_class_moments", &classes.coarse_moments, of_coarse_levels),
             ("coarse_class_colors", &classes.coarse_colors, of_coarse_levels),
             ("detail_a", &detail.maps.slopes, &detail.sampler),
@@ -509,6 +515,9 @@ impl GpuObject {
             flags: flags.iter().filter(|(_, set)| *set).fold(0, |flags, (flag, _)| flags | flag),
             fit: self.fit,
             edge_tint: edge_tint_bits(self.object.edge_tint),
+            coat: self.object.coat.map_or([0.0; 4], |coat| {
+                [coat.weight, coat.alpha, if coat.relief == CoatRelief::Smooth { 1.0 } else { 0.0 }, 0.0]
+            }),
             relief: self.relief * height_scale.abs(),
             ..record
         }
