@@ -227,7 +227,7 @@ def coats():
                 for alpha in alphas:
                     for smooth in (False, True) if scale > 0 and (base, alpha) == ("half", alphas[0]) else (False,):
                         case = f"{shown}/{light}/{base}/{alpha}" + ("/smooth" if smooth else "")
-                        yield Case(case, "plane", panorama, seen, FEWER, 0.35, terms, spp, name, scale, 0.01, base, 2, 1.0, alpha, smooth)
+                        yield Case(case, "plane", panorama, seen, FEWER, 0.35, terms, spp, name, scale, 0.02, base, 2, 1.0, alpha, smooth)
 
 
 def references():

@@ -113,15 +113,13 @@ class Coat(mi.BSDF):
         if self.clear > 0:
             o, i = (self.clear * self.mean_reflected(self.clear_reflected, self.over(si, w)) for w in (wi, wo))
             back = self.clear * (CLEAR_F0 + (1 - CLEAR_F0) / 21)
-            # A mirror below reflects between facets of one angle.
-            facet = self.clear * schlick(CLEAR_F0, cosine)
-            ends, below = ((1 - o) * (1 - i), o) if self.smooth else ((1 - facet) * (1 - facet), facet)
+            ends = (1 - o) * (1 - i)
         if self.specular:
             mirrored = self.mirrors(wi, wo, self.f0, self.alpha, self.distribution)
-            total += mirrored * (ends / (1 - below * schlick(self.f0, cosine)) if self.clear > 0 else 1)
+            total += mirrored * (ends / (1 - i * schlick(self.f0, cosine)) if self.clear > 0 else 1)
         if self.diffuse:
             scattered = self.albedo * (wo.z * dr.inv_pi * (1 - self.mean_reflected(self.reflected, wi.z)))
-            total += scattered * ((1 - o) * (1 - i) / (1 - back * self.albedo) if self.clear > 0 else 1)
+            total += scattered * (ends / (1 - back * self.albedo) if self.clear > 0 else 1)
         if self.lacquer:
             total += self.clear * self.mirrors(wi, wo, mi.Color3f(CLEAR_F0), self.clear_alpha, self.clear_distribution)
         return dr.select(above, total, 0)
@@ -214,7 +212,8 @@ def plane(heights, bsdf):
 def shape(case, **parts):
     terms = dict(specular=case.terms != "diffuse", diffuse=case.terms != "specular" and not bases.BASES[case.base].metal)
     if case.clear > 0:
-        terms.update(clear=case.clear, clear_alpha=case.clear_alpha, smooth=case.smooth, **parts)
+        terms.update(clear=case.clear, clear_alpha=case.clear_alpha, smooth=case.smooth, lacquer=case.terms != "diffuse")
+        terms.update(parts)
     coat = mi.load_dict(dict(type="coat", alpha=case.alpha, base=case.base, **terms))
     if case.scene == "sphere":
         return mi.load_dict(dict(type="sphere", bsdf=coat))

@@ -61,6 +61,7 @@ struct FilteredSurface {
     float joined;        // weight of the joined edge samples, 0 to 1
     float relief;        // relief of an edge sample's object, in metres
     Coat coat;
+    uint medium;         // number of the medium behind the surface, with TRANSMITS, or 0
     FacetClasses classes; // replaces slopes and material with CLASSES > 1
 };
 
@@ -101,11 +102,12 @@ uint pack_coat_slopes(const Coat coat) {
     return (uint(mean.x) & 0x3ffu) | (uint(mean.y) & 0x3ffu) << 10 | spread.x << 20 | spread.y << 26;
 }
 
-// Packs the reflectance at normal incidence as halves, the number of the measured material, and the reflectance of the diffuse base. A coat
+// Packs the reflectance at normal incidence as halves, the numbers of the measured material and of the medium, and the reflectance of the
+// diffuse base. A coat
 // uses bits that are otherwise 0, and half of the bits of the last value: 8 bits for the weight, 8 bits for the square root of the roughness,
 // and the slopes.
 uvec4 pack_reflection(const FilteredSurface f) {
-    uvec4 packed = uvec4(packHalf2x16(f.f0.xy), packHalf2x16(vec2(f.f0.z, 0.0)), f.fit, floatBitsToUint(f.diffuse_f0));
+    uvec4 packed = uvec4(packHalf2x16(f.f0.xy), packHalf2x16(vec2(f.f0.z, 0.0)), f.fit | f.medium << 8, floatBitsToUint(f.diffuse_f0));
     uint weight = uint(round(clamp(f.coat.weight, 0.0, 1.0) * 255.0));
     if (weight > 0u) {
         uint slopes = pack_coat_slopes(f.coat);
@@ -159,7 +161,11 @@ vec3 f0_of(const uvec4 reflection) {
 }
 
 uint fit_of(const uvec4 reflection) {
-    return reflection.z & 0xffffu;
+    return reflection.z & 0xffu;
+}
+
+uint medium_number_of(const uvec4 reflection) {
+    return reflection.z >> 8 & 0xffu;
 }
 
 // Packs the data of a pixel: the weight of its joined edge samples, 0 to 1.

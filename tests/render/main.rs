@@ -36,5 +36,6 @@ mod soft_shadows;
 mod spheres;
 mod techniques;
 mod tiling;
+mod transmission;
 mod trex;
 mod triplanar;

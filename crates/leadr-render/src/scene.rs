@@ -180,17 +180,13 @@ pub enum Tiling {
 
 named_enum! {
     /// The relief of a clear coat.
+    #[derive(Default)]
     pub enum CoatRelief {
         /// The coat follows the relief of the surface.
+        #[default]
         Base = "base", "The relief of the surface below";
         /// The coat fills the relief and has the normals of the mesh.
         Smooth = "smooth", "No relief: the coat fills the bumps";
-    }
-}
-
-impl Default for CoatRelief {
-    fn default() -> Self {
-        Self::Base
     }
 }
 
@@ -203,6 +199,20 @@ pub struct ClearCoat {
     pub alpha: f32,
     /// The relief of the coat.
     pub relief: CoatRelief,
+}
+
+/// What light that enters a surface passes through ([`leadr_reflectance::visible::transmission`]).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Medium {
+    /// The fraction of the light below the specular term that passes, from 0 to 1. The rest scatters in the diffuse base. The albedo
+    /// colours both.
+    pub weight: f32,
+    /// The refractive index, at least 1.
+    pub ior: f32,
+    /// The thickness of the body in metres, or 0 for a thin wall, which does not bend light.
+    pub thickness: f32,
+    /// The extinction per metre inside the body.
+    pub extinction: [f32; 3],
 }
 
 /// A displaced or smooth surface.
@@ -248,6 +258,9 @@ pub struct Object {
     pub edge_tint: [f32; 3],
     /// The clear coat, or `None` without one. Techniques that do not integrate over slopes draw the surface without its coat.
     pub coat: Option<ClearCoat>,
+    /// The medium behind the surface, or `None` if no light passes. Only the environment, suns and lamps are seen through it. Techniques
+    /// that do not integrate over slopes draw an opaque surface.
+    pub medium: Option<Medium>,
     /// The horizontal and vertical wrap modes of the slopes. `None` uses the border rule of the heights.
     pub slope_wrap: Option<[TextureWrap; 2]>,
     /// Whether the vertex colours multiply the emission.
@@ -289,6 +302,7 @@ impl Object {
             specular_f0: 0.04,
             edge_tint: [0.0; 3],
             coat: None,
+            medium: None,
             slope_wrap: None,
             tints_emission: false,
             front_only: false,
@@ -388,6 +402,12 @@ impl Object {
     #[must_use]
     pub fn with_coat(self, coat: Option<ClearCoat>) -> Self {
         Self { coat, ..self }
+    }
+
+    /// Sets the medium behind the surface.
+    #[must_use]
+    pub fn with_medium(self, medium: Option<Medium>) -> Self {
+        Self { medium, ..self }
     }
 
     /// Stops the object from casting shadows on other surfaces.

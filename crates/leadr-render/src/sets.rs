@@ -20,6 +20,7 @@ pub static SCENE: SetLayout = SetLayout {
         ("SkyVisibility", Storage),
         ("Energies", Storage),
         ("Fits", Storage),
+        ("Media", Storage),
     ],
 };
 

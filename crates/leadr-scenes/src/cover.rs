@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use glam::{Affine2, Vec2};
+use glam::{Affine2, DVec3, Vec2};
 use rayon::prelude::*;
 
 use super::cutout::filled;
@@ -17,7 +17,8 @@ use leadr_maps::material::{
 use leadr_maps::moments::{MomentLevel, Moments, Wrap};
 use leadr_maps::srgb::{linear_of_srgb8, srgb8_from_linear};
 use leadr_reflectance::materials::fitted_table::FittedTable;
-use leadr_render::scene::{ClearCoat, CoatRelief, CoatTexel, Cutout, MaterialMap, PropertyMap};
+use leadr_reflectance::visible::transmission::extinction;
+use leadr_render::scene::{ClearCoat, CoatRelief, CoatTexel, Cutout, MaterialMap, Medium, PropertyMap};
 
 /// An image for bilinear lookups.
 struct Plate<const N: usize> {
@@ -279,6 +280,19 @@ pub fn coat_of(material: &Material) -> Option<ClearCoat> {
         weight: coat.weight.factor,
         alpha: coat.roughness_meaning.alpha(coat.roughness.factor),
         relief: if coat.follows_relief { CoatRelief::Base } else { CoatRelief::Smooth },
+    })
+}
+
+/// Returns the medium behind a material, if light passes. `scale` is the number of metres per unit of the mesh.
+pub fn medium_of(material: &Material, scale: f32) -> Option<Medium> {
+    let passed = material.transmission.filter(|passed| passed.weight > 0.0 && !material.unlit)?;
+    let color = DVec3::from(passed.attenuation_color.map(f64::from));
+    let distance = f64::from(passed.attenuation_distance * scale);
+    Some(Medium {
+        weight: passed.weight,
+        ior: passed.ior,
+        thickness: passed.thickness * scale,
+        extinction: extinction(color, distance).as_vec3().to_array(),
     })
 }
 

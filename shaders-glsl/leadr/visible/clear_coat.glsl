@@ -3,6 +3,7 @@
 
 #include "../facets/fresnel.glsl"
 #include "fresnel.glsl"
+#include "slopes.glsl"
 
 // Computes the energy of a clear coat over a base material. The coat adds its own specular lobe, and the base is multiplied by coated_base.
 // All reflectances are means over the visible facets. crates/leadr-reflectance/src/visible/clear_coat.rs has the derivation.
@@ -23,6 +24,18 @@ float coat_facet_reflectance(const float cosine, const float weight) {
 // Returns the mean reflectance of the coat for diffuse light.
 float coat_average(const float weight) {
     return weight * (LEADR_COAT_F0 + (1.0 - LEADR_COAT_F0) / 21.0);
+}
+
+// Returns the reflectances of the coat toward wo and wi, over the facets that are visible from both.
+vec2 coat_reflectances(const vec3 wo, const vec3 wi, const vec2 m, const vec3 S, const float weight) {
+    VisibleSlopes from_viewer = visible_slopes(wo, m, S), from_light = visible_slopes(wi, m, S);
+    return vec2(coat_reflectance(wo, from_light.mean, from_light.cov, weight),
+                coat_reflectance(wi, from_viewer.mean, from_viewer.cov, weight));
+}
+
+// Returns the reflectance of the coat for the spherical harmonics of orders 0, 1 and 2 of an environment.
+vec3 coat_bands(const float weight) {
+    return weight * (LEADR_COAT_F0 + (1.0 - LEADR_COAT_F0) * vec3(1.0 / 21.0, 1.0 / 56.0, -1.0 / 14.0));
 }
 
 // Returns the cosine at which a facet of the coat has this reflectance.

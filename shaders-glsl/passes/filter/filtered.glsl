@@ -770,6 +770,7 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
         vec3 open = means.cone.x * s - means.cone.y * t + means.cone.z * surface.normal;
         filtered.cone = vec4(to_frame(frame, open), means.cone.w);
     }
+    filtered.medium = OBJECT.medium;
     filtered.coat = NO_COAT;
     if (COATED) {
         filtered.coat = Coat(OBJECT.coat.x, OBJECT.coat.y, OBJECT.coat.z > 0.5, vec2(0.0), vec3(0.0));

@@ -10,7 +10,8 @@ struct CoatLayer {
     DirectionArea o;   // visible area of this relief
     float outward;     // reflectance toward the viewer
     float cosine;      // cosine of a facet with this reflectance
-    float inward;      // reflectance toward the environment that the base reflects
+    float inward;      // reflectance toward the environment that a specular base reflects
+    float ambient;     // reflectance toward the environment that a diffuse base reflects
 };
 
 // Returns a direction of the surface's frame in the frame of the coat.
@@ -26,6 +27,18 @@ float coat_toward(const CoatLayer coat, const vec3 w) {
         return weight * mapped_fresnel(mapped_slopes(w, m, coat.surface.slope_covariance, coat.S), vec3(LEADR_COAT_F0)).x;
     }
     return coat_reflectance(w, m, coat.S, weight);
+}
+
+// Returns the mean reflectance of the coat over the environment that a facet of normal n receives, in world space.
+float coat_toward_environment(const float weight, const vec3 n) {
+    vec3 c[9] = environment_sh();
+    float whole = dot(max(sh_irradiance(c, n), 0.0), vec3(1.0));
+    vec3 bands = coat_bands(weight);
+    for (int i = 0; i < 9; ++i) {
+        c[i] *= i == 0 ? bands.x : i < 4 ? bands.y : bands.z;
+    }
+    float reflected = dot(sh_irradiance(c, n), vec3(1.0));
+    return whole > 0.0 ? clamp(reflected / whole, LEADR_COAT_F0 * weight, weight) : coat_average(weight);
 }
 
 // Returns the coat of a surface. The coat lies above the surface, so a coat with its own relief is not occluded by the relief below.
@@ -60,6 +73,9 @@ CoatLayer coat_over(const Surface surface) {
     coat.cholesky = slope_cholesky(s.slope_covariance);
     coat.o = area_for(FACET_SHADOWING, s.wo, s.mean_slope, s.slope_covariance, coat.cholesky);
     coat.outward = s.coat.weight * mean_fresnel(s, coat.base).x;
+    coat.cosine = 1.0;
+    coat.inward = coat.outward;
+    coat.ambient = coat_average(s.coat.weight);
     return coat;
 }
 
@@ -68,9 +84,14 @@ void set_outward(inout CoatLayer coat, const Surface surface, const float outwar
     coat.outward = outward;
     coat.cosine = coat_cosine(outward, surface.coat.weight);
     coat.inward = outward;
-    if (surface.coat.own) {
+    if (DIFFUSE_ENVIRONMENT) {
+        vec2 facing = MAPPED ? coat.surface.mean_slope : visible_slopes(coat.surface.wo, coat.surface.mean_slope, coat.S).mean;
+        coat.ambient = coat_toward_environment(surface.coat.weight, from_frame(coat.surface.frame, normal_of_slope(facing)));
+    }
+    if (SPECULAR_ENVIRONMENT) {
         // The base reflects the direction of its mean visible facet.
-        vec2 slope = MAPPED ? surface.mean_slope : visible_slopes(surface.wo, surface.mean_slope, surface.slope_covariance).mean;
+        vec2 slope = MAPPED ? surface.mean_slope
+                            : visible_slopes(surface.wo, surface.mean_slope, add_roughness(surface.slope_covariance, surface.alpha)).mean;
         vec3 n = normal_of_slope(slope);
         vec3 w = to_coat(coat, surface, 2.0 * dot(surface.wo, n) * n - surface.wo);
         coat.inward = coat_toward(coat, w);
@@ -79,25 +100,22 @@ void set_outward(inout CoatLayer coat, const Surface surface, const float outwar
 
 // Returns the factor of the coat on the environment that the specular base reflects.
 vec3 coat_over_specular(const CoatLayer coat, const Surface surface) {
-    return coated_base(coat.outward, coat.inward, coat.outward, fresnel_of(surface, coat.cosine));
+    return coated_base(coat.outward, coat.inward, coat.inward, fresnel_of(surface, coat.cosine));
 }
 
 // Returns the factor of the coat on the environment that the diffuse base reflects.
 vec3 coat_over_diffuse(const CoatLayer coat, const vec3 albedo) {
-    float average = coat_average(coat.surface.coat.weight);
-    return coated_base(coat.outward, average, average, albedo);
+    return coated_base(coat.outward, coat.ambient, coat_average(coat.surface.coat.weight), albedo);
 }
 
 // Returns the factors of the coat on the diffuse and the specular light from wi.
 void coat_over_light(const CoatLayer coat, const Surface surface, const vec3 wi, out vec3 diffuse, out vec3 specular) {
     float weight = coat.surface.coat.weight;
-    float inward = coat_toward(coat, to_coat(coat, surface, wi));
-    diffuse = coated_base(coat.outward, inward, coat_average(weight), surface.albedo);
-    // The facets that reflect the light see it and the viewer at the same angle.
-    float cosine = 0.5 * length(surface.wo + wi);
-    float facet = coat_facet_reflectance(cosine, weight);
-    vec3 base = fresnel_of(surface, cosine);
-    specular = surface.coat.own ? coated_base(coat.outward, inward, coat.outward, base) : coated_base(facet, facet, facet, base);
+    vec3 w = to_coat(coat, surface, wi);
+    vec2 both = MAPPED ? vec2(coat.outward, coat_toward(coat, w))
+                       : coat_reflectances(coat.surface.wo, w, coat.surface.mean_slope, coat.S, weight);
+    diffuse = coated_base(both.x, both.y, coat_average(weight), surface.albedo);
+    specular = coated_base(both.x, both.y, both.y, fresnel_of(surface, 0.5 * length(surface.wo + wi)));
 }
 
 // Returns the light `number` that the coat reflects. light is in the frame of the coat.

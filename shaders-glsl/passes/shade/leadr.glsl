@@ -555,6 +555,7 @@ vec3 light_in_specular(const Surface surface, const vec2 bases[MOST_BASES], cons
 }
 
 #include "coat.glsl"
+#include "transmission.glsl"
 
 // The values of a surface that all its lights share. They belong to the relief without its base.
 struct Reflection {
@@ -602,6 +603,13 @@ vec3 light_reflected(const int number, const Light light, const Surface surface,
 
 vec3 leadr_radiance(Surface surface) {
     vec3 wo = surface.wo;
+    Medium medium = NO_MEDIUM;
+    vec3 passed_color = vec3(0.0);
+    if (TRANSMITS) {
+        medium = medium_of(surface.medium);
+        passed_color = medium.weight * surface.albedo;
+        surface.albedo *= 1.0 - medium.weight;
+    }
     vec2 m = surface.mean_slope;
     vec3 diffuse_s = surface.slope_covariance;
     // Each base that shares the surface has its own specular lobe.
@@ -658,6 +666,12 @@ vec3 leadr_radiance(Surface surface) {
     }
     if (!LAMBERTIAN && !MULTISCATTERING) {
         entering = (COAT_IN_MODEL ? vec3(1.0) : entering) * bounces.albedo;
+    }
+
+    if (TRANSMITS && (SPECULAR_ENVIRONMENT || any_in_specular())) {
+        vec3 enters = SPECULAR_ENVIRONMENT || DIFFUSE ? entering : 1.0 - fresnel_under(surface, bases);
+        vec3 behind = passed_color * transmitted(surface, medium, base_of(surface, surface.alpha), enters);
+        radiance += COATED ? (1.0 - coat.outward) * behind : behind;
     }
 
     vec3 diffuse_cholesky = slope_cholesky(diffuse_s);

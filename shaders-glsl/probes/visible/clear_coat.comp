@@ -5,16 +5,19 @@
 
 void main() {
     if (gl_GlobalInvocationID.x >= count) return;
-    at = gl_GlobalInvocationID.x * 12;
+    at = gl_GlobalInvocationID.x * 15;
     vec3 wo = next3();
     vec2 m = next2();
     vec3 S = clamp_covariance(next3());
     float weight = next();
     vec3 reflectances = next3();
-    at = gl_GlobalInvocationID.x * 7;
+    vec3 wi = next3();
+    at = gl_GlobalInvocationID.x * 12;
     put(coat_reflectance(wo, m, S, weight));
     put(coat_facet_reflectance(reflectances.x, weight));
     put(coat_average(weight));
     put(coat_cosine(weight * reflectances.y, weight));
     put(coated_base(reflectances.x, reflectances.y, reflectances.z, vec3(0.0, 0.5, 0.9)));
+    put(coat_reflectances(wo, wi, m, S, weight));
+    put(coat_bands(weight));
 }

@@ -114,6 +114,21 @@ pub struct ClearCoat {
     pub normal_map: Option<NormalMap>,
 }
 
+/// Light that passes through a dielectric, as in `KHR_materials_transmission` and `KHR_materials_volume`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Transmission {
+    /// The fraction of the light below the specular term that passes, from 0 to 1. The base colour colours it.
+    pub weight: f32,
+    /// The refractive index, at least 1.
+    pub ior: f32,
+    /// The thickness of the body, in the unit of the mesh, or 0 for a thin wall, which does not bend light.
+    pub thickness: f32,
+    /// The colour of white light after it passes `attenuation_distance` of the body, from 0 to 1.
+    pub attenuation_color: [f32; 3],
+    /// The distance of `attenuation_color`, in the unit of the world. Infinity means no attenuation.
+    pub attenuation_distance: f32,
+}
+
 impl ClearCoat {
     /// Returns the textures of the coat.
     pub fn textures(&self) -> impl Iterator<Item = &Texture> {
@@ -229,6 +244,8 @@ pub struct Material {
     pub edge_tint: [f32; 3],
     /// The clear coat, if any.
     pub coat: Option<ClearCoat>,
+    /// The transmission, if light passes through the material.
+    pub transmission: Option<Transmission>,
     /// The normal map, if any.
     pub normal_map: Option<NormalMap>,
     /// The heights, if any.
@@ -261,6 +278,11 @@ pub struct Material {
 /// The reflectance at normal incidence of common dielectrics (index of refraction 1.5).
 pub const DIELECTRIC_F0: f32 = 0.04;
 
+/// Returns the reflectance at normal incidence of a dielectric of this refractive index.
+pub fn f0_of_ior(ior: f32) -> f32 {
+    ((ior - 1.0) / (ior + 1.0)).powi(2)
+}
+
 impl Material {
     /// Creates a grey dielectric of medium roughness.
     pub fn new(name: impl Into<String>) -> Self {
@@ -275,6 +297,7 @@ impl Material {
             f0: Input::constant([DIELECTRIC_F0; 3]),
             edge_tint: [0.0; 3],
             coat: None,
+            transmission: None,
             normal_map: None,
             relief: None,
             slope_moments: None,

@@ -279,6 +279,31 @@ fn clear_coats_have_textures_and_a_relief() {
     assert!(fault.contains("clearcoatFactor"), "{fault}");
 }
 
+#[test]
+fn light_passes_thin_and_solid_materials() {
+    let _unmeasured = unmeasured();
+    let mut made = triangle();
+    made.json["meshes"][0]["primitives"][0]["material"] = json!(0);
+    made.json["extensionsUsed"] = json!(["KHR_materials_transmission", "KHR_materials_volume", "KHR_materials_ior"]);
+    let thin = json!({ "KHR_materials_transmission": { "transmissionFactor": 0.9 } });
+    made.json["materials"] = json!([{ "extensions": thin }]);
+    let passed = decode_strictly(&made.glb()).unwrap().materials[0].transmission.unwrap();
+    assert_eq!((passed.weight, passed.ior, passed.thickness), (0.9, 1.5, 0.0));
+    assert_eq!(passed.attenuation_distance, f32::INFINITY);
+    let solid = json!({
+        "KHR_materials_transmission": { "transmissionFactor": 1.0 },
+        "KHR_materials_ior": { "ior": 1.33 },
+        "KHR_materials_volume": { "thicknessFactor": 0.2, "attenuationDistance": 0.5, "attenuationColor": [0.2, 0.8, 0.6] },
+    });
+    made.json["materials"] = json!([{ "extensions": solid }]);
+    let passed = decode_strictly(&made.glb()).unwrap().materials[0].transmission.unwrap();
+    assert_eq!((passed.ior, passed.thickness, passed.attenuation_distance), (1.33, 0.2, 0.5));
+    assert_eq!(passed.attenuation_color, [0.2, 0.8, 0.6]);
+    made.json["materials"][0]["extensions"]["KHR_materials_transmission"]["transmissionFactor"] = json!(-1);
+    let fault = decode_strictly(&made.glb()).unwrap_err().to_string();
+    assert!(fault.contains("transmissionFactor"), "{fault}");
+}
+
 /// The image of an extension is used, or the plain image beside it.
 #[test]
 fn textures_of_other_formats_have_an_image() {

@@ -85,6 +85,8 @@ pub struct Bases {
     pub classes: u32,
     /// Whether there is a clear coat.
     pub coat: bool,
+    /// Whether light passes through the surface.
+    pub transmits: bool,
 }
 
 impl Bases {
@@ -97,6 +99,7 @@ impl Bases {
             cones: self.cones || other.cones,
             classes: self.classes.max(other.classes),
             coat: self.coat || other.coat,
+            transmits: self.transmits || other.transmits,
         }
     }
 
@@ -109,11 +112,12 @@ impl Bases {
             cones: self.cones && other.cones,
             classes: self.classes.min(other.classes),
             coat: self.coat && other.coat,
+            transmits: self.transmits && other.transmits,
         }
     }
 
     /// Returns the specialisation constants of `passes/bases.glsl`.
-    pub fn spec(self) -> [(&'static str, SpecValue); 5] {
+    pub fn spec(self) -> [(&'static str, SpecValue); 6] {
         [
             ("FIT_LOBES", SpecValue::I32(self.fit_lobes as i32)),
             // The coat itself is not measured.
@@ -121,6 +125,7 @@ impl Bases {
             ("CONES", SpecValue::Bool(self.cones)),
             ("CLASSES", SpecValue::I32(self.classes.max(1) as i32)),
             ("COATED", SpecValue::Bool(self.coat)),
+            ("TRANSMITS", SpecValue::Bool(self.transmits)),
         ]
     }
 }
@@ -145,6 +150,7 @@ impl MaterialFeatures {
                 cones: map.cones.is_some(),
                 classes: 0,
                 coat: false,
+                transmits: false,
             },
             emission: map.emission.is_some(),
             occlusion: map.occlusion.is_some() || map.cones.is_some(),

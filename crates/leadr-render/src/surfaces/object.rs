@@ -13,6 +13,7 @@ use super::fits::Fits;
 use super::flat;
 use super::horizon::{HorizonInput, HorizonMaps};
 use super::material::{Bases, CutoutKind, MaterialFeatures, MaterialImages, address_mode};
+use super::media::Media;
 use super::moments::{LeadrMapGpu, MomentFormat, field_maps};
 use super::patch_mesh::PatchMesh;
 use super::placeholders::Placeholders;
@@ -97,6 +98,8 @@ pub struct GpuObject {
     by_class: OnceLock<ByClass>,
     /// The number of the measured material, counted from 1, or 0 without one.
     fit: u32,
+    /// The number of the medium, counted from 1, or 0 without one.
+    medium: u32,
 }
 
 /// The inputs for an object that is shaded by classes of facets.
@@ -134,6 +137,8 @@ pub struct Upload<'a> {
     pub format: MomentFormat,
     /// The measured materials of the scene.
     pub fits: &'a Fits,
+    /// The media behind the surfaces of the scene.
+    pub media: &'a Media,
     /// The placeholders for missing maps.
     pub none: &'a Placeholders,
 }
@@ -195,7 +200,12 @@ impl SurfaceKind {
             displaced: object.heights.is_some(),
             colored: object.material.is_some(),
             features: MaterialFeatures {
-                bases: Bases { classes: 1, coat: object.coat.is_some(), ..features.bases },
+                bases: Bases {
+                    classes: 1,
+                    coat: object.coat.is_some(),
+                    transmits: object.medium.is_some(),
+                    ..features.bases
+                },
                 ..features
             },
             charted: object.charts.is_some(),
@@ -409,7 +419,7 @@ impl GpuObject {
         }
         let kind = SurfaceKind::of(&object, &object.mesh);
         let coarse = coarse_mesh.map(|mesh| (SurfaceKind::of(&object, &mesh), mesh));
-        let fit = upload.fits.number_of(&object);
+        let numbers = [upload.fits.number_of(&object), upload.media.number_of(&object)];
         let maps = match maps {
             Some(maps) => Ok(maps),
             None => Err(MapSources::take(&mut object)),
@@ -432,16 +442,16 @@ impl GpuObject {
         let none = &upload.none.classes;
         let coarse = coarse.map(|(kind, carrier, mesh)| {
             let object = Object { mesh, ..object.clone() };
-            Self::with_maps(gpu, object, fit, kind, carrier, maps.clone(), none)
+            Self::with_maps(gpu, object, numbers, kind, carrier, maps.clone(), none)
         });
         let coarse = coarse.transpose()?;
-        Ok((Self::with_maps(gpu, object, fit, kind, carrier, maps, none)?, coarse))
+        Ok((Self::with_maps(gpu, object, numbers, kind, carrier, maps, none)?, coarse))
     }
 
     fn with_maps(
         gpu: &Arc<Gpu>,
         object: Object,
-        fit: u32,
+        [fit, medium]: [u32; 2],
         kind: SurfaceKind,
         Carrier { topology, boundary }: Carrier,
         maps: Arc<ObjectMaps>,
@@ -467,6 +477,7 @@ impl GpuObject {
             maps,
             kind,
             fit,
+            medium,
         })
     }
 
@@ -515,6 +526,7 @@ impl GpuObject {
             flags: flags.iter().filter(|(_, set)| *set).fold(0, |flags, (flag, _)| flags | flag),
             fit: self.fit,
             edge_tint: edge_tint_bits(self.object.edge_tint),
+            medium: self.medium,
             coat: self.object.coat.map_or([0.0; 4], |coat| {
                 [coat.weight, coat.alpha, if coat.relief == CoatRelief::Smooth { 1.0 } else { 0.0 }, 0.0]
             }),

@@ -4,7 +4,7 @@ use super::charts::Charts;
 use super::parts::Parts;
 use super::relief::{project_bare_triangles, with_relief};
 use super::welds::Surface;
-use crate::cover::{SampledMaterial, coat_of};
+use crate::cover::{SampledMaterial, coat_of, medium_of};
 use leadr_maps::material::{Material, TextureWrap};
 use leadr_models::Model;
 use leadr_render::constants::{CHART_COLORS, CHART_EMISSION, CHART_OCCLUSION, CHART_OPACITY};
@@ -58,6 +58,7 @@ pub fn object(
             .with_specular_f0(texels[0].diffuse_f0)
             .with_edge_tint(material.edge_tint)
             .with_coat(coat_of(material))
+            .with_medium(medium_of(material, surface.placement.scale()))
             .with_material(sampled.with_light(map, wraps, |at| at))
     };
     if !sampled.has_heights() && !sampled.has_slopes() && !sampled.is_anisotropic() {
