@@ -88,7 +88,7 @@ fn coats_reflect_the_sun() {
     let [bare, base, smooth] = [None, coat(1.0, CoatRelief::Base), coat(1.0, CoatRelief::Smooth)]
         .map(|coat| [mirrored, aside].map(|sun| lit(coat, sun)));
     assert!(base[0] > 1.02 * bare[0] && smooth[0] > 1.1 * base[0], "{bare:?} {base:?} {smooth:?}");
-    assert!(smooth[1] < 0.95 * bare[1] && smooth[1] > 0.8 * bare[1], "{bare:?} {smooth:?}");
+    assert!(smooth[1] < 0.98 * bare[1] && smooth[1] > 0.9 * bare[1], "{bare:?} {smooth:?}");
     // The lobe of a flat, smooth coat is the microfacet formula.
     let terms = ShadingOptions { terms: Terms::SPECULAR_LIGHTS, ..options };
     let mut flat = in_room(&gpu, vec![ground(0.0, 0.0, coat(1.0, CoatRelief::Smooth))], [0.0; 3]);

@@ -27,7 +27,7 @@ fn glass(medium: Medium, alpha: f32) -> Object {
 }
 
 fn bumpy(medium: Medium) -> Object {
-    glass(medium, 0.1).with_heights(bumps(64, 4.0, 3), 0.002)
+    glass(medium, 0.02).with_heights(bumps(64, 4.0, 3), 0.002)
 }
 
 fn settings(options: ShadingOptions) -> RenderSettings {

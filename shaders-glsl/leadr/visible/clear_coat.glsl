@@ -38,12 +38,6 @@ vec3 coat_bands(const float weight) {
     return weight * (LEADR_COAT_F0 + (1.0 - LEADR_COAT_F0) * vec3(1.0 / 21.0, 1.0 / 56.0, -1.0 / 14.0));
 }
 
-// Returns the cosine at which a facet of the coat has this reflectance.
-float coat_cosine(const float reflectance, const float weight) {
-    float schlick = (reflectance / max(weight, 1e-6) - LEADR_COAT_F0) / (1.0 - LEADR_COAT_F0);
-    return 1.0 - pow(clamp(schlick, 0.0, 1.0), 0.2);
-}
-
 // Returns the factor of the coat on the light that the base reflects. outward and inward are the reflectances of the coat toward the viewer
 // and toward the light. below is its reflectance for light from the base, whose reflectance is `base`.
 vec3 coated_base(const float outward, const float inward, const float below, const vec3 base) {

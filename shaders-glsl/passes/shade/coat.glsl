@@ -9,8 +9,6 @@ struct CoatLayer {
     vec3 cholesky;     // of the relief without the roughness
     DirectionArea o;   // visible area of this relief
     float outward;     // reflectance toward the viewer
-    float cosine;      // cosine of a facet with this reflectance
-    float inward;      // reflectance toward the environment that a specular base reflects
     float ambient;     // reflectance toward the environment that a diffuse base reflects
 };
 
@@ -73,34 +71,17 @@ CoatLayer coat_over(const Surface surface) {
     coat.cholesky = slope_cholesky(s.slope_covariance);
     coat.o = area_for(FACET_SHADOWING, s.wo, s.mean_slope, s.slope_covariance, coat.cholesky);
     coat.outward = s.coat.weight * mean_fresnel(s, coat.base).x;
-    coat.cosine = 1.0;
-    coat.inward = coat.outward;
     coat.ambient = coat_average(s.coat.weight);
     return coat;
 }
 
-// Sets the reflectance of the coat toward the viewer, and the values that follow from it.
-void set_outward(inout CoatLayer coat, const Surface surface, const float outward) {
+// Sets the reflectance of the coat toward the viewer, and the reflectance of its mean visible facet toward the environment.
+void set_outward(inout CoatLayer coat, const float outward) {
     coat.outward = outward;
-    coat.cosine = coat_cosine(outward, surface.coat.weight);
-    coat.inward = outward;
     if (DIFFUSE_ENVIRONMENT) {
         vec2 facing = MAPPED ? coat.surface.mean_slope : visible_slopes(coat.surface.wo, coat.surface.mean_slope, coat.S).mean;
-        coat.ambient = coat_toward_environment(surface.coat.weight, from_frame(coat.surface.frame, normal_of_slope(facing)));
+        coat.ambient = coat_toward_environment(coat.surface.coat.weight, from_frame(coat.surface.frame, normal_of_slope(facing)));
     }
-    if (SPECULAR_ENVIRONMENT) {
-        // The base reflects the direction of its mean visible facet.
-        vec2 slope = MAPPED ? surface.mean_slope
-                            : visible_slopes(surface.wo, surface.mean_slope, add_roughness(surface.slope_covariance, surface.alpha)).mean;
-        vec3 n = normal_of_slope(slope);
-        vec3 w = to_coat(coat, surface, 2.0 * dot(surface.wo, n) * n - surface.wo);
-        coat.inward = coat_toward(coat, w);
-    }
-}
-
-// Returns the factor of the coat on the environment that the specular base reflects.
-vec3 coat_over_specular(const CoatLayer coat, const Surface surface) {
-    return coated_base(coat.outward, coat.inward, coat.inward, fresnel_of(surface, coat.cosine));
 }
 
 // Returns the factor of the coat on the environment that the diffuse base reflects.

@@ -42,6 +42,21 @@ SpecularTerm of_facing(const SpecularTerm specular, const Surface surface, const
     return SpecularTerm(facing * specular.reflected, mix(grazing, specular.fresnel, facing), 1.0);
 }
 
+// Returns the fraction of the light from wi that passes the coat of a surface, including light between coat and specular base. The loss toward
+// the viewer is not included. `cosine` belongs to the facet of the base.
+vec3 passed_coat(const Surface surface, const vec3 wi, const float cosine) {
+    vec3 w = normalize(wi);
+    vec2 m = surface.mean_slope;
+    vec3 S = surface.slope_covariance;
+    if (surface.coat.own) {
+        w = to_frame(frame_about(surface.coat_normal), from_frame(surface.frame, w));
+        m = surface.coat.mean_slope;
+        S = surface.coat.covariance;
+    }
+    float inward = coat_reflectance(w, m, add_roughness(S, surface.coat.alpha), surface.coat.weight);
+    return coated_base(0.0, inward, inward, fresnel_of(surface, cosine));
+}
+
 // Adds one node of the grid, and sums the weights in `area`. relief is the fraction of the slope variance that a normal map contributes.
 // The facets of a normal map have equal weights.
 void add_grid_specular(inout SpecularTerm sum, const vec3 node, const Surface surface, const vec3 wo, const vec2 m, const vec3 S,
@@ -55,6 +70,9 @@ void add_grid_specular(inout SpecularTerm sum, const vec3 node, const Surface su
     vec3 f = weight * fresnel_of(surface, cosine);
     float lit = is_class(surface) ? class_lit(surface, e.wi) * class_base_lit(surface, e.wi) : lit_fraction(FACET_SHADOWING, o, area_for(FACET_SHADOWING, e.wi, m, S, cholesky));
     lit *= relief_visibility(surface, e.wi, GRID_DEVIATION);
+    if (COATED && surface.under_coat) {
+        f *= passed_coat(surface, e.wi, cosine);
+    }
     sum.reflected += f * lit * environment_radiance(surface, e.wi, env_lod_at(base, wo, e.wn));
     sum.fresnel += weight * fresnel_schlick(surface.diffuse_f0, cosine);
     sum.area += weight;
@@ -145,6 +163,9 @@ void add_probe(inout ProbeSums sums, const Surface surface, const vec3 wo, const
         l = lit_probe(MAPPED ? LEADR_SHADOWING_NONE : SHADOWING, lobe.probes, lobe.o, wo, mean_f0, p, HAS_HORIZON, surface.horizon);
     }
     vec3 radiance = p.weight * lobe_radiance(surface, l.wi, l.narrowing * p.variance);
+    if (COATED && surface.under_coat) {
+        radiance *= passed_coat(surface, l.wi, p.cosine);
+    }
     sums.at_normal += l.lit * radiance;
     sums.by_angle += (fitted ? l.lit * p.cosine : l.grazing) * radiance;
     sums.lit += p.weight * l.lit;
@@ -215,6 +236,9 @@ SpecularTerm drawn_specular(const Surface surface, const vec3 wo, const vec3 S) 
         float variance = drawn_solid_angle(d.density, SAMPLES) / (4.0 * LEADR_PI); // variance per axis of a disc of constant density
         float lit = lit_fraction(FACET_SHADOWING, o, area_for(FACET_SHADOWING, d.wi, m, S, slope_cholesky(S)))
                   * relief_visibility(surface, d.wi, sqrt(variance));
+        if (COATED && surface.under_coat) {
+            f *= passed_coat(surface, d.wi, d.cosine);
+        }
         reflected += f * lit * lobe_radiance(surface, d.wi, variance);
         fresnel += fresnel_schlick(surface.diffuse_f0, d.cosine);
     }
@@ -230,7 +254,11 @@ SpecularTerm drawn_facets(const Surface surface, const FittedFacet facet) {
         float density = fitted_density(facet, wi);
         float variance = drawn_solid_angle(density, SAMPLES) / (4.0 * LEADR_PI);
         float lit = relief_visibility(surface, wi, sqrt(variance));
-        reflected += fitted_reflected(facet, wi) * (lit / max(density, 1e-9)) * lobe_radiance(surface, wi, variance);
+        vec3 part = fitted_reflected(facet, wi) * (lit / max(density, 1e-9));
+        if (COATED && surface.under_coat) {
+            part *= passed_coat(surface, wi, 0.5 * length(surface.wo + wi));
+        }
+        reflected += part * lobe_radiance(surface, wi, variance);
     }
     return SpecularTerm(reflected / float(SAMPLES), vec3(0.0), 1.0);
 }
@@ -638,7 +666,8 @@ vec3 leadr_radiance(Surface surface) {
             radiance += surface.coat.weight * ambient_in_specular(coat.surface) * specular_in_cone(coat.surface) * reflected.reflected;
             outward = surface.coat.weight * reflected.fresnel.x;
         }
-        set_outward(coat, surface, outward);
+        set_outward(coat, outward);
+        surface.under_coat = true;
     }
 
     // Only light that the specular term does not reflect enters the surface and reaches the diffuse base.
@@ -654,7 +683,7 @@ vec3 leadr_radiance(Surface surface) {
             specular.reflected *= bounces.specular;
         }
         if (COATED) {
-            specular.reflected *= coat_over_specular(coat, surface);
+            specular.reflected *= 1.0 - coat.outward;
         }
         radiance += ambient_in_specular(surface) * specular_in_cone(surface) * specular.reflected;
         entering = 1.0 - specular.fresnel;

@@ -12,11 +12,10 @@ void main() {
     float weight = next();
     vec3 reflectances = next3();
     vec3 wi = next3();
-    at = gl_GlobalInvocationID.x * 12;
+    at = gl_GlobalInvocationID.x * 11;
     put(coat_reflectance(wo, m, S, weight));
     put(coat_facet_reflectance(reflectances.x, weight));
     put(coat_average(weight));
-    put(coat_cosine(weight * reflectances.y, weight));
     put(coated_base(reflectances.x, reflectances.y, reflectances.z, vec3(0.0, 0.5, 0.9)));
     put(coat_reflectances(wo, wi, m, S, weight));
     put(coat_bands(weight));

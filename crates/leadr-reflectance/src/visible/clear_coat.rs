@@ -52,12 +52,6 @@ pub fn coat_bands(weight: f64) -> DVec3 {
     weight * (COAT_F0 + (1.0 - COAT_F0) * schlick)
 }
 
-/// Returns the cosine at which a facet of the coat has this reflectance. Inverse of [`coat_facet_reflectance`].
-pub fn coat_cosine(reflectance: f64, weight: f64) -> f64 {
-    let schlick = (reflectance / weight.max(1e-6) - COAT_F0) / (1.0 - COAT_F0);
-    1.0 - schlick.clamp(0.0, 1.0).powf(0.2)
-}
-
 /// Returns the factor of the coat on the light that the base reflects. `outward` and `inward` are the reflectances of the coat toward the
 /// viewer and toward the light. `below` is its reflectance for light from the base, whose reflectance is `base`.
 pub fn coated_base(outward: f64, inward: f64, below: f64, base: DVec3) -> DVec3 {
@@ -112,9 +106,6 @@ mod tests {
             };
             let ratio = integral(&|c| coat_facet_reflectance(c, 0.8)) / integral(&|_| 1.0);
             assert!((ratio - coat_bands(0.8)[order]).abs() < 1e-5, "{order}: {ratio}");
-        }
-        for cosine in [0.1, 0.5, 0.9] {
-            assert!((coat_cosine(coat_facet_reflectance(cosine, 0.8), 0.8) - cosine).abs() < 1e-9);
         }
     }
 
