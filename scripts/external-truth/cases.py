@@ -51,6 +51,8 @@ ASKED = {
     "bounces-0.5": ("half", "all", 8),
     "bounces-0.9": ("bright", "all", 8),
 }
+# Bases below a clear coat, their terms, and roughnesses of the coat. Smooth coats over relief have the first.
+COATED = {"half": ("all", [0.05, 0.3]), "gold": ("specular", [0.05])}
 AZIMUTH = -50  # of all cameras, degrees
 
 # Ways of drawing a case. One sample of the default is what the goals speak of.
@@ -101,6 +103,9 @@ class Case:
     noise: float = 0.01  # where its samples end, if `spp` does not end them before
     base: str = "plain"  # see bases.py
     depth: int = 2  # of the truth's paths: 2 reflects light once
+    clear: float = 0.0  # weight of a clear coat
+    clear_alpha: float = 0.1
+    smooth: bool = False  # whether the coat is smooth over the relief
 
     def heights(self):
         """Metres."""
@@ -112,7 +117,7 @@ class Case:
     def facts(self):
         fields = ("scene", "panorama", "camera", "size", "alpha", "terms", "relief", "scale")
         # Truths that are kept have no others.
-        others = {"base": "plain", "depth": 2}
+        others = {"base": "plain", "depth": 2, "clear": 0.0, "clear_alpha": 0.1, "smooth": False}
         fields += tuple(field for field, usual in others.items() if getattr(self, field) != usual)
         return {field: getattr(self, field) for field in fields}
 
@@ -128,7 +133,7 @@ class Case:
         if self.name.startswith("reference/"):
             few = PLAIN_REFERENCE if self.scene == "sphere" else RELIEF_REFERENCE
             return {way: flags for way, flags in few.items() if flags[-1] <= 64}
-        if self.name.startswith("classes/"):
+        if self.name.startswith(("classes/", "coat/")):
             return {"1 sample": WAYS["1 sample"]}
         if self.name.startswith("plane/") and self.terms == "all":
             return {**WAYS, **OTHERS}
@@ -142,6 +147,8 @@ class Case:
         flags = ["--scene", self.scene, "--bare", "--height-map", reliefs.path(self.relief)]
         flags += ["--height", reliefs.HEIGHT, "--height-scale", self.scale]  # a material has another height by itself
         flags += ["--roughness", self.alpha, "--terms", terms, "--size", f"{self.size[0]}x{self.size[1]}"]
+        if self.clear > 0:
+            flags += ["--clear-coat", f"{self.clear},{self.clear_alpha}", "--clear-coat-relief", "smooth" if self.smooth else "base"]
         flags += bases.flags(self.base) + (["--interreflection", "on"] if self.depth > 2 else [])
         return flags + (["--atlas-tile", 8] if self.scene == "sphere" else [])
 
@@ -207,6 +214,22 @@ def classes():
                     yield Case(name, "plane", panorama, seen, FEWER, 0.35, terms, spp, relief, scale, 0.01, base, depth)
 
 
+def coats():
+    """A clear coat over a flat plane, over Gaussian relief and over bricks, whose classes of facets are shaded one by one."""
+    for relief, scale in {"flat": 0.0, "rock": 1.0, "bricks": 1.0}.items():
+        name, shown = ("studs", "coat/flat") if scale == 0 else (relief, f"coat/{relief}")
+        h = reliefs.heights(name)
+        height = 0.0 if h is None or scale == 0 else float(h.mean() * reliefs.HEIGHT * scale)
+        angle, distance, fov, size, spp, _ = VIEWS["far"]
+        seen = camera(angle, distance, math.degrees(2 * math.atan(math.tan(math.radians(fov) / 2) * FEWER[1] / size[1])), height)
+        for light, panorama in SUNS.items():
+            for base, (terms, alphas) in COATED.items():
+                for alpha in alphas:
+                    for smooth in (False, True) if scale > 0 and (base, alpha) == ("half", alphas[0]) else (False,):
+                        case = f"{shown}/{light}/{base}/{alpha}" + ("/smooth" if smooth else "")
+                        yield Case(case, "plane", panorama, seen, FEWER, 0.35, terms, spp, name, scale, 0.02, base, 2, 1.0, alpha, smooth)
+
+
 def references():
     """Coarse relief, of which a reference can afford many samples, and spheres, which show whether it has a pattern."""
     h = reliefs.heights("rock64")
@@ -223,6 +246,6 @@ def references():
 
 def chosen(patterns):
     """The cases whose names match one of the patterns (`*` and `?`, or the beginning of the name); all without patterns."""
-    every = [*spheres(), *flats(), *planes(), *classes(), *references()]
+    every = [*spheres(), *flats(), *planes(), *classes(), *coats(), *references()]
     match = lambda name: any(name.startswith(p) or fnmatch.fnmatch(name, p) for p in patterns)
     return [case for case in every if not patterns or match(case.name)]

@@ -108,6 +108,19 @@ def class_table(results):
     return ["### Reliefs far from Gaussian\n", text, table(["light", "view", "surface", *cases.ASKED], rows)]
 
 
+def coat_table(results):
+    """Clear coats, as they are now."""
+    now = results["after"]["cases"]
+    rows = []
+    for case in cases.coats():
+        _, surface, light, base, alpha, *smooth = case.name.split("/")
+        found = now.get(case.name, {}).get("ways", {}).get("1 sample", {})
+        row = [surface, "smooth" if smooth else "of the surface", light, base, alpha]
+        rows.append(row + [percent(found.get("rrmse")), percent(found.get("bias"), True), noise(results, case.name)])
+    text = "One sample at a distance, %, after. The base has α 0.35; its albedo is 0.5, or it is gold.\n"
+    return ["### Clear coats\n", text, table(["surface", "relief of the coat", "light", "base", "α of the coat", "rRMSE", "bias", "noise"], rows)]
+
+
 def technique_table(results):
     """Other techniques, as they are now."""
     now = results["after"]["cases"]
@@ -161,7 +174,7 @@ def reference_table(results):
 def write():
     results = {label: read(label) for label in COLUMNS}
     programs = "".join(f"* {label}: {results[label]['program'] or 'not measured'}\n" for label in COLUMNS)
-    parts = [programs, *sphere_tables(results), *flat_table(results), *plane_table(results), *class_table(results), *technique_table(results), *slope_table(results)]
+    parts = [programs, *sphere_tables(results), *flat_table(results), *plane_table(results), *class_table(results), *coat_table(results), *technique_table(results), *slope_table(results)]
     parts += reference_table(results)
     page = PAGE.read_text()
     head, rest = page.split(BEGIN)

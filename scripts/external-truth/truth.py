@@ -48,6 +48,13 @@ def smith_lambda(a):
     return dr.select(a > 12, 0.0, 0.5 * (dr.erf(a) - 1 + dr.exp(-a * a) / (a * math.sqrt(math.pi))))
 
 
+def schlick(f0, cosine):
+    return f0 + (1 - f0) * dr.power(dr.clip(1 - cosine, 0, 1), 5)
+
+
+CLEAR_F0 = 0.04  # of a clear coat
+
+
 def mean_fresnel(alpha, f0, count=256):
     """Mean Fresnel term of the mirrors that a viewer sees, at `count` even cosines."""
     node, weight = np.polynomial.hermite_e.hermegauss(60)
@@ -63,7 +70,11 @@ def mean_fresnel(alpha, f0, count=256):
 
 class Coat(mi.BSDF):
     """Lambert under Beckmann mirrors in the frame of the facet; Schlick's Fresnel term, height-correlated Smith. The diffuse
-    part gets what the visible mirrors leave on average. Mirrors are Mitsuba's own."""
+    part gets what the visible mirrors leave on average. Mirrors are Mitsuba's own.
+
+    With `clear`, a clear coat of lacquer covers both: Beckmann mirrors of F0 0.04 and their own roughness. The light below passes it
+    twice, and what it reflects back down is reflected again. The coat lies in the frame of the facet or, with `smooth`, in the frame
+    of the plane. `lacquer` and `below` choose what is drawn."""
 
     def __init__(self, props):
         super().__init__(props)
@@ -72,59 +83,82 @@ class Coat(mi.BSDF):
         self.diffuse = props.get("diffuse", True)
         base = bases.BASES[props.get("base", "plain")]
         self.albedo, self.f0 = mi.Color3f(*base.albedo), mi.Color3f(*base.f0)
+        self.clear, self.clear_alpha = props.get("clear", 0.0), props.get("clear_alpha", 0.1)
+        self.smooth = props.get("smooth", False)
+        self.lacquer = self.clear > 0 and props.get("lacquer", True)
+        if not props.get("below", True):
+            self.specular = self.diffuse = False
+        self.clear_distribution = mi.MicrofacetDistribution(mi.MicrofacetType.Beckmann, self.clear_alpha, True)
+        self.clear_reflected = mi.Float(mean_fresnel(self.clear_alpha, CLEAR_F0))
         self.distribution = mi.MicrofacetDistribution(mi.MicrofacetType.Beckmann, self.alpha, True)
         self.reflected = mi.Float(mean_fresnel(self.alpha, base.f0[0]))
         flags = mi.BSDFFlags.GlossyReflection | mi.BSDFFlags.DiffuseReflection | mi.BSDFFlags.FrontSide
         self.m_components = [flags]
         self.m_flags = flags
 
-    def mean_reflected(self, cosine):
+    def mean_reflected(self, table, cosine):
         at = dr.clip(cosine, 0, 1) * 255
         i = dr.minimum(mi.UInt32(at), 254)
         f = at - mi.Float(i)
-        return dr.gather(mi.Float, self.reflected, i) * (1 - f) + dr.gather(mi.Float, self.reflected, i + 1) * f
+        return dr.gather(mi.Float, table, i) * (1 - f) + dr.gather(mi.Float, table, i + 1) * f
 
-    def hidden(self, w):
-        return smith_lambda(w.z / (self.alpha * dr.sqrt(dr.maximum(w.x * w.x + w.y * w.y, 1e-12))))
+    def mirrors(self, wi, wo, f0, alpha, distribution):
+        half = dr.normalize(wi + wo)
+        hidden = [smith_lambda(w.z / (alpha * dr.sqrt(dr.maximum(w.x * w.x + w.y * w.y, 1e-12)))) for w in (wi, wo)]
+        return schlick(f0, dr.dot(wi, half)) * (distribution.eval(half) / ((1 + hidden[0] + hidden[1]) * 4 * wi.z))
 
-    def value(self, wi, wo):
+    def value(self, si, wi, wo):
         above = (wi.z > 0) & (wo.z > 0)
-        total = mi.Color3f(0)
+        total, cosine = mi.Color3f(0), dr.dot(wi, dr.normalize(wi + wo))
+        if self.clear > 0:
+            o, i = (self.clear * self.mean_reflected(self.clear_reflected, self.over(si, w)) for w in (wi, wo))
+            back = self.clear * (CLEAR_F0 + (1 - CLEAR_F0) / 21)
+            ends = (1 - o) * (1 - i)
         if self.specular:
-            half = dr.normalize(wi + wo)
-            fresnel = self.f0 + (1 - self.f0) * dr.power(dr.clip(1 - dr.dot(wi, half), 0, 1), 5)
-            lit = 1 / (1 + self.hidden(wi) + self.hidden(wo))
-            total += fresnel * (self.distribution.eval(half) * lit / (4 * wi.z))
+            mirrored = self.mirrors(wi, wo, self.f0, self.alpha, self.distribution)
+            total += mirrored * (ends / (1 - i * schlick(self.f0, cosine)) if self.clear > 0 else 1)
         if self.diffuse:
-            total += self.albedo * (wo.z * dr.inv_pi * (1 - self.mean_reflected(wi.z)))
+            scattered = self.albedo * (wo.z * dr.inv_pi * (1 - self.mean_reflected(self.reflected, wi.z)))
+            total += scattered * (ends / (1 - back * self.albedo) if self.clear > 0 else 1)
+        if self.lacquer:
+            total += self.clear * self.mirrors(wi, wo, mi.Color3f(CLEAR_F0), self.clear_alpha, self.clear_distribution)
         return dr.select(above, total, 0)
 
+    def over(self, si, w):
+        """The cosine of a direction to the normal of the coat."""
+        return si.to_world(w).z if self.smooth else w.z
+
     def density(self, wi, wo):
-        p = mi.Float(0)
+        p, half = mi.Float(0), dr.normalize(wi + wo)
+        by_half = 1 / (4 * dr.maximum(dr.dot(wi, half), 1e-9))
         if self.specular:
-            half = dr.normalize(wi + wo)
-            p += self.distribution.pdf(wi, half) / (4 * dr.maximum(dr.dot(wi, half), 1e-9))
+            p += self.distribution.pdf(wi, half) * by_half
         if self.diffuse:
             p += dr.maximum(wo.z, 0) * dr.inv_pi
-        p *= 0.5 if self.specular and self.diffuse else 1.0
-        return dr.select((wi.z > 0) & (wo.z > 0), p, 0)
+        if self.lacquer:
+            p += self.clear_distribution.pdf(wi, half) * by_half
+        return dr.select((wi.z > 0) & (wo.z > 0), p / (self.specular + self.diffuse + self.lacquer), 0)
 
     def sample(self, context, si, sample1, sample2, active):
         active &= si.wi.z > 0
-        wo = mi.warp.square_to_cosine_hemisphere(sample2)
-        if self.specular:
-            half, _ = self.distribution.sample(si.wi, sample2)
-            mirrored = mi.reflect(si.wi, half)
-            wo = dr.select(sample1 < 0.5, mirrored, wo) if self.diffuse else mirrored
+        drawn = []
+        if self.diffuse:
+            drawn.append(mi.warp.square_to_cosine_hemisphere(sample2))
+        for there, distribution in ((self.specular, self.distribution), (self.lacquer, self.clear_distribution)):
+            if there:
+                drawn.append(mi.reflect(si.wi, distribution.sample(si.wi, sample2)[0]))
+        wo = drawn[0]
+        for k in range(1, len(drawn)):
+            wo = dr.select(sample1 < k / len(drawn), wo, drawn[k])
         drawn = dr.zeros(mi.BSDFSample3f)
         drawn.wo, drawn.eta, drawn.pdf = wo, 1.0, self.density(si.wi, wo)
         drawn.sampled_type = mi.UInt32(+mi.BSDFFlags.GlossyReflection)
         drawn.sampled_component = 0
         active &= drawn.pdf > 0
-        return drawn, dr.select(active, self.value(si.wi, wo) / dr.maximum(drawn.pdf, 1e-20), 0)
+        return drawn, dr.select(active, self.value(si, si.wi, wo) / dr.maximum(drawn.pdf, 1e-20), 0)
 
     def eval(self, context, si, wo, active):
-        return self.value(si.wi, wo) & active
+        return self.value(si, si.wi, wo) & active
 
     def pdf(self, context, si, wo, active):
         return dr.select(active, self.density(si.wi, wo), 0)
@@ -175,14 +209,26 @@ def plane(heights, bsdf):
     return mesh
 
 
-def shape(case):
+def shape(case, **parts):
     terms = dict(specular=case.terms != "diffuse", diffuse=case.terms != "specular" and not bases.BASES[case.base].metal)
+    if case.clear > 0:
+        terms.update(clear=case.clear, clear_alpha=case.clear_alpha, smooth=case.smooth, lacquer=case.terms != "diffuse")
+        terms.update(parts)
     coat = mi.load_dict(dict(type="coat", alpha=case.alpha, base=case.base, **terms))
     if case.scene == "sphere":
         return mi.load_dict(dict(type="sphere", bsdf=coat))
-    if case.scale == 0:
-        return mi.load_dict(dict(type="rectangle", to_world=mi.ScalarTransform4f().scale(HALF), bsdf=coat))
+    if case.scale == 0 or parts.get("lacquer"):
+        middle = 0.0 if case.scale == 0 else float(case.heights().mean())
+        to_world = mi.ScalarTransform4f().translate([0, 0, middle]).scale([HALF, HALF, 1])
+        return mi.load_dict(dict(type="rectangle", to_world=to_world, bsdf=coat))
     return plane(case.heights(), coat)
+
+
+def shapes(case):
+    """The surfaces whose pictures add up. A smooth coat lies on a plane of its own, above the relief that it attenuates."""
+    if case.clear > 0 and case.smooth and case.scale != 0:
+        return [shape(case, lacquer=False, below=True), shape(case, lacquer=True, below=False)]
+    return [shape(case)]
 
 
 def picture(case):
@@ -197,19 +243,22 @@ def picture(case):
     if meta.exists():
         return files.load(path), json.loads(meta.read_text())["noise"]
     start = time.time()
-    scene = mi.load_dict(
-        dict(
-            type="scene",
-            integrator=dict(type="path", max_depth=case.depth, rr_depth=100),
-            sensor=sensor(case.camera, case.size),
-            light=emitter(case.panorama_file()),
-            shape=shape(case),
+    scenes = [
+        mi.load_dict(
+            dict(
+                type="scene",
+                integrator=dict(type="path", max_depth=case.depth, rr_depth=100),
+                sensor=sensor(case.camera, case.size),
+                light=emitter(case.panorama_file()),
+                shape=drawn,
+            )
         )
-    )
+        for drawn in shapes(case)
+    ]
     total, square, count, noise, mask = 0.0, 0.0, 0, np.inf, case.mask()
     # At least eight pictures, so that their spread is worth something.
     while count < 8 or (noise > case.noise and count * CHUNK < case.spp):
-        part = np.array(mi.render(scene, spp=CHUNK, seed=count)).astype(np.float64)
+        part = sum(np.array(mi.render(scene, spp=CHUNK, seed=count)).astype(np.float64) for scene in scenes)
         total, square, count = total + part, square + part * part, count + 1
         mean = total / count
         variance = np.maximum(square / count - mean**2, 0) / max(count - 1, 1)

@@ -14,5 +14,9 @@ layout(constant_id = 69) const bool CLASSES_HIDE = true;
 layout(constant_id = 58) const bool TRIPLANAR = false;
 // Whether cones describe the occlusion by the surroundings.
 layout(constant_id = 63) const bool CONES = false;
+// Whether surfaces have a clear coat (leadr/visible/clear_coat.glsl).
+layout(constant_id = 71) const bool COATED = false;
+// Whether light passes through surfaces (leadr/visible/transmission.glsl).
+layout(constant_id = 73) const bool TRANSMITS = false;
 
 #endif

@@ -25,6 +25,8 @@ const uint FLAG_TRIPLANAR = 128u;
 const uint FLAG_ONE_VARIANT = 256u;
 // The largest number of measured materials in a scene.
 const uint MAX_FITS = 255u;
+// The largest number of media behind surfaces in a scene.
+const uint MAX_MEDIA = 255u;
 
 // Geometry
 

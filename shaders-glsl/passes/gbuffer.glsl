@@ -31,6 +31,17 @@ struct FacetClasses {
     vec4 sky_depth;                // optical depth towards the sky
 };
 
+// A clear coat, with COATED.
+struct Coat {
+    float weight;    // covered fraction of the surface
+    float alpha;     // Beckmann roughness
+    bool own;        // whether the coat has its own relief, otherwise that of the surface
+    vec2 mean_slope; // of its own relief, in the frame about the normal of the surface
+    vec3 covariance;
+};
+
+const Coat NO_COAT = Coat(0.0, 0.5, false, vec2(0.0), vec3(0.0));
+
 // The output of the filter passes for a pixel, for any kind of surface.
 struct FilteredSurface {
     vec3 normal;         // displacement direction, in world space
@@ -50,6 +61,8 @@ struct FilteredSurface {
     float joined;        // weight of the joined edge samples, 0 to 1
     float relief;        // relief of an edge sample's object, in metres
     mat2 rotation;       // with PER_LIGHT_KERNEL, the changes of the normal to the next pixels, in the frame about the normal
+    Coat coat;
+    uint medium;         // number of the medium behind the surface, with TRANSMITS, or 0
     FacetClasses classes; // replaces slopes and material with CLASSES > 1
 };
 
@@ -80,9 +93,43 @@ uint pack_accessibility_lod(const FilteredSurface f) {
     return packHalf2x16(vec2(f.inside ? -1.0 : f.accessibility, f.lod));
 }
 
-// Packs the reflectance at normal incidence as halves, the number of the measured material, and the reflectance of the diffuse base.
+// Packs the slopes of a coat: the means with 10 bits each, and the standard deviations with 6 bits each, without their correlation.
+const float COAT_SLOPES = 4.0; // the largest mean slope
+const float COAT_SPREAD = 1.0; // the largest standard deviation
+
+uint pack_coat_slopes(const Coat coat) {
+    ivec2 mean = ivec2(round(clamp(coat.mean_slope / COAT_SLOPES, -1.0, 1.0) * 511.0));
+    uvec2 spread = uvec2(round(sqrt(clamp(sqrt(max(coat.covariance.xy, 0.0)) / COAT_SPREAD, 0.0, 1.0)) * 63.0));
+    return (uint(mean.x) & 0x3ffu) | (uint(mean.y) & 0x3ffu) << 10 | spread.x << 20 | spread.y << 26;
+}
+
+// Packs the reflectance at normal incidence as halves, the numbers of the measured material and of the medium, and the reflectance of the
+// diffuse base. A coat
+// uses bits that are otherwise 0, and half of the bits of the last value: 8 bits for the weight, 8 bits for the square root of the roughness,
+// and the slopes.
 uvec4 pack_reflection(const FilteredSurface f) {
-    return uvec4(packHalf2x16(f.f0.xy), packHalf2x16(vec2(f.f0.z, 0.0)), f.fit, floatBitsToUint(f.diffuse_f0));
+    uvec4 packed = uvec4(packHalf2x16(f.f0.xy), packHalf2x16(vec2(f.f0.z, 0.0)), f.fit | f.medium << 8, floatBitsToUint(f.diffuse_f0));
+    uint weight = uint(round(clamp(f.coat.weight, 0.0, 1.0) * 255.0));
+    if (weight > 0u) {
+        uint slopes = pack_coat_slopes(f.coat);
+        packed.y |= weight << 24 | uint(round(sqrt(clamp(f.coat.alpha, 0.0, 1.0)) * 255.0)) << 16;
+        packed.z |= slopes << 16;
+        packed.w = (packed.w & 0xffff0000u) | slopes >> 16;
+    }
+    return packed;
+}
+
+// Returns the coat. own is the mark of pack_emission.
+Coat coat_of(const uvec4 reflection, const bool own) {
+    if (reflection.y >> 24 == 0u) {
+        return NO_COAT;
+    }
+    uint slopes = reflection.z >> 16 | reflection.w << 16;
+    ivec2 mean = ivec2(slopes << 22, slopes << 12) >> 22;
+    vec2 spread = vec2(slopes >> 20 & 63u, slopes >> 26) / 63.0;
+    spread *= spread * COAT_SPREAD;
+    float root = float(reflection.y >> 16 & 0xffu) / 255.0;
+    return Coat(float(reflection.y >> 24) / 255.0, root * root, own, vec2(mean) * (COAT_SLOPES / 511.0), vec3(spread * spread, 0.0));
 }
 
 // Packs the F82 tint of a conductor, 0 to 4, with five bits per channel.
@@ -95,10 +142,11 @@ vec3 unpack_edge_tint(const uint bits) {
     return vec3(uvec3(bits, bits >> 5, bits >> 10) & 31u) * (4.0 / 31.0);
 }
 
-// Packs the emission as halves, and the F82 tint.
+// Packs the emission as halves, the F82 tint, and whether a coat has its own relief.
 uvec2 pack_emission(const FilteredSurface f) {
     vec3 emission = clamp(f.emission, 0.0, 6e4);
-    return uvec2(packHalf2x16(emission.xy), packHalf2x16(vec2(emission.z, 0.0)) | pack_edge_tint(f.edge_tint) << 16);
+    uint own = f.coat.weight > 0.0 && f.coat.own ? 0x80000000u : 0u;
+    return uvec2(packHalf2x16(emission.xy), packHalf2x16(vec2(emission.z, 0.0)) | pack_edge_tint(f.edge_tint) << 16 | own);
 }
 
 vec3 emission_of(const uvec2 packed) {
@@ -114,7 +162,11 @@ vec3 f0_of(const uvec4 reflection) {
 }
 
 uint fit_of(const uvec4 reflection) {
-    return reflection.z;
+    return reflection.z & 0xffu;
+}
+
+uint medium_number_of(const uvec4 reflection) {
+    return reflection.z >> 8 & 0xffu;
 }
 
 // Packs the data of a pixel: the weight of its joined edge samples, 0 to 1.

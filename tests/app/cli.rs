@@ -48,7 +48,7 @@ fn help_and_version_are_results() {
 
 #[test]
 fn wrong_usage_ends_with_2_and_names_the_flag() {
-    let cases: [(&[&str], &str); 76] = [
+    let cases: [(&[&str], &str); 89] = [
         (&["capture", "--scene", "ocean", "--height-scale", "1"], "--height-scale"),
         (&["capture", "--scene", "ocean", "--no-displacement"], "--smooth-geometry"),
         (&["capture", "--scene", "ocean", "--triangle-pixels", "8"], "--triangle-pixels"),
@@ -69,6 +69,25 @@ fn wrong_usage_ends_with_2_and_names_the_flag() {
         (&["capture", "--metal", "gold"], "--metal"),
         (&["capture", "--scene", "plane", "--anisotropy", "2"], "--anisotropy"),
         (&["capture", "--scene", "plane", "--anisotropy-rotation", "20"], "--anisotropy"),
+        (&["capture", "--scene", "plane", "--clear-coat", "1.5"], "the weight must be from 0 to 1"),
+        (&["capture", "--scene", "plane", "--clear-coat", "1,0"], "the roughness must be above 0 and at most 1"),
+        (&["capture", "--scene", "plane", "--clear-coat-relief", "smooth"], "--clear-coat-relief needs --clear-coat"),
+        (&["capture", "--scene", "plane", "--clear-coat", "1", "--clear-coat-relief", "rough"], "--clear-coat-relief"),
+        (&["capture", "--scene", "trex", "--clear-coat", "1"], "--clear-coat"),
+        (&["capture", "--scene", "plane", "--transmission", "2"], "--transmission"),
+        (&["capture", "--scene", "plane", "--ior", "0.5"], "from 1 to 4"),
+        (&["capture", "--scene", "plane", "--thickness", "1"], "--thickness needs --transmission"),
+        (&["capture", "--scene", "plane", "--transmission", "1", "--attenuation", "80c0a0"], "a distance in metres"),
+        (&["capture", "--scene", "plane", "--transmission", "1", "--attenuation", "80c0a0,1"], "add --thickness"),
+        (&["capture", "--scene", "plane", "--transmission", "1", "--metal", "gold"], "remove --metal"),
+        (
+            &["capture", "--scene", "plane", "--transmission", "1", "--technique", "clean"],
+            "--transmission is for the techniques",
+        ),
+        (
+            &["capture", "--scene", "plane", "--clear-coat", "1", "--technique", "lean"],
+            "--clear-coat is for the techniques",
+        ),
         (&["capture", "--scene", "plane", "--detail-mask", "mask.png"], "--detail"),
         (&["capture", "--scene", "plane", "--detail", "a.png", "--detail-repeat", "0"], "--detail-repeat"),
         (

@@ -12,6 +12,7 @@ use super::surfaces::moments::MomentFormat;
 use super::surfaces::ocean::Ocean;
 use super::surfaces::patch_mesh::{PatchMesh, PosedVertices};
 use super::surfaces::skinning;
+use crate::named_enum;
 use glam::{Affine2, Affine3A, Mat4, Vec2, Vec3};
 use leadr_maps::LeadrMap;
 use leadr_maps::cache::MapCache;
@@ -71,6 +72,20 @@ pub struct MaterialMap {
     pub cones: Option<PropertyMap<[f32; 4]>>,
     /// The alpha mask or the partial coverage.
     pub opacity: Option<Cutout>,
+    /// The clear coat over the texture coordinates of the colours, which replaces the weight and the roughness of the object's
+    /// [coat](Object::coat). Tile atlases do not support it.
+    pub coat: Option<PropertyMap<CoatTexel>>,
+}
+
+/// A texel of a clear coat.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct CoatTexel {
+    /// The covered fraction of the surface, from 0 to 1.
+    pub weight: f32,
+    /// The Beckmann roughness.
+    pub alpha: f32,
+    /// The slopes of the coat along `s` and `t`, as rise over run. Only a [smooth](CoatRelief::Smooth) coat uses them.
+    pub slope: [f32; 2],
 }
 
 /// The cutout of a surface, as a mask or as coverage.
@@ -163,6 +178,43 @@ pub enum Tiling {
     Ground,
 }
 
+named_enum! {
+    /// The relief of a clear coat.
+    #[derive(Default)]
+    pub enum CoatRelief {
+        /// The coat follows the relief of the surface.
+        #[default]
+        Base = "base", "The relief of the surface below";
+        /// The coat fills the relief and has the normals of the mesh.
+        Smooth = "smooth", "No relief: the coat fills the bumps";
+    }
+}
+
+/// A clear coat: a thin dielectric layer of index 1.5 over the surface ([`leadr_reflectance::visible::clear_coat`]).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClearCoat {
+    /// The covered fraction of the surface, from 0 to 1.
+    pub weight: f32,
+    /// The Beckmann roughness.
+    pub alpha: f32,
+    /// The relief of the coat.
+    pub relief: CoatRelief,
+}
+
+/// What light that enters a surface passes through ([`leadr_reflectance::visible::transmission`]).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Medium {
+    /// The fraction of the light below the specular term that passes, from 0 to 1. The rest scatters in the diffuse base. The albedo
+    /// colours both.
+    pub weight: f32,
+    /// The refractive index, at least 1.
+    pub ior: f32,
+    /// The thickness of the body in metres, or 0 for a thin wall, which does not bend light.
+    pub thickness: f32,
+    /// The extinction per metre inside the body.
+    pub extinction: [f32; 3],
+}
+
 /// A displaced or smooth surface.
 #[derive(Clone, Debug)]
 pub struct Object {
@@ -204,6 +256,11 @@ pub struct Object {
     /// incidence ([`fresnel_edge_tint`](leadr_reflectance::facets::fresnel::fresnel_edge_tint)). The tint ranges from 0 to 4, in
     /// steps of 4/31. Use it only for surfaces of a single metal, because the reflectance of a dielectric would become negative.
     pub edge_tint: [f32; 3],
+    /// The clear coat, or `None` without one. Techniques that do not integrate over slopes draw the surface without its coat.
+    pub coat: Option<ClearCoat>,
+    /// The medium behind the surface, or `None` if no light passes. Only the environment, suns and lamps are seen through it. Techniques
+    /// that do not integrate over slopes draw an opaque surface.
+    pub medium: Option<Medium>,
     /// The horizontal and vertical wrap modes of the slopes. `None` uses the border rule of the heights.
     pub slope_wrap: Option<[TextureWrap; 2]>,
     /// Whether the vertex colours multiply the emission.
@@ -244,6 +301,8 @@ impl Object {
             charts: None,
             specular_f0: 0.04,
             edge_tint: [0.0; 3],
+            coat: None,
+            medium: None,
             slope_wrap: None,
             tints_emission: false,
             front_only: false,
@@ -337,6 +396,18 @@ impl Object {
     #[must_use]
     pub fn with_edge_tint(self, edge_tint: [f32; 3]) -> Self {
         Self { edge_tint, ..self }
+    }
+
+    /// Sets the clear coat.
+    #[must_use]
+    pub fn with_coat(self, coat: Option<ClearCoat>) -> Self {
+        Self { coat, ..self }
+    }
+
+    /// Sets the medium behind the surface.
+    #[must_use]
+    pub fn with_medium(self, medium: Option<Medium>) -> Self {
+        Self { medium, ..self }
     }
 
     /// Stops the object from casting shadows on other surfaces.

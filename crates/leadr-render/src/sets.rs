@@ -20,11 +20,13 @@ pub static SCENE: SetLayout = SetLayout {
         ("SkyVisibility", Storage),
         ("Energies", Storage),
         ("Fits", Storage),
+        ("Media", Storage),
     ],
 };
 
 /// The mesh and the maps of an object: `layout(set = 2)` in `passes/geometry` and `passes/filter`. Placeholders replace missing
-/// maps.
+/// maps. Drivers allow 32 images in a stage, so an object without an atlas has the map of its clear coat in `coarse_light` and
+/// `coarse_color`.
 pub static OBJECT: SetLayout = SetLayout {
     number: 2,
     name: "object",

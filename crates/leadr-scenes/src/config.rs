@@ -17,7 +17,8 @@ use super::view::{Size, ViewChoice};
 use leadr_maps::Rgb8Image;
 use leadr_maps::folders::OutsideLinks;
 use leadr_maps::material::{
-    Anisotropy, Encoding, GreenAxis, Input, Material, MaterialDetail, MaterialFolder, Role, Texture, agreement, role_of,
+    Anisotropy, ClearCoat, Encoding, GreenAxis, Input, Material, MaterialDetail, MaterialFolder, Role,
+    RoughnessMeaning, Texture, Transmission, agreement, f0_of_ior, role_of,
 };
 use leadr_maps::shown::shown_path;
 use leadr_maps::tonemap::{Tonemap, display_srgb8, dithered_srgb8};
@@ -26,7 +27,7 @@ use leadr_measured::fit_file::FitFile;
 use leadr_reflectance::facets::metals::Metal;
 use leadr_render::light::panorama::LightExtraction;
 use leadr_render::named_enum;
-use leadr_render::scene::Tiling;
+use leadr_render::scene::{CoatRelief, Tiling};
 use leadr_render::settings::{RenderSettings, Shading, ShadingOptions, Technique};
 use leadr_render::surfaces::moments::MomentFormat;
 use leadr_render::surfaces::tessellation::TessellationSettings;
@@ -55,10 +56,25 @@ pub struct MaterialFiles {
     pub anisotropy: Option<f32>,
     /// The counter-clockwise rotation of the anisotropy direction in degrees.
     pub anisotropy_rotation: f32,
+    /// The weight of the clear coat, 0 to 1, and its Beckmann roughness.
+    pub clear_coat: Option<[f32; 2]>,
+    /// The relief of the clear coat.
+    pub clear_coat_relief: CoatRelief,
+    /// The fraction of light that passes through the surface, 0 to 1.
+    pub transmission: Option<f32>,
+    /// The refractive index, 1 to 4.
+    pub ior: Option<f32>,
+    /// The thickness of the body in metres, or 0 for a thin wall.
+    pub thickness: f32,
+    /// The colour of the body, and the distance in metres after which white light has this colour.
+    pub attenuation: Option<([f32; 3], f32)>,
     /// The detail, which repeats more often than the base material.
     #[serde(flatten)]
     pub detail: DetailFiles,
 }
+
+/// The refractive index of a material for which none is given, as in glTF.
+pub const DEFAULT_IOR: f32 = 1.5;
 
 named_enum! {
     /// The direction of a normal map's green channel.
@@ -208,6 +224,28 @@ impl MaterialFiles {
         if let Some(strength) = self.anisotropy {
             let rotation = self.anisotropy_rotation.to_radians();
             material.anisotropy = Some(Anisotropy { strength: Input::constant(strength), rotation, direction: None });
+        }
+        if let Some([weight, alpha]) = self.clear_coat {
+            material.coat = Some(ClearCoat {
+                weight: Input::constant(weight),
+                roughness: Input::constant(alpha),
+                roughness_meaning: RoughnessMeaning::Alpha,
+                follows_relief: self.clear_coat_relief == CoatRelief::Base,
+                normal_map: None,
+            });
+        }
+        if let Some(ior) = self.ior {
+            material.f0 = Input::constant([f0_of_ior(ior); 3]);
+        }
+        if let Some(weight) = self.transmission {
+            if self.folder.is_none() && material.base_color.texture.is_none() {
+                // Glass without a material is colourless.
+                material.base_color = Input::constant([1.0; 3]);
+            }
+            let (attenuation_color, attenuation_distance) = self.attenuation.unwrap_or(([1.0; 3], f32::INFINITY));
+            let (ior, thickness) = (self.ior.unwrap_or(DEFAULT_IOR), self.thickness);
+            material.transmission =
+                Some(Transmission { weight, ior, thickness, attenuation_color, attenuation_distance });
         }
         material.detail = self.detail.load(links)?.map(Box::new);
         Ok(material)

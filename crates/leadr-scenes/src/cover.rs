@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use glam::{Affine2, Vec2};
+use glam::{Affine2, DVec3, Vec2};
 use rayon::prelude::*;
 
 use super::cutout::filled;
@@ -17,7 +17,8 @@ use leadr_maps::material::{
 use leadr_maps::moments::{MomentLevel, Moments, Wrap};
 use leadr_maps::srgb::{linear_of_srgb8, srgb8_from_linear};
 use leadr_reflectance::materials::fitted_table::FittedTable;
-use leadr_render::scene::{Cutout, MaterialMap, PropertyMap};
+use leadr_reflectance::visible::transmission::extinction;
+use leadr_render::scene::{ClearCoat, CoatRelief, CoatTexel, Cutout, MaterialMap, Medium, PropertyMap};
 
 /// An image for bilinear lookups.
 struct Plate<const N: usize> {
@@ -167,6 +168,39 @@ pub struct AnisotropySample {
     pub variance: f32,
 }
 
+/// A clear coat with textures, sampled by texture coordinate.
+struct SampledCoat {
+    weight: Property<1>,
+    roughness: Property<1>,
+    meaning: RoughnessMeaning,
+    slopes: Option<Plate<2>>,
+    size: (u32, u32),
+}
+
+impl SampledCoat {
+    /// Returns the coat of a material, if it has textures.
+    fn of(material: &Material) -> Option<Self> {
+        let coat = material.coat.as_ref().filter(|coat| coat.weight.factor > 0.0)?;
+        let size = coat.textures().map(texels_of).reduce(|a, b| (a.0.max(b.0), a.1.max(b.1)))?;
+        Some(Self {
+            weight: number(&coat.weight),
+            roughness: number(&coat.roughness),
+            meaning: coat.roughness_meaning,
+            slopes: coat.normal_map.as_ref().map(slopes),
+            size,
+        })
+    }
+
+    fn texel(&self, texcoord: Vec2) -> CoatTexel {
+        let ([weight], [roughness]) = (self.weight.at(texcoord), self.roughness.at(texcoord));
+        CoatTexel {
+            weight: weight.clamp(0.0, 1.0),
+            alpha: self.meaning.alpha(roughness.clamp(0.0, 1.0)),
+            slope: self.slopes.as_ref().map_or([0.0; 2], |plate| plate.at(texcoord)),
+        }
+    }
+}
+
 /// A material that can be sampled at its first set of texture coordinates.
 pub struct SampledMaterial {
     base_color: Property<3>,
@@ -186,6 +220,7 @@ pub struct SampledMaterial {
     /// The slope moments of heights whose texels contain several slopes, in the unit of the heights.
     slope_moments: Option<Plate<5>>,
     anisotropy: Option<SampledAnisotropy>,
+    coat: Option<SampledCoat>,
     heights: Option<Plate<1>>,
     /// The map height at which the surface coincides with the mesh.
     pub middle: f32,
@@ -236,6 +271,29 @@ fn texel_centre(index: usize, (width, height): (u32, u32)) -> Vec2 {
 /// Evaluates `at` at each texel centre of an image, in the order of rows.
 pub fn per_texel<T: Send>(size: (u32, u32), at: impl Fn(Vec2) -> T + Sync) -> Vec<T> {
     (0..size.0 as usize * size.1 as usize).into_par_iter().map(|index| at(texel_centre(index, size))).collect()
+}
+
+/// Returns the clear coat of a material, if the coat covers a part of the surface.
+pub fn coat_of(material: &Material) -> Option<ClearCoat> {
+    let coat = material.coat.as_ref().filter(|coat| coat.weight.factor > 0.0 && !material.unlit)?;
+    Some(ClearCoat {
+        weight: coat.weight.factor,
+        alpha: coat.roughness_meaning.alpha(coat.roughness.factor),
+        relief: if coat.follows_relief { CoatRelief::Base } else { CoatRelief::Smooth },
+    })
+}
+
+/// Returns the medium behind a material, if light passes. `scale` is the number of metres per unit of the mesh.
+pub fn medium_of(material: &Material, scale: f32) -> Option<Medium> {
+    let passed = material.transmission.filter(|passed| passed.weight > 0.0 && !material.unlit)?;
+    let color = DVec3::from(passed.attenuation_color.map(f64::from));
+    let distance = f64::from(passed.attenuation_distance * scale);
+    Some(Medium {
+        weight: passed.weight,
+        ior: passed.ior,
+        thickness: passed.thickness * scale,
+        extinction: extinction(color, distance).as_vec3().to_array(),
+    })
 }
 
 /// Returns a material that reflects no light.
@@ -318,6 +376,7 @@ impl SampledMaterial {
                     }),
                 }
             }),
+            coat: SampledCoat::of(material),
             heights: material.relief.as_ref().map(heights),
             middle: material.relief.as_ref().map_or(0.0, |relief| relief.middle),
             scale: material.relief.as_ref().and_then(|relief| relief.scale),
@@ -326,6 +385,13 @@ impl SampledMaterial {
                 .unwrap_or(USUAL_HEIGHT),
             size: finest(material),
         }
+    }
+
+    /// Returns the map of the clear coat over the chart of the colours, whose wrap modes are `wrap`. Without textures, it is `None`.
+    pub fn coat_map(&self, wrap: [TextureWrap; 2]) -> Option<PropertyMap<CoatTexel>> {
+        let coat = self.coat.as_ref()?;
+        let (width, height) = coat.size;
+        Some(PropertyMap { width, height, texels: per_texel(coat.size, |at| coat.texel(at)), wrap })
     }
 
     /// Whether the material emits light.

@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::cover::{AnisotropySample, SampledMaterial, Texel, finest, per_texel};
+use super::cover::{AnisotropySample, SampledMaterial, Texel, coat_of, finest, medium_of, per_texel};
 use super::detail::detail;
 use super::sphere::{bake_patches, cube_sphere, tiled};
 use super::stage::{PLANE_REPEAT, SPHERE_REPEAT, Stage, plane_meshes, plane_views, sphere_views};
@@ -46,6 +46,7 @@ pub fn plane_stage(material: &Material, repeat: Option<f32>) -> Stage {
     let (mesh, coarse) = plane_meshes(if has_relief { width.max(height) } else { 0 }, metres, UNTINTED);
     let mut object =
         Object::new("plane", mesh).with_specular_f0(texels[0].diffuse_f0).with_edge_tint(material.edge_tint);
+    object = object.with_coat(coat_of(material)).with_medium(medium_of(material, 1.0));
     let mut map = sampled.with_light(sampled.map(sampled.size, &texels), [[TextureWrap::Repeat; 2]; 3], upright);
     // The surface's t is the image's y, so the y coordinate of the cones is flipped as well.
     map.cones.iter_mut().flat_map(|cones| &mut cones.texels).for_each(|cone| cone[1] = -cone[1]);
@@ -161,6 +162,7 @@ pub fn sphere_stage(material: &Material, repeat: Option<f32>, tile: u32) -> Stag
     let first = baked[0].texel;
     let texels: Vec<Texel> = baked.iter().map(|b| if b.texel == Texel::default() { first } else { b.texel }).collect();
     let mut object = Object::new("sphere", mesh).with_specular_f0(first.diffuse_f0).with_edge_tint(material.edge_tint);
+    object = object.with_coat(coat_of(material)).with_medium(medium_of(material, 1.0));
     let map = MaterialMap {
         emission: sampled.emits().then(|| property(layout, &baked, |b| b.emission)),
         // Tiles store the accessibility, but no cones.

@@ -14,8 +14,11 @@ use leadr_reflectance::materials::diffuse_models::DiffuseModel;
 pub const EXCLUSIVE: [(&str, &str); 3] = [("grid", "probes"), ("sun", "time-of-day"), ("occlusion-map", "cone-map")];
 
 /// Pairs of an option and the option that it requires.
-const NEEDS: [(&str, &str); 5] = [
+const NEEDS: [(&str, &str); 8] = [
     ("anisotropy-rotation", "anisotropy"),
+    ("clear-coat-relief", "clear-coat"),
+    ("thickness", "transmission"),
+    ("attenuation", "transmission"),
     ("detail-repeat", "detail"),
     ("detail-rotation", "detail"),
     ("detail-height-scale", "detail"),
@@ -96,6 +99,11 @@ impl CommandLine {
             .iter()
             .filter(|(given, _)| *given)
             .for_each(|(_, flags)| flags.iter().for_each(|flag| line.remove(flag)));
+        if !technique.integrates() || line.has("relief-shadows") {
+            ["--clear-coat", "--clear-coat-relief", "--transmission", "--thickness", "--attenuation"]
+                .into_iter()
+                .for_each(|flag| line.remove(flag));
+        }
         if !line.has("cone-map") && !line.has("material") {
             CONE_FLAGS.iter().for_each(|flag| line.remove(&format!("--{flag}")));
         }
@@ -210,6 +218,14 @@ impl CommandLine {
             "--multiscattering on is --diffuse-model multiscattering: remove one of them"
         } else if !self.has("cone-map") && !self.has("material") && CONE_FLAGS.iter().any(|flag| self.has(flag)) {
             "--cone-occluders, --cone-edge and --cone-lobe are for occlusion cones: add --cone-map or --material"
+        } else if self.has("clear-coat") && !config.picture.technique.integrates() {
+            "--clear-coat is for the techniques that integrate over slopes: use --technique leadr or reference"
+        } else if self.has("transmission") && !config.picture.technique.integrates() {
+            "--transmission is for the techniques that integrate over slopes: use --technique leadr or reference"
+        } else if self.has("transmission") && self.has("metal") {
+            "--transmission is for dielectrics: remove --metal"
+        } else if self.has("attenuation") && config.material.thickness == 0.0 {
+            "--attenuation is for a solid body: add --thickness"
         } else if !options.relief_shadows {
             return Ok(());
         } else if options.diffuse_model != DiffuseModel::Lambert {
@@ -218,6 +234,10 @@ impl CommandLine {
             "--relief-shadows has Smith shadowing of the base: remove --shadowing"
         } else if is("sky-occlusion", "on") {
             "--relief-shadows already includes occlusion by large shapes: remove --sky-occlusion"
+        } else if self.has("clear-coat") {
+            "--relief-shadows draws no clear coat: remove one of them"
+        } else if self.has("transmission") {
+            "--relief-shadows draws opaque surfaces: remove --transmission"
         } else if self.has("detail") {
             "--relief-shadows needs displaced geometry, and --detail is shading only: remove one of them"
         // On the sphere, the facets come from the maps, so `--anisotropy` is allowed there.

@@ -7,12 +7,13 @@ use std::sync::LazyLock;
 use self::Sets::{Flag, Path, Text};
 use super::config::{NormalY, Picture, SceneConfig};
 use super::deform::FACTORS;
+use super::placed_light::color_of;
 use super::registry::{Choice, MODEL, NamedScene, SCENES};
 use super::text::{see, similar};
 use leadr_reflectance::facets::metals::{METALS, Metal};
 use leadr_render::constants::MOST_MULTISAMPLES;
 use leadr_render::light::panorama::MAX_ENVIRONMENT_LIGHTS;
-use leadr_render::scene::{MAX_LAMPS, Tiling};
+use leadr_render::scene::{CoatRelief, MAX_LAMPS, Tiling};
 use leadr_render::settings::headings::{CAMERA, GEOMETRY, LIGHT, MATERIAL, QUALITY, SCENE, SEA, SHADING};
 use leadr_render::settings::numbers::{
     finite, not_negative, positive, positive_share, power_of_two, share, whole, within,
@@ -61,6 +62,25 @@ pub enum Under {
     Panorama,
 }
 
+/// The roughness of a clear coat for which none is given.
+const COAT_ROUGHNESS: f32 = 0.05;
+
+/// Parses the weight and the roughness of a clear coat.
+fn clear_coat(text: &str) -> Result<[f32; 2], String> {
+    let (weight, roughness) =
+        text.split_once(',').map_or((text, None), |(weight, roughness)| (weight, Some(roughness)));
+    let weight = share(weight).map_err(|fault| format!("the weight {fault}"))?;
+    let roughness =
+        roughness.map_or(Ok(COAT_ROUGHNESS), positive_share).map_err(|fault| format!("the roughness {fault}"))?;
+    Ok([weight, roughness])
+}
+
+/// Parses the colour of a body, and the distance in metres after which white light has this colour.
+fn attenuation(text: &str) -> Result<([f32; 3], f32), String> {
+    let (color, metres) = text.split_once(',').ok_or("use a colour and a distance in metres, such as 80c0a0,0.5")?;
+    Ok((color_of(color)?, positive(metres).map_err(|fault| format!("the distance {fault}"))?))
+}
+
 const REMADE: Panel = Panel::Without("a change rebuilds the scene");
 const FILES: Panel = Panel::Without("you drop files on the window instead");
 
@@ -105,7 +125,7 @@ impl SceneOption {
 
 /// All options except the shading options.
 #[rustfmt::skip]
-const OPTIONS: [SceneOption; 62] = [
+const OPTIONS: [SceneOption; 68] = [
     option(SCENE, "scene", "NAME|FILE.glb|FILE.gltf", "Draw this scene, or a glTF model on open ground",
         Text(enter)).common().default(SCENES[0].name).panel(Panel::Own),
     option(SCENE, "animation", "NAME|NUMBER", "Play the animation of a model with this name or number, from 1",
@@ -185,6 +205,23 @@ const OPTIONS: [SceneOption; 62] = [
         Text(|c, text| share(text).map(|strength| c.material.anisotropy = Some(strength)))),
     material("anisotropy-rotation", "DEGREES", "Rotate the direction of --anisotropy counter-clockwise by this angle",
         Text(|c, text| finite(text).map(|degrees| c.material.anisotropy_rotation = degrees))).default("0"),
+    material("clear-coat", "WEIGHT[,ROUGHNESS]",
+        "Cover the material with a clear coat of lacquer (index of refraction 1.5). WEIGHT is the covered fraction, 0 to 1. ROUGHNESS \
+         is the Beckmann roughness of the coat, above 0 and at most 1 [default: 0.05]",
+        Text(|c, text| clear_coat(text).map(|coat| c.material.clear_coat = Some(coat)))).default(""),
+    material("clear-coat-relief", "RELIEF", "Set the relief of the clear coat",
+        Text(|c, text| c.material.clear_coat_relief.choose(text)))
+        .values(|| CoatRelief::Base.names()).default("base"),
+    material("transmission", "WEIGHT",
+        "Let this fraction of the light below the specular term pass through the surface, 0 to 1, instead of scattering it. The colour of \
+         the material colours it. You see the environment, suns and lamps through the surface, but not other objects",
+        Text(|c, text| share(text).map(|weight| c.material.transmission = Some(weight)))),
+    material("ior", "N", "Set the refractive index of the material, 1 to 4, which also sets its reflectance",
+        Text(|c, text| within(text, 1.0, 4.0).map(|ior| c.material.ior = Some(ior)))).default("1.5"),
+    material("thickness", "METRES", "Set the thickness of a solid body, which bends light; 0 for a thin wall, which does not",
+        Text(|c, text| not_negative(text).map(|metres| c.material.thickness = metres))).default("0"),
+    material("attenuation", "RRGGBB,METRES", "Colour the body: white light has this sRGB colour after this distance above 0",
+        Text(|c, text| attenuation(text).map(|body| c.material.attenuation = Some(body)))).default("no colour"),
     material("detail", "FOLDER|FILE",
         "Add a finer material, the detail, repeated over the surface: a folder as for --material, a height map, or a normal \
          map recognised by its name. The detail changes shading, not geometry",

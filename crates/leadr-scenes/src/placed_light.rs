@@ -59,7 +59,7 @@ impl FromStr for PlacedLight {
 }
 
 /// Parses an sRGB colour of six hexadecimal digits, or a colour temperature.
-fn color_of(text: &str) -> Result<[f32; 3], String> {
+pub(super) fn color_of(text: &str) -> Result<[f32; 3], String> {
     if let Some(kelvins) = text.strip_suffix(['K', 'k']) {
         let [low, high] = KELVINS;
         return within(kelvins, low, high)

@@ -33,6 +33,7 @@ layout(constant_id = 50) const bool REFLECTS_BY_MAP = false; // a map gives the 
 layout(constant_id = 52) const bool EMITS = false;    // the material emits light
 layout(constant_id = 53) const bool OCCLUDED = false; // the material has an occlusion map
 layout(constant_id = 54) const bool CHARTED = false;  // the material has its own texture coordinates
+layout(constant_id = 72) const bool COAT_MAP = false; // a map gives the clear coat
 layout(constant_id = 48) const bool EDGE_SAMPLES = true; // the pixels may be edge samples
 layout(constant_id = 70) const bool JOINS_EDGES = false; // edge samples are joined in the G-buffer
 layout(constant_id = 64) const bool BY_EXAMPLE = false; // maps are tiled without visible repeats; flat objects only
@@ -225,6 +226,22 @@ struct Chart {
 Footprint footprint_in(const Chart chart, sampler2D map, const float own, const int rows) {
     vec2 size = vec2(textureSize(map, 0));
     return footprint_over(clamp(chart.across[0] * size, -6e4, 6e4), clamp(chart.across[1] * size, -6e4, 6e4), 1e9, own, rows);
+}
+
+// Returns the means of the map of a clear coat over a footprint. The first image has weight, alpha^2, and the mean slope as rise over run; the
+// second has E[x^2], E[y^2] and E[xy]. An object without an atlas has them in the images of the coarse levels.
+void filter_coat(const Chart chart, out vec4 first, out vec3 second) {
+    vec2 size = vec2(textureSize(coarse_light, 0));
+    Footprint footprint = footprint_over(clamp(chart.across[0] * size, -6e4, 6e4), clamp(chart.across[1] * size, -6e4, 6e4), 1e9, OF_IMAGE, 1);
+    first = vec4(0.0);
+    second = vec3(0.0);
+    for (int i = 0; i < footprint.taps; ++i) {
+        vec2 at = chart.at + tap(footprint, i) / size;
+        first += textureLod(coarse_light, at, footprint.lod);
+        second += textureLod(coarse_color, at, footprint.lod).xyz;
+    }
+    first /= float(footprint.taps);
+    second /= float(footprint.taps);
 }
 
 // Returns the offset of an object in the lattice of tiling variants, in repeats.
@@ -753,6 +770,26 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
         vec3 s = normalize(chart_s), t = normalize(chart_t);
         vec3 open = means.cone.x * s - means.cone.y * t + means.cone.z * surface.normal;
         filtered.cone = vec4(to_frame(frame, open), means.cone.w);
+    }
+    filtered.medium = OBJECT.medium;
+    filtered.coat = NO_COAT;
+    if (COATED) {
+        filtered.coat = Coat(OBJECT.coat.x, OBJECT.coat.y, OBJECT.coat.z > 0.5, vec2(0.0), vec3(0.0));
+        if (COAT_MAP && !ATLAS) {
+            vec4 first;
+            vec3 second;
+            filter_coat(chart_of(CHART_COLORS, index, patch_uv, across, surface.texcoord, texcoord_across), first, second);
+            vec3 s = chart_s * inversesqrt(max(dot(chart_s, chart_s), 1e-30)), t = chart_t * inversesqrt(max(dot(chart_t, chart_t), 1e-30));
+            SlopeMap of_coat = slope_map(s, t, frame.x, frame.y, frame.z);
+            filtered.coat.weight = first.x;
+            filtered.coat.alpha = sqrt(max(first.y, 0.0));
+            filtered.coat.mean_slope = map_mean_slope(of_coat, first.zw);
+            filtered.coat.covariance = map_covariance(of_coat, covariance_from_moments(first.zw, second));
+        }
+        if (USES_CURVATURE && !FLAT) {
+            filtered.coat.covariance += kernel_over(tilt_kernel(curvature, filtered.coat.mean_slope),
+                                                    add_roughness(filtered.coat.covariance, filtered.coat.alpha));
+        }
     }
     filtered.lod = footprint.level;
     filtered.joined = JOINS_EDGES ? joined_part(footprint.across) : 0.0;

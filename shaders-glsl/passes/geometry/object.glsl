@@ -18,6 +18,9 @@ struct ObjectRecord {
     uint number;        // number of the object in the scene, from 1
     uint fit;           // number of its measured material, from 1, or 0
     uint edge_tint;     // F82 tint of a conductor (unpack_edge_tint)
+    vec4 coat;          // clear coat: weight, Beckmann roughness, and 1 if the coat is smooth, 0 if it follows the relief
+    uint medium;        // number of the medium behind the surface, from 1, or 0
+    uint spare[3];
     vec4 class_centers[4]; // centres of the classes: slopes by texture coordinate and height, in units of the map
     vec4 class_unit;       // units of the classes' moments about these centres; w: slope variance of the map in these units, xx + yy
     vec4 class_correlation[4]; // xyz: correlation of the openness of each class (leadr/masking/classes.glsl); w: its share of the map

@@ -31,6 +31,8 @@ FilteredSurface filtered_water(vec2 mean_slope, vec3 covariance, vec4 material, 
     f.joined = 0.0;
     f.relief = 0.0;
     f.rotation = mat2(0.0);
+    f.coat = NO_COAT;
+    f.medium = 0u;
     return f;
 }
 

@@ -100,6 +100,11 @@ vec4 classes_seen(inout Surface surface) {
     return share / max(dot(share, vec4(1.0)), 1e-9);
 }
 
+// Whether a surface is one of several classes that hide each other.
+bool is_class(const Surface surface) {
+    return BY_CLASS && !(COATED && surface.above);
+}
+
 // Returns the slope variance of the base along each axis.
 float base_variance(const Surface surface) {
     return 0.5 * surface.alpha * surface.alpha;

@@ -28,6 +28,11 @@ FilteredSurface read_gbuffer(const ivec2 pixel, const bool with_horizon) {
     uvec2 emission = texelFetch(gbuffer_emission, pixel, 0).xy;
     f.emission = emission_of(emission);
     f.edge_tint = edge_tint_of(emission);
+    f.medium = medium_number_of(reflection);
+    f.coat = NO_COAT;
+    if (COATED) {
+        f.coat = coat_of(reflection, emission.y >> 31 != 0u);
+    }
     vec2 accessibility_lod = unpackHalf2x16(surface.x);
     f.accessibility = max(accessibility_lod.x, 0.0);
     f.inside = accessibility_lod.x < 0.0;

@@ -20,6 +20,7 @@
 #include "leadr/visible/shadowed_specular.glsl"
 #include "leadr/integrals/specular.glsl"
 #include "leadr/materials/classic.glsl"
+#include "leadr/visible/clear_coat.glsl"
 #include "leadr/visible/diffuse.glsl"
 #include "leadr/visible/fresnel.glsl"
 #include "leadr/visible/grazing.glsl"
@@ -43,6 +44,21 @@ SpecularTerm of_facing(const SpecularTerm specular, const Surface surface, const
     return SpecularTerm(facing * specular.reflected, mix(grazing, specular.fresnel, facing), 1.0);
 }
 
+// Returns the fraction of the light from wi that passes the coat of a surface, including light between coat and specular base. The loss toward
+// the viewer is not included. `cosine` belongs to the facet of the base.
+vec3 passed_coat(const Surface surface, const vec3 wi, const float cosine) {
+    vec3 w = normalize(wi);
+    vec2 m = surface.mean_slope;
+    vec3 S = surface.slope_covariance;
+    if (surface.coat.own) {
+        w = to_frame(frame_about(surface.coat_normal), from_frame(surface.frame, w));
+        m = surface.coat.mean_slope;
+        S = surface.coat.covariance;
+    }
+    float inward = coat_reflectance(w, m, add_roughness(S, surface.coat.alpha), surface.coat.weight);
+    return coated_base(0.0, inward, inward, fresnel_of(surface, cosine));
+}
+
 // Adds one node of the grid, and sums the weights in `area`. relief is the fraction of the slope variance that a normal map contributes.
 // The facets of a normal map have equal weights.
 void add_grid_specular(inout SpecularTerm sum, const vec3 node, const Surface surface, const vec3 wo, const vec2 m, const vec3 S,
@@ -56,11 +72,14 @@ void add_grid_specular(inout SpecularTerm sum, const vec3 node, const Surface su
     }
     float cosine = dot(wo, e.wn);
     vec3 f = weight * fresnel_of(surface, cosine);
-    float lit = BY_CLASS ? class_lit(surface, e.wi) * class_base_lit(surface, e.wi) : lit_fraction(FACET_SHADOWING, o, area_for(FACET_SHADOWING, e.wi, m, S, cholesky));
+    float lit = is_class(surface) ? class_lit(surface, e.wi) * class_base_lit(surface, e.wi) : lit_fraction(FACET_SHADOWING, o, area_for(FACET_SHADOWING, e.wi, m, S, cholesky));
     if (V_GROOVES) {
         lit = groove_lit_fraction(e.area, e.area, o.meso, meso_area(e.wi, m));
     }
     lit *= relief_visibility(surface, e.wi, GRID_DEVIATION);
+    if (COATED && surface.under_coat) {
+        f *= passed_coat(surface, e.wi, cosine);
+    }
     sum.reflected += f * lit * environment_radiance(surface, e.wi, env_lod_at(base, wo, e.wn));
     sum.fresnel += weight * fresnel_schlick(surface.diffuse_f0, cosine);
     sum.area += weight;
@@ -140,9 +159,9 @@ struct ProbeSums {
 void add_probe(inout ProbeSums sums, const Surface surface, const vec3 wo, const ProbedLobe lobe, const ProbeNode node, const bool fitted) {
     VisibleProbe p = visible_probe(lobe.probes, wo, node);
     // The grazing part of the lobe of a class has its own lookup.
-    float mean_f0 = BY_CLASS ? 1.0 : dot(surface.f0, vec3(1.0 / 3.0));
+    float mean_f0 = is_class(surface) ? 1.0 : dot(surface.f0, vec3(1.0 / 3.0));
     LitProbe l;
-    if (BY_CLASS) {
+    if (is_class(surface)) {
         ProbeDirections d = probe_directions(lobe.probes, p);
         vec2 lit = vec2(class_lit(surface, d.high) * class_base_lit(surface, d.high),
                         class_lit(surface, d.low) * class_base_lit(surface, d.low));
@@ -151,6 +170,9 @@ void add_probe(inout ProbeSums sums, const Surface surface, const vec3 wo, const
         l = lit_probe(MAPPED ? LEADR_SHADOWING_NONE : SHADOWING, lobe.probes, lobe.o, wo, mean_f0, p, HAS_HORIZON, surface.horizon);
     }
     vec3 radiance = p.weight * lobe_radiance(surface, l.wi, l.narrowing * p.variance);
+    if (COATED && surface.under_coat) {
+        radiance *= passed_coat(surface, l.wi, p.cosine);
+    }
     sums.at_normal += l.lit * radiance;
     sums.by_angle += (fitted ? l.lit * p.cosine : l.grazing) * radiance;
     sums.lit += p.weight * l.lit;
@@ -204,7 +226,11 @@ vec3 class_grazing(const Surface surface, const vec3 wo, const vec3 S) {
         Horizon h = raised_horizon(surface.horizon, LEADR_SPECULAR_HORIZON);
         lit *= horizon_visibility(g.wi, surface.mean_slope, h, sqrt(g.variance));
     }
-    return lit * lobe_radiance(surface, g.wi, g.variance);
+    vec3 radiance = lit * lobe_radiance(surface, g.wi, g.variance);
+    if (COATED && surface.under_coat) {
+        radiance *= passed_coat(surface, g.wi, 0.5 * length(wo + g.wi));
+    }
+    return radiance;
 }
 
 // Returns the specular term of one of several classes from `count` probes, 3 or 5, and one lookup for the grazing part of the lobe.
@@ -215,7 +241,7 @@ SpecularTerm class_specular(Surface surface, vec3 wo, const vec3 S, const int co
     for (int i = 0; i < count; ++i) {
         add_probe(sums, surface, wo, lobe, few_node(lobe.probes, wo, count, i), fitted);
     }
-    if (BY_CLASS && !fitted) {
+    if (is_class(surface) && !fitted) {
         sums.by_angle = class_grazing(surface, wo, S);
     }
     return probes_specular(sums, surface, lobe, fitted);
@@ -235,6 +261,9 @@ SpecularTerm drawn_specular(const Surface surface, const vec3 wo, const vec3 S) 
         float variance = drawn_solid_angle(d.density, SAMPLES) / (4.0 * LEADR_PI); // variance per axis of a disc of constant density
         float lit = lit_fraction(FACET_SHADOWING, o, area_for(FACET_SHADOWING, d.wi, m, S, slope_cholesky(S)))
                   * relief_visibility(surface, d.wi, sqrt(variance));
+        if (COATED && surface.under_coat) {
+            f *= passed_coat(surface, d.wi, d.cosine);
+        }
         reflected += f * lit * lobe_radiance(surface, d.wi, variance);
         fresnel += fresnel_schlick(surface.diffuse_f0, d.cosine);
     }
@@ -250,7 +279,11 @@ SpecularTerm drawn_facets(const Surface surface, const FittedFacet facet) {
         float density = fitted_density(facet, wi);
         float variance = drawn_solid_angle(density, SAMPLES) / (4.0 * LEADR_PI);
         float lit = relief_visibility(surface, wi, sqrt(variance));
-        reflected += fitted_reflected(facet, wi) * (lit / max(density, 1e-9)) * lobe_radiance(surface, wi, variance);
+        vec3 part = fitted_reflected(facet, wi) * (lit / max(density, 1e-9));
+        if (COATED && surface.under_coat) {
+            part *= passed_coat(surface, wi, 0.5 * length(surface.wo + wi));
+        }
+        reflected += part * lobe_radiance(surface, wi, variance);
     }
     return SpecularTerm(reflected / float(SAMPLES), vec3(0.0), 1.0);
 }
@@ -615,6 +648,9 @@ vec3 light_in_specular(const Surface surface, const vec2 bases[MOST_BASES], cons
     return sum * fresnel_over_schlick(surface.fit, surface.f0, surface.edge_tint, 0.5 * length(surface.wo + light.wi));
 }
 
+#include "coat.glsl"
+#include "transmission.glsl"
+
 // The values of a surface that all its lights share. They belong to the relief without its base.
 struct Reflection {
     bool exact;           // whether one facet of a measured material is lit
@@ -628,7 +664,7 @@ struct Reflection {
 
 // Returns the light `number` that the surface reflects.
 vec3 light_reflected(const int number, const Light light, const Surface surface, const vec2 bases[MOST_BASES], const Bounces bounces,
-                     const FittedFacet facet, const Reflection r) {
+                     const FittedFacet facet, const Reflection r, const CoatLayer coat) {
     vec3 scattered = vec3(0.0);
     DirectionArea diffuse_i;
     if (on_diffuse(number) || (FACET_SPECULAR && in_specular(number))) {
@@ -650,6 +686,12 @@ vec3 light_reflected(const int number, const Light light, const Surface surface,
             specular *= bounces.specular;
         }
     }
+    if (COATED) {
+        vec3 over_diffuse, over_specular;
+        coat_over_light(coat, surface, light.wi, over_diffuse, over_specular);
+        scattered *= over_diffuse;
+        specular *= over_specular;
+    }
     return light.irradiance * (scattered + specular);
 }
 
@@ -659,6 +701,13 @@ vec3 leadr_radiance(Surface surface) {
         surface.slope_covariance = with_normal_kernel(surface);
     }
     vec3 wo = surface.wo;
+    Medium medium = NO_MEDIUM;
+    vec3 passed_color = vec3(0.0);
+    if (TRANSMITS) {
+        medium = medium_of(surface.medium);
+        passed_color = medium.weight * surface.albedo;
+        surface.albedo *= 1.0 - medium.weight;
+    }
     vec2 m = surface.mean_slope;
     vec3 diffuse_s = surface.slope_covariance;
     // Each base that shares the surface has its own specular lobe.
@@ -678,6 +727,18 @@ vec3 leadr_radiance(Surface surface) {
         facet = fitted_facet(surface.fit, surface.alpha, wo, normal, diffuse_s);
     }
     vec3 radiance = vec3(0.0);
+    CoatLayer coat;
+    if (COATED) {
+        coat = coat_over(surface);
+        float outward = coat.outward;
+        if (SPECULAR_ENVIRONMENT) {
+            SpecularTerm reflected = environment_specular(coat.surface, coat.base);
+            radiance += surface.coat.weight * ambient_in_specular(coat.surface) * specular_in_cone(coat.surface) * reflected.reflected;
+            outward = surface.coat.weight * reflected.fresnel.x;
+        }
+        set_outward(coat, outward);
+        surface.under_coat = true;
+    }
 
     // Only light that the specular term does not reflect enters the surface and reaches the diffuse base.
     vec3 entering = vec3(1.0);
@@ -691,6 +752,9 @@ vec3 leadr_radiance(Surface surface) {
         if (MULTISCATTERING) {
             specular.reflected *= bounces.specular;
         }
+        if (COATED) {
+            specular.reflected *= 1.0 - coat.outward;
+        }
         radiance += ambient_in_specular(surface) * specular_in_cone(surface) * specular.reflected;
         entering = 1.0 - specular.fresnel;
     } else if (DIFFUSE && !exact) {
@@ -701,6 +765,12 @@ vec3 leadr_radiance(Surface surface) {
     }
     if (!LAMBERTIAN && !MULTISCATTERING) {
         entering = (COAT_IN_MODEL ? vec3(1.0) : entering) * bounces.albedo;
+    }
+
+    if (TRANSMITS && (SPECULAR_ENVIRONMENT || any_in_specular())) {
+        vec3 enters = SPECULAR_ENVIRONMENT || DIFFUSE ? entering : 1.0 - fresnel_under(surface, bases);
+        vec3 behind = passed_color * transmitted(surface, medium, base_of(surface, surface.alpha), enters);
+        radiance += COATED ? (1.0 - coat.outward) * behind : behind;
     }
 
     vec3 diffuse_cholesky = slope_cholesky(diffuse_s);
@@ -717,10 +787,14 @@ vec3 leadr_radiance(Surface surface) {
     if (DIFFUSE_ENVIRONMENT) {
         vec3 albedo = surface.albedo;
         vec3 ambient = ambient_on_diffuse(surface, albedo) * cone_diffuse(surface, albedo, environment_sh());
+        if (COATED) {
+            ambient *= coat_over_diffuse(coat, albedo);
+        }
         radiance += entering * albedo * ambient * diffuse_environment(surface, normals);
     }
     if (INTERREFLECTION && DIFFUSE) {
-        radiance += entering * surface.albedo * relief_seen(surface, surface.larger) * surface.relief_radiance;
+        vec3 from_relief = entering * surface.albedo * relief_seen(surface, surface.larger) * surface.relief_radiance;
+        radiance += COATED ? coat_over_diffuse(coat, surface.albedo) * from_relief : from_relief;
     }
     if (any_on_diffuse() || any_in_specular()) {
         Reflection r = Reflection(exact, entering, normals, faced, lambda, diffuse_cholesky, diffuse_o);
@@ -733,7 +807,10 @@ vec3 leadr_radiance(Surface surface) {
             } else {
                 light = light_at(number, surface);
             }
-            radiance += light_reflected(number, light, surface, bases, bounces, facet, r);
+            radiance += light_reflected(number, light, surface, bases, bounces, facet, r, coat);
+            if (COATED) {
+                radiance += coat_light(coat, number, surface.coat.own ? light_at(number, coat.surface) : light);
+            }
         }
         if (MORE_LAMPS) {
             Light light;
@@ -743,7 +820,10 @@ vec3 leadr_radiance(Surface surface) {
                 if (BY_CLASS) {
                     light.irradiance *= class_lit_by(surface, light.wi, depths_towards(light.wi), passed);
                 }
-                radiance += light_reflected(ANY_LAMP, light, surface, bases, bounces, facet, r);
+                radiance += light_reflected(ANY_LAMP, light, surface, bases, bounces, facet, r, coat);
+                if (COATED) {
+                    radiance += coat_light(coat, ANY_LAMP, surface.coat.own ? lamp_sent(lamps[lamp], coat.surface) : light);
+                }
             }
         }
     }

@@ -24,6 +24,9 @@ vec3 surface_radiance(const Surface surface) {
     }
     // Emission counts as diffuse light of lights, because the surface may be a light itself. Unlit rendering shows emission like albedo.
     vec3 emitted = DIFFUSE_LIGHTS || FAMILY == FAMILY_UNLIT ? surface.emission * lighting.camera_position.w : vec3(0.0);
+    if (COATED && FAMILY == FAMILY_LEADR) {
+        emitted *= 1.0 - coat_over(surface).outward;
+    }
     vec3 reach = surface.position - lighting.camera_position.xyz;
     return through_air(family_radiance(surface) + emitted, reach, lighting.air.rgb, background_cube, lighting.environment.x);
 }

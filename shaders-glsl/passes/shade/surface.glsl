@@ -29,6 +29,11 @@ struct Surface {
     vec4 more_sunlit;    // the same fraction for each of the other suns
     float joined;        // weight of `sunlit`, 0 to 1
     Horizon horizon;     // horizon of the relief
+    Coat coat;           // clear coat, with COATED
+    vec3 coat_normal;    // normal about which the coat's own relief is given, in world space
+    uint medium;         // number of the medium behind the surface, with TRANSMITS, or 0
+    bool under_coat;     // whether the light that this surface reflects passes its coat
+    bool above;          // whether this is a coat with its own relief, which the relief below does not occlude
     vec4 sky;            // fraction of the environment that large shapes leave visible (sky_seen)
     vec4 cone;           // replaces the horizon with CONES; w < 0 without a cone
     vec3 relief_radiance; // with INTERREFLECTION, radiance of the relief in blocked directions
@@ -97,6 +102,11 @@ Surface surface_at(const FilteredSurface f, const vec3 eye, const vec3 ray, cons
     s.joined = 0.0;
     s.horizon = f.horizon;
     s.cone = f.cone;
+    s.coat = f.coat;
+    s.coat_normal = f.normal;
+    s.medium = f.medium;
+    s.under_coat = false;
+    s.above = false;
     if (CLASSES > 1) {
         pixel_classes = f.classes;
     }

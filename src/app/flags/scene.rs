@@ -168,6 +168,7 @@ pub mod tests {
             "10,10",
             "studio",
             "1,2,3,ff8000,1",
+            "ff8000,1",
         ];
         let names = option.names().into_iter().map(|(name, _)| name);
         let texts = names.chain(values).chain(["64x48", "skin=a.png", "ocean", "a"]);
@@ -202,6 +203,12 @@ pub mod tests {
                 given.set(&option.spec.flag(), Some(&*value));
                 match option.spec.name {
                     "anisotropy-rotation" => given.set("--anisotropy", Some("0.5")),
+                    "clear-coat-relief" => given.set("--clear-coat", Some("1")),
+                    "thickness" => given.set("--transmission", Some("1")),
+                    "attenuation" => {
+                        given.set("--transmission", Some("1"));
+                        given.set("--thickness", Some("1"));
+                    }
                     "detail-repeat" | "detail-rotation" | "detail-height-scale" | "detail-mask" => {
                         given.set("--detail", Some("a"))
                     }

@@ -99,6 +99,50 @@ pub struct Anisotropy {
     pub direction: Option<Texture>,
 }
 
+/// A clear coat, as in `KHR_materials_clearcoat`: a thin dielectric layer over the material, whose index of refraction is 1.5.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ClearCoat {
+    /// The covered fraction of the surface, from 0 to 1.
+    pub weight: Input<f32>,
+    /// The roughness, from 0 to 1.
+    pub roughness: Input<f32>,
+    /// What the roughness values mean.
+    pub roughness_meaning: RoughnessMeaning,
+    /// Whether the coat has the relief of the material. If not, the coat has the relief of its normal map, or is smooth.
+    pub follows_relief: bool,
+    /// The coat's own normal map, if any.
+    pub normal_map: Option<NormalMap>,
+}
+
+/// Light that passes through a dielectric, as in `KHR_materials_transmission` and `KHR_materials_volume`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Transmission {
+    /// The fraction of the light below the specular term that passes, from 0 to 1. The base colour colours it.
+    pub weight: f32,
+    /// The refractive index, at least 1.
+    pub ior: f32,
+    /// The thickness of the body, in the unit of the mesh, or 0 for a thin wall, which does not bend light.
+    pub thickness: f32,
+    /// The colour of white light after it passes `attenuation_distance` of the body, from 0 to 1.
+    pub attenuation_color: [f32; 3],
+    /// The distance of `attenuation_color`, in the unit of the world. Infinity means no attenuation.
+    pub attenuation_distance: f32,
+}
+
+impl ClearCoat {
+    /// Returns the textures of the coat.
+    pub fn textures(&self) -> impl Iterator<Item = &Texture> {
+        let numbers = [&self.weight, &self.roughness].into_iter().filter_map(|input| input.texture.as_ref());
+        numbers.chain(self.normal_map.as_ref().map(|map| &map.texture))
+    }
+
+    /// Returns the textures of the coat, to change their layout.
+    pub fn textures_mut(&mut self) -> impl Iterator<Item = &mut Texture> {
+        let numbers = [&mut self.weight, &mut self.roughness].into_iter().filter_map(|input| input.texture.as_mut());
+        numbers.chain(self.normal_map.as_mut().map(|map| &mut map.texture))
+    }
+}
+
 /// A normal map in the tangent frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NormalMap {
@@ -198,6 +242,10 @@ pub struct Material {
     /// ([`fresnel_edge_tint`](leadr_reflectance::facets::fresnel::fresnel_edge_tint)). The value is 0 if the material gives
     /// none.
     pub edge_tint: [f32; 3],
+    /// The clear coat, if any.
+    pub coat: Option<ClearCoat>,
+    /// The transmission, if light passes through the material.
+    pub transmission: Option<Transmission>,
     /// The normal map, if any.
     pub normal_map: Option<NormalMap>,
     /// The heights, if any.
@@ -230,6 +278,11 @@ pub struct Material {
 /// The reflectance at normal incidence of common dielectrics (index of refraction 1.5).
 pub const DIELECTRIC_F0: f32 = 0.04;
 
+/// Returns the reflectance at normal incidence of a dielectric of this refractive index.
+pub fn f0_of_ior(ior: f32) -> f32 {
+    ((ior - 1.0) / (ior + 1.0)).powi(2)
+}
+
 impl Material {
     /// Creates a grey dielectric of medium roughness.
     pub fn new(name: impl Into<String>) -> Self {
@@ -243,6 +296,8 @@ impl Material {
             anisotropy: None,
             f0: Input::constant([DIELECTRIC_F0; 3]),
             edge_tint: [0.0; 3],
+            coat: None,
+            transmission: None,
             normal_map: None,
             relief: None,
             slope_moments: None,
@@ -272,7 +327,9 @@ impl Material {
         let direction = self.anisotropy.as_ref().and_then(|a| a.direction.as_ref().or(a.strength.texture.as_ref()));
         let normal = self.normal_map.as_ref().map(|map| &map.texture);
         let others = [opacity, direction, normal, self.cones.as_ref()];
-        let sets = colors.into_iter().chain(numbers).chain(others).flatten().map(|texture| texture.coordinates + 1);
+        let textures = colors.into_iter().chain(numbers).chain(others).flatten();
+        let coat = self.coat.iter().flat_map(ClearCoat::textures);
+        let sets = textures.chain(coat).map(|texture| texture.coordinates + 1);
         sets.max().unwrap_or(0).max(u32::from(self.relief.is_some()))
     }
 }

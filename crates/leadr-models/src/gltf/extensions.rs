@@ -14,6 +14,9 @@ pub(super) const IOR: &str = "KHR_materials_ior";
 /// The extension for the strength and colour of the specular reflection of dielectrics.
 pub(super) const SPECULAR: &str = "KHR_materials_specular";
 pub(super) const ANISOTROPY: &str = "KHR_materials_anisotropy";
+pub(super) const CLEAR_COAT: &str = "KHR_materials_clearcoat";
+pub(super) const TRANSMISSION: &str = "KHR_materials_transmission";
+pub(super) const VOLUME: &str = "KHR_materials_volume";
 pub(super) const UNLIT: &str = "KHR_materials_unlit";
 /// The extension for directional, point and spot lights.
 pub(super) const LIGHTS: &str = "KHR_lights_punctual";
@@ -37,13 +40,16 @@ pub(super) const VISIBILITY: &str = "KHR_node_visibility";
 pub(super) const LEVELS: &str = "MSFT_lod";
 
 /// All supported extensions. Those from the last line on have no effect on the picture.
-pub const READ: [&str; 24] = [
+pub const READ: [&str; 27] = [
     QUANTIZATION,
     TEXTURE_TRANSFORM,
     EMISSIVE_STRENGTH,
     IOR,
     SPECULAR,
     ANISOTROPY,
+    CLEAR_COAT,
+    TRANSMISSION,
+    VOLUME,
     UNLIT,
     LIGHTS,
     VARIANTS,

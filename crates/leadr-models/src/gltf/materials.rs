@@ -1,9 +1,12 @@
-//! Materials. The reader supports core metallic-roughness, and extensions for dielectrics, emission and anisotropy.
+//! Materials. The reader supports core metallic-roughness, and extensions for dielectrics, emission, anisotropy, clear coats and
+//! transmission.
 
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use super::extensions::{ANISOTROPY, EMISSIVE_STRENGTH, IOR, SPECULAR, SPECULAR_GLOSSINESS, UNLIT};
+use super::extensions::{
+    ANISOTROPY, CLEAR_COAT, EMISSIVE_STRENGTH, IOR, SPECULAR, SPECULAR_GLOSSINESS, TRANSMISSION, UNLIT, VOLUME,
+};
 use super::json::{Item, Read};
 use super::log::Log;
 use super::meshes;
@@ -13,8 +16,8 @@ use super::uri;
 use crate::fault::{ModelFault, shown};
 use crate::limits::{COORDINATES, MAX_COORDINATE};
 use leadr_maps::material::{
-    Anisotropy, Gloss, GreenAxis, Input, Material, NormalMap, Opacity, Raster, Relief, RoughnessMeaning, Samples,
-    Texture,
+    Anisotropy, ClearCoat, Gloss, GreenAxis, Input, Material, NormalMap, Opacity, Raster, Relief, RoughnessMeaning,
+    Samples, Texture, Transmission, f0_of_ior,
 };
 use leadr_maps::srgb::srgb8_from_linear;
 use leadr_maps::{HeightMap, ImageHeader, decode_heights};
@@ -89,6 +92,8 @@ impl<'a> Reader<'a> {
         material.emission = self.emission()?;
         self.dielectric(material)?;
         material.anisotropy = self.anisotropy()?;
+        material.transmission = self.transmission()?;
+        material.coat = self.clear_coat(material.normal_map.as_ref())?;
         material.relief = self.relief()?;
         Ok(())
     }
@@ -188,17 +193,8 @@ impl<'a> Reader<'a> {
 
     /// Reads the reflectance of dielectrics: the index of refraction, and the specular colour and strength.
     fn dielectric(&self, material: &mut Material) -> Read<()> {
-        if let Some(extension) = self.item.extension(IOR)? {
-            let ior = extension.number("ior", 0.0..=MAX_COORDINATE)?.unwrap_or(1.5);
-            // An index of refraction of 0 means that everything is reflected, which also follows from the formula.
-            let ior = if ior > 0.0 && ior < 1.0 {
-                let fault = extension.fault(format!("`ior` is {ior}, but must be 0, or at least 1"));
-                self.source.log.repair(fault, "it is read as 1.5")?;
-                1.5
-            } else {
-                ior
-            };
-            material.f0.factor = [((ior - 1.0) / (ior + 1.0)).powi(2); 3];
+        if let Some(ior) = self.ior()? {
+            material.f0.factor = [f0_of_ior(ior); 3];
         }
         let Some(extension) = self.item.extension(SPECULAR)? else { return Ok(()) };
         let color: [f32; 3] = extension.vector("specularColorFactor", 0.0..=MAX_COORDINATE)?.unwrap_or([1.0; 3]);
@@ -214,6 +210,43 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
+    /// Reads the refractive index. A value of 0 means that everything is reflected, which also follows from the formula.
+    fn ior(&self) -> Read<Option<f32>> {
+        let Some(extension) = self.item.extension(IOR)? else { return Ok(None) };
+        let ior = extension.number("ior", 0.0..=MAX_COORDINATE)?.unwrap_or(1.5);
+        if ior > 0.0 && ior < 1.0 {
+            let fault = extension.fault(format!("`ior` is {ior}, but must be 0, or at least 1"));
+            self.source.log.repair(fault, "it is read as 1.5")?;
+            return Ok(Some(1.5));
+        }
+        Ok(Some(ior))
+    }
+
+    /// Reads the light that passes through the material. Textures count with their mean.
+    fn transmission(&self) -> Read<Option<Transmission>> {
+        let Some(extension) = self.item.extension(TRANSMISSION)? else { return Ok(None) };
+        let mean = |item: &Item<'a>, name, channel| {
+            let found = self.textures.get(item, name, Purpose::Number)?;
+            Ok(found.map_or(1.0, |(texture, _)| mean_of(&texture.raster, channel)))
+        };
+        let factor = extension.number("transmissionFactor", 0.0..=1.0)?.unwrap_or(0.0);
+        let mut passed = Transmission {
+            weight: factor * mean(&extension, "transmissionTexture", 0)?,
+            ior: self.ior()?.unwrap_or(1.5).max(1.0),
+            thickness: 0.0,
+            attenuation_color: [1.0; 3],
+            attenuation_distance: f32::INFINITY,
+        };
+        if let Some(volume) = self.item.extension(VOLUME)? {
+            let thickness = volume.number("thicknessFactor", 0.0..=MAX_COORDINATE)?.unwrap_or(0.0);
+            passed.thickness = thickness * mean(&volume, "thicknessTexture", 1)?;
+            passed.attenuation_color = volume.vector("attenuationColor", 0.0..=1.0)?.unwrap_or([1.0; 3]);
+            let distance = volume.number("attenuationDistance", 0.0..=MAX_COORDINATE)?;
+            passed.attenuation_distance = distance.filter(|distance| *distance > 0.0).unwrap_or(f32::INFINITY);
+        }
+        Ok(Some(passed))
+    }
+
     fn anisotropy(&self) -> Read<Option<Anisotropy>> {
         let Some(extension) = self.item.extension(ANISOTROPY)? else { return Ok(None) };
         let mut strength = Input::constant(extension.number("anisotropyStrength", 0.0..=1.0)?.unwrap_or(0.0));
@@ -225,6 +258,34 @@ impl<'a> Reader<'a> {
             strength.channel = 2;
         }
         Ok(Some(Anisotropy { strength, rotation, direction }))
+    }
+
+    /// Reads a clear coat. Without a normal texture of its own, the coat is smooth. With the `normals` of the material, it follows the relief.
+    fn clear_coat(&self, normals: Option<&NormalMap>) -> Read<Option<ClearCoat>> {
+        let Some(extension) = self.item.extension(CLEAR_COAT)? else { return Ok(None) };
+        let number = |factor, texture, channel| {
+            let mut input = Input::constant(extension.number(factor, 0.0..=1.0)?.unwrap_or(0.0));
+            if let Some((texture, _)) = self.textures.get(&extension, texture, Purpose::Number)? {
+                (input.texture, input.channel) = (Some(texture), channel);
+            }
+            Ok(input)
+        };
+        let found = self.textures.get(&extension, "clearcoatNormalTexture", Purpose::Direction)?;
+        let normal_map = match found {
+            Some((texture, info)) => {
+                let scale = info.number("scale", COORDINATES)?.unwrap_or(1.0);
+                Some(NormalMap { texture, green: GreenAxis::Up, scale })
+            }
+            None => None,
+        };
+        let follows_relief = normal_map.is_some() && normal_map.as_ref() == normals;
+        Ok(Some(ClearCoat {
+            weight: number("clearcoatFactor", "clearcoatTexture", 0)?,
+            roughness: number("clearcoatRoughnessFactor", "clearcoatRoughnessTexture", 1)?,
+            roughness_meaning: RoughnessMeaning::Perceptual,
+            follows_relief,
+            normal_map: normal_map.filter(|_| !follows_relief),
+        }))
     }
 
     /// Reads the displacement map from `extras`: `"leadr_displacement": {"uri": "bark.png", "scale": 0.02, "middle": 0.5}`.
@@ -259,6 +320,13 @@ impl<'a> Reader<'a> {
         remarks.iter().for_each(|text| self.source.log.remark(format!("{place}: {text}")));
         map
     }
+}
+
+/// Returns the mean of a channel of an image.
+fn mean_of(raster: &Raster, channel: usize) -> f32 {
+    let texels = (0..raster.height()).flat_map(|y| (0..raster.width()).map(move |x| (x, y)));
+    let sum: f64 = texels.map(|(x, y)| f64::from(raster.value(x, y, channel))).sum();
+    (sum / (f64::from(raster.width()) * f64::from(raster.height()))) as f32
 }
 
 /// Returns the diffuse colours under a specular texture, which reflects its strongest channel.

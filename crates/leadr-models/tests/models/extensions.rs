@@ -244,6 +244,66 @@ fn pointers_to_nodes_move_them() {
     );
 }
 
+/// A coat is smooth without a normal texture, follows the relief with that of the material, and has its own relief otherwise.
+#[test]
+fn clear_coats_have_textures_and_a_relief() {
+    let _unmeasured = unmeasured();
+    let mut made = triangle();
+    let view = made.view(&png(1, 1, &[51, 102, 255, 255]));
+    made.push("images", json!({ "bufferView": view }));
+    made.push("textures", json!({ "source": 0 }));
+    let coordinates = made.floats("VEC2", &[0.0; 6]);
+    let primitive = &mut made.json["meshes"][0]["primitives"][0];
+    (primitive["attributes"]["TEXCOORD_0"], primitive["material"]) = (json!(coordinates), json!(0));
+    made.json["extensionsUsed"] = json!(["KHR_materials_clearcoat"]);
+    let mut coat = |factors: serde_json::Value| {
+        let extensions = json!({ "KHR_materials_clearcoat": factors });
+        let normals = json!({ "index": 0, "scale": 0.5 });
+        made.json["materials"] = json!([{ "normalTexture": normals, "extensions": extensions }]);
+        decode_strictly(&made.glb()).map(|model| model.materials[0].coat.clone().unwrap())
+    };
+    let plain = coat(json!({ "clearcoatFactor": 0.8, "clearcoatRoughnessFactor": 0.3 })).unwrap();
+    assert_eq!((plain.weight.factor, plain.roughness.factor, plain.follows_relief), (0.8, 0.3, false));
+    assert_eq!((plain.roughness_meaning, plain.textures().count()), (RoughnessMeaning::Perceptual, 0));
+    let index = json!({ "index": 0 });
+    let textured = coat(json!({
+        "clearcoatFactor": 1.0, "clearcoatTexture": index, "clearcoatRoughnessTexture": index, "clearcoatNormalTexture": index
+    }));
+    let textured = textured.unwrap();
+    assert_eq!((textured.weight.channel, textured.roughness.channel), (0, 1));
+    assert!(textured.normal_map.is_some() && !textured.follows_relief);
+    assert_eq!(textured.textures().count(), 3);
+    let same = coat(json!({ "clearcoatFactor": 1.0, "clearcoatNormalTexture": { "index": 0, "scale": 0.5 } })).unwrap();
+    assert!(same.follows_relief && same.normal_map.is_none());
+    let fault = coat(json!({ "clearcoatFactor": 1.5 })).unwrap_err().to_string();
+    assert!(fault.contains("clearcoatFactor"), "{fault}");
+}
+
+#[test]
+fn light_passes_thin_and_solid_materials() {
+    let _unmeasured = unmeasured();
+    let mut made = triangle();
+    made.json["meshes"][0]["primitives"][0]["material"] = json!(0);
+    made.json["extensionsUsed"] = json!(["KHR_materials_transmission", "KHR_materials_volume", "KHR_materials_ior"]);
+    let thin = json!({ "KHR_materials_transmission": { "transmissionFactor": 0.9 } });
+    made.json["materials"] = json!([{ "extensions": thin }]);
+    let passed = decode_strictly(&made.glb()).unwrap().materials[0].transmission.unwrap();
+    assert_eq!((passed.weight, passed.ior, passed.thickness), (0.9, 1.5, 0.0));
+    assert_eq!(passed.attenuation_distance, f32::INFINITY);
+    let solid = json!({
+        "KHR_materials_transmission": { "transmissionFactor": 1.0 },
+        "KHR_materials_ior": { "ior": 1.33 },
+        "KHR_materials_volume": { "thicknessFactor": 0.2, "attenuationDistance": 0.5, "attenuationColor": [0.2, 0.8, 0.6] },
+    });
+    made.json["materials"] = json!([{ "extensions": solid }]);
+    let passed = decode_strictly(&made.glb()).unwrap().materials[0].transmission.unwrap();
+    assert_eq!((passed.ior, passed.thickness, passed.attenuation_distance), (1.33, 0.2, 0.5));
+    assert_eq!(passed.attenuation_color, [0.2, 0.8, 0.6]);
+    made.json["materials"][0]["extensions"]["KHR_materials_transmission"]["transmissionFactor"] = json!(-1);
+    let fault = decode_strictly(&made.glb()).unwrap_err().to_string();
+    assert!(fault.contains("transmissionFactor"), "{fault}");
+}
+
 /// The image of an extension is used, or the plain image beside it.
 #[test]
 fn textures_of_other_formats_have_an_image() {
@@ -297,14 +357,14 @@ fn textures_of_other_formats_have_an_image() {
 fn required_looks_are_left_out() {
     let _unmeasured = unmeasured();
     let mut made = triangle();
-    made.json["extensionsUsed"] = json!(["KHR_materials_clearcoat", "KHR_xmp_json_ld"]);
-    made.json["extensionsRequired"] = json!(["KHR_materials_clearcoat"]);
+    made.json["extensionsUsed"] = json!(["KHR_materials_sheen", "KHR_xmp_json_ld"]);
+    made.json["extensionsRequired"] = json!(["KHR_materials_sheen"]);
     let remarks = made.model().remarks;
-    let wanted = "requires unsupported extensions, and is drawn without them: KHR_materials_clearcoat";
+    let wanted = "requires unsupported extensions, and is drawn without them: KHR_materials_sheen";
     assert_eq!(remarks, [wanted]);
     let fault = decode_strictly(&made.glb()).unwrap_err().to_string();
     assert!(
-        fault.contains("it requires KHR_materials_clearcoat; export it without, or load it without --strict"),
+        fault.contains("it requires KHR_materials_sheen; export it without, or load it without --strict"),
         "{fault}"
     );
     // Without its data, nothing is left to draw.

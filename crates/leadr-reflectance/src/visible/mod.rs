@@ -1,6 +1,7 @@
 //! LEADR's integrals over visible slopes, computed by closed forms and a few probes instead of the paper's grid.
 
 pub mod class_environment;
+pub mod clear_coat;
 pub mod cone_specular;
 pub mod diffuse;
 pub mod fresnel;
@@ -13,3 +14,4 @@ pub mod shadowed_environment;
 pub mod shadowed_specular;
 pub mod slopes;
 pub mod specular;
+pub mod transmission;

@@ -48,6 +48,7 @@ pub(super) fn shade_kind(
         lod_bias: LodBias::default(),
         ..options
     };
+    let has_layers = settings.shading.technique().integrates() && !settings.shadows_of_relief();
     ShadeKind {
         shading: settings.shading.plain().adjusted(needed),
         lights: LightSet::new(state, environment, settings.shadows && casters),
@@ -56,6 +57,9 @@ pub(super) fn shade_kind(
             // Techniques without a Beckmann base use the roughness of measured materials, but not their lobes.
             fit_lobes: if settings.shading.technique().has_base_frame() { bases.fit_lobes } else { 0 },
             classes: if settings.shading.has_classes() { bases.classes } else { 1 },
+            // The other techniques have no lobes for coats and refraction.
+            coat: bases.coat && has_layers,
+            transmits: bases.transmits && has_layers,
             ..bases
         },
         light_visibility: false,

@@ -22,6 +22,7 @@ use crate::settings::RenderSettings;
 use crate::surfaces::classes::SceneClasses;
 use crate::surfaces::fits::Fits;
 use crate::surfaces::half_range::fill_half_range;
+use crate::surfaces::media::Media;
 use crate::surfaces::moments::MomentFormat;
 use crate::surfaces::numbering::Numbering;
 use crate::surfaces::object::Upload;
@@ -116,9 +117,9 @@ impl Renderer {
             let kind = shade_kind(state, settings, &environment, pipelines.demands(state, settings));
             (state, drawing(*settings, kind, Purpose::Picture))
         });
-        let fits = Fits::of(&objects)?;
+        let (fits, media) = (Fits::of(&objects)?, Media::of(&objects)?);
         let none = Placeholders::new(gpu)?;
-        let upload = Upload { cache: cache.as_ref(), format: map_precision, fits: &fits, none: &none };
+        let upload = Upload { cache: cache.as_ref(), format: map_precision, fits: &fits, media: &media, none: &none };
         let of_meshes = |pipelines: &mut MeshPipelines| match &first {
             Some((state, (settings, drawing))) => pipelines.prepare(state, settings, *drawing).map(|_| ()),
             None => Ok(()),
@@ -131,7 +132,11 @@ impl Renderer {
             Ok(sea)
         };
         let passes = || {
-            Ok((IrradiancePass::new(gpu)?, SceneTables::new(gpu, &fits)?, CommonPasses::new(gpu, casters, numbering)?))
+            Ok((
+                IrradiancePass::new(gpu)?,
+                SceneTables::new(gpu, &fits, &media)?,
+                CommonPasses::new(gpu, casters, numbering)?,
+            ))
         };
         // Meshes are many small tasks, so they come last and fill the threads' idle time.
         let ((sea, passes), meshes) = rayon::join(

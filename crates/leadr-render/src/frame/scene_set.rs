@@ -7,6 +7,7 @@ use crate::light::irradiance::IrradiancePass;
 use crate::light::sky_visibility::SkyVisibilityGpu;
 use crate::sets::SCENE;
 use crate::surfaces::fits::Fits;
+use crate::surfaces::media::Media;
 use leadr_gpu::{AddressMode, Buffer, Descriptor, Filter, Gpu, ImageView, Memory, ResourceSet, Result, Sampler};
 use leadr_reflectance::materials::energy::EnergyTable;
 
@@ -14,6 +15,7 @@ use leadr_reflectance::materials::energy::EnergyTable;
 pub struct SceneTables {
     energies: Buffer,
     fits: Buffer,
+    media: Buffer,
     /// A placeholder that is bound while sky occlusion is off.
     no_sky: Buffer,
     nearest: Sampler,
@@ -33,13 +35,14 @@ pub struct FrameLight<'a> {
 }
 
 impl SceneTables {
-    /// Uploads the tables for a scene with these measured materials.
-    pub fn new(gpu: &Arc<Gpu>, fits: &Fits) -> Result<Self> {
+    /// Uploads the tables for a scene with these measured materials and media.
+    pub fn new(gpu: &Arc<Gpu>, fits: &Fits, media: &Media) -> Result<Self> {
         let energies = [EnergyTable::ggx(), EnergyTable::beckmann()].map(|table| table.texels().concat()).concat();
-        let fits = fits.words();
+        let (fits, media) = (fits.words(), media.words());
         Ok(Self {
             energies: Buffer::from_slice(gpu, "energies of facets", &energies)?,
             fits: Buffer::from_slice(gpu, "measured materials", if fits.is_empty() { &[0.0] } else { &fits[..] })?,
+            media: Buffer::from_slice(gpu, "media", if media.is_empty() { &[[0.0; 4]] } else { &media[..] })?,
             no_sky: Buffer::new(gpu, "no sky visibility", size_of::<SkyVisibilityGpu>() as u64, Memory::Upload)?,
             nearest: Sampler::new(gpu, Filter::Nearest, AddressMode::ClampToEdge)?,
             trilinear: Sampler::new(gpu, Filter::Trilinear, AddressMode::ClampToEdge)?,
@@ -70,6 +73,7 @@ impl SceneTables {
                 ("SkyVisibility", Descriptor::Storage(light.sky.unwrap_or(&self.no_sky))),
                 ("Energies", Descriptor::Storage(&self.energies)),
                 ("Fits", Descriptor::Storage(&self.fits)),
+                ("Media", Descriptor::Storage(&self.media)),
             ],
         )
     }

@@ -156,6 +156,7 @@ impl FilterPass {
             ("EMITS", SpecValue::Bool(kind.features.emission)),
             ("OCCLUDED", SpecValue::Bool(kind.features.occlusion)),
             ("CHARTED", SpecValue::Bool(kind.charted)),
+            ("COAT_MAP", SpecValue::Bool(kind.features.coat)),
         ];
         let structs = [
             ObjectRecordGpu::LAYOUT,

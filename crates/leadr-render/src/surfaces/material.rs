@@ -6,6 +6,7 @@
 //! * reflectance at normal incidence, sRGB
 //! * emission, linear, half floats
 //! * accessibility, 8 bits, or cones of ambient visibility, four components of 8 bits
+//! * clear coat, two images of half floats: weight, `α²` and the moments of the slopes
 //! * coverage, 8 bits: a mask, and the covered fraction of each texel. Mips average the fraction, because averages of the mask
 //!   would lose or thicken details that are thinner than a texel
 
@@ -17,7 +18,7 @@ use leadr_gpu::vk;
 use rayon::prelude::*;
 
 use super::displacement::Border;
-use crate::scene::{Cutout, MaterialMap, PropertyMap};
+use crate::scene::{CoatTexel, Cutout, MaterialMap, PropertyMap};
 use leadr_gpu::{AddressMode, Filter, Gpu, GpuError, Image, ImageDesc, Result, Sampler, SpecValue};
 use leadr_maps::material::{TextureWrap, alpha_of};
 use leadr_maps::moments::coverage;
@@ -45,6 +46,8 @@ pub struct MaterialImages {
     pub occlusion: Image,
     /// The mask and the coverage.
     pub opacity: Image,
+    /// The clear coat in two images: weight, `α²`, `E[x]`, `E[y]`; `E[x²]`, `E[y²]`, `E[xy]`.
+    pub coat: Option<[Image; 2]>,
     /// Four samplers: for images like colours (with reflectance), emission, accessibility, and coverage.
     pub samplers: [Sampler; 4],
     /// The inputs that the material has.
@@ -64,6 +67,8 @@ pub struct MaterialFeatures {
     pub occlusion: bool,
     /// The alpha mask or the partial coverage, or `None` for an opaque surface.
     pub cutout: Option<CutoutKind>,
+    /// Whether the material has a map of a clear coat.
+    pub coat: bool,
 }
 
 /// The features of surfaces beyond a base with a single lobe. Each combination has its own pipelines, so absent features cost
@@ -78,6 +83,10 @@ pub struct Bases {
     pub cones: bool,
     /// The maximum number of classes of facets, where 0 counts as one.
     pub classes: u32,
+    /// Whether there is a clear coat.
+    pub coat: bool,
+    /// Whether light passes through the surface.
+    pub transmits: bool,
 }
 
 impl Bases {
@@ -89,6 +98,8 @@ impl Bases {
             all_fitted: self.all_fitted && other.all_fitted,
             cones: self.cones || other.cones,
             classes: self.classes.max(other.classes),
+            coat: self.coat || other.coat,
+            transmits: self.transmits || other.transmits,
         }
     }
 
@@ -100,16 +111,21 @@ impl Bases {
             all_fitted: self.all_fitted || other.all_fitted,
             cones: self.cones && other.cones,
             classes: self.classes.min(other.classes),
+            coat: self.coat && other.coat,
+            transmits: self.transmits && other.transmits,
         }
     }
 
     /// Returns the specialisation constants of `passes/bases.glsl`.
-    pub fn spec(self) -> [(&'static str, SpecValue); 4] {
+    pub fn spec(self) -> [(&'static str, SpecValue); 6] {
         [
             ("FIT_LOBES", SpecValue::I32(self.fit_lobes as i32)),
-            ("ALL_FITTED", SpecValue::Bool(self.all_fitted)),
+            // The coat itself is not measured.
+            ("ALL_FITTED", SpecValue::Bool(self.all_fitted && !self.coat)),
             ("CONES", SpecValue::Bool(self.cones)),
             ("CLASSES", SpecValue::I32(self.classes.max(1) as i32)),
+            ("COATED", SpecValue::Bool(self.coat)),
+            ("TRANSMITS", SpecValue::Bool(self.transmits)),
         ]
     }
 }
@@ -133,6 +149,8 @@ impl MaterialFeatures {
                 all_fitted: map.fit.is_some(),
                 cones: map.cones.is_some(),
                 classes: 0,
+                coat: false,
+                transmits: false,
             },
             emission: map.emission.is_some(),
             occlusion: map.occlusion.is_some() || map.cones.is_some(),
@@ -140,6 +158,7 @@ impl MaterialFeatures {
                 Cutout::Mask(_) => CutoutKind::Mask,
                 Cutout::Share(_) => CutoutKind::Share,
             }),
+            coat: map.coat.is_some(),
         }
     }
 }
@@ -159,6 +178,7 @@ impl MaterialImages {
             emission: none("emission", HALF_FORMAT)?,
             occlusion: none("accessibility", SHARE_FORMAT)?,
             opacity: none("coverage", COVERAGE_FORMAT)?,
+            coat: None,
             samplers: std::array::from_fn(|_| any.clone()),
             features: MaterialFeatures::default(),
         })
@@ -179,7 +199,7 @@ impl MaterialImages {
             Sampler::with_modes(gpu, Filter::Trilinear, modes)
         };
         let features = MaterialFeatures::of(&map);
-        let MaterialMap { width, height, colors, f0, wrap, emission, occlusion, cones, opacity, .. } = map;
+        let MaterialMap { width, height, colors, f0, wrap, emission, occlusion, cones, opacity, coat, .. } = map;
         let size = [width, height];
         if f0.as_ref().is_some_and(|f0| f0.len() != colors.len()) {
             let fault = "reflectance and colours differ in size".to_owned();
@@ -250,7 +270,20 @@ impl MaterialImages {
             }
             None => none.opacity.clone(),
         };
-        Ok(Self { color, f0, emission, occlusion, opacity, samplers, features })
+        let coat = match coat {
+            Some(plate) => {
+                let size = [plate.width, plate.height];
+                let layer = |what: &str, texels| {
+                    let image = image_of(what, HALF_FORMAT, size)?;
+                    write_mips(&image, size, texels, halves, halve)?;
+                    Ok::<_, GpuError>(image)
+                };
+                let [first, second] = coat_texels(&plate.texels);
+                Some([layer("clear coat", first)?, layer("slopes of the clear coat", second)?])
+            }
+            None => None,
+        };
+        Ok(Self { color, f0, emission, occlusion, opacity, coat, samplers, features })
     }
 }
 
@@ -297,6 +330,13 @@ pub(super) fn address_mode(wrap: TextureWrap) -> AddressMode {
         TextureWrap::Mirror => AddressMode::Mirror,
         TextureWrap::Clamp => AddressMode::ClampToEdge,
     }
+}
+
+/// Returns the texels of both images of a clear coat, whose values are linear, so that mips average them.
+fn coat_texels(texels: &[CoatTexel]) -> [Vec<[f32; 4]>; 2] {
+    let first = |texel: &CoatTexel| [texel.weight, texel.alpha * texel.alpha, texel.slope[0], texel.slope[1]];
+    let second = |&CoatTexel { slope: [x, y], .. }: &CoatTexel| [x * x, y * y, x * y, 0.0];
+    [texels.iter().map(first).collect(), texels.iter().map(second).collect()]
 }
 
 /// Encodes fractions from 0 to 1 as unsigned 8-bit integers.

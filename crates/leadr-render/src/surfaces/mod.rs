@@ -11,6 +11,7 @@ pub mod flat;
 pub mod half_range;
 pub mod horizon;
 pub mod material;
+pub mod media;
 pub mod moments;
 pub mod numbering;
 pub mod object;

@@ -13,6 +13,7 @@ use super::fits::Fits;
 use super::flat;
 use super::horizon::{HorizonInput, HorizonMaps};
 use super::material::{Bases, CutoutKind, MaterialFeatures, MaterialImages, address_mode};
+use super::media::Media;
 use super::moments::{LeadrMapGpu, MomentFormat, field_maps};
 use super::patch_mesh::PatchMesh;
 use super::placeholders::Placeholders;
@@ -22,7 +23,7 @@ use crate::constants::{
     CHARTS, DETAIL_TRIPLANAR, FLAG_CHARTED, FLAG_DISPLACED, FLAG_FLAT, FLAG_MARK_INSIDE, FLAG_MASK, FLAG_ONE_VARIANT,
     FLAG_TINTED_EMISSION, FLAG_TRIANGLES, FLAG_TRIPLANAR,
 };
-use crate::scene::{Detail, DetailMapping, MaterialMap, Object, Tiling, TriangleCharts};
+use crate::scene::{CoatRelief, Detail, DetailMapping, MaterialMap, Object, Tiling, TriangleCharts};
 use crate::sets::OBJECT;
 use leadr_gpu::{
     AddressMode, Buffer, Descriptor, Filter, Gpu, GpuError, Image, Memory, ResourceSet, Result, Sampler, shared_struct,
@@ -97,6 +98,8 @@ pub struct GpuObject {
     by_class: OnceLock<ByClass>,
     /// The number of the measured material, counted from 1, or 0 without one.
     fit: u32,
+    /// The number of the medium, counted from 1, or 0 without one.
+    medium: u32,
 }
 
 /// The inputs for an object that is shaded by classes of facets.
@@ -134,6 +137,8 @@ pub struct Upload<'a> {
     pub format: MomentFormat,
     /// The measured materials of the scene.
     pub fits: &'a Fits,
+    /// The media behind the surfaces of the scene.
+    pub media: &'a Media,
     /// The placeholders for missing maps.
     pub none: &'a Placeholders,
 }
@@ -194,7 +199,15 @@ impl SurfaceKind {
             tiled: tiles,
             displaced: object.heights.is_some(),
             colored: object.material.is_some(),
-            features: MaterialFeatures { bases: Bases { classes: 1, ..features.bases }, ..features },
+            features: MaterialFeatures {
+                bases: Bases {
+                    classes: 1,
+                    coat: object.coat.is_some(),
+                    transmits: object.medium.is_some(),
+                    ..features.bases
+                },
+                ..features
+            },
             charted: object.charts.is_some(),
             class_colors: false,
             tap_rows: 1,
@@ -352,6 +365,9 @@ impl ObjectMaps {
     fn bindings<'a>(&'a self, classes: &'a ClassImages) -> Vec<(&'static str, Descriptor<'a>)> {
         let Self { leadr, horizons, atlas, material, detail, sampler, of_coarse_levels, .. } = self;
         let [colors, emission, occlusion, opacity] = &material.samplers;
+        let coarse = [(&atlas.light, of_coarse_levels), (&atlas.color, of_coarse_levels)];
+        let [coarse_light, coarse_color] =
+            material.coat.as_ref().map_or(coarse, |[first, second]| [(first, colors), (second, colors)]);
         let images: [(&str, &Image, &Sampler); 24] = [
             ("height_map", &leadr.heights, sampler),
             ("moments_a", &leadr.slopes, sampler),
@@ -368,9 +384,9 @@ impl ObjectMaps {
             ("opacity_map", &material.opacity, opacity),
             ("coarse_a", &atlas.slopes, of_coarse_levels),
             ("coarse_b", &atlas.joint, of_coarse_levels),
-            ("coarse_color", &atlas.color, of_coarse_levels),
+            ("coarse_color", coarse_color.0, coarse_color.1),
             ("coarse_f0", &atlas.f0, of_coarse_levels),
-            ("coarse_light", &atlas.light, of_coarse_levels),
+            ("coarse_light", coarse_light.0, coarse_light.1),
             ("coarse_class_moments", &classes.coarse_moments, of_coarse_levels),
             ("coarse_class_colors", &classes.coarse_colors, of_coarse_levels),
             ("detail_a", &detail.maps.slopes, &detail.sampler),
@@ -403,7 +419,7 @@ impl GpuObject {
         }
         let kind = SurfaceKind::of(&object, &object.mesh);
         let coarse = coarse_mesh.map(|mesh| (SurfaceKind::of(&object, &mesh), mesh));
-        let fit = upload.fits.number_of(&object);
+        let numbers = [upload.fits.number_of(&object), upload.media.number_of(&object)];
         let maps = match maps {
             Some(maps) => Ok(maps),
             None => Err(MapSources::take(&mut object)),
@@ -426,16 +442,16 @@ impl GpuObject {
         let none = &upload.none.classes;
         let coarse = coarse.map(|(kind, carrier, mesh)| {
             let object = Object { mesh, ..object.clone() };
-            Self::with_maps(gpu, object, fit, kind, carrier, maps.clone(), none)
+            Self::with_maps(gpu, object, numbers, kind, carrier, maps.clone(), none)
         });
         let coarse = coarse.transpose()?;
-        Ok((Self::with_maps(gpu, object, fit, kind, carrier, maps, none)?, coarse))
+        Ok((Self::with_maps(gpu, object, numbers, kind, carrier, maps, none)?, coarse))
     }
 
     fn with_maps(
         gpu: &Arc<Gpu>,
         object: Object,
-        fit: u32,
+        [fit, medium]: [u32; 2],
         kind: SurfaceKind,
         Carrier { topology, boundary }: Carrier,
         maps: Arc<ObjectMaps>,
@@ -461,6 +477,7 @@ impl GpuObject {
             maps,
             kind,
             fit,
+            medium,
         })
     }
 
@@ -509,6 +526,10 @@ impl GpuObject {
             flags: flags.iter().filter(|(_, set)| *set).fold(0, |flags, (flag, _)| flags | flag),
             fit: self.fit,
             edge_tint: edge_tint_bits(self.object.edge_tint),
+            medium: self.medium,
+            coat: self.object.coat.map_or([0.0; 4], |coat| {
+                [coat.weight, coat.alpha, if coat.relief == CoatRelief::Smooth { 1.0 } else { 0.0 }, 0.0]
+            }),
             relief: self.relief * height_scale.abs(),
             ..record
         }

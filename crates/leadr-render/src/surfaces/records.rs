@@ -44,6 +44,12 @@ shared_struct! {
         pub fit: u32,
         /// The edge tint of a conductor, with five bits per channel.
         pub edge_tint: u32,
+        /// The weight and the roughness of the clear coat, and 1 if the coat is smooth.
+        pub coat: [f32; 4],
+        /// The number of the medium, counted from 1, or 0 without one.
+        pub medium: u32,
+        /// Padding.
+        pub spare: [u32; 3],
         /// The centres of the classes of facets, as slopes per unit of texture coordinate and height, in units of the map.
         pub class_centers: [[f32; 4]; MOST_CLASSES],
         /// The units of the classes' moments about these centres, and the slope variance of the map in these units.

@@ -5,7 +5,7 @@
 
 use glam::{Affine2, Mat2, Vec2};
 
-use leadr_maps::material::{Material, Opacity, Texture, TextureWrap};
+use leadr_maps::material::{ClearCoat, Material, Opacity, Texture, TextureWrap};
 use leadr_render::constants::{CHART_COLORS, CHART_EMISSION, CHART_OCCLUSION, CHART_OPACITY, CHARTS};
 
 /// The texture coordinates of one type of image.
@@ -79,7 +79,8 @@ impl Charts {
         let m = &material;
         let colors = [&m.base_color, &m.f0].into_iter().filter_map(|input| input.texture.as_ref());
         let numbers = [&m.metalness, &m.roughness, &m.specular].into_iter().filter_map(|input| input.texture.as_ref());
-        let colors: Vec<&Texture> = colors.chain(numbers).collect();
+        let coat = m.coat.iter().flat_map(ClearCoat::textures);
+        let colors: Vec<&Texture> = colors.chain(numbers).chain(coat).collect();
         let opacity = match &m.opacity {
             Opacity::Opaque => None,
             Opacity::Mask { mask: input, .. } | Opacity::Blend { share: input } => input.texture.as_ref(),
@@ -121,7 +122,8 @@ impl Charts {
         let base = base.filter(|_| !material.unlit);
         let numbers = [&mut material.metalness, &mut material.roughness, &mut material.specular];
         let numbers = numbers.into_iter().filter_map(|input| input.texture.as_mut());
-        base.into_iter().chain(f0).chain(numbers).for_each(|texture| colors.seen(texture));
+        let coat = material.coat.iter_mut().flat_map(ClearCoat::textures_mut);
+        base.into_iter().chain(f0).chain(numbers).chain(coat).for_each(|texture| colors.seen(texture));
         material.occlusion.texture.iter_mut().chain(&mut material.cones).for_each(|texture| occlusion.seen(texture));
         if let Opacity::Mask { mask: input, .. } | Opacity::Blend { share: input } = &mut material.opacity {
             input.texture.iter_mut().for_each(|texture| opacity.seen(texture));

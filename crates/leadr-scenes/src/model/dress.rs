@@ -4,7 +4,7 @@ use super::charts::Charts;
 use super::parts::Parts;
 use super::relief::{project_bare_triangles, with_relief};
 use super::welds::Surface;
-use crate::cover::SampledMaterial;
+use crate::cover::{SampledMaterial, coat_of, medium_of};
 use leadr_maps::material::{Material, TextureWrap};
 use leadr_models::Model;
 use leadr_render::constants::{CHART_COLORS, CHART_EMISSION, CHART_OCCLUSION, CHART_OPACITY};
@@ -46,7 +46,8 @@ pub fn object(
     let image = |chart: u32| charts.images[chart as usize];
     let texels = sampled.texels(image(CHART_OPACITY) == image(CHART_COLORS), |at| at);
     let wraps = [CHART_EMISSION, CHART_OCCLUSION, CHART_OPACITY].map(|chart| image(chart).wrap);
-    let map = MaterialMap { wrap: image(CHART_COLORS).wrap, ..sampled.map(sampled.size, &texels) };
+    let wrap = image(CHART_COLORS).wrap;
+    let map = MaterialMap { wrap, coat: sampled.coat_map(wrap), ..sampled.map(sampled.size, &texels) };
     let object = Object {
         charts: at.images,
         tints_emission: material.unlit,
@@ -56,6 +57,8 @@ pub fn object(
         ..Object::new(format!("{} {}", model.name, material.name), mesh)
             .with_specular_f0(texels[0].diffuse_f0)
             .with_edge_tint(material.edge_tint)
+            .with_coat(coat_of(material))
+            .with_medium(medium_of(material, surface.placement.scale()))
             .with_material(sampled.with_light(map, wraps, |at| at))
     };
     if !sampled.has_heights() && !sampled.has_slopes() && !sampled.is_anisotropic() {

@@ -102,6 +102,15 @@ fn digest(material: &Material) -> u64 {
         anisotropy.rotation.to_bits().hash(hasher);
         input(hasher, &anisotropy.strength);
     }
+    if let Some(coat) = &material.coat {
+        coat.follows_relief.hash(hasher);
+        input(hasher, &coat.weight);
+        input(hasher, &coat.roughness);
+        texture(hasher, coat.normal_map.as_ref().map(|map| &map.texture));
+    }
+    let passed =
+        material.transmission.map(|t| [t.weight, t.ior, t.thickness, t.attenuation_distance].map(f32::to_bits));
+    passed.hash(hasher);
     let relief =
         material.relief.as_ref().map(|r| (r.map.width, r.map.height, r.middle.to_bits(), r.scale.map(f32::to_bits)));
     (relief, material.occlusion_strength.to_bits(), material.double_sided, material.unlit).hash(hasher);

@@ -17,7 +17,13 @@ use leadr_reflectance::materials::classic::{
 use leadr_reflectance::random::Random;
 use leadr_reflectance::slopes::grid::slope_cholesky;
 use leadr_reflectance::slopes::statistics::clamp_covariance;
+use leadr_reflectance::visible::clear_coat::{
+    coat_average, coat_bands, coat_facet_reflectance, coat_reflectance, coat_reflectances, coated_base,
+};
 use leadr_reflectance::visible::fresnel::visible_fresnel;
+use leadr_reflectance::visible::transmission::{
+    attenuation, passed_solid, refracted, refracted_cosine, refracted_variance, thin_variance,
+};
 
 /// A direction above the macrosurface.
 fn above(r: &mut Random) -> [f64; 3] {
@@ -103,6 +109,60 @@ fn visible_fresnel_parity() {
         Tolerance { relative: 2e-4, floor: |_| 1.0, unit: |_| 0.0 },
         |r| join(&[&r.direction().to_array(), &r.mean_slope().to_array(), &r.covariance().to_array()]),
         |x| list![visible_fresnel(v3(x, 0), v2(x, 3), clamp_covariance(v3(x, 5)), DVec3::new(0.0, 0.04, 0.5))],
+    );
+}
+
+#[test]
+fn clear_coat_parity() {
+    parity::<15>(
+        "visible/clear_coat",
+        Tolerance { relative: 3e-4, floor: |_| 1.0, unit: |_| 0.0 },
+        |r| {
+            let (wo, m, s) = (r.direction().to_array(), r.mean_slope().to_array(), r.covariance().to_array());
+            let shares = [r.range(0.01, 1.0), r.range(0.0, 1.0), r.range(0.0, 1.0), r.range(0.0, 1.0)];
+            join(&[&wo, &m, &s, &shares, &r.direction().to_array()])
+        },
+        |x| {
+            let (s, weight) = (clamp_covariance(v3(x, 5)), x[8]);
+            list![
+                [
+                    coat_reflectance(v3(x, 0), v2(x, 3), s, weight),
+                    coat_facet_reflectance(x[9], weight),
+                    coat_average(weight),
+                ],
+                coated_base(x[9], x[10], x[11], DVec3::new(0.0, 0.5, 0.9)),
+                coat_reflectances(v3(x, 0), v3(x, 12), v2(x, 3), s, weight).to_array(),
+                coat_bands(weight),
+            ]
+        },
+    );
+}
+
+#[test]
+fn transmission_parity() {
+    parity::<13>(
+        "visible/transmission",
+        // Near total reflection, a root magnifies rounding errors of directions.
+        Tolerance { relative: 3e-3, floor: |_| 1.0, unit: |_| 0.0 },
+        |r| {
+            // Facets in front of the viewer, near the mean normal.
+            let (w, offset) = (above(r), above(r));
+            let n = DVec3::from(w) + 0.9 * DVec3::from(above(r));
+            let facet = (n.normalize() + 0.2 * DVec3::from(offset)).normalize();
+            let numbers = [r.range(1.05, 2.5), r.range(0.0, 0.2), r.range(0.0, 1.0), r.range(0.0, 1.0)];
+            join(&[&w, &facet.to_array(), &n.normalize().to_array(), &numbers])
+        },
+        |x| {
+            let (w, facet, eta) = (v3(x, 0), v3(x, 3), x[9]);
+            let cosine = w.dot(facet);
+            list![
+                [refracted_cosine(cosine, eta)],
+                refracted(w, facet, eta),
+                passed_solid(w, facet, v3(x, 6), eta),
+                [refracted_variance(x[10], cosine, eta), thin_variance(x[11], cosine)],
+                attenuation(DVec3::new(0.0, 1.0, 5.0), x[12]),
+            ]
+        },
     );
 }
 
