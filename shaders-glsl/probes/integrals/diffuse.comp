@@ -28,6 +28,8 @@ void main() {
     put(leadr_diffuse_light_sh(v, wo, wi, m, S, false));
     put(leadr_diffuse_light(wo, wi, m, S, true, n, lambda));
     put(leadr_diffuse_light(wo, wi, m, S, false, n, lambda));
-    put(groove_normal_moments(wo, m, S, n, lambda).mean);
-    put(groove_diffuse_light(wo, wi, m, S, n, lambda));
+    // Seen edge-on, the visible parts of grooves have relative rounding errors.
+    float edge = clamp(meso_area(wo, m), 0.0, 1.0);
+    put(edge * groove_normal_moments(wo, m, S, n, lambda).mean);
+    put(edge * groove_diffuse_light(wo, wi, m, S, n, lambda));
 }

