@@ -10,12 +10,14 @@
 // and few of a rule's nodes lie there, so it has a lookup of its own (crates/leadr-reflectance/src/visible/grazing.rs has the derivation).
 // Once per lobe
 //     GrazingLobe g = grazing_lobe(shadowing, wo, visible_slopes(wo, m, S), up, base_area, base_variance);
-//     reflected += (grazing_reflectance(f0) - f0) * g.weight * fraction lit by the relief from g.wi * lookup of g.wi, g.variance
+//     reflected += (grazing_reflectance(f0) - f0) * g.weight * fraction lit by the relief * lookup of g.wi, g.variance
+// The fraction lit by the relief is the mean of two directions, one standard deviation sqrt(g.spread) above and below g.wi.
 
 struct GrazingLobe {
     float weight;   // mean of Schlick's weight times the lit fraction over the visible facets
     vec3 wi;        // mean direction that these facets reflect, in the tangent frame, unit length
     float variance; // variance of the lookup per axis, in radians squared, below 2
+    float spread;   // variance of the directions per axis, in radians squared
 };
 
 const int LEADR_GRAZING_NODES = 6;
@@ -70,8 +72,8 @@ GrazingLobe grazing_lobe(const int shadowing, const vec3 wo, const VisibleSlopes
     // The length of the mean direction gives the variance.
     float square = dot(sum.xyz, sum.xyz);
     g.wi = sum.xyz * inversesqrt(max(square, 1e-30));
-    float variance = -0.5 * log(clamp(square / max(sum.w * sum.w, 1e-30), 1e-4, 1.0));
-    variance /= 1.0 + 0.5 * variance;
+    g.spread = -0.5 * log(clamp(square / max(sum.w * sum.w, 1e-30), 1e-4, 1.0));
+    float variance = g.spread / (1.0 + 0.5 * g.spread);
     float widest = max(dot(up, g.wi), 0.0) / LEADR_HORIZON_DEVIATIONS;
     g.variance = clamp(widest * widest, LEADR_NARROWEST * variance, variance);
     return g;

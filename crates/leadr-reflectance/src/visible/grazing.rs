@@ -40,6 +40,9 @@ pub struct GrazingLobe {
     pub wi: DVec3,
     /// The variance of the lookup per axis, in radians², below 2.
     pub variance: f64,
+    /// The variance of the reflected directions per axis, in radians². The fraction that larger bumps let through is concave in the height
+    /// of the direction, so its mean needs two directions, one standard deviation above and below `wi`.
+    pub spread: f64,
 }
 
 /// Returns the `u` of the facets that reflect the horizon of the mesosurface with the normal `up`. `rest` is the variance across the azimuth.
@@ -80,13 +83,14 @@ pub fn grazing_lobe(shadowing: Shadowing, wo: DVec3, v: &VisibleSlopes, up: DVec
     }
     let square = sum.length_squared();
     let wi = sum / square.max(1e-30).sqrt();
-    let variance = -0.5 * (square / (weights * weights).max(1e-30)).clamp(1e-4, 1.0).ln();
-    let variance = variance / (1.0 + 0.5 * variance);
+    let spread = -0.5 * (square / (weights * weights).max(1e-30)).clamp(1e-4, 1.0).ln();
+    let variance = spread / (1.0 + 0.5 * spread);
     let widest = up.dot(wi).max(0.0) / HORIZON_DEVIATIONS;
     GrazingLobe {
         weight: (weights * (highest - lowest) / (v.area * per_b).max(1e-9)).min(1.0),
         wi,
         variance: (widest * widest).min(variance).max(NARROWEST * variance),
+        spread,
     }
 }
 

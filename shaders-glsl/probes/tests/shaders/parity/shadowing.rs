@@ -147,7 +147,7 @@ fn grazing_parity() {
             let v = visible_slopes(wo, m, v3(x, 5) + DVec3::new(base, base, 0.0));
             let up = (-0.5 * m).extend(1.0).normalize();
             let g = grazing_lobe(Shadowing::Correlated, wo, &v, up, base);
-            list![[g.weight], g.weight * g.wi, [g.weight * g.variance]]
+            list![[g.weight], g.weight * g.wi, [g.weight * g.variance, g.weight * g.spread]]
         },
     );
 }
@@ -159,6 +159,6 @@ fn finite_at_the_extremes() {
     let r = &mut Random(7);
     finite::<11, 0>(&gpu, r, "masking/correlated", 15, 2, |_| []);
     finite::<8, 0>(&gpu, r, "visible/shadowed_environment", 9, 1, |_| []);
-    finite::<9, 1>(&gpu, r, "visible/grazing", 5, 1, |r| [r.log(1e-6, 4.0) as f32]);
+    finite::<9, 1>(&gpu, r, "visible/grazing", 6, 1, |r| [r.log(1e-6, 4.0) as f32]);
     finite::<12, 1>(&gpu, r, "visible/shadowed_specular", 12, 2, |r| [r.log(1e-6, 4.0) as f32]);
 }
