@@ -146,11 +146,15 @@ ProbedLobe probed_lobe(const Surface surface, const vec3 wo, const vec3 S, const
     return lobe;
 }
 
+// Whether all visible facets are lit.
+const bool UNSHADOWED = (MAPPED || SHADOWING == LEADR_SHADOWING_NONE) && !HAS_HORIZON;
+
 // The sums over probes. The weights of the probes add up to one.
 struct ProbeSums {
     vec3 at_normal;  // radiance as if all light were reflected
     vec3 by_angle;   // this radiance times Schlick's term or, for a table of reflectances, times the cosine
     float lit;
+    float grazing;   // sum of Schlick's term
     float cosine;
     float cosine2;
 };
@@ -176,6 +180,7 @@ void add_probe(inout ProbeSums sums, const Surface surface, const vec3 wo, const
     sums.at_normal += l.lit * radiance;
     sums.by_angle += (fitted ? l.lit * p.cosine : l.grazing) * radiance;
     sums.lit += p.weight * l.lit;
+    sums.grazing += p.weight * schlick_weight(p.cosine);
     sums.cosine += p.weight * p.cosine;
     sums.cosine2 += p.weight * p.cosine * p.cosine;
 }
@@ -193,6 +198,10 @@ SpecularTerm probes_specular(const ProbeSums sums, const Surface surface, const 
     } else {
         // The edge tint varies slowly with the angle, so its mean over the lobe is approximated by its value at the mean cosine.
         vec3 rise = grazing_reflectance(surface.f0) - surface.f0;
+        if (UNSHADOWED) {
+            // The diffuse term has what the exact mean of Schlick's term leaves.
+            rise *= lobe.probes.grazing / max(sums.grazing, 1e-9);
+        }
         reflected = (surface.f0 - surface.edge_tint * edge_tint_weight(sums.cosine)) * sums.at_normal + rise * sums.by_angle;
     }
     if (INTERREFLECTION) {
@@ -208,7 +217,7 @@ SpecularTerm probes_specular(const ProbeSums sums, const Surface surface, const 
 
 // Returns the specular term from `count` probes among the visible slopes.
 SpecularTerm probe_specular(Surface surface, vec3 wo, const vec3 S, int count) {
-    ProbeSums sums = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0);
+    ProbeSums sums = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0, 0.0);
     bool fitted = is_fitted(surface.fit);
     ProbedLobe lobe = probed_lobe(surface, wo, S, probe_kernel(count));
     [[unroll]] for (int i = 0; i < count; ++i) {
@@ -241,13 +250,13 @@ vec3 class_grazing(const Surface surface, const vec3 wo, const vec3 S) {
 
 // Returns the specular term of one of several classes from `count` probes, 3 or 5, and one lookup for the grazing part of the lobe.
 SpecularTerm class_specular(Surface surface, vec3 wo, const vec3 S, const int count) {
-    ProbeSums sums = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0);
+    ProbeSums sums = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0, 0.0);
     bool fitted = is_fitted(surface.fit);
     ProbedLobe lobe = probed_lobe(surface, wo, S, probe_kernel(count));
     for (int i = 0; i < count; ++i) {
         add_probe(sums, surface, wo, lobe, few_node(lobe.probes, wo, count, i), fitted);
     }
-    if (is_class(surface) && !fitted) {
+    if (SHADOWING != LEADR_SHADOWING_NONE && is_class(surface) && !fitted) {
         sums.by_angle = class_grazing(surface, wo, S);
     }
     return probes_specular(sums, surface, lobe, fitted);
@@ -568,7 +577,7 @@ SpecularTerm shared_probes(Surface surface, const vec2 bases[MOST_BASES]) {
     bool fitted = is_fitted(surface.fit);
     vec3 kernel = fitted ? probe_kernel(LOBE_RULE) : probe_kernel(SAMPLES);
     SpecularTerm sum = SpecularTerm(vec3(0.0), vec3(0.0), 0.0);
-    ProbeSums sums = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0);
+    ProbeSums sums = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0, 0.0);
     for (int i = 0; i < FIT_LOBES; ++i) {
         ProbedLobe lobe = probed_lobe(surface, wo, base_of(surface, bases[fitted ? i : 0].x).S, kernel);
         [[unroll]] for (int j = 0; j < LOBE_NODES; ++j) {
@@ -587,7 +596,7 @@ SpecularTerm shared_probes(Surface surface, const vec2 bases[MOST_BASES]) {
             float weight = fitted ? bases[i].y : 1.0;
             sum.reflected += weight * part.reflected;
             sum.fresnel += weight * part.fresnel;
-            sums = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0);
+            sums = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0, 0.0);
         }
     }
     return sum;

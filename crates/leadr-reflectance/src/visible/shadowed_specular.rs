@@ -126,19 +126,21 @@ pub fn visible_specular_environment(
     let probes = visible_probes(shadowing, wo, m, s, rule.kernel);
     let o = direction_area(wo, probes.m, probes.cholesky);
     let rise = grazing_reflectance(f0) - f0;
-    let (mut sum, mut lit) = (SpecularTerm::default(), 0.0);
+    let (mut at_normal, mut by_angle, mut lit, mut grazing) = (DVec3::ZERO, DVec3::ZERO, 0.0, 0.0);
     for node in rule.nodes(probes.wide) {
         let p = visible_probe(&probes, wo, &node);
         let l = lit_probe(shadowing, &probes, &o, wo, f0.element_sum() / 3.0, &p, None);
-        let lookup = VisibleProbe { wi: l.wi, variance: l.narrowing * p.variance, ..p };
-        sum.reflected += p.weight * (f0 * l.lit + rise * l.grazing) * radiance(&lookup);
-        sum.weight += p.weight;
+        let light = p.weight * radiance(&VisibleProbe { wi: l.wi, variance: l.narrowing * p.variance, ..p });
+        at_normal += l.lit * light;
+        by_angle += l.grazing * light;
         lit += p.weight * l.lit;
+        grazing += p.weight * schlick_weight(p.cosine);
     }
+    // Without shadows, the specular and the diffuse term share the exact mean of Schlick's weight.
+    let exact = if shadowing == Shadowing::None { probes.grazing / grazing.max(1e-9) } else { 1.0 };
+    let reflected = f0 * at_normal + exact * rise * by_angle;
     // The weights of a rule sum to one. With approximate shares the sum may exceed one, but it must not add energy.
-    sum.reflected /= lit.max(1.0);
-    sum.fresnel = f0 + rise * probes.grazing;
-    sum
+    SpecularTerm { reflected: reflected / lit.max(1.0), fresnel: f0 + rise * probes.grazing, weight: 1.0 }
 }
 
 #[cfg(test)]
