@@ -137,17 +137,22 @@ fn fresnel_of_the_visible_facets() {
         }
         ((square / all.len() as f64).sqrt(), worst)
     };
-    for (n, bound) in [(5, 3.7e-3), (9, 2.5e-3), (16, 1.8e-3)] {
+    // Every rule has the same mean, from three slopes.
+    for n in [5, 9, 16] {
         let along = |s: &Surface, f0| {
             visible_specular_environment(Shadowing::None, s.wo, s.m, s.s, f0, probe_rule(n), |_| DVec3::ONE)
         };
         let white = along(&all[0], DVec3::ONE);
         assert!((white.reflected - DVec3::ONE).length() < 1e-7 && (white.fresnel - DVec3::ONE).length() < 1e-7);
+        // Without shadows, the probes reflect this mean.
+        let f0 = DVec3::splat(0.04);
+        let reflects = |s: &Surface| (along(s, f0).reflected - along(s, f0).fresnel).length() < 1e-7;
+        assert!(all.iter().all(reflects));
         // The case has Schlick's weight only, without the reflectance at normal incidence.
-        let f0 = 0.04;
-        let (rms, worst) = error(&|s| (along(s, DVec3::splat(f0)).fresnel.x - f0) / (1.0 - f0));
-        println!("mean Fresnel term by {n} probes: rms {rms:.1e}, worst {worst:.1e}");
-        assert!(rms < bound && worst < 0.022);
+        let (rms, worst) = error(&|s| (along(s, f0).fresnel.x - 0.04) / 0.96);
+        println!("mean Fresnel term with {n} probes: rms {rms:.1e}, worst {worst:.1e}");
+        // The surfaces have slope deviations up to 2, where the slopes across the azimuth are not small.
+        assert!(rms < 4.5e-3 && worst < 0.06);
     }
 }
 
