@@ -185,8 +185,13 @@ mod tests {
     fn command_contains_every_changed_option() {
         let sphere = given(&["--scene", "sphere"]);
         let with_cones = given(&["--scene", "plane", "--cone-map", "cones.png"]);
+        let on_grid = given(&["--scene", "sphere", "--grid", "5"]);
         for option in SceneOption::all() {
-            let (line, config) = if option.spec.name.starts_with("cone-") { &with_cones } else { &sphere };
+            let (line, config) = match option.spec.name {
+                "grid-lod" => &on_grid,
+                name if name.starts_with("cone-") => &with_cones,
+                _ => &sphere,
+            };
             let mut changed = config.clone();
             if !matches!(option.sets, Sets::Picture(_) | Sets::Shading(_)) {
                 continue;
