@@ -54,26 +54,29 @@ vec2 lit_direction(const int shadowing, const VisibleProbes probes, const Direct
     return lit * vec2(1.0, schlick_weight(sqrt(max(0.5 + 0.5 * dot(wo, w), 0.0))));
 }
 
-// The two directions of a probe, one deviation above and one deviation below it relative to the mesosurface.
+// Two directions for light from about a direction, one deviation above and one deviation below it relative to the mesosurface.
 struct ProbeDirections {
     vec3 up;   // normal of the mesosurface
     vec3 high;
     vec3 low;
 };
 
-ProbeDirections probe_directions(const VisibleProbes probes, const VisibleProbe p) {
-    vec2 m = probes.m;
-    vec3 up = vec3(-m, 1.0) * inversesqrt(1.0 + dot(m, m));
-    float height = dot(up, p.mirror);
+// Returns the two directions for w, of unit length. variance is that of the light per axis.
+ProbeDirections split_direction(const vec3 up, const vec3 w, const float variance) {
+    float height = dot(up, w);
     float side = sqrt(max(1.0 - height * height, 0.0));
     float per_side = 1.0 / max(side, 1e-4);
-    float spread = probes.lit_spread * p.variance;
-    float cosine2 = 1.0 / (1.0 + spread);
-    float sine = sqrt(spread * cosine2);
+    float cosine2 = 1.0 / (1.0 + variance);
+    float sine = sqrt(variance * cosine2);
     vec2 heights = height * cosine2 + vec2(side * sine, -side * sine);
     vec2 sides = per_side * sqrt(max(1.0 - heights * heights, 0.0));
-    vec3 flat_wi = p.mirror - up * height;
+    vec3 flat_wi = w - up * height;
     return ProbeDirections(up, up * heights.x + flat_wi * sides.x, up * heights.y + flat_wi * sides.y);
+}
+
+ProbeDirections probe_directions(const VisibleProbes probes, const VisibleProbe p) {
+    vec3 up = vec3(-probes.m, 1.0) * inversesqrt(1.0 + dot(probes.m, probes.m));
+    return split_direction(up, p.mirror, probes.lit_spread * p.variance);
 }
 
 // Returns the lit part of a probe. The result is the mean of its two directions. Each direction has its own lit fraction, weight and Fresnel

@@ -232,11 +232,8 @@ vec3 class_grazing(const Surface surface, const vec3 wo, const vec3 S) {
     vec3 up = normal_of_slope(surface.whole_mean);
     GrazingLobe g = grazing_lobe(SHADOWING, wo, v, up, shaded_class.base_area, base_variance(surface));
     // The lit fraction is concave in the height of the direction, so two heights give its mean.
-    float height = dot(up, g.wi), spread = sqrt(g.spread * max(1.0 - height * height, 0.0));
-    vec2 heights = clamp(vec2(height + spread, height - spread), 0.0, 1.0);
-    vec3 side = (g.wi - height * up) * inversesqrt(max(1.0 - height * height, 1e-6));
-    vec2 sides = sqrt(1.0 - heights * heights);
-    float lit = 0.5 * g.weight * (class_lit(surface, heights.x * up + sides.x * side) + class_lit(surface, heights.y * up + sides.y * side));
+    ProbeDirections d = split_direction(up, g.wi, g.spread);
+    float lit = 0.5 * g.weight * (class_lit(surface, d.high) + class_lit(surface, d.low));
     if (HAS_HORIZON) {
         Horizon h = raised_horizon(surface.horizon, LEADR_SPECULAR_HORIZON);
         lit *= horizon_visibility(g.wi, surface.mean_slope, h, sqrt(g.variance));
