@@ -108,9 +108,10 @@ fn digest(material: &Material) -> u64 {
         input(hasher, &coat.roughness);
         texture(hasher, coat.normal_map.as_ref().map(|map| &map.texture));
     }
-    let passed =
-        material.transmission.map(|t| [t.weight, t.ior, t.thickness, t.attenuation_distance].map(f32::to_bits));
-    passed.hash(hasher);
+    if let Some(passed) = material.transmission {
+        let numbers = [passed.weight, passed.ior, passed.thickness, passed.attenuation_distance];
+        (numbers.map(f32::to_bits), passed.attenuation_color.map(f32::to_bits)).hash(hasher);
+    }
     let relief =
         material.relief.as_ref().map(|r| (r.map.width, r.map.height, r.middle.to_bits(), r.scale.map(f32::to_bits)));
     (relief, material.occlusion_strength.to_bits(), material.double_sided, material.unlit).hash(hasher);
