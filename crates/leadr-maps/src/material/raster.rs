@@ -3,6 +3,8 @@
 use std::sync::Arc;
 
 use crate::MapFault;
+use crate::moments::Wrap;
+use crate::resample::resampled_raster;
 use crate::srgb::linear_from_srgb;
 
 /// The samples of a [`Raster`] in row-major order, with interleaved channels.
@@ -114,6 +116,12 @@ impl Raster {
             Samples::F32(all) => Samples::F32(select(all, self.channels, channels)),
         };
         Self { channels: channels.len(), samples, ..*self }
+    }
+
+    /// Returns the image at another size, in linear floats. `encoding` is that of the codes. Where the size is smaller, texels are means by
+    /// area.
+    pub fn resampled(&self, size: [u32; 2], encoding: Encoding) -> Self {
+        resampled_raster(self, size, encoding, Wrap::Clamp)
     }
 
     /// Returns the linear colour of a texel. `encoding` applies to codes only, because floats are always linear.
