@@ -35,7 +35,7 @@ mod pose;
 pub use animation::{Animation, Channel, Curve, Interpolation, Property};
 pub use deform::PosedVertices;
 pub use fault::{ModelError, ModelFault};
-pub use gltf::EXTENSIONS_READ;
+pub use gltf::{Document, DocumentImage, EXTENSIONS_READ};
 pub use load::LoadOptions;
 pub use mesh::{Influences, Mesh, MorphTarget, Primitive};
 pub use model::{Camera, Light, LightKind, Model, Node, Projection, SceneRoots, Skin, Transform};

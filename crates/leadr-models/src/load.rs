@@ -49,7 +49,7 @@ impl Model {
     }
 }
 
-fn of_file(fault: MapFault) -> ModelFault {
+pub(super) fn of_file(fault: MapFault) -> ModelFault {
     match fault {
         MapFault::Io { doing, source } => ModelFault::Io { doing, source },
         MapFault::NotAFile => ModelFault::NotAFile,

@@ -3,6 +3,7 @@
 
 mod accessor;
 mod animations;
+mod document;
 mod draco;
 mod extensions;
 mod glb;
@@ -33,6 +34,7 @@ use super::fault::shown;
 use super::load::LoadOptions;
 use super::model::Model;
 
+pub use document::{Document, DocumentImage};
 pub use extensions::READ as EXTENSIONS_READ;
 
 /// Decodes a model from the bytes of its file. Other files are read from `folder`.
