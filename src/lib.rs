@@ -19,6 +19,7 @@
 //! | [`gpu`] | `leadr-gpu` | a thin layer over Vulkan |
 //! | [`render`] | `leadr-render` | the renderer: a `Renderer` draws a `FrameState` of `Object`s under an `Environment` |
 //! | [`scenes`] | `leadr-scenes` | ready-made scenes: a `Stage` each |
+//! | – | `leadr-textures` | filtered textures of models for other engines |
 //! | `command` | this one, feature `cli` | the `leadr` command; feature `window` (default) adds its window |
 //!
 //! `examples/00_first_picture.rs` renders a picture. `ARCHITECTURE.md` describes the inside of the crates.

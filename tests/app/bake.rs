@@ -453,3 +453,40 @@ fn downloaded_folders_of_every_kind_are_baked() {
     let errors: Vec<f64> = report["error"].as_array().unwrap().iter().map(|error| error.as_f64().unwrap()).collect();
     assert!(errors.iter().all(|&error| error < 1e-3), "{errors:?}");
 }
+
+/// A model keeps its meshes, and its textures become KTX2 images.
+#[cfg(feature = "textures")]
+#[test]
+fn a_model_gets_filtered_textures() {
+    use leadr::models::{Document, LoadOptions, Model};
+    let folder = tempfile::tempdir().unwrap();
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/snail.glb");
+    let (glb, gltf) = (folder.path().join("snail.glb"), folder.path().join("out/snail.gltf"));
+    let output = bake(&[text(&source), "--json", "-o", text(&glb)]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(!report["textures"].as_array().unwrap().is_empty());
+    assert_eq!(report["files"].as_array().unwrap().len(), 1);
+    assert_eq!(report["bytes"].as_u64().unwrap(), std::fs::metadata(&glb).unwrap().len());
+    let mesh = |path: &Path| Model::load(path, LoadOptions::default()).unwrap().meshes;
+    assert_eq!(mesh(&glb), mesh(&source));
+    let output = bake(&[text(&source), "--for", "godot", "-q", "-o", text(&gltf)]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let document = Document::open(&gltf, &LoadOptions::default()).unwrap();
+    assert!(document.images.iter().any(|image| image.file.is_some()));
+    assert_eq!(mesh(&gltf), mesh(&source));
+    for (wrong, expected) in [
+        (vec![text(&source), "--for", "godot", "-o", "x.glb"], "name a .gltf"),
+        (vec![text(&source), "--kind", "gloss", "-o", "x.glb"], "--kind is for maps"),
+        (vec![text(&source), "-o", "x.ktx2"], "must end in .glb or .gltf"),
+        (vec![text(&source), "-o", text(&source)], "is also an input"),
+        (vec!["nothing.glb", "-o", "x.glb"], "nothing.glb: cannot be opened"),
+        (vec!["a.png", "--for", "bevy", "-o", "x.ktx2"], "--for is for models"),
+    ] {
+        let output = bake(&wrong);
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() != Some(0) && message.contains(expected), "{wrong:?}: {message}");
+        assert_eq!(message.trim_end().lines().count(), 1, "{message}");
+    }
+    assert!(!Path::new("x.glb").exists());
+}

@@ -31,6 +31,7 @@ pub const EXAMPLES: &str = "Examples:
   leadr bake --normal bricks_n.png --gloss bricks_g.png --kind gloss -o bricks.ktx2   add the spread of the normals to the gloss
   leadr bake bricks_n.png --kind height -o bricks_h.png      compute heights from normals
   leadr bake Rock003 --kind height,gloss,occlusion,cones -o rock/   write a folder of maps
+  leadr bake bricks.glb -o bricks-filtered.glb               give the textures of a model mip levels with the roughness of lost normals
   leadr bake --cone-table --gloss-scale wwii -o cones.exr    write the table of specular reflectance under cones
 
 Slopes are per unit of texture coordinate, with t pointing down. The unit of the output heights is that of the height map times
@@ -39,7 +40,7 @@ Slopes are per unit of texture coordinate, with t pointing down. The unit of the
 /// Arguments of `leadr bake`.
 #[derive(Clone, Debug, Args)]
 pub struct BakeArgs {
-    /// A height map (PNG, TIFF, EXR or another image format), a normal map recognised by its name, or a material folder
+    /// A height map (PNG, TIFF, EXR or another image format), a normal map recognised by its name, a material folder, or a glTF model
     #[arg(value_name = "FILE|FOLDER", required_unless_present_any = ["normal", "cone_table"])]
     pub input: Option<PathBuf>,
     /// Read pictures of the folder through links that lead out of it. Use this option only for folders that you trust
@@ -111,16 +112,19 @@ pub struct BakeArgs {
     /// Set the channels of the file: the channels of leadr, or the bump slopes of OpenImageIO (.exr)
     #[arg(long, value_name = "LAYOUT", value_parser = one_of(LAYOUTS), default_value = "leadr")]
     pub layout: Layout,
+    /// Set the engine that reads the model (models only)
+    #[arg(long = "for", value_name = "ENGINE", value_parser = one_of(ENGINES))]
+    pub engine: Option<ModelEngine>,
     /// Write the table of specular reflectance under occlusion cones (32 viewer's cosines x 32 glosses on --gloss-scale x 8 cones) as an .exr, without an input
     #[arg(long, conflicts_with_all = WITHOUT_CONE_TABLE)]
     pub cone_table: bool,
-    /// Write the map to this file, or several maps to this folder
-    #[arg(long, short, value_name = "OUT.ktx2|OUT.exr|OUT.png|FOLDER")]
+    /// Write the map to this file, several maps to this folder, or the model to this file
+    #[arg(long, short, value_name = "OUT.ktx2|OUT.exr|OUT.png|OUT.glb|OUT.gltf|FOLDER")]
     pub output: PathBuf,
 }
 
 /// The flags that do not apply to --cone-table.
-const WITHOUT_CONE_TABLE: [&str; 19] = [
+const WITHOUT_CONE_TABLE: [&str; 20] = [
     "input",
     "follow_links",
     "normal",
@@ -140,6 +144,7 @@ const WITHOUT_CONE_TABLE: [&str; 19] = [
     "drop_levels",
     "resample",
     "layout",
+    "engine",
 ];
 
 /// The number of classes of facets that a map stores.
@@ -156,6 +161,25 @@ fn class_count(text: &str) -> Result<ClassCount, String> {
     let count = whole(text, 1_usize, MOST_CLASSES).map_err(|error| format!("{error}, or auto"))?;
     Ok(ClassCount::Exactly(count))
 }
+
+/// An engine that reads models.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ModelEngine {
+    #[default]
+    Gltf,
+    Bevy,
+    Godot,
+}
+
+const ENGINES: Names<ModelEngine> = &[
+    (
+        "gltf",
+        ModelEngine::Gltf,
+        "three.js, Babylon.js, Filament, Unity with glTFast, and others with KHR_texture_basisu",
+    ),
+    ("bevy", ModelEngine::Bevy, "Bevy, which reads BC7 textures but not KHR_texture_basisu"),
+    ("godot", ModelEngine::Godot, "Godot, which keeps mip levels of files beside a .gltf; colours stay as they are"),
+];
 
 const NORMAL_Y: Names<GreenAxis> =
     &[("up", GreenAxis::Up, "Up (OpenGL, glTF)"), ("down", GreenAxis::Down, "Down (DirectX)")];

@@ -2,6 +2,8 @@
 
 pub mod args;
 mod cone_table;
+#[cfg(feature = "textures")]
+mod model;
 mod report;
 mod sources;
 
@@ -87,6 +89,11 @@ fn jobs(arguments: &BakeArgs) -> Result<Vec<Job>, AppError> {
     }
 }
 
+/// Whether a path has the suffix of a model.
+fn is_model(path: &Path) -> bool {
+    matches!(extension(path).as_deref(), Some("glb" | "gltf")) && !path.is_dir()
+}
+
 /// Whether a path without a known extension means a folder.
 fn names_a_folder(path: &Path) -> bool {
     path.is_dir() || path.to_string_lossy().ends_with(['/', std::path::MAIN_SEPARATOR])
@@ -96,6 +103,18 @@ fn names_a_folder(path: &Path) -> bool {
 pub fn run(arguments: &BakeArgs, output: &Output) -> Result<(), AppError> {
     if arguments.cone_table {
         return cone_table::run(arguments, output);
+    }
+    if let Some(input) = arguments.input.as_deref().filter(|input| is_model(input)) {
+        #[cfg(feature = "textures")]
+        return model::run(arguments, input, output);
+        #[cfg(not(feature = "textures"))]
+        return Err(AppError::Usage(format!(
+            "{}: this program was built without texture encoders; build it with --features textures",
+            shown_path(input)
+        )));
+    }
+    if arguments.engine.is_some() {
+        return Err(AppError::Usage("--for is for models: name a .glb or .gltf file, or leave it out".into()));
     }
     let start = Instant::now();
     let (layout, precision) = (arguments.layout, arguments.format);

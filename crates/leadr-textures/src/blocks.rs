@@ -1,0 +1,163 @@
+//! Block compression, 16 bytes for 4 × 4 texels.
+//!
+//! UASTC blocks are a subset of ASTC that loaders convert to the format of the device. glTF allows no other blocks of this quality.
+//! BC7 blocks are read by graphics cards of computers as they are.
+
+use basis_universal::{BasisTextureFormat, ColorSpace, Compressor, CompressorParams};
+use intel_tex_2::{RgbaSurface, bc7};
+use leadr_maps::mips::{MipLevel, Mips};
+
+/// A kind of blocks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BlockFormat {
+    /// UASTC LDR 4 × 4 (Basis Universal).
+    Uastc,
+    /// BC7.
+    Bc7,
+}
+
+/// The width and height of a block in texels.
+pub const BLOCK_SIDE: u32 = 4;
+
+/// Compressed mip levels.
+#[derive(Clone, Debug)]
+pub struct Blocks {
+    /// The kind of blocks.
+    pub format: BlockFormat,
+    /// Whether the colour channels are sRGB codes.
+    pub srgb: bool,
+    /// Whether a texel has an alpha below 1.
+    pub alpha: bool,
+    /// The width and height of the finest level.
+    pub size: [u32; 2],
+    /// The blocks of each level, from the finest to the coarsest.
+    pub levels: Vec<Vec<u8>>,
+}
+
+/// UASTC quality from 0 to 4. Level 2 is the library's default.
+const UASTC_QUALITY: u32 = 2;
+
+/// Compresses all levels.
+///
+/// # Panics
+/// Panics if `mips` has no level, or if the Basis Universal encoder fails, which it does for images without texels only.
+pub fn compress(mips: &Mips, format: BlockFormat) -> Blocks {
+    let levels = match format {
+        BlockFormat::Uastc => uastc(mips),
+        BlockFormat::Bc7 => mips.levels.iter().map(|level| bc7(level, mips.has_alpha())).collect(),
+    };
+    Blocks { format, srgb: mips.srgb, alpha: mips.has_alpha(), size: mips.levels[0].size, levels }
+}
+
+fn uastc(mips: &Mips) -> Vec<Vec<u8>> {
+    let mut parameters = CompressorParams::new();
+    parameters.set_basis_format(BasisTextureFormat::UASTC4x4);
+    parameters.set_color_space(if mips.srgb { ColorSpace::Srgb } else { ColorSpace::Linear });
+    parameters.set_uastc_quality_level(UASTC_QUALITY);
+    parameters.set_generate_mipmaps(false);
+    parameters.set_print_status_to_stdout(false);
+    for (i, MipLevel { size: [width, height], texels }) in mips.levels.iter().enumerate() {
+        let mut image = match i.checked_sub(1) {
+            None => parameters.source_image_mut(0),
+            Some(level) => parameters.source_mipmap_image_mut(0, level as u32),
+        };
+        image.init(texels.as_flattened(), *width, *height, 4);
+    }
+    let threads = std::thread::available_parallelism().map_or(1, |count| count.get() as u32);
+    let mut compressor = Compressor::new(threads);
+    // SAFETY: the images have the sizes of their texels, and all other parameters are in the ranges that the crate declares.
+    let done = unsafe { compressor.init(&parameters).then(|| compressor.process()) };
+    assert!(matches!(done, Some(Ok(()))), "the encoder failed: {done:?}");
+    slices(compressor.basis_file(), mips.levels.len())
+}
+
+/// Returns the blocks of each level of a `.basis` file with one image. UASTC slices are not compressed further.
+fn slices(file: &[u8], count: usize) -> Vec<Vec<u8>> {
+    const SLICE_DESCRIPTIONS_AT: usize = 65; // the position of their offset in the header
+    const DESCRIPTION: usize = 23;
+    const OFFSET: usize = 13; // of the slice's offset in its description; the size follows
+    let word = |at: usize| u32::from_le_bytes(file[at..at + 4].try_into().expect("four bytes")) as usize;
+    let first = word(SLICE_DESCRIPTIONS_AT);
+    let slice = |i: usize| {
+        let at = first + i * DESCRIPTION + OFFSET;
+        file[word(at)..word(at) + word(at + 4)].to_vec()
+    };
+    (0..count).map(slice).collect()
+}
+
+fn bc7(level: &MipLevel, alpha: bool) -> Vec<u8> {
+    let [width, height] = level.size;
+    let [wide, high] = level.size.map(|side| side.next_multiple_of(BLOCK_SIDE));
+    // Blocks at the edge repeat its texels.
+    let texel = |x: u32, y: u32| level.texels[(y.min(height - 1) * width + x.min(width - 1)) as usize];
+    let texels: Vec<[u8; 4]> = (0..high).flat_map(|y| (0..wide).map(move |x| texel(x, y))).collect();
+    let settings = if alpha { bc7::alpha_basic_settings() } else { bc7::opaque_basic_settings() };
+    let surface = RgbaSurface { data: texels.as_flattened(), width: wide, height: high, stride: 4 * wide };
+    bc7::compress_blocks(&settings, &surface)
+}
+
+#[cfg(test)]
+mod tests {
+    use basis_universal::transcoding::{
+        DecodeFlags, LowLevelUastcTranscoder, SliceParametersUastc, TranscoderBlockFormat,
+    };
+
+    use super::*;
+
+    /// A chain of noisy gradients with partly transparent texels.
+    fn mips(alpha: bool) -> Mips {
+        let level = |[width, height]: [u32; 2]| {
+            let texel = |i: u32| {
+                let (x, y) = (i % width * 4, i / width * 6);
+                let noise = i.wrapping_mul(2_654_435_761) >> 30;
+                [(x + noise) as u8, (y + noise) as u8, 128, if alpha { (x / 2 + y / 2) as u8 } else { 255 }]
+            };
+            MipLevel { size: [width, height], texels: (0..width * height).map(texel).collect() }
+        };
+        Mips { levels: [[40, 24], [20, 12], [10, 6], [5, 3], [2, 1], [1, 1]].map(level).to_vec(), srgb: false }
+    }
+
+    /// Returns the root mean square of the differences, in codes.
+    fn difference(level: &MipLevel, decoded: &[[u8; 4]], stride: u32) -> f64 {
+        let [width, height] = level.size;
+        let mut sum = 0.0;
+        for (i, texel) in level.texels.iter().enumerate() {
+            let (x, y) = (i as u32 % width, i as u32 / width);
+            let other = decoded[(y * stride + x) as usize];
+            sum += texel.iter().zip(other).map(|(a, b)| f64::from(a.abs_diff(b)).powi(2)).sum::<f64>();
+        }
+        (sum / f64::from(4 * width * height)).sqrt()
+    }
+
+    #[test]
+    fn blocks_hold_the_texels_of_every_level() {
+        for alpha in [false, true] {
+            let mips = mips(alpha);
+            let encoded = [BlockFormat::Uastc, BlockFormat::Bc7].map(|format| compress(&mips, format));
+            let transcoder = LowLevelUastcTranscoder::new();
+            for (i, level) in mips.levels.iter().enumerate() {
+                let [across, down] = level.size.map(|side| side.div_ceil(BLOCK_SIDE));
+                let [wide, high] = [across, down].map(|blocks| blocks * BLOCK_SIDE);
+                assert!(encoded.iter().all(|blocks| blocks.levels[i].len() == 16 * (across * down) as usize));
+                let slice = SliceParametersUastc {
+                    num_blocks_x: across,
+                    num_blocks_y: down,
+                    has_alpha: alpha,
+                    original_width: level.size[0],
+                    original_height: level.size[1],
+                };
+                let bc7 = transcoder
+                    .transcode_slice(&encoded[0].levels[i], slice, DecodeFlags::empty(), TranscoderBlockFormat::BC7)
+                    .expect("valid blocks");
+                for blocks in [&bc7, &encoded[1].levels[i]] {
+                    let mut decoded = vec![0; (wide * high) as usize];
+                    texture2ddecoder::decode_bc7(blocks, wide as usize, high as usize, &mut decoded).unwrap();
+                    let rgba: Vec<[u8; 4]> =
+                        decoded.iter().map(|bgra| bgra.to_le_bytes()).map(|[b, g, r, a]| [r, g, b, a]).collect();
+                    let found = difference(level, &rgba, wide);
+                    assert!(found < 3.0, "alpha {alpha}, level {i}: {found}");
+                }
+            }
+        }
+    }
+}
