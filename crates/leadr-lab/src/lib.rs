@@ -11,6 +11,7 @@ pub mod facet_walk;
 pub mod hard_edges;
 pub mod least_squares;
 pub mod multiscattering_study;
+pub mod normal_forms_study;
 pub mod oren_nayar_study;
 pub mod panorama_study;
 pub mod quadrature_study;

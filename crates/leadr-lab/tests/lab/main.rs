@@ -2,6 +2,7 @@
 
 mod classes;
 mod forward;
+mod normal_forms;
 mod quadrature;
 mod ray_cast;
 mod shadowing;
