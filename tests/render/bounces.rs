@@ -13,7 +13,7 @@ use leadr::reflectance::visible::cone_specular::cone_specular;
 use leadr::render::camera::Camera;
 use leadr::render::frame::Renderer;
 use leadr::render::scene::{FrameState, MaterialMap, Object, Pose, PropertyMap, Sun};
-use leadr::render::settings::{RenderSettings, ShadingOptions, Technique, Terms};
+use leadr::render::settings::{FresnelForm, RenderSettings, ShadingOptions, Technique, Terms};
 use leadr::scenes::plane::{even, plane};
 
 use leadr_testing::gpu::{TestGpu, test_gpu};
@@ -127,6 +127,17 @@ fn diffuse_base_returns_remaining_energy() {
                 // With the specular term, no more than the incident light.
                 let whole = Terms::DIFFUSE_ENVIRONMENT | Terms::SPECULAR_ENVIRONMENT;
                 assert!(seen(&mut renderer, technique, DiffuseModel::Multiscattering, whole, cosine).x < 1.0);
+                // The specular and the diffuse term divide the light in the same way for both Fresnel terms.
+                let whole_of = |renderer: &mut _, fresnel, terms| {
+                    let diffuse_model = DiffuseModel::Multiscattering;
+                    let options = ShadingOptions { terms, diffuse_model, fresnel, ..Default::default() };
+                    drawn(renderer, technique, options, cosine, None).x
+                };
+                let [schlick, exact] = [FresnelForm::Schlick, FresnelForm::Exact].map(|fresnel| {
+                    let diffuse = whole_of(&mut renderer, fresnel, Terms::DIFFUSE_ENVIRONMENT) / white;
+                    diffuse + whole_of(&mut renderer, fresnel, Terms::SPECULAR_ENVIRONMENT)
+                });
+                assert!((schlick - exact).abs() < 0.01, "{technique:?} α {alpha}, {cosine}: {schlick} {exact}");
             }
         }
     }

@@ -3,7 +3,8 @@
 use glam::{DVec2, DVec3, Vec3};
 use leadr::reflectance::facets::base_roughness::add_facet_roughness;
 use leadr::reflectance::facets::beckmann::beckmann_ndf;
-use leadr::reflectance::facets::fresnel::fresnel_schlick;
+use leadr::reflectance::facets::fresnel::{fresnel_dielectric, fresnel_edge_tint, fresnel_schlick};
+use leadr::reflectance::facets::metals::Metal;
 use leadr::reflectance::facets::projected_area;
 use leadr::reflectance::frame;
 use leadr::reflectance::integrals::facet_specular::{facet_specular, facet_specular_light};
@@ -26,8 +27,10 @@ use leadr::render::light::environment::Environment;
 use leadr::render::light::panorama::LightExtraction;
 use leadr::render::scene::{Cone, FrameState, Object, PointLight, Pose, Sun};
 use leadr::render::settings::{
-    DiffuseLights, GridLod, PixelKernel, Probes, Quadrature, RenderSettings, Shading, ShadingOptions, Technique, Terms,
+    DiffuseLights, FresnelForm, GridLod, PixelKernel, Probes, Quadrature, RenderSettings, Shading, ShadingOptions,
+    Technique, Terms,
 };
+use leadr::scenes::plane::{even, plane};
 use leadr::scenes::sphere::{cube_sphere, displaced_sphere};
 use leadr_testing::cube::panorama;
 use leadr_testing::gpu::test_gpu;
@@ -65,7 +68,13 @@ fn a_white_surface_vanishes_in_a_white_room() {
         (Technique::Lean, grid),
         (Technique::Toksvig, grid),
     ];
-    for (f0, what) in [(0.0, "diffuse under grazing Fresnel"), (0.3, "both"), (1.0, "specular")] {
+    for (f0, what, fresnel) in [
+        (0.0, "diffuse under grazing Fresnel", FresnelForm::Schlick),
+        (0.3, "both", FresnelForm::Schlick),
+        (0.3, "both", FresnelForm::Exact),
+        (1.0, "specular", FresnelForm::Schlick),
+        (1.0, "specular", FresnelForm::Exact),
+    ] {
         let object = bumpy_sphere([1.0, 1.0, 1.0, 0.3], f0);
         let mut renderer = in_room(&gpu, vec![object], [1.0; 3]);
         for distance in [3.0, 12.0, 60.0] {
@@ -73,12 +82,12 @@ fn a_white_surface_vanishes_in_a_white_room() {
                 // Neither facets nor resolved bumps occlude the furnace.
                 let options =
                     ShadingOptions { shadowing: Shadowing::None, relief_occlusion: false, ..Default::default() };
-                let shading = technique.with(ShadingOptions { quadrature, ..options });
+                let shading = technique.with(ShadingOptions { quadrature, fresnel, ..options });
                 let output = renderer.render(&state(distance, None, Vec::new()), &settings(shading)).unwrap();
                 let object = output.color.iter().filter(|c| c[3] > 0.0);
                 assert!(object.clone().count() > 10);
                 let worst = object.map(|c| (c[0] - 1.0).abs()).fold(0.0, f32::max);
-                println!("{shading}, {what} at distance {distance}: off by {worst:.1e} at most");
+                println!("{shading}, {fresnel:?}, {what} at distance {distance}: off by {worst:.1e} at most");
                 assert!(worst < 5e-4, "{shading}");
             }
         }
@@ -468,6 +477,43 @@ fn diffuse_surface_has_no_specular_term() {
             let output = renderer.render_in_two_passes(&state(6.0, Some(sun), Vec::new()), &settings(shading)).unwrap();
             let most = output.color.iter().filter(|c| c[3] > 0.0).map(|c| c[0]).fold(0.0, f32::max);
             assert_eq!(most > 0.0, f0 > 0.0, "{shading}: {most}");
+        }
+    }
+}
+
+/// Under a sun, the forms of the Fresnel term differ by their quotient at the angle of the half vector.
+#[test]
+fn lights_have_the_exact_fresnel_term() {
+    let Some(gpu) = test_gpu() else { return };
+    let metal = Metal::named("chromium").unwrap();
+    let plane = Object::new("plane", plane(2.0, 2, 1.0, [0.0, 0.0, 0.0, 0.5], even)).without_shadow();
+    let (glass, tint) = (plane.clone().with_specular_f0(0.04), metal.edge_tint().as_vec3().to_array());
+    let chromium = plane.with_specular_f0(metal.f0().x as f32).with_edge_tint([tint[0]; 3]);
+    for (object, reflectance) in [
+        (glass, &(|c| fresnel_dielectric(c, 1.5)) as &dyn Fn(f64) -> f64),
+        (chromium, &(|c| metal.reflectance(c).x) as &dyn Fn(f64) -> f64),
+    ] {
+        let mut renderer = in_room(&gpu, vec![object], [0.0; 3]);
+        let camera = Camera::looking_at(Vec3::new(0.0, -2.9, 0.6), Vec3::ZERO, 4.0);
+        let sun = Sun { direction: Vec3::new(0.1, 0.9, 0.25).normalize(), irradiance: Vec3::ONE };
+        let state = FrameState { sun: Some(sun), ..FrameState::new(camera, vec![Pose::REST]) };
+        let wo = camera.position.as_dvec3().normalize();
+        let cosine = (0.5 + 0.5 * wo.dot(sun.direction.as_dvec3())).sqrt();
+        for technique in
+            [Technique::Leadr, Technique::LeadrGgx, Technique::Lean, Technique::Gloss, Technique::BlinnPhong]
+        {
+            let mut lit = |fresnel| {
+                let options = ShadingOptions { fresnel, terms: Terms::SPECULAR_LIGHTS, ..Default::default() };
+                let settings = RenderSettings { size: (9, 9), ..settings(technique.with(options)) };
+                f64::from(renderer.render(&state, &settings).unwrap().color[40][0])
+            };
+            let [schlick, exact] = [FresnelForm::Schlick, FresnelForm::Exact].map(&mut lit);
+            let f0 = reflectance(1.0);
+            let tint = if f0 > 0.1 { metal.edge_tint().x } else { 0.0 };
+            let drawn = fresnel_edge_tint(DVec3::splat(f0), DVec3::splat(tint), cosine).x;
+            let (found, expected) = (exact / schlick, reflectance(cosine) / drawn);
+            assert!((found - expected).abs() < 0.005, "{technique:?}: {found} for {expected}");
+            assert!((expected - 1.0).abs() > 0.02, "the test must tell the forms apart: {expected}");
         }
     }
 }

@@ -55,7 +55,7 @@ vec3 passed_coat(const Surface surface, const vec3 wi, const float cosine) {
         m = surface.coat.mean_slope;
         S = surface.coat.covariance;
     }
-    float inward = coat_reflectance(w, m, add_roughness(S, surface.coat.alpha), surface.coat.weight);
+    float inward = coat_reflectance(w, m, add_roughness(S, surface.coat.alpha), surface.coat.weight, EXACT_FRESNEL);
     return coated_base(0.0, inward, inward, fresnel_of(surface, cosine));
 }
 
@@ -81,7 +81,7 @@ void add_grid_specular(inout SpecularTerm sum, const vec3 node, const Surface su
         f *= passed_coat(surface, e.wi, cosine);
     }
     sum.reflected += f * lit * environment_radiance(surface, e.wi, env_lod_at(base, wo, e.wn));
-    sum.fresnel += weight * fresnel_schlick(surface.diffuse_f0, cosine);
+    sum.fresnel += weight * diffuse_fresnel_of(surface, cosine);
     sum.area += weight;
 }
 
@@ -157,7 +157,11 @@ struct ProbeSums {
     float grazing;   // sum of Schlick's term
     float cosine;
     float cosine2;
+    vec3 exact;      // with EXACT_FRESNEL, radiance times the deviation of the Fresnel term from Schlick's
+    vec3 deviation;  // sum of this deviation
 };
+
+const ProbeSums NO_PROBES = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0, 0.0, vec3(0.0), vec3(0.0));
 
 // Adds a probe. fitted is whether a table of reflectances multiplies the radiance.
 void add_probe(inout ProbeSums sums, const Surface surface, const vec3 wo, const ProbedLobe lobe, const ProbeNode node, const bool fitted) {
@@ -183,11 +187,17 @@ void add_probe(inout ProbeSums sums, const Surface surface, const vec3 wo, const
     sums.grazing += p.weight * schlick_weight(p.cosine);
     sums.cosine += p.weight * p.cosine;
     sums.cosine2 += p.weight * p.cosine * p.cosine;
+    if (EXACT_FRESNEL && !fitted) {
+        vec3 deviation = fresnel_deviation(surface.f0, surface.index, p.cosine);
+        sums.exact += l.lit * deviation * radiance;
+        sums.deviation += p.weight * deviation;
+    }
 }
 
 // Returns the specular term from sums over probes.
 SpecularTerm probes_specular(const ProbeSums sums, const Surface surface, const ProbedLobe lobe, const bool fitted) {
     vec3 reflected;
+    vec3 deviation = EXACT_FRESNEL && !fitted ? mean_deviation(lobe.probes.cosines, surface.f0, surface.index) : vec3(0.0);
     if (fitted) {
         // The table is nearly linear over a lobe. A line passes through its values at the mean cosine plus and minus one standard
         // deviation.
@@ -202,22 +212,29 @@ SpecularTerm probes_specular(const ProbeSums sums, const Surface surface, const 
             // The diffuse term has what the exact mean of Schlick's term leaves.
             rise *= lobe.probes.grazing / max(sums.grazing, 1e-9);
         }
-        reflected = (surface.f0 - surface.edge_tint * edge_tint_weight(sums.cosine)) * sums.at_normal + rise * sums.by_angle;
+        if (EXACT_FRESNEL) {
+            reflected = max((surface.f0 + deviation - sums.deviation) * sums.at_normal + rise * sums.by_angle + sums.exact, 0.0);
+        } else {
+            reflected = (surface.f0 - surface.edge_tint * edge_tint_weight(sums.cosine)) * sums.at_normal + rise * sums.by_angle;
+        }
     }
     if (INTERREFLECTION) {
         vec3 f0 = fitted ? fitted_fresnel(surface.fit, sums.cosine) : surface.f0;
-        vec3 mean = f0 + (fitted ? vec3(0.0) : (grazing_reflectance(f0) - f0) * lobe.probes.grazing);
+        vec3 mean = f0 + (fitted ? vec3(0.0) : (grazing_reflectance(f0) - f0) * lobe.probes.grazing) + deviation;
         reflected += mean * max(1.0 - sums.lit, 0.0) * surface.relief_radiance;
     }
     vec3 diffuse_f0 = surface.diffuse_f0;
     vec3 fresnel = diffuse_f0 + (grazing_reflectance(diffuse_f0) - diffuse_f0) * lobe.probes.grazing;
+    if (EXACT_FRESNEL) {
+        fresnel = clamp(fresnel + mean_deviation(lobe.probes.cosines, diffuse_f0, surface.diffuse_index), 0.0, 1.0);
+    }
     SpecularTerm mean = SpecularTerm(reflected / max(sums.lit, 1.0), fresnel, lobe.probes.area);
     return MAPPED ? of_facing(mean, surface, lobe.facing) : mean;
 }
 
 // Returns the specular term from `count` probes among the visible slopes.
 SpecularTerm probe_specular(Surface surface, vec3 wo, const vec3 S, int count) {
-    ProbeSums sums = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0, 0.0);
+    ProbeSums sums = NO_PROBES;
     bool fitted = is_fitted(surface.fit);
     ProbedLobe lobe = probed_lobe(surface, wo, S, probe_kernel(count));
     [[unroll]] for (int i = 0; i < count; ++i) {
@@ -247,7 +264,7 @@ vec3 class_grazing(const Surface surface, const vec3 wo, const vec3 S) {
 
 // Returns the specular term of one of several classes from `count` probes, 3 or 5, and one lookup for the grazing part of the lobe.
 SpecularTerm class_specular(Surface surface, vec3 wo, const vec3 S, const int count) {
-    ProbeSums sums = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0, 0.0);
+    ProbeSums sums = NO_PROBES;
     bool fitted = is_fitted(surface.fit);
     ProbedLobe lobe = probed_lobe(surface, wo, S, probe_kernel(count));
     for (int i = 0; i < count; ++i) {
@@ -277,7 +294,7 @@ SpecularTerm drawn_specular(const Surface surface, const vec3 wo, const vec3 S) 
             f *= passed_coat(surface, d.wi, d.cosine);
         }
         reflected += f * lit * lobe_radiance(surface, d.wi, variance);
-        fresnel += fresnel_schlick(surface.diffuse_f0, d.cosine);
+        fresnel += diffuse_fresnel_of(surface, d.cosine);
     }
     return SpecularTerm(reflected / float(SAMPLES), fresnel / float(SAMPLES), o.visible);
 }
@@ -334,8 +351,12 @@ vec3 diffuse_fresnel(const Surface surface, const vec3 wo, const vec3 S) {
     if (V_GROOVES) {
         return grid_specular(surface, wo, S).fresnel;
     }
-    return MAPPED ? mapped_fresnel(mapped_slopes(wo, m, surface.slope_covariance, S), surface.diffuse_f0)
-                  : visible_fresnel(wo, m, S, surface.diffuse_f0);
+    vec3 f0 = surface.diffuse_f0;
+    if (MAPPED) {
+        MappedSlopes mapped = mapped_slopes(wo, m, surface.slope_covariance, S);
+        return EXACT_FRESNEL ? mapped_fresnel_exact(mapped, f0, surface.diffuse_index) : mapped_fresnel(mapped, f0);
+    }
+    return EXACT_FRESNEL ? visible_fresnel_exact(wo, m, S, f0, surface.diffuse_index) : visible_fresnel(wo, m, S, f0);
 }
 
 // Returns only the mean Fresnel reflectance, without an environment.
@@ -574,7 +595,7 @@ SpecularTerm shared_probes(Surface surface, const vec2 bases[MOST_BASES]) {
     bool fitted = is_fitted(surface.fit);
     vec3 kernel = fitted ? probe_kernel(LOBE_RULE) : probe_kernel(SAMPLES);
     SpecularTerm sum = SpecularTerm(vec3(0.0), vec3(0.0), 0.0);
-    ProbeSums sums = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0, 0.0);
+    ProbeSums sums = NO_PROBES;
     for (int i = 0; i < FIT_LOBES; ++i) {
         ProbedLobe lobe = probed_lobe(surface, wo, base_of(surface, bases[fitted ? i : 0].x).S, kernel);
         [[unroll]] for (int j = 0; j < LOBE_NODES; ++j) {
@@ -593,7 +614,7 @@ SpecularTerm shared_probes(Surface surface, const vec2 bases[MOST_BASES]) {
             float weight = fitted ? bases[i].y : 1.0;
             sum.reflected += weight * part.reflected;
             sum.fresnel += weight * part.fresnel;
-            sums = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0, 0.0);
+            sums = NO_PROBES;
         }
     }
     return sum;
@@ -657,7 +678,7 @@ vec3 light_in_specular(const Surface surface, const vec2 bases[MOST_BASES], cons
             sum += bases[i].y * specular_light(surface, base, number, light, diffuse_o, diffuse_i, diffuse_cholesky);
         }
     }
-    return sum * fresnel_over_schlick(surface.fit, surface.f0, surface.edge_tint, 0.5 * length(surface.wo + light.wi));
+    return sum * fresnel_over_schlick(surface.fit, surface.f0, surface.edge_tint, surface.index, 0.5 * length(surface.wo + light.wi));
 }
 
 #include "coat.glsl"

@@ -110,6 +110,17 @@ named_enum! {
 }
 
 named_enum! {
+    /// The Fresnel term of facets and coats. Measured materials have terms of their own.
+    pub enum FresnelForm {
+        /// Schlick's approximation, minus the edge tint of metals.
+        Schlick = "schlick", "Schlick's approximation, with the edge tint of metals";
+        /// The Fresnel equations, for the index of refraction that the reflectance and the edge tint give
+        /// ([`leadr_reflectance::facets::complex_index`]).
+        Exact = "exact", "The Fresnel equations of dielectrics and metals (thesis Table 2.I)";
+    }
+}
+
+named_enum! {
     /// The additive constant of the level of detail at which the nodes of a grid look the environment up
     /// ([`leadr_reflectance::integrals::specular::env_lod`]).
     pub enum GridLod {
@@ -357,6 +368,7 @@ mod tests {
         shadowing: Shadowing::Smith,
         diffuse_lights: DiffuseLights::Sh,
         base_frame: BaseFrame::Macro,
+        fresnel: FresnelForm::Exact,
         pixel_kernel: PixelKernel::Off,
         relief_occlusion: false,
         relief_color: true,
@@ -390,6 +402,7 @@ mod tests {
             Technique::Lean.with(OPTIONS),
             Technique::Lean.with(ShadingOptions {
                 terms: OPTIONS.terms,
+                fresnel: FresnelForm::Exact,
                 sky_occlusion: true,
                 edge_samples: 16,
                 lod_bias: OPTIONS.lod_bias,
@@ -422,6 +435,7 @@ mod tests {
             ("CONE_OCCLUDERS", Hidden::Black as i32),
             ("CONE_EDGE", ConeEdge::Hard as i32),
             ("CONE_LOBE", ConeLobe::Adjusted as i32),
+            ("FRESNEL", FresnelForm::Exact as i32),
         ] {
             assert_eq!(value(shading, name), SpecValue::I32(code), "{name}");
         }

@@ -2,7 +2,7 @@
 
 use super::numbers::{whole, within};
 use super::option::{Json, Panel, Slider, Spec, Techniques, Text, Value, headings, on_off};
-use super::shading::{BaseFrame, DiffuseLights, GridLod, LodBias, PixelKernel, Probes, Quadrature};
+use super::shading::{BaseFrame, DiffuseLights, FresnelForm, GridLod, LodBias, PixelKernel, Probes, Quadrature};
 use super::technique::Technique;
 use super::terms::Terms;
 use crate::frame::Layer;
@@ -200,6 +200,11 @@ shading_options! {
         ShadingOption { json_without: Some("macro"), ..row(
             shading("base-frame", "KIND", "Choose the frame in which the base material is rough").called("roughness follows"),
             Value::Name(|options| &mut options.base_frame), BECKMANN) },
+    ];
+    /// The Fresnel term of facets and coats.
+    fresnel: FresnelForm = FresnelForm::Schlick => [
+        row(shading("fresnel", "FORM", "Choose the Fresnel term of the facets").called("Fresnel term"),
+            Value::Name(|options| &mut options.fresnel), LIT).constant("FRESNEL"),
     ];
     /// How to add the variation of the macrosurface's normal across a pixel to the roughness (Tokuyoshi & Kaplanyan 2019, on
     /// meshes only). The option also widens slopes that face away from the viewer, towards the viewer (`tilt_to_edge`). The LEADR
