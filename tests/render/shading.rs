@@ -8,6 +8,9 @@ use leadr::reflectance::facets::metals::Metal;
 use leadr::reflectance::facets::projected_area;
 use leadr::reflectance::frame;
 use leadr::reflectance::integrals::facet_specular::{facet_specular, facet_specular_light};
+use leadr::reflectance::integrals::slope_nodes::{
+    NodePlacement, node_diffuse_light, node_normal_moments, node_specular_environment,
+};
 use leadr::reflectance::integrals::specular::{EnvironmentSample, leadr_specular_environment};
 use leadr::reflectance::integrals::{diffuse, sh_projection};
 use leadr::reflectance::masking::correlated::{direction_area, lit_fraction};
@@ -160,6 +163,11 @@ impl Pixel {
             Quadrature::Grid(n) => {
                 let lambda = slope_grid::grid_lambda(n);
                 let white = |_: &EnvironmentSample| DVec3::ONE;
+                if integral.grid_nodes != NodePlacement::Grid {
+                    let placement = integral.grid_nodes;
+                    let term = node_specular_environment(placement, shadowing, wo, self.m, s, f0, n, white);
+                    return [term.reflected, term.fresnel];
+                }
                 let specular_terms = leadr_specular_environment(shadowing, wo, self.m, s, f0, n, lambda, white);
                 [specular_terms.reflected, specular_terms.fresnel]
             }
@@ -174,6 +182,9 @@ impl Pixel {
     /// Moments of the visible normals.
     fn normals(&self, integral: ShadingOptions) -> diffuse::NormalMoments {
         match integral.quadrature {
+            Quadrature::Grid(n) if integral.grid_nodes != NodePlacement::Grid => {
+                node_normal_moments(integral.grid_nodes, self.wo, self.m, self.diffuse_s, n)
+            }
             Quadrature::Grid(n) => {
                 let lambda = slope_grid::grid_lambda(n);
                 let m = projected_area::face_viewer(self.wo, self.m, self.diffuse_s, lambda);
@@ -194,6 +205,9 @@ impl Pixel {
         let light = match (integral.diffuse_lights, integral.quadrature) {
             (DiffuseLights::Sh, _) => {
                 diffuse::leadr_diffuse_light_sh(&self.normals(integral), wo, wi, self.m, s, false)
+            }
+            (_, Quadrature::Grid(n)) if integral.grid_nodes != NodePlacement::Grid => {
+                node_diffuse_light(integral.grid_nodes, wo, wi, self.m, s, false, n)
             }
             (_, Quadrature::Grid(n)) => {
                 let lambda = slope_grid::grid_lambda(n);
@@ -234,7 +248,15 @@ fn integrals() -> Vec<(Shading, ShadingOptions)> {
         let shading = Technique::Leadr.with(options);
         (shading, shading.options())
     };
+    let placed = |side, shadowing, grid_nodes| {
+        let (_, options) = with(Quadrature::Grid(side), shadowing, DiffuseLights::Cosine);
+        let shading = Technique::Leadr.with(ShadingOptions { grid_nodes, ..options });
+        (shading, shading.options())
+    };
     vec![
+        placed(5, Shadowing::Correlated, NodePlacement::Pruned),
+        placed(3, Shadowing::Smith, NodePlacement::CentredNormals),
+        placed(5, Shadowing::None, NodePlacement::CentredNormals),
         with(Quadrature::Grid(5), Shadowing::Smith, DiffuseLights::Cosine),
         with(Quadrature::Grid(3), Shadowing::None, DiffuseLights::Cosine),
         with(Quadrature::Grid(1), Shadowing::Smith, DiffuseLights::Cosine),
@@ -461,6 +483,33 @@ fn constants_of_the_grids_level_of_detail_blur_in_their_order() {
     println!("{deviations:.4?}");
     assert!(deviations.windows(2).all(|pair| pair[1] < pair[0]), "{deviations:?}");
     assert!(deviations[4] < 0.8 * deviations[0], "{deviations:?}");
+}
+
+/// Every placement of the grid's samples gives a picture of its own. All are near a dense grid, and the thesis's points are the farthest.
+#[test]
+fn placements_of_grid_samples_differ() {
+    let Some(gpu) = test_gpu() else { return };
+    let image = panorama(64, |d| DVec3::splat(1.0 + d.dot(DVec3::new(0.3, 0.6, 0.5))));
+    let none = LightExtraction { count: 0, ..Default::default() };
+    let environment = Environment::from_panorama(&gpu, 64, &image, none).unwrap();
+    let object = Object::new("sphere", cube_sphere(16, [0.5, 0.5, 0.5, 0.6])).with_specular_f0(0.5).without_shadow();
+    let mut renderer = Renderer::new(&gpu, vec![object], environment).unwrap();
+    let state = state(6.0, None, Vec::new());
+    let mut drawn = |side, grid_nodes| {
+        let quadrature = Quadrature::Grid(side);
+        let options = ShadingOptions { quadrature, grid_nodes, shadowing: Shadowing::None, ..Default::default() };
+        let color = renderer.render(&state, &settings(Technique::Leadr.with(options))).unwrap().color;
+        color.iter().filter(|c| c[3] > 0.0).map(|c| f64::from(c[0])).collect::<Vec<f64>>()
+    };
+    let truth = drawn(32, NodePlacement::Grid);
+    let errors = NodePlacement::ALL.map(|placement| {
+        let squares: f64 = drawn(5, placement).iter().zip(&truth).map(|(a, b)| (a / b - 1.0).powi(2)).sum();
+        (squares / truth.len() as f64).sqrt()
+    });
+    println!("{errors:.4?}");
+    let [even, pruned, thesis, centred] = errors;
+    assert!(errors.iter().all(|&error| error < 0.2), "{errors:?}");
+    assert!(thesis > 1.5 * centred && (even - pruned).abs() > 1e-5 && (even - centred).abs() > 1e-5, "{errors:?}");
 }
 
 /// Without reflectance at normal incidence nothing is reflected, even at grazing angles.

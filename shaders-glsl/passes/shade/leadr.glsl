@@ -59,17 +59,10 @@ vec3 passed_coat(const Surface surface, const vec3 wi, const float cosine) {
     return coated_base(0.0, inward, inward, fresnel_of(surface, cosine));
 }
 
-// Adds one node of the grid, and sums the weights in `area`. relief is the fraction of the slope variance that a normal map contributes.
-// The facets of a normal map have equal weights.
-void add_grid_specular(inout SpecularTerm sum, const vec3 node, const Surface surface, const vec3 wo, const vec2 m, const vec3 S,
-                       const vec3 cholesky, const DirectionArea o, const float base, const float relief) {
-    EnvironmentSample e = environment_sample_at(wo, slope_at(node.xy, m, cholesky));
-    float weight = node.z * e.area;
-    if (MAPPED) {
-        weight = node.z * mix(e.area, e.area > 0.0 ? max(o.meso, 1e-3) : 0.0, relief);
-    } else if (V_GROOVES) {
-        weight = node.z * groove_visible_area(e.area, o.meso);
-    }
+// Adds a facet with the reflected direction and the weight of a node, and sums the weights in `area`. lod is the level of detail of the
+// environment.
+void add_facet(inout SpecularTerm sum, const EnvironmentSample e, const float weight, const Surface surface, const vec3 wo, const vec2 m,
+               const vec3 S, const vec3 cholesky, const DirectionArea o, const float lod) {
     float cosine = dot(wo, e.wn);
     vec3 f = weight * fresnel_of(surface, cosine);
     float lit = is_class(surface) ? class_lit(surface, e.wi) * class_base_lit(surface, e.wi) : lit_fraction(FACET_SHADOWING, o, area_for(FACET_SHADOWING, e.wi, m, S, cholesky));
@@ -80,13 +73,52 @@ void add_grid_specular(inout SpecularTerm sum, const vec3 node, const Surface su
     if (COATED && surface.under_coat) {
         f *= passed_coat(surface, e.wi, cosine);
     }
-    sum.reflected += f * lit * environment_radiance(surface, e.wi, env_lod_at(base, wo, e.wn));
+    sum.reflected += f * lit * environment_radiance(surface, e.wi, lod);
     sum.fresnel += weight * diffuse_fresnel_of(surface, cosine);
     sum.area += weight;
 }
 
+// Adds one node of the grid. relief is the fraction of the slope variance that a normal map contributes. The facets of a normal map have
+// equal weights.
+void add_grid_specular(inout SpecularTerm sum, const vec3 node, const Surface surface, const vec3 wo, const vec2 m, const vec3 S,
+                       const vec3 cholesky, const DirectionArea o, const float base, const float relief) {
+    EnvironmentSample e = environment_sample_at(wo, slope_at(node.xy, m, cholesky));
+    float weight = node.z * e.area;
+    if (MAPPED) {
+        weight = node.z * mix(e.area, e.area > 0.0 ? max(o.meso, 1e-3) : 0.0, relief);
+    } else if (V_GROOVES) {
+        weight = node.z * groove_visible_area(e.area, o.meso);
+    }
+    add_facet(sum, e, weight, surface, wo, m, S, cholesky, o, env_lod_at(base, wo, e.wn));
+}
+
 // Grids with up to this many samples per side are unrolled, which is a sixth faster (docs/measurements/performance.md).
 const int WRITTEN_OUT = 5;
+
+// Returns the specular term from samples with another placement than the grid. Those of weight 0 look nothing up.
+SpecularTerm placed_specular(const Surface surface, const vec3 wo, const vec3 S, const MappedSlopes mapped) {
+    SlopeNodes nodes = slope_nodes(GRID_NODES, wo, surface.mean_slope, S, SAMPLES);
+    DirectionArea o = area_for(FACET_SHADOWING, wo, nodes.m, S, nodes.cholesky);
+    float per_cell = env_lod_base(S, 1.0, lighting.environment.x, GRID_LOD);
+    SpecularTerm sum = SpecularTerm(vec3(0.0), vec3(0.0), 0.0);
+    for (int j = 0; j < SAMPLES; ++j) {
+        float row = node_row(nodes, j);
+        for (int k = 0; k < SAMPLES; ++k) {
+            SlopeNode node = slope_node(nodes, wo, row, k);
+            EnvironmentSample e = environment_sample_at(wo, node.slope);
+            if (node.weight <= 0.0 || e.area <= 0.0) {
+                continue;
+            }
+            // The facets of a normal map have equal weights.
+            float weight = MAPPED ? node.weight * mix(1.0, max(o.meso, 1e-3) / e.area, mapped.relief) : node.weight;
+            float lod = env_lod_at(per_cell + 0.5 * log2(node.cell), wo, e.wn);
+            add_facet(sum, e, weight, surface, wo, nodes.m, S, nodes.cholesky, o, lod);
+        }
+    }
+    float scale = 1.0 / max(sum.area, 1e-12);
+    SpecularTerm mean = SpecularTerm(sum.reflected * scale, sum.fresnel * scale, o.visible);
+    return MAPPED ? of_facing(mean, surface, mapped.facing) : mean;
+}
 
 // Evaluates Algorithm 1. Loop invariants are computed outside the loop.
 SpecularTerm grid_specular(Surface surface, vec3 wo, vec3 S) {
@@ -101,6 +133,9 @@ SpecularTerm grid_specular(Surface surface, vec3 wo, vec3 S) {
         mapped = mapped_slopes(wo, surface.mean_slope, surface.slope_covariance, S);
     }
     float relief = MAPPED ? mapped.relief : 0.0;
+    if (GRID_NODES != LEADR_NODES_GRID) {
+        return placed_specular(surface, wo, S, mapped);
+    }
     if (SAMPLES <= WRITTEN_OUT) {
         [[unroll]] for (int i = 0; i < min(SAMPLES, WRITTEN_OUT) * min(SAMPLES, WRITTEN_OUT); ++i) {
             add_grid_specular(sum, grid_node(i / SAMPLES, i % SAMPLES, SAMPLES, lambda), surface, wo, m, S, cholesky, o, base, relief);
@@ -411,6 +446,9 @@ float diffuse_light(const Surface surface, const vec3 wo, const NormalMoments no
     }
     if (LIGHTS_BY_SH) {
         return leadr_diffuse_light_sh(normals, wo, wi, faced, S, false);
+    }
+    if (!VISIBLE_SLOPES && GRID_NODES != LEADR_NODES_GRID) {
+        return node_diffuse_light(GRID_NODES, wo, wi, surface.mean_slope, S, false, SAMPLES);
     }
     return VISIBLE_SLOPES ? leadr_diffuse_light_visible(wo, wi, surface.mean_slope, S, false, DIFFUSE_TERMS)
                           : leadr_diffuse_light(wo, wi, faced, S, false, SAMPLES, lambda);
@@ -815,6 +853,7 @@ vec3 leadr_radiance(Surface surface) {
         normals = MAPPED ? mapped_diffuse_moments(m, diffuse_s, DIFFUSE_TERMS)
                 : V_GROOVES      ? groove_normal_moments(wo, faced, diffuse_s, SAMPLES, lambda)
                 : VISIBLE_SLOPES ? visible_diffuse_moments(wo, m, diffuse_s, DIFFUSE_TERMS)
+                : GRID_NODES != LEADR_NODES_GRID ? node_normal_moments(GRID_NODES, wo, m, diffuse_s, SAMPLES)
                                  : visible_normal_moments(wo, faced, diffuse_s, SAMPLES, lambda);
     }
     if (DIFFUSE_ENVIRONMENT) {

@@ -4,6 +4,7 @@
 #include "../constants.glsl"
 #include "../bases.glsl"
 #include "../technique.glsl"
+#include "leadr/integrals/slope_nodes.glsl"
 #include "leadr/integrals/specular.glsl"
 #include "leadr/masking/correlated.glsl"
 #include "leadr/masking/occlusion.glsl"
@@ -12,6 +13,7 @@
 layout(constant_id = 1) const bool VISIBLE_SLOPES = false; // visible-slope rules replace the paper's grid
 layout(constant_id = 2) const int SAMPLES = 5;             // number of environment probes, or N of the N x N grid
 layout(constant_id = 30) const float GRID_LOD = LEADR_LOD_MATCHED; // constant of the level of detail at the nodes of the grid
+layout(constant_id = 34) const int GRID_NODES = LEADR_NODES_GRID;   // a LEADR_NODES_ constant: the placement of the samples of the grid
 layout(constant_id = 3) const int SHADOWING_MODEL = LEADR_SHADOWING_SMITH;
 layout(constant_id = 4) const bool LIGHTS_BY_SH = false;   // diffuse lights use order-2 SH as in Algorithm 2
 layout(constant_id = 5) const int TERMS = 15;              // a bit for each term of light transport

@@ -10,4 +10,5 @@ pub mod light_size;
 pub mod reference;
 pub mod sh;
 pub mod sh_projection;
+pub mod slope_nodes;
 pub mod specular;

@@ -12,6 +12,7 @@ use super::terms::Terms;
 use crate::named_enum;
 use leadr_gpu::SpecValue;
 use leadr_maps::limits::MAX_SIDE;
+use leadr_reflectance::integrals::slope_nodes::NodePlacement;
 use leadr_reflectance::integrals::specular::{
     LOD_ALGORITHM_1, LOD_MATCHED, LOD_SUPPLEMENT, LOD_SUPPLEMENT_5, LOD_SUPPLEMENT_32,
 };
@@ -210,6 +211,7 @@ impl ShadingOptions {
         match (self.shadowing, self.quadrature) {
             (Shadowing::VGroove, quadrature) => Self {
                 quadrature: if quadrature.side().is_some() { quadrature } else { Quadrature::PAPER },
+                grid_nodes: NodePlacement::Grid,
                 diffuse_lights: DiffuseLights::Cosine,
                 classes: false,
                 ..self
@@ -365,6 +367,7 @@ mod tests {
         terms: Terms::DIFFUSE_LIGHTS,
         quadrature: Quadrature::Grid(7),
         grid_lod: GridLod::Banding5,
+        grid_nodes: NodePlacement::Pruned,
         shadowing: Shadowing::Smith,
         diffuse_lights: DiffuseLights::Sh,
         base_frame: BaseFrame::Macro,
@@ -436,6 +439,7 @@ mod tests {
             ("CONE_EDGE", ConeEdge::Hard as i32),
             ("CONE_LOBE", ConeLobe::Adjusted as i32),
             ("FRESNEL", FresnelForm::Exact as i32),
+            ("GRID_NODES", NodePlacement::Pruned as i32),
         ] {
             assert_eq!(value(shading, name), SpecValue::I32(code), "{name}");
         }

@@ -9,6 +9,7 @@ use crate::frame::Layer;
 use crate::named;
 use leadr_gpu::SpecValue;
 use leadr_maps::tonemap::Tonemap;
+use leadr_reflectance::integrals::slope_nodes::NodePlacement;
 use leadr_reflectance::masking::occlusion::{ConeEdge, ConeLobe, Hidden};
 use leadr_reflectance::masking::shadowing::Shadowing;
 use leadr_reflectance::materials::diffuse_models::DiffuseModel;
@@ -18,6 +19,7 @@ named! {
     Tonemap: Self::ALL;
     Layer: Self::ALL;
     DiffuseModel: Self::ALL;
+    NodePlacement: Self::ALL;
     Hidden: Self::ALL;
     ConeEdge: Self::ALL;
     ConeLobe: Self::ALL;
@@ -172,6 +174,11 @@ shading_options! {
     grid_lod: GridLod = GridLod::Matched => [
         row(shading("grid-lod", "KIND", "Choose how blurred the nodes of --grid see the environment").called("blur of grid nodes"),
             Value::Name(|options| &mut options.grid_lod), INTEGRALS),
+    ];
+    /// The placement of the samples of a grid.
+    grid_nodes: NodePlacement = NodePlacement::Grid => [
+        row(shading("grid-nodes", "KIND", "Choose where the N by N samples of --grid lie").called("grid samples"),
+            Value::Name(|options| &mut options.grid_nodes), INTEGRALS).constant("GRID_NODES"),
     ];
     /// The model of the shadowing of visible facets.
     shadowing: Shadowing = Shadowing::Correlated => [

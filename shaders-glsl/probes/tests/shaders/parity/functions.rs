@@ -23,6 +23,7 @@ use leadr_reflectance::integrals::diffuse::{
 use leadr_reflectance::integrals::sh::{
     sh_add_light, sh_basis, sh_irradiance, sh_irradiance_light, sh_irradiance_rest, sh_rest_damping,
 };
+use leadr_reflectance::integrals::slope_nodes::{NodePlacement, node_diffuse_light, node_normal_moments, slope_nodes};
 use leadr_reflectance::integrals::specular;
 use leadr_reflectance::integrals::specular::{
     env_lod, environment_sample, leadr_specular_directional, leadr_specular_light,
@@ -351,6 +352,34 @@ fn diffuse_parity() {
             let grooves = edge * groove_normal_moments(wo, m, s, n, lambda).mean;
             let groove_light = edge * groove_diffuse_light(wo, wi, m, s, n, lambda);
             list![v.mean, v.diag, v.off, environment, lights, grooves, [groove_light]]
+        },
+    );
+}
+
+#[test]
+fn slope_nodes_parity() {
+    const N: u32 = 5;
+    parity::<12>(
+        "integrals/slope_nodes",
+        Tolerance { relative: 1e-3, floor: |_| 1.0, unit: |_| 0.0 },
+        |r| {
+            let (wo, wi) = (r.direction(), r.direction());
+            let wo = DVec3::new(wo.x, wo.y, wo.z.abs().max(0.05)).normalize();
+            let m = 0.2 * r.mean_slope().clamp(DVec2::NEG_ONE, DVec2::ONE);
+            // Shaders read u = 0 of the thesis's placement (2) as another number.
+            let placement = [r.pick([0.0, 1.0, 3.0])];
+            join(&[&wo.to_array(), &m.to_array(), &r.covariance().to_array(), &placement, &wi.to_array()])
+        },
+        |x| {
+            let (wo, m, s, wi) = (v3(x, 0), v2(x, 3), clamp_covariance(v3(x, 5)), v3(x, 9));
+            let placement = NodePlacement::ALL[x[8].round() as usize];
+            let nodes = slope_nodes(placement, wo, m, s, N);
+            let node = nodes.node(wo, nodes.row(3), 1);
+            let spread = DVec2::new(s.x.sqrt(), s.y.sqrt()).max(DVec2::splat(1e-4));
+            let slope = (node.slope - m) / spread;
+            let moments = node_normal_moments(placement, wo, m, s, N);
+            let light = node_diffuse_light(placement, wo, wi, m, s, true, N);
+            list![slope.to_array(), [node.weight, node.cell.log2()], moments.mean, [light]]
         },
     );
 }
