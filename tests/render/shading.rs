@@ -8,12 +8,13 @@ use leadr::reflectance::facets::metals::Metal;
 use leadr::reflectance::facets::projected_area;
 use leadr::reflectance::frame;
 use leadr::reflectance::integrals::facet_specular::{facet_specular, facet_specular_light};
+use leadr::reflectance::integrals::phong::{phong_area, phong_masking, phong_ndf};
 use leadr::reflectance::integrals::slope_nodes::{
     NodePlacement, node_diffuse_light, node_normal_moments, node_specular_environment,
 };
 use leadr::reflectance::integrals::specular::{EnvironmentSample, leadr_specular_environment};
 use leadr::reflectance::integrals::{diffuse, sh_projection};
-use leadr::reflectance::masking::correlated::{direction_area, lit_fraction};
+use leadr::reflectance::masking::correlated::{direction_area, lit_fraction, masking_shadowing_factor};
 use leadr::reflectance::masking::grooves::groove_factor;
 use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::reflectance::masking::variants::half_facet_area;
@@ -66,6 +67,8 @@ fn a_white_surface_vanishes_in_a_white_room() {
         (Technique::Leadr, few),
         (Technique::LeadrGgx, grid),
         (Technique::LeadrGgx, few),
+        (Technique::LeadrPhong, grid),
+        (Technique::LeadrPhong, few),
         (Technique::NormalMip, few),
         // With one mean normal: one lookup for the specular and one for the diffuse term.
         (Technique::Lean, grid),
@@ -530,6 +533,38 @@ fn diffuse_surface_has_no_specular_term() {
     }
 }
 
+/// A sun on a flat plane of Phong facets, against the 64-bit formula. Rough facets have heavier tails than Gaussian ones.
+#[test]
+fn phong_facets_reflect_a_sun() {
+    let Some(gpu) = test_gpu() else { return };
+    for alpha in [0.2f32, 0.8] {
+        let plane = Object::new("plane", plane(2.0, 2, 1.0, [0.0, 0.0, 0.0, alpha], even)).without_shadow();
+        let mut renderer = in_room(&gpu, vec![plane.with_specular_f0(0.5)], [0.0; 3]);
+        let camera = Camera::looking_at(Vec3::new(0.0, -1.5, 2.6), Vec3::ZERO, 4.0);
+        let wo = camera.position.as_dvec3().normalize();
+        for direction in [Vec3::new(0.0, 0.5, 0.86), Vec3::new(0.6, 0.6, 0.4), Vec3::new(-0.9, 0.1, 0.3)] {
+            let sun = Sun { direction: direction.normalize(), irradiance: Vec3::ONE };
+            let state = FrameState { sun: Some(sun), ..FrameState::new(camera, vec![Pose::REST]) };
+            let mut lit = |technique: Technique| {
+                let options = ShadingOptions { terms: Terms::SPECULAR_LIGHTS, ..Default::default() };
+                let settings = RenderSettings { size: (9, 9), ..settings(technique.with(options)) };
+                f64::from(renderer.render(&state, &settings).unwrap().color[40][0])
+            };
+            let (found, gaussian) = (lit(Technique::LeadrPhong), lit(Technique::Leadr));
+            let (wi, c) = (sun.direction.as_dvec3(), DVec3::new(0.5, 0.5, 0.0) * f64::from(alpha).powi(2));
+            let (wh, cholesky) = (half_vector(wo, wi), slope_grid::slope_cholesky(phong_masking(c)));
+            let [o, i] = [wo, wi].map(|w| phong_area(w, DVec2::ZERO, c, cholesky));
+            let lit = masking_shadowing_factor(Shadowing::Correlated, &o, &i);
+            let f = fresnel_schlick(DVec3::splat(0.5), wi.dot(wh)).x;
+            let expected = f * 0.25 * phong_ndf(wh, DVec2::ZERO, c) * lit;
+            assert!((found / expected - 1.0).abs() < 2e-3, "α {alpha}, {direction}: {found} for {expected}");
+            if wh.z < 0.75 && alpha < 0.5 {
+                assert!(found > 2.0 * gaussian, "{direction}: {found} beside {gaussian}");
+            }
+        }
+    }
+}
+
 /// Under a sun, the forms of the Fresnel term differ by their quotient at the angle of the half vector.
 #[test]
 fn lights_have_the_exact_fresnel_term() {
@@ -548,9 +583,14 @@ fn lights_have_the_exact_fresnel_term() {
         let state = FrameState { sun: Some(sun), ..FrameState::new(camera, vec![Pose::REST]) };
         let wo = camera.position.as_dvec3().normalize();
         let cosine = (0.5 + 0.5 * wo.dot(sun.direction.as_dvec3())).sqrt();
-        for technique in
-            [Technique::Leadr, Technique::LeadrGgx, Technique::Lean, Technique::Gloss, Technique::BlinnPhong]
-        {
+        for technique in [
+            Technique::Leadr,
+            Technique::LeadrGgx,
+            Technique::LeadrPhong,
+            Technique::Lean,
+            Technique::Gloss,
+            Technique::BlinnPhong,
+        ] {
             let mut lit = |fresnel| {
                 let options = ShadingOptions { fresnel, terms: Terms::SPECULAR_LIGHTS, ..Default::default() };
                 let settings = RenderSettings { size: (9, 9), ..settings(technique.with(options)) };

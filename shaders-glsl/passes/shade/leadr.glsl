@@ -16,6 +16,7 @@
 #include "leadr/integrals/facet_specular.glsl"
 #include "leadr/integrals/ggx_lobes.glsl"
 #include "leadr/integrals/light_size.glsl"
+#include "leadr/integrals/phong.glsl"
 #include "leadr/visible/shadowed_environment.glsl"
 #include "leadr/visible/shadowed_specular.glsl"
 #include "leadr/integrals/specular.glsl"
@@ -28,7 +29,7 @@
 #include "leadr/visible/specular.glsl"
 
 const float GRID_DEVIATION = 0.05; // angular deviation of the light of one grid sample, for the horizon of the relief
-const bool FACET_SPECULAR = FACET_FRAME && !FINEST_LEVEL && !GGX_BASE && !V_GROOVES; // whether lights use facet_specular.glsl
+const bool FACET_SPECULAR = FACET_FRAME && !FINEST_LEVEL && !GGX_BASE && !PHONG_FACETS && !V_GROOVES; // whether lights use facet_specular.glsl
 
 // The means over the visible specular facets.
 struct SpecularTerm {
@@ -380,6 +381,24 @@ SpecularTerm ggx_specular(const Surface surface, const vec3 wo, const DisplacedG
     return SpecularTerm(sum.reflected * scale, sum.fresnel * scale, sum.area);
 }
 
+// The number of probes of each lobe of Phong facets, which have two.
+const int PHONG_PROBES = 9;
+
+// Returns the specular term of Phong facets, which are a mixture of Gaussian lobes, each weighted by its visible area.
+SpecularTerm phong_specular(const Surface surface, const vec3 wo, const vec3 C) {
+    SpecularTerm sum = SpecularTerm(vec3(0.0), vec3(0.0), 0.0);
+    for (int k = 0; k < LEADR_PHONG_LOBES; ++k) {
+        GaussianLobe lobe = phong_lobe(C, k);
+        SpecularTerm part = gaussian_specular(surface, wo, lobe.S, min(SAMPLES, PHONG_PROBES));
+        float weight = lobe.weight * part.area;
+        sum.reflected += weight * part.reflected;
+        sum.fresnel += weight * part.fresnel;
+        sum.area += weight;
+    }
+    float scale = 1.0 / max(sum.area, 1e-12);
+    return SpecularTerm(sum.reflected * scale, sum.fresnel * scale, sum.area);
+}
+
 // Returns the mean Fresnel reflectance over the diffuse base, for a specular covariance S.
 vec3 diffuse_fresnel(const Surface surface, const vec3 wo, const vec3 S) {
     vec2 m = surface.mean_slope;
@@ -399,6 +418,17 @@ vec3 ggx_fresnel(const Surface surface, const vec3 wo, const DisplacedGgx d) {
     vec4 sum = vec4(0.0);
     for (int k = 0; k < LEADR_GGX_LOBES; ++k) {
         GaussianLobe lobe = ggx_lobe(d, k);
+        float area = MAPPED || V_GROOVES ? 1.0 : visible_area(wo, surface.mean_slope, lobe.S);
+        sum += lobe.weight * area * vec4(diffuse_fresnel(surface, wo, lobe.S), 1.0);
+    }
+    return sum.rgb / max(sum.w, 1e-12);
+}
+
+// Returns the same for Phong facets.
+vec3 phong_fresnel(const Surface surface, const vec3 wo, const vec3 C) {
+    vec4 sum = vec4(0.0);
+    for (int k = 0; k < LEADR_PHONG_LOBES; ++k) {
+        GaussianLobe lobe = phong_lobe(C, k);
         float area = MAPPED || V_GROOVES ? 1.0 : visible_area(wo, surface.mean_slope, lobe.S);
         sum += lobe.weight * area * vec4(diffuse_fresnel(surface, wo, lobe.S), 1.0);
     }
@@ -493,7 +523,7 @@ void bases_of(const Surface surface, out vec2 bases[MOST_BASES]) {
 // The specular lobe of a base with one roughness on the relief.
 struct Base {
     float alpha;
-    vec3 S;           // covariance of the specular lobe
+    vec3 S;           // covariance of the specular lobe, or of Phong facets
     DisplacedGgx ggx; // replaces S for a GGX base
     vec3 cholesky;
     DirectionArea o;  // visible area for the viewer
@@ -509,8 +539,10 @@ Base base_of(const Surface surface, float alpha) {
         base.ggx = displaced_ggx(vec3(vec2(alpha * alpha), 0.0), relief);
     }
     if (any_on_diffuse() || any_in_specular()) {
-        base.cholesky = slope_cholesky(GGX_BASE ? 0.5 * base.ggx.roughness : base.S);
-        base.o = GGX_BASE ? displaced_ggx_area(wo, m, base.ggx, base.cholesky) : area_for(FACET_SHADOWING, wo, m, base.S, base.cholesky);
+        base.cholesky = slope_cholesky(GGX_BASE ? 0.5 * base.ggx.roughness : PHONG_FACETS ? phong_masking(base.S) : base.S);
+        base.o = GGX_BASE       ? displaced_ggx_area(wo, m, base.ggx, base.cholesky)
+                 : PHONG_FACETS ? phong_area(wo, m, base.S, base.cholesky)
+                                : area_for(FACET_SHADOWING, wo, m, base.S, base.cholesky);
     }
     return base;
 }
@@ -543,15 +575,30 @@ vec3 groove_light(const Surface surface, const Base base, const Light light) {
     vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
     vec2 m = face_viewer(surface.wo, surface.mean_slope, base.S, grid_lambda(SAMPLES));
     DisplacedGgx wider = DisplacedGgx(base.ggx.weight, 2.0 * clamp_covariance(0.5 * base.ggx.roughness + size));
-    float d = GGX_BASE ? displaced_ggx_ndf(wh, m, wider) : beckmann_ndf(wh, m, clamp_covariance(base.S + size));
+    vec3 S = clamp_covariance(base.S + size);
+    float d = GGX_BASE ? displaced_ggx_ndf(wh, m, wider) : PHONG_FACETS ? phong_ndf(wh, m, S) : beckmann_ndf(wh, m, S);
     float ao = max(meso_area(surface.wo, m), LEADR_MIN_AREA), ai = max(meso_area(light.wi, m), 0.0);
     return fresnel_schlick(surface.f0, dot(light.wi, wh)) * (0.25 * d * groove_factor(half_facet_area(surface.wo, light.wi, wh), ao, ai));
+}
+
+// Returns the specular radiance of a light on Phong facets, per unit of irradiance.
+vec3 phong_light(const Surface surface, const Base base, const Light light) {
+    vec2 m = surface.mean_slope;
+    vec3 size = light_slope_covariance(surface.wo, light.wi, light.variance);
+    vec3 h = surface.wo + light.wi;
+    vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
+    float lit = MAPPED ? 1.0 / max(half_facet_area(surface.wo, light.wi, wh), LEADR_MIN_AREA)
+                       : masking_shadowing_factor(FACET_SHADOWING, base.o, phong_area(light.wi, m, base.S, base.cholesky));
+    return fresnel_schlick(surface.f0, dot(light.wi, wh)) * (0.25 * phong_ndf(wh, m, clamp_covariance(base.S + size)) * lit);
 }
 
 // Returns the base's specular reflection of the environment.
 SpecularTerm environment_specular(const Surface surface, const Base base) {
     if (GGX_BASE) {
         return ggx_specular(surface, surface.wo, base.ggx);
+    }
+    if (PHONG_FACETS) {
+        return phong_specular(surface, surface.wo, base.S);
     }
     if ((BY_CLASS || CLASSES > 2) && VISIBLE_SLOPES && !DRAWN_SPECULAR) {
         return class_specular(surface, surface.wo, base.S, shaded_class.probes);
@@ -561,6 +608,9 @@ SpecularTerm environment_specular(const Surface surface, const Base base) {
 
 // Returns only the mean Fresnel reflectance, for the diffuse base.
 vec3 mean_fresnel(const Surface surface, const Base base) {
+    if (PHONG_FACETS) {
+        return phong_fresnel(surface, surface.wo, base.S);
+    }
     return GGX_BASE ? ggx_fresnel(surface, surface.wo, base.ggx) : diffuse_fresnel(surface, surface.wo, base.S);
 }
 
@@ -580,6 +630,9 @@ vec3 specular_of_light(const Surface surface, const Base base, const int number,
     if (FACET_SPECULAR) {
         FacetSpecular specular = facet_specular(wo, light.wi, base.alpha, light.variance);
         return facet_specular_light(FACET_SHADOWING, SHADOWING, diffuse_o, diffuse_i, specular, m, diffuse_cholesky, f0);
+    }
+    if (PHONG_FACETS) {
+        return phong_light(surface, base, Light(light.wi, light.irradiance, of_panorama(number) ? light.variance : 0.0, 0.0));
     }
     if (of_panorama(number)) {
         return sized_light(surface, base.o, light, base.S, base.ggx, base.cholesky);

@@ -7,6 +7,7 @@ pub mod ggx_filtering;
 pub mod ggx_lobes;
 pub mod interreflection;
 pub mod light_size;
+pub mod phong;
 pub mod reference;
 pub mod sh;
 pub mod sh_projection;

@@ -39,7 +39,7 @@ use leadr_reflectance::slopes::grid::{
 use leadr_reflectance::slopes::map::{map_covariance, map_mean_slope, slope_map};
 use leadr_reflectance::slopes::rotation::{SlopePart, join_slopes, rotate_slopes};
 use leadr_reflectance::slopes::statistics::{
-    add_macro_curvature, add_roughness, covariance_from_moments, scale_height,
+    add_macro_curvature, add_roughness, clamp_covariance, covariance_from_moments, scale_height,
 };
 use leadr_testing::gpu::test_gpu;
 
@@ -226,7 +226,7 @@ fn fresnel_parity() {
         // The F82 tint cancels Schlick's form. The index of bright metals depends on small differences.
         Tolerance {
             relative: 3e-6,
-            floor: |k| [1e-3, 0.1, 10.0][(usize::from(k > 3) + usize::from(k > 6))],
+            floor: |k| [1e-3, 0.1, 10.0][usize::from(k > 3) + usize::from(k > 6)],
             unit: |_| 0.0,
         },
         |r| [r.unit(), r.unit(), r.unit(), r.range(-0.1, 1.1), r.range(0.4, 3.0)],

@@ -9,6 +9,7 @@ use leadr_reflectance::integrals::facet_specular::{
 use leadr_reflectance::integrals::ggx_filtering::displaced_ggx;
 use leadr_reflectance::integrals::ggx_lobes::{GGX_LOBES, displaced_ggx_area, displaced_ggx_light, ggx_lobe};
 use leadr_reflectance::integrals::light_size::{light_normal_variance, light_slope_covariance};
+use leadr_reflectance::integrals::phong::{phong_exponent, phong_lobe, phong_masking, phong_ndf, phong_p22};
 use leadr_reflectance::masking::correlated::direction_area;
 use leadr_reflectance::masking::shadowing::Shadowing;
 use leadr_reflectance::materials::classic::{
@@ -16,7 +17,7 @@ use leadr_reflectance::materials::classic::{
     toksvig_variance,
 };
 use leadr_reflectance::random::Random;
-use leadr_reflectance::slopes::grid::slope_cholesky;
+use leadr_reflectance::slopes::grid::{slope_at, slope_cholesky};
 use leadr_reflectance::slopes::statistics::clamp_covariance;
 use leadr_reflectance::visible::clear_coat::{
     coat_average, coat_bands, coat_facet_reflectance, coat_reflectance, coat_reflectances, coated_base,
@@ -98,6 +99,31 @@ fn facet_specular_parity() {
             let light = facet_specular_light(Shadowing::Correlated, &o, &i, &f, m, cholesky, DVec3::splat(0.04)).x;
             let densities = [Shadowing::None, Shadowing::Smith, Shadowing::Correlated].map(density);
             list![f.deviation, [visible], densities, [light]]
+        },
+    );
+}
+
+#[test]
+fn phong_parity() {
+    parity::<10>(
+        "integrals/phong",
+        Tolerance { relative: 1e-3, floor: |_| 1e-2, unit: |_| 0.0 },
+        |r| {
+            let (c, m) = (r.covariance().to_array(), r.mean_slope().to_array());
+            join(&[&above(r), &m, &c, &[r.range(-4.0, 4.0), r.range(-4.0, 4.0)]])
+        },
+        |x| {
+            let (wh, m, c) = (v3(x, 0), v2(x, 3), clamp_covariance(v3(x, 5)));
+            let n = phong_exponent(c);
+            let most = (n + 2.0) / std::f64::consts::TAU;
+            let slope = slope_at(v2(x, 8), m, slope_cholesky(c));
+            let [wide, narrow] = [0, 1].map(|k| phong_lobe(c, k));
+            let sum = (c.x + c.y).max(1e-8);
+            list![
+                [n.log2(), phong_p22(slope, m, c) / most, phong_ndf(wh, m, c) * wh.z.powi(4) / most],
+                phong_masking(c) / sum,
+                [wide.weight, narrow.weight, wide.s.x / c.x.max(1e-8), narrow.s.y / c.y.max(1e-8), c.z / sum]
+            ]
         },
     );
 }
