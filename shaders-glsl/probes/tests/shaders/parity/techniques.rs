@@ -107,7 +107,8 @@ fn facet_specular_parity() {
 fn phong_parity() {
     parity::<10>(
         "integrals/phong",
-        Tolerance { relative: 1e-3, floor: |_| 1e-2, unit: |_| 0.0 },
+        // Slopes far from a thin covariance cancel: 3.1e-3 at worst.
+        Tolerance { relative: 4e-3, floor: |_| 1e-2, unit: |_| 0.0 },
         |r| {
             let (c, m) = (r.covariance().to_array(), r.mean_slope().to_array());
             join(&[&above(r), &m, &c, &[r.range(-4.0, 4.0), r.range(-4.0, 4.0)]])
