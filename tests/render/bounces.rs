@@ -143,6 +143,37 @@ fn diffuse_base_returns_remaining_energy() {
     }
 }
 
+/// The blend of ideal facets with Lambert's law (thesis eq. 5.4 with F = 1), in a furnace and under a sun.
+#[test]
+fn the_blend_of_the_thesis_keeps_its_energy() {
+    let Some(gpu) = test_gpu() else { return };
+    let white = f64::from(leadr::maps::srgb::linear_from_srgb(f32::from(code()) / 255.0));
+    let alpha = alpha_of(alpha_code(0.2));
+    let blend = |terms| ShadingOptions { terms, diffuse_model: DiffuseModel::Blend, ..Default::default() };
+    let sun = Some(Vec3::new(0.2, 0.5, 0.8).normalize());
+    for technique in TECHNIQUES {
+        let [mut furnace, mut ideal] = [code(), 0].map(|albedo| in_furnace(&gpu, ground(albedo, alpha, 1.0, None)));
+        let [mut dark, mut mirror] =
+            [code(), 0].map(|albedo| in_room(&gpu, vec![ground(albedo, alpha, 1.0, None)], [0.0; 3]));
+        for cosine in [0.45, 0.98] {
+            let all = drawn(&mut furnace, technique, blend(Terms::ALL), cosine, None).x;
+            let lambert = |terms| ShadingOptions { terms, ..Default::default() };
+            let facets = drawn(&mut ideal, technique, lambert(Terms::SPECULAR_ENVIRONMENT), cosine, None).x;
+            let expected = white + (1.0 - white) * facets;
+            assert!((all - expected).abs() < 5e-3, "{technique:?}, cos {cosine}: {all} for {expected}");
+            // The facets of roughness .2 shadow little. Those of gloss, which are GGX, lose more of the light.
+            assert!(technique == Technique::Gloss || (all - 1.0).abs() < 0.015, "{technique:?}, cos {cosine}: {all}");
+            let specular = drawn(&mut mirror, technique, lambert(Terms::SPECULAR_LIGHTS), cosine, sun).x;
+            let [own, diffuse] = [Terms::SPECULAR_LIGHTS, Terms::DIFFUSE_LIGHTS]
+                .map(|terms| drawn(&mut dark, technique, blend(terms), cosine, sun).x);
+            // Colours have 8 bits, and their filter rounds to 16.
+            assert!((own / specular - (1.0 - white)).abs() < 3e-3, "{technique:?}: {own} of {specular}");
+            let expected = white * f64::from(sun.unwrap().z) / std::f64::consts::PI;
+            assert!((diffuse / expected - 1.0).abs() < 0.02, "{technique:?}: {diffuse} for {expected}");
+        }
+    }
+}
+
 /// Each model has its albedo in an even environment, and its value under a sun. Burley's and Chan's models contain the loss to the coat.
 #[test]
 fn diffuse_models_are_drawn() {

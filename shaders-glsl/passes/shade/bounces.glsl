@@ -10,7 +10,7 @@
 #include "leadr/visible/fresnel.glsl"
 
 struct Bounces {
-    vec3 specular;       // factor on the single-bounce specular reflection (Turquin 2019)
+    vec3 specular;       // factor on the single-bounce specular reflection (Turquin 2019; thesis eq. 5.4)
     Frame about;         // frame about the facet that stands for all visible facets, in the tangent frame
     vec3 wo;             // direction toward the viewer, in the frame `about`
     float alpha;
@@ -59,7 +59,12 @@ Bounces bounces_of(const Surface surface, const vec2 slope, float alpha) {
     b.wo.z = max(b.wo.z, 1e-3);
     b.alpha = alpha;
     b.facets = facet_bounces(alpha);
-    b.specular = MULTISCATTERING ? compensation_scale(surface.f0, energy_albedo(alpha, b.wo.z).x) : vec3(1.0);
+    b.specular = vec3(1.0);
+    if (MULTISCATTERING) {
+        b.specular = compensation_scale(surface.f0, energy_albedo(alpha, b.wo.z).x);
+    } else if (BLEND && !is_fitted(surface.fit)) {
+        b.specular = 1.0 - surface.albedo;
+    }
     b.entered = entered_base(surface, alpha, b.wo.z);
     b.average = entered_base(surface, alpha, 0.0);
     b.albedo = diffuse_model_albedo(DIFFUSE_MODEL, b.wo.z, alpha, surface.albedo);

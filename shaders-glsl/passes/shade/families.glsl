@@ -138,6 +138,9 @@ vec3 gloss_radiance(const Surface surface) {
         reflected = bounced_albedo(surface.f0, surface.index, energy, deviation, energy_average(alpha).x);
         diffuse = surface.albedo * b.entered;
     }
+    if (BLEND) {
+        reflected *= b.specular;
+    }
     diffuse = (COAT_IN_MODEL ? surface.albedo : diffuse) * b.albedo;
     vec3 albedo = surface.albedo;
     vec3 radiance = vec3(0.0);

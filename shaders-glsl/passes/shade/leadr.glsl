@@ -806,7 +806,7 @@ vec3 light_reflected(const int number, const Light light, const Surface surface,
         specular = in_specular(number) ? facet_light(surface, facet, number, light) : vec3(0.0);
     } else {
         specular = light_in_specular(surface, bases, number, light, r.o, diffuse_i, r.cholesky);
-        if (MULTISCATTERING) {
+        if (SCALES_SPECULAR) {
             specular *= bounces.specular;
         }
     }
@@ -873,7 +873,7 @@ vec3 leadr_radiance(Surface surface) {
         } else {
             specular = specular_of(surface, bases);
         }
-        if (MULTISCATTERING) {
+        if (SCALES_SPECULAR) {
             specular.reflected *= bounces.specular;
         }
         if (COATED) {
@@ -887,12 +887,14 @@ vec3 leadr_radiance(Surface surface) {
     if (MULTISCATTERING && DIFFUSE && !exact) {
         entering *= bounces.entered / max(1.0 - smooth_fresnel(surface, bounces), vec3(1e-3));
     }
+    // Diffuse models do not change the light that passes through the surface.
+    vec3 passing = entering;
     if (!LAMBERTIAN && !MULTISCATTERING) {
         entering = (COAT_IN_MODEL ? vec3(1.0) : entering) * bounces.albedo;
     }
 
     if (TRANSMITS && (SPECULAR_ENVIRONMENT || any_in_specular())) {
-        vec3 enters = SPECULAR_ENVIRONMENT || DIFFUSE ? entering : 1.0 - fresnel_under(surface, bases);
+        vec3 enters = SPECULAR_ENVIRONMENT || DIFFUSE ? passing : 1.0 - fresnel_under(surface, bases);
         vec3 behind = passed_color * transmitted(surface, medium, base_of(surface, surface.alpha), enters);
         radiance += COATED ? (1.0 - coat.outward) * behind : behind;
     }

@@ -46,9 +46,11 @@ const bool V_GROOVES = SHADOWING_MODEL == LEADR_SHADOWING_VGROOVE;
 const int FACET_SHADOWING = BY_CLASS ? LEADR_SHADOWING_NONE : SHADOWING;
 
 const bool LAMBERTIAN = DIFFUSE_MODEL == LEADR_DIFFUSE_LAMBERT;
-const bool MULTISCATTERING = DIFFUSE_MODEL == LEADR_DIFFUSE_MULTISCATTERING; // also scales the specular term
+const bool MULTISCATTERING = DIFFUSE_MODEL == LEADR_DIFFUSE_MULTISCATTERING; // scales the specular term
+const bool BLEND = DIFFUSE_MODEL == LEADR_DIFFUSE_BLEND; // scales the specular term
+const bool SCALES_SPECULAR = MULTISCATTERING || BLEND;
 // Whether the model replaces the light that the coat lets through.
-const bool COAT_IN_MODEL = DIFFUSE_MODEL == LEADR_DIFFUSE_DISNEY || DIFFUSE_MODEL == LEADR_DIFFUSE_CALL_OF_DUTY;
+const bool COAT_IN_MODEL = DIFFUSE_MODEL == LEADR_DIFFUSE_DISNEY || DIFFUSE_MODEL == LEADR_DIFFUSE_CALL_OF_DUTY || BLEND;
 
 const int DIFFUSE_TERMS = 2; // number of terms of the closed form (leadr/visible/diffuse.glsl)
 
