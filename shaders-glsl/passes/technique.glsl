@@ -13,6 +13,7 @@ layout(constant_id = 22) const bool ISOTROPIC_COVARIANCE = false; // all directi
 layout(constant_id = 29) const bool LARGEST_VARIANCE = false;     // that variance is the largest along any direction, not the mean
 layout(constant_id = 23) const bool FINEST_LEVEL = false;         // only the finest maps are used, since many samples per pixel filter them
 layout(constant_id = 24) const bool GGX_BASE = false;             // the base material is GGX, not Beckmann
+layout(constant_id = 35) const bool PHONG_FACETS = false;         // base and relief have Phong's distribution of normals (leadr/integrals/phong.glsl)
 layout(constant_id = 25) const bool USES_CURVATURE = true;        // rotation of the macrosurface under a pixel adds roughness
 layout(constant_id = 32) const bool PER_LIGHT_KERNEL = false;     // lights have kernels of their own (shade/pixel_kernel.glsl)
 layout(constant_id = 26) const bool TILTS_TO_EDGE = true;         // mean slopes that face away are tilted to edge-on

@@ -13,7 +13,7 @@ use leadr::reflectance::visible::cone_specular::cone_specular;
 use leadr::render::camera::Camera;
 use leadr::render::frame::Renderer;
 use leadr::render::scene::{FrameState, MaterialMap, Object, Pose, PropertyMap, Sun};
-use leadr::render::settings::{RenderSettings, ShadingOptions, Technique, Terms};
+use leadr::render::settings::{FresnelForm, RenderSettings, ShadingOptions, Technique, Terms};
 use leadr::scenes::plane::{even, plane};
 
 use leadr_testing::gpu::{TestGpu, test_gpu};
@@ -127,7 +127,49 @@ fn diffuse_base_returns_remaining_energy() {
                 // With the specular term, no more than the incident light.
                 let whole = Terms::DIFFUSE_ENVIRONMENT | Terms::SPECULAR_ENVIRONMENT;
                 assert!(seen(&mut renderer, technique, DiffuseModel::Multiscattering, whole, cosine).x < 1.0);
+                // The specular and the diffuse term divide the light in the same way for both Fresnel terms.
+                let whole_of = |renderer: &mut _, fresnel, terms| {
+                    let diffuse_model = DiffuseModel::Multiscattering;
+                    let options = ShadingOptions { terms, diffuse_model, fresnel, ..Default::default() };
+                    drawn(renderer, technique, options, cosine, None).x
+                };
+                let [schlick, exact] = [FresnelForm::Schlick, FresnelForm::Exact].map(|fresnel| {
+                    let diffuse = whole_of(&mut renderer, fresnel, Terms::DIFFUSE_ENVIRONMENT) / white;
+                    diffuse + whole_of(&mut renderer, fresnel, Terms::SPECULAR_ENVIRONMENT)
+                });
+                assert!((schlick - exact).abs() < 0.01, "{technique:?} α {alpha}, {cosine}: {schlick} {exact}");
             }
+        }
+    }
+}
+
+/// The blend of ideal facets with Lambert's law (thesis eq. 5.4 with F = 1), in a furnace and under a sun.
+#[test]
+fn the_blend_of_the_thesis_keeps_its_energy() {
+    let Some(gpu) = test_gpu() else { return };
+    let white = f64::from(leadr::maps::srgb::linear_from_srgb(f32::from(code()) / 255.0));
+    let alpha = alpha_of(alpha_code(0.2));
+    let blend = |terms| ShadingOptions { terms, diffuse_model: DiffuseModel::Blend, ..Default::default() };
+    let sun = Some(Vec3::new(0.2, 0.5, 0.8).normalize());
+    for technique in TECHNIQUES {
+        let [mut furnace, mut ideal] = [code(), 0].map(|albedo| in_furnace(&gpu, ground(albedo, alpha, 1.0, None)));
+        let [mut dark, mut mirror] =
+            [code(), 0].map(|albedo| in_room(&gpu, vec![ground(albedo, alpha, 1.0, None)], [0.0; 3]));
+        for cosine in [0.45, 0.98] {
+            let all = drawn(&mut furnace, technique, blend(Terms::ALL), cosine, None).x;
+            let lambert = |terms| ShadingOptions { terms, ..Default::default() };
+            let facets = drawn(&mut ideal, technique, lambert(Terms::SPECULAR_ENVIRONMENT), cosine, None).x;
+            let expected = white + (1.0 - white) * facets;
+            assert!((all - expected).abs() < 5e-3, "{technique:?}, cos {cosine}: {all} for {expected}");
+            // The facets of roughness .2 shadow little. Those of gloss, which are GGX, lose more of the light.
+            assert!(technique == Technique::Gloss || (all - 1.0).abs() < 0.015, "{technique:?}, cos {cosine}: {all}");
+            let specular = drawn(&mut mirror, technique, lambert(Terms::SPECULAR_LIGHTS), cosine, sun).x;
+            let [own, diffuse] = [Terms::SPECULAR_LIGHTS, Terms::DIFFUSE_LIGHTS]
+                .map(|terms| drawn(&mut dark, technique, blend(terms), cosine, sun).x);
+            // Colours have 8 bits, and their filter rounds to 16.
+            assert!((own / specular - (1.0 - white)).abs() < 3e-3, "{technique:?}: {own} of {specular}");
+            let expected = white * f64::from(sun.unwrap().z) / std::f64::consts::PI;
+            assert!((diffuse / expected - 1.0).abs() < 0.02, "{technique:?}: {diffuse} for {expected}");
         }
     }
 }

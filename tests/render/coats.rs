@@ -8,7 +8,7 @@ use leadr::reflectance::visible::clear_coat::{coat_average, coat_reflectance, co
 use leadr::render::camera::Camera;
 use leadr::render::frame::Renderer;
 use leadr::render::scene::{ClearCoat, CoatRelief, CoatTexel, FrameState, MaterialMap, Object, Pose, PropertyMap, Sun};
-use leadr::render::settings::{RenderSettings, ShadingOptions, Technique, Terms};
+use leadr::render::settings::{FresnelForm, RenderSettings, ShadingOptions, Technique, Terms};
 use leadr::scenes::plane::{even, plane};
 use leadr_testing::gpu::test_gpu;
 use leadr_testing::render::{bumps, in_room};
@@ -56,13 +56,20 @@ fn settings(options: ShadingOptions) -> RenderSettings {
 fn a_coat_keeps_the_energy_of_a_furnace() {
     let Some(gpu) = test_gpu() else { return };
     let s = DVec3::new(0.5, 0.5, 0.0) * f64::from(ALPHA).powi(2);
-    for (albedo, weight) in [(1.0, 1.0), (0.5, 1.0), (0.5, 0.4)] {
+    for (albedo, weight, fresnel) in [
+        (1.0, 1.0, FresnelForm::Schlick),
+        (1.0, 1.0, FresnelForm::Exact),
+        (0.5, 1.0, FresnelForm::Schlick),
+        (0.5, 0.4, FresnelForm::Exact),
+    ] {
+        let (exact, options) = (fresnel == FresnelForm::Exact, ShadingOptions { fresnel, ..options() });
         let mut renderer = in_room(&gpu, vec![ground(albedo, 0.0, coat(weight, CoatRelief::Base))], [1.0; 3]);
         let albedo = DVec3::splat(linear_from_srgb(f32::from(srgb8_from_linear(albedo)) / 255.0).into());
         for cosine in COSINES {
             let wo = DVec3::new(0.0, -(1.0 - f64::from(cosine).powi(2)).sqrt(), cosine.into());
-            let (weight, found) = (f64::from(weight), seen(&mut renderer, settings(options()), cosine, None));
-            let (outward, mean) = (coat_reflectance(wo, DVec2::ZERO, s, weight), coat_average(weight));
+            let (weight, found) = (f64::from(weight), seen(&mut renderer, settings(options), cosine, None));
+            let outward = coat_reflectance(wo, DVec2::ZERO, s, weight, exact);
+            let mean = coat_average(weight, exact);
             let expected = outward + albedo.x * coated_base(outward, mean, mean, albedo).x;
             assert!((found - expected).abs() < 0.01, "albedo {albedo}, cos {cosine}: {found} for {expected}");
             if albedo.x == 1.0 {

@@ -3,13 +3,18 @@
 use glam::{DVec2, DVec3, Vec3};
 use leadr::reflectance::facets::base_roughness::add_facet_roughness;
 use leadr::reflectance::facets::beckmann::beckmann_ndf;
-use leadr::reflectance::facets::fresnel::fresnel_schlick;
+use leadr::reflectance::facets::fresnel::{fresnel_dielectric, fresnel_edge_tint, fresnel_schlick};
+use leadr::reflectance::facets::metals::Metal;
 use leadr::reflectance::facets::projected_area;
 use leadr::reflectance::frame;
 use leadr::reflectance::integrals::facet_specular::{facet_specular, facet_specular_light};
+use leadr::reflectance::integrals::phong::{phong_area, phong_masking, phong_ndf};
+use leadr::reflectance::integrals::slope_nodes::{
+    NodePlacement, node_diffuse_light, node_normal_moments, node_specular_environment,
+};
 use leadr::reflectance::integrals::specular::{EnvironmentSample, leadr_specular_environment};
 use leadr::reflectance::integrals::{diffuse, sh_projection};
-use leadr::reflectance::masking::correlated::{direction_area, lit_fraction};
+use leadr::reflectance::masking::correlated::{direction_area, lit_fraction, masking_shadowing_factor};
 use leadr::reflectance::masking::grooves::groove_factor;
 use leadr::reflectance::masking::shadowing::Shadowing;
 use leadr::reflectance::masking::variants::half_facet_area;
@@ -26,8 +31,10 @@ use leadr::render::light::environment::Environment;
 use leadr::render::light::panorama::LightExtraction;
 use leadr::render::scene::{Cone, FrameState, Object, PointLight, Pose, Sun};
 use leadr::render::settings::{
-    DiffuseLights, GridLod, PixelKernel, Probes, Quadrature, RenderSettings, Shading, ShadingOptions, Technique, Terms,
+    DiffuseLights, FresnelForm, GridLod, PixelKernel, Probes, Quadrature, RenderSettings, Shading, ShadingOptions,
+    Technique, Terms,
 };
+use leadr::scenes::plane::{even, plane};
 use leadr::scenes::sphere::{cube_sphere, displaced_sphere};
 use leadr_testing::cube::panorama;
 use leadr_testing::gpu::test_gpu;
@@ -60,12 +67,20 @@ fn a_white_surface_vanishes_in_a_white_room() {
         (Technique::Leadr, few),
         (Technique::LeadrGgx, grid),
         (Technique::LeadrGgx, few),
+        (Technique::LeadrPhong, grid),
+        (Technique::LeadrPhong, few),
         (Technique::NormalMip, few),
         // With one mean normal: one lookup for the specular and one for the diffuse term.
         (Technique::Lean, grid),
         (Technique::Toksvig, grid),
     ];
-    for (f0, what) in [(0.0, "diffuse under grazing Fresnel"), (0.3, "both"), (1.0, "specular")] {
+    for (f0, what, fresnel) in [
+        (0.0, "diffuse under grazing Fresnel", FresnelForm::Schlick),
+        (0.3, "both", FresnelForm::Schlick),
+        (0.3, "both", FresnelForm::Exact),
+        (1.0, "specular", FresnelForm::Schlick),
+        (1.0, "specular", FresnelForm::Exact),
+    ] {
         let object = bumpy_sphere([1.0, 1.0, 1.0, 0.3], f0);
         let mut renderer = in_room(&gpu, vec![object], [1.0; 3]);
         for distance in [3.0, 12.0, 60.0] {
@@ -73,12 +88,12 @@ fn a_white_surface_vanishes_in_a_white_room() {
                 // Neither facets nor resolved bumps occlude the furnace.
                 let options =
                     ShadingOptions { shadowing: Shadowing::None, relief_occlusion: false, ..Default::default() };
-                let shading = technique.with(ShadingOptions { quadrature, ..options });
+                let shading = technique.with(ShadingOptions { quadrature, fresnel, ..options });
                 let output = renderer.render(&state(distance, None, Vec::new()), &settings(shading)).unwrap();
                 let object = output.color.iter().filter(|c| c[3] > 0.0);
                 assert!(object.clone().count() > 10);
                 let worst = object.map(|c| (c[0] - 1.0).abs()).fold(0.0, f32::max);
-                println!("{shading}, {what} at distance {distance}: off by {worst:.1e} at most");
+                println!("{shading}, {fresnel:?}, {what} at distance {distance}: off by {worst:.1e} at most");
                 assert!(worst < 5e-4, "{shading}");
             }
         }
@@ -151,6 +166,11 @@ impl Pixel {
             Quadrature::Grid(n) => {
                 let lambda = slope_grid::grid_lambda(n);
                 let white = |_: &EnvironmentSample| DVec3::ONE;
+                if integral.grid_nodes != NodePlacement::Grid {
+                    let placement = integral.grid_nodes;
+                    let term = node_specular_environment(placement, shadowing, wo, self.m, s, f0, n, white);
+                    return [term.reflected, term.fresnel];
+                }
                 let specular_terms = leadr_specular_environment(shadowing, wo, self.m, s, f0, n, lambda, white);
                 [specular_terms.reflected, specular_terms.fresnel]
             }
@@ -165,6 +185,9 @@ impl Pixel {
     /// Moments of the visible normals.
     fn normals(&self, integral: ShadingOptions) -> diffuse::NormalMoments {
         match integral.quadrature {
+            Quadrature::Grid(n) if integral.grid_nodes != NodePlacement::Grid => {
+                node_normal_moments(integral.grid_nodes, self.wo, self.m, self.diffuse_s, n)
+            }
             Quadrature::Grid(n) => {
                 let lambda = slope_grid::grid_lambda(n);
                 let m = projected_area::face_viewer(self.wo, self.m, self.diffuse_s, lambda);
@@ -185,6 +208,9 @@ impl Pixel {
         let light = match (integral.diffuse_lights, integral.quadrature) {
             (DiffuseLights::Sh, _) => {
                 diffuse::leadr_diffuse_light_sh(&self.normals(integral), wo, wi, self.m, s, false)
+            }
+            (_, Quadrature::Grid(n)) if integral.grid_nodes != NodePlacement::Grid => {
+                node_diffuse_light(integral.grid_nodes, wo, wi, self.m, s, false, n)
             }
             (_, Quadrature::Grid(n)) => {
                 let lambda = slope_grid::grid_lambda(n);
@@ -225,7 +251,15 @@ fn integrals() -> Vec<(Shading, ShadingOptions)> {
         let shading = Technique::Leadr.with(options);
         (shading, shading.options())
     };
+    let placed = |side, shadowing, grid_nodes| {
+        let (_, options) = with(Quadrature::Grid(side), shadowing, DiffuseLights::Cosine);
+        let shading = Technique::Leadr.with(ShadingOptions { grid_nodes, ..options });
+        (shading, shading.options())
+    };
     vec![
+        placed(5, Shadowing::Correlated, NodePlacement::Pruned),
+        placed(3, Shadowing::Smith, NodePlacement::CentredNormals),
+        placed(5, Shadowing::None, NodePlacement::CentredNormals),
         with(Quadrature::Grid(5), Shadowing::Smith, DiffuseLights::Cosine),
         with(Quadrature::Grid(3), Shadowing::None, DiffuseLights::Cosine),
         with(Quadrature::Grid(1), Shadowing::Smith, DiffuseLights::Cosine),
@@ -454,6 +488,33 @@ fn constants_of_the_grids_level_of_detail_blur_in_their_order() {
     assert!(deviations[4] < 0.8 * deviations[0], "{deviations:?}");
 }
 
+/// Every placement of the grid's samples gives a picture of its own. All are near a dense grid, and the thesis's points are the farthest.
+#[test]
+fn placements_of_grid_samples_differ() {
+    let Some(gpu) = test_gpu() else { return };
+    let image = panorama(64, |d| DVec3::splat(1.0 + d.dot(DVec3::new(0.3, 0.6, 0.5))));
+    let none = LightExtraction { count: 0, ..Default::default() };
+    let environment = Environment::from_panorama(&gpu, 64, &image, none).unwrap();
+    let object = Object::new("sphere", cube_sphere(16, [0.5, 0.5, 0.5, 0.6])).with_specular_f0(0.5).without_shadow();
+    let mut renderer = Renderer::new(&gpu, vec![object], environment).unwrap();
+    let state = state(6.0, None, Vec::new());
+    let mut drawn = |side, grid_nodes| {
+        let quadrature = Quadrature::Grid(side);
+        let options = ShadingOptions { quadrature, grid_nodes, shadowing: Shadowing::None, ..Default::default() };
+        let color = renderer.render(&state, &settings(Technique::Leadr.with(options))).unwrap().color;
+        color.iter().filter(|c| c[3] > 0.0).map(|c| f64::from(c[0])).collect::<Vec<f64>>()
+    };
+    let truth = drawn(32, NodePlacement::Grid);
+    let errors = NodePlacement::ALL.map(|placement| {
+        let squares: f64 = drawn(5, placement).iter().zip(&truth).map(|(a, b)| (a / b - 1.0).powi(2)).sum();
+        (squares / truth.len() as f64).sqrt()
+    });
+    println!("{errors:.4?}");
+    let [even, pruned, thesis, centred] = errors;
+    assert!(errors.iter().all(|&error| error < 0.2), "{errors:?}");
+    assert!(thesis > 1.5 * centred && (even - pruned).abs() > 1e-5 && (even - centred).abs() > 1e-5, "{errors:?}");
+}
+
 /// Without reflectance at normal incidence nothing is reflected, even at grazing angles.
 #[test]
 fn diffuse_surface_has_no_specular_term() {
@@ -468,6 +529,80 @@ fn diffuse_surface_has_no_specular_term() {
             let output = renderer.render_in_two_passes(&state(6.0, Some(sun), Vec::new()), &settings(shading)).unwrap();
             let most = output.color.iter().filter(|c| c[3] > 0.0).map(|c| c[0]).fold(0.0, f32::max);
             assert_eq!(most > 0.0, f0 > 0.0, "{shading}: {most}");
+        }
+    }
+}
+
+/// A sun on a flat plane of Phong facets, against the 64-bit formula. Rough facets have heavier tails than Gaussian ones.
+#[test]
+fn phong_facets_reflect_a_sun() {
+    let Some(gpu) = test_gpu() else { return };
+    for alpha in [0.2f32, 0.8] {
+        let plane = Object::new("plane", plane(2.0, 2, 1.0, [0.0, 0.0, 0.0, alpha], even)).without_shadow();
+        let mut renderer = in_room(&gpu, vec![plane.with_specular_f0(0.5)], [0.0; 3]);
+        let camera = Camera::looking_at(Vec3::new(0.0, -1.5, 2.6), Vec3::ZERO, 4.0);
+        let wo = camera.position.as_dvec3().normalize();
+        for direction in [Vec3::new(0.0, 0.5, 0.86), Vec3::new(0.6, 0.6, 0.4), Vec3::new(-0.9, 0.1, 0.3)] {
+            let sun = Sun { direction: direction.normalize(), irradiance: Vec3::ONE };
+            let state = FrameState { sun: Some(sun), ..FrameState::new(camera, vec![Pose::REST]) };
+            let mut lit = |technique: Technique| {
+                let options = ShadingOptions { terms: Terms::SPECULAR_LIGHTS, ..Default::default() };
+                let settings = RenderSettings { size: (9, 9), ..settings(technique.with(options)) };
+                f64::from(renderer.render(&state, &settings).unwrap().color[40][0])
+            };
+            let (found, gaussian) = (lit(Technique::LeadrPhong), lit(Technique::Leadr));
+            let (wi, c) = (sun.direction.as_dvec3(), DVec3::new(0.5, 0.5, 0.0) * f64::from(alpha).powi(2));
+            let (wh, cholesky) = (half_vector(wo, wi), slope_grid::slope_cholesky(phong_masking(c)));
+            let [o, i] = [wo, wi].map(|w| phong_area(w, DVec2::ZERO, c, cholesky));
+            let lit = masking_shadowing_factor(Shadowing::Correlated, &o, &i);
+            let f = fresnel_schlick(DVec3::splat(0.5), wi.dot(wh)).x;
+            let expected = f * 0.25 * phong_ndf(wh, DVec2::ZERO, c) * lit;
+            assert!((found / expected - 1.0).abs() < 2e-3, "α {alpha}, {direction}: {found} for {expected}");
+            if wh.z < 0.75 && alpha < 0.5 {
+                assert!(found > 2.0 * gaussian, "{direction}: {found} beside {gaussian}");
+            }
+        }
+    }
+}
+
+/// Under a sun, the forms of the Fresnel term differ by their quotient at the angle of the half vector.
+#[test]
+fn lights_have_the_exact_fresnel_term() {
+    let Some(gpu) = test_gpu() else { return };
+    let metal = Metal::named("chromium").unwrap();
+    let plane = Object::new("plane", plane(2.0, 2, 1.0, [0.0, 0.0, 0.0, 0.5], even)).without_shadow();
+    let (glass, tint) = (plane.clone().with_specular_f0(0.04), metal.edge_tint().as_vec3().to_array());
+    let chromium = plane.with_specular_f0(metal.f0().x as f32).with_edge_tint([tint[0]; 3]);
+    for (object, reflectance) in [
+        (glass, &(|c| fresnel_dielectric(c, 1.5)) as &dyn Fn(f64) -> f64),
+        (chromium, &(|c| metal.reflectance(c).x) as &dyn Fn(f64) -> f64),
+    ] {
+        let mut renderer = in_room(&gpu, vec![object], [0.0; 3]);
+        let camera = Camera::looking_at(Vec3::new(0.0, -2.9, 0.6), Vec3::ZERO, 4.0);
+        let sun = Sun { direction: Vec3::new(0.1, 0.9, 0.25).normalize(), irradiance: Vec3::ONE };
+        let state = FrameState { sun: Some(sun), ..FrameState::new(camera, vec![Pose::REST]) };
+        let wo = camera.position.as_dvec3().normalize();
+        let cosine = (0.5 + 0.5 * wo.dot(sun.direction.as_dvec3())).sqrt();
+        for technique in [
+            Technique::Leadr,
+            Technique::LeadrGgx,
+            Technique::LeadrPhong,
+            Technique::Lean,
+            Technique::Gloss,
+            Technique::BlinnPhong,
+        ] {
+            let mut lit = |fresnel| {
+                let options = ShadingOptions { fresnel, terms: Terms::SPECULAR_LIGHTS, ..Default::default() };
+                let settings = RenderSettings { size: (9, 9), ..settings(technique.with(options)) };
+                f64::from(renderer.render(&state, &settings).unwrap().color[40][0])
+            };
+            let [schlick, exact] = [FresnelForm::Schlick, FresnelForm::Exact].map(&mut lit);
+            let f0 = reflectance(1.0);
+            let tint = if f0 > 0.1 { metal.edge_tint().x } else { 0.0 };
+            let drawn = fresnel_edge_tint(DVec3::splat(f0), DVec3::splat(tint), cosine).x;
+            let (found, expected) = (exact / schlick, reflectance(cosine) / drawn);
+            assert!((found - expected).abs() < 0.005, "{technique:?}: {found} for {expected}");
+            assert!((expected - 1.0).abs() > 0.02, "the test must tell the forms apart: {expected}");
         }
     }
 }

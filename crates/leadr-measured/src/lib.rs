@@ -21,6 +21,7 @@ pub mod table;
 pub mod utia;
 
 mod bytes;
+mod rgl_write;
 mod values;
 
 use std::path::Path;

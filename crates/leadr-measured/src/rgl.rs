@@ -18,7 +18,7 @@ use super::values::{bracket, polar};
 use leadr_maps::MapFault;
 use leadr_maps::shown::shown;
 
-const MAGIC: &[u8] = b"tensor_file\0";
+pub(super) const MAGIC: &[u8] = b"tensor_file\0";
 /// The maximum number of arrays in a file. No file of the database has as many.
 const MOST_FIELDS: u32 = 64;
 const MOST_AXES: u16 = 8;
@@ -47,9 +47,9 @@ pub fn is_rgl(bytes: &[u8]) -> bool {
 
 /// A grid of at least 2 × 2 values over the unit square, with bilinear interpolation.
 #[derive(Clone, Debug)]
-struct Grid {
-    width: usize,
-    values: Vec<f32>,
+pub(super) struct Grid {
+    pub(super) width: usize,
+    pub(super) values: Vec<f32>,
 }
 
 impl Grid {
@@ -72,7 +72,7 @@ impl Grid {
         (x, y, fx, fy)
     }
 
-    fn at(&self, at: DVec2) -> f64 {
+    pub(super) fn at(&self, at: DVec2) -> f64 {
         let (x, y, fx, fy) = self.cell(at);
         let row = |y| (1.0 - fx) * self.get(x, y) + fx * self.get(x + 1, y);
         (1.0 - fy) * row(y) + fy * row(y + 1)
@@ -81,14 +81,14 @@ impl Grid {
 
 /// A density over the unit square, with cumulative sums along each row and over the rows.
 #[derive(Clone, Debug)]
-struct Warp {
+pub(super) struct Warp {
     density: Grid,
     before: Vec<f64>,
     rows_before: Vec<f64>,
 }
 
 impl Warp {
-    fn new(mut density: Grid) -> Self {
+    pub(super) fn new(mut density: Grid) -> Self {
         let (w, h) = (density.width, density.height());
         let sums = |density: &Grid| {
             let mut before = vec![0.0; w * h];
@@ -112,7 +112,7 @@ impl Warp {
 
     /// Returns three cumulative sums at a position: over the square before its row, over its row before the position, and over its whole
     /// row. The sums are linear in the density, so the sums of several densities can be blended.
-    fn shares(&self, at: DVec2) -> DVec3 {
+    pub(super) fn shares(&self, at: DVec2) -> DVec3 {
         let (x, y, fx, fy) = self.density.cell(at);
         let w = self.density.width;
         let mix = |a: f64, b: f64| (1.0 - fy) * a + fy * b;

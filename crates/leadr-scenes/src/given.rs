@@ -90,9 +90,9 @@ impl CommandLine {
         let (separable, grooves) = (is("--shadowing", "separable"), is("--shadowing", "v-groove"));
         let on_grid = line.has("grid") || is("--rule", "grid") || grooves;
         let unused: &[(bool, &[&str])] = &[
-            (grooves, &["--probes", "--rule", "--diffuse-lights"]),
+            (grooves, &["--probes", "--rule", "--diffuse-lights", "--grid-nodes"]),
             (grooves || separable, &["--classes"]),
-            (!on_grid, &["--grid-lod"]),
+            (!on_grid, &["--grid-lod", "--grid-nodes"]),
             (is("--pixel-kernel", "half-vector"), &["--edge-samples"]),
         ];
         unused
@@ -193,6 +193,10 @@ impl CommandLine {
             "--shadowing v-groove shadows each facet by itself: remove --diffuse-lights sh"
         } else if is("classes", "on") && (grooves || options.shadowing == Shadowing::SmithSeparable) {
             "--shadowing v-groove and separable have one Gaussian of slopes: remove --classes on"
+        } else if grooves && self.has("grid-nodes") && !is("grid-nodes", "even") {
+            "--shadowing v-groove sums over an even grid: remove --grid-nodes"
+        } else if self.has("grid-nodes") && options.quadrature.side().is_none() && !grooves {
+            "--grid-nodes is for the samples of a grid: add --grid or --rule grid"
         } else if self.has("grid-lod") && options.quadrature.side().is_none() && !grooves {
             "--grid-lod is for the nodes of a grid: add --grid or --rule grid"
         } else if config.view == ViewChoice::Model && config.model.is_none() {

@@ -13,6 +13,7 @@ const int LEADR_DIFFUSE_OREN_NAYAR = 1;
 const int LEADR_DIFFUSE_DISNEY = 2;
 const int LEADR_DIFFUSE_CALL_OF_DUTY = 3;
 const int LEADR_DIFFUSE_MULTISCATTERING = 4; // multiscattering_diffuse, which needs the tables of the coat
+const int LEADR_DIFFUSE_BLEND = 5; // (1 - albedo) of the specular term beside Lambert's law (thesis eq. 5.4)
 
 // The coefficients A (per colour) and B of Oren and Nayar's model (Fujii 2012).
 struct OrenNayar {

@@ -51,10 +51,14 @@ vec3 average_fresnel(const vec3 f0) {
     return f0 + (grazing_reflectance(f0) - f0) / 21.0;
 }
 
-// Returns the fraction of the lost light that leaves the surface after all further bounces, F^2 E / (1 - F (1 - E)).
-vec3 compensation_color(const vec3 f0, const float average_ideal) {
-    vec3 f = average_fresnel(f0);
+// Returns the fraction of the lost light that leaves the surface after all further bounces, F^2 E / (1 - F (1 - E)), for the mean f of any
+// Fresnel term over the cosine-weighted hemisphere.
+vec3 bounced_color(const vec3 f, const float average_ideal) {
     return f * f * average_ideal / max(1.0 - f * (1.0 - average_ideal), vec3(1e-6));
+}
+
+vec3 compensation_color(const vec3 f0, const float average_ideal) {
+    return bounced_color(average_fresnel(f0), average_ideal);
 }
 
 // Returns the BRDF of the light that ideal facets (F = 1) reflect more than once. Multiply it by compensation_color.

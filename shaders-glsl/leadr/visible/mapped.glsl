@@ -98,6 +98,11 @@ vec3 mapped_fresnel(const MappedSlopes v, const vec3 f0) {
     return f0 + (grazing_reflectance(f0) - f0) * (1.0 + v.facing * (visible_schlick_weight(v.slopes) - 1.0));
 }
 
+// Returns the mean of the exact reflectance (fresnel_exact) of all facets.
+vec3 mapped_fresnel_exact(const MappedSlopes v, const vec3 f0, const ComplexIndex index) {
+    return clamp(mapped_fresnel(v, f0) + v.facing * mean_deviation(visible_cosines(v.slopes), f0, index), 0.0, 1.0);
+}
+
 // Returns the moments of all normals; visible_diffuse_moments gives the moments of the visible ones.
 NormalMoments mapped_diffuse_moments(const vec2 m, vec3 S, const int terms) {
     S = clamp_covariance(S);

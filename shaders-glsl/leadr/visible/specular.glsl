@@ -164,6 +164,7 @@ struct VisibleProbes {
     vec2 projected;   // growth of kernels with the projected area of their facet, 0 to 1, and the inverse of the area at the mean
     // The fraction of a probe's variance that remains in each of the two directions into which the probe is split.
     float lit_spread;
+    VisibleCosines cosines; // of all visible facets
     float grazing; // mean of Schlick's weight over all visible facets
     LitSlopes lit; // slopes that probes represent instead of all visible ones; the mean weight includes the ratio of the visible areas
 };
@@ -224,7 +225,8 @@ VisibleProbes visible_probes_of(const int shadowing, vec3 wo, VisibleSlopes all,
     float sine2 = max(1.0 - all.a * all.a / (1.0 + dot(all.m, all.m)), 0.0);
     probes.lit_spread = LEADR_LIT_SPREAD * (1.0 + (1.0 - wide) * sine2);
     probes.projected = vec2(0.0);
-    probes.grazing = visible_schlick_weight(all);
+    probes.cosines = visible_cosines(all);
+    probes.grazing = mean_schlick_weight(probes.cosines);
     return probes;
 }
 

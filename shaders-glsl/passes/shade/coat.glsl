@@ -22,21 +22,23 @@ float coat_toward(const CoatLayer coat, const vec3 w) {
     vec2 m = coat.surface.mean_slope;
     float weight = coat.surface.coat.weight;
     if (MAPPED) {
-        return weight * mapped_fresnel(mapped_slopes(w, m, coat.surface.slope_covariance, coat.S), vec3(LEADR_COAT_F0)).x;
+        MappedSlopes mapped = mapped_slopes(w, m, coat.surface.slope_covariance, coat.S);
+        vec3 f0 = vec3(LEADR_COAT_F0);
+        return weight * (EXACT_FRESNEL ? mapped_fresnel_exact(mapped, f0, LEADR_COAT_INDEX) : mapped_fresnel(mapped, f0)).x;
     }
-    return coat_reflectance(w, m, coat.S, weight);
+    return coat_reflectance(w, m, coat.S, weight, EXACT_FRESNEL);
 }
 
 // Returns the mean reflectance of the coat over the environment that a facet of normal n receives, in world space.
 float coat_toward_environment(const float weight, const vec3 n) {
     vec3 c[9] = environment_sh();
     float whole = dot(max(sh_irradiance(c, n), 0.0), vec3(1.0));
-    vec3 bands = coat_bands(weight);
+    vec3 bands = coat_bands(weight, EXACT_FRESNEL);
     for (int i = 0; i < 9; ++i) {
         c[i] *= i == 0 ? bands.x : i < 4 ? bands.y : bands.z;
     }
     float reflected = dot(sh_irradiance(c, n), vec3(1.0));
-    return whole > 0.0 ? clamp(reflected / whole, LEADR_COAT_F0 * weight, weight) : coat_average(weight);
+    return whole > 0.0 ? clamp(reflected / whole, LEADR_COAT_F0 * weight, weight) : coat_average(weight, EXACT_FRESNEL);
 }
 
 // Returns the coat of a surface. The coat lies above the surface, so a coat with its own relief is not occluded by the relief below.
@@ -47,6 +49,7 @@ CoatLayer coat_over(const Surface surface) {
     s.f0 = vec3(LEADR_COAT_F0);
     s.diffuse_f0 = vec3(LEADR_COAT_F0);
     s.edge_tint = vec3(0.0);
+    s.index = s.diffuse_index = LEADR_COAT_INDEX;
     s.fit = 0u;
     if (surface.coat.own) {
         s.frame = frame_about(surface.coat_normal);
@@ -71,7 +74,7 @@ CoatLayer coat_over(const Surface surface) {
     coat.cholesky = slope_cholesky(s.slope_covariance);
     coat.o = area_for(FACET_SHADOWING, s.wo, s.mean_slope, s.slope_covariance, coat.cholesky);
     coat.outward = s.coat.weight * mean_fresnel(s, coat.base).x;
-    coat.ambient = coat_average(s.coat.weight);
+    coat.ambient = coat_average(s.coat.weight, EXACT_FRESNEL);
     return coat;
 }
 
@@ -86,7 +89,7 @@ void set_outward(inout CoatLayer coat, const float outward) {
 
 // Returns the factor of the coat on the environment that the diffuse base reflects.
 vec3 coat_over_diffuse(const CoatLayer coat, const vec3 albedo) {
-    return coated_base(coat.outward, coat.ambient, coat_average(coat.surface.coat.weight), albedo);
+    return coated_base(coat.outward, coat.ambient, coat_average(coat.surface.coat.weight, EXACT_FRESNEL), albedo);
 }
 
 // Returns the factors of the coat on the diffuse and the specular light from wi.
@@ -94,8 +97,8 @@ void coat_over_light(const CoatLayer coat, const Surface surface, const vec3 wi,
     float weight = coat.surface.coat.weight;
     vec3 w = to_coat(coat, surface, wi);
     vec2 both = MAPPED ? vec2(coat.outward, coat_toward(coat, w))
-                       : coat_reflectances(coat.surface.wo, w, coat.surface.mean_slope, coat.S, weight);
-    diffuse = coated_base(both.x, both.y, coat_average(weight), surface.albedo);
+                       : coat_reflectances(coat.surface.wo, w, coat.surface.mean_slope, coat.S, weight, EXACT_FRESNEL);
+    diffuse = coated_base(both.x, both.y, coat_average(weight, EXACT_FRESNEL), surface.albedo);
     specular = coated_base(both.x, both.y, both.y, fresnel_of(surface, 0.5 * length(surface.wo + wi)));
 }
 

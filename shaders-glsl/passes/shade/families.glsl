@@ -63,7 +63,7 @@ vec3 classic_radiance(const Surface surface) {
         exponent = toksvig_exponent(exponent, toksvig_variance(normal_variance(m, surface.slope_covariance)));
     }
     vec3 fresnel = fresnel_of(surface, dot(wo, n));
-    vec3 albedo = surface.albedo * (1.0 - fresnel_schlick(surface.diffuse_f0, dot(wo, n)));
+    vec3 albedo = surface.albedo * (1.0 - diffuse_fresnel_of(surface, dot(wo, n)));
     vec3 radiance = vec3(0.0);
 
     if (SPECULAR_ENVIRONMENT) {
@@ -127,11 +127,19 @@ vec3 gloss_radiance(const Surface surface) {
     float alpha = clamp(alpha_of_shortening(LEADR_GGX_MACRO, relief + base - relief * base), 1e-3, 1.0);
     Bounces b = bounces_of(surface, m, alpha);
     vec2 energy = energy_albedo(alpha, b.wo.z);
-    vec3 reflected = split_albedo(surface.f0, energy);
-    vec3 diffuse = surface.albedo * (1.0 - split_albedo(surface.diffuse_f0, energy) / max(energy.x, 1e-3));
+    vec3 deviation = vec3(0.0), diffuse_deviation = vec3(0.0);
+    if (EXACT_FRESNEL) {
+        deviation = rough_deviation(alpha, b.wo.z, surface.f0, surface.index);
+        diffuse_deviation = rough_deviation(alpha, b.wo.z, surface.diffuse_f0, surface.diffuse_index);
+    }
+    vec3 reflected = single_albedo(surface.f0, energy, deviation);
+    vec3 diffuse = surface.albedo * (1.0 - single_albedo(surface.diffuse_f0, energy, diffuse_deviation) / max(energy.x, 1e-3));
     if (MULTISCATTERING) {
-        reflected = specular_albedo(surface.f0, energy, energy_average(alpha).x);
+        reflected = bounced_albedo(surface.f0, surface.index, energy, deviation, energy_average(alpha).x);
         diffuse = surface.albedo * b.entered;
+    }
+    if (BLEND) {
+        reflected *= b.specular;
     }
     diffuse = (COAT_IN_MODEL ? surface.albedo : diffuse) * b.albedo;
     vec3 albedo = surface.albedo;
@@ -173,6 +181,7 @@ vec3 gloss_radiance(const Surface surface) {
 Surface facing_away(Surface surface) {
     surface.albedo *= 1.0 - grazing_reflectance(surface.diffuse_f0);
     surface.f0 = surface.diffuse_f0 = vec3(0.0);
+    set_index(surface);
     surface.fit = 0u;
     vec3 n = normal_of_slope(surface.mean_slope);
     surface.wo = normalize(surface.wo + n * (1e-3 - dot(surface.wo, n)));

@@ -6,9 +6,10 @@
 #include "leadr/integrals/interreflection.glsl"
 #include "leadr/visible/shadowed_environment.glsl"
 
-// Returns the mean of Schlick's reflectance over the hemisphere, weighted by the cosine.
-vec3 mean_schlick(const vec3 f0) {
-    return f0 + (grazing_reflectance(f0) - f0) * (1.0 / 21.0);
+// Returns the mean reflectance over the hemisphere, weighted by the cosine.
+vec3 hemisphere_fresnel(const vec3 f0, const ComplexIndex index) {
+    vec3 schlick = f0 + (grazing_reflectance(f0) - f0) * (1.0 / 21.0);
+    return EXACT_FRESNEL ? schlick + average_deviation(f0, index) : schlick;
 }
 
 // Returns the fraction of the hemisphere that bumps larger than the footprint hide.
@@ -52,7 +53,7 @@ vec3 relief_radiance(const Surface surface, const float larger) {
         }
     }
     for (int k = 0; k < 4; ++k) {
-        albedo[k] = albedo[k] * (1.0 - mean_schlick(surface.diffuse_f0)) + mean_schlick(surface.f0);
+        albedo[k] = albedo[k] * (1.0 - hemisphere_fresnel(surface.diffuse_f0, surface.diffuse_index)) + hemisphere_fresnel(surface.f0, surface.index);
     }
     ClassSky sky = class_sky(CLASSES, share, m, S, depth);
     sky.blocked = 1.0 - (1.0 - sky.blocked) * (1.0 - larger);

@@ -16,6 +16,7 @@
 #include "leadr/integrals/facet_specular.glsl"
 #include "leadr/integrals/ggx_lobes.glsl"
 #include "leadr/integrals/light_size.glsl"
+#include "leadr/integrals/phong.glsl"
 #include "leadr/visible/shadowed_environment.glsl"
 #include "leadr/visible/shadowed_specular.glsl"
 #include "leadr/integrals/specular.glsl"
@@ -28,7 +29,7 @@
 #include "leadr/visible/specular.glsl"
 
 const float GRID_DEVIATION = 0.05; // angular deviation of the light of one grid sample, for the horizon of the relief
-const bool FACET_SPECULAR = FACET_FRAME && !FINEST_LEVEL && !GGX_BASE && !V_GROOVES; // whether lights use facet_specular.glsl
+const bool FACET_SPECULAR = FACET_FRAME && !FINEST_LEVEL && !GGX_BASE && !PHONG_FACETS && !V_GROOVES; // whether lights use facet_specular.glsl
 
 // The means over the visible specular facets.
 struct SpecularTerm {
@@ -55,21 +56,14 @@ vec3 passed_coat(const Surface surface, const vec3 wi, const float cosine) {
         m = surface.coat.mean_slope;
         S = surface.coat.covariance;
     }
-    float inward = coat_reflectance(w, m, add_roughness(S, surface.coat.alpha), surface.coat.weight);
+    float inward = coat_reflectance(w, m, add_roughness(S, surface.coat.alpha), surface.coat.weight, EXACT_FRESNEL);
     return coated_base(0.0, inward, inward, fresnel_of(surface, cosine));
 }
 
-// Adds one node of the grid, and sums the weights in `area`. relief is the fraction of the slope variance that a normal map contributes.
-// The facets of a normal map have equal weights.
-void add_grid_specular(inout SpecularTerm sum, const vec3 node, const Surface surface, const vec3 wo, const vec2 m, const vec3 S,
-                       const vec3 cholesky, const DirectionArea o, const float base, const float relief) {
-    EnvironmentSample e = environment_sample_at(wo, slope_at(node.xy, m, cholesky));
-    float weight = node.z * e.area;
-    if (MAPPED) {
-        weight = node.z * mix(e.area, e.area > 0.0 ? max(o.meso, 1e-3) : 0.0, relief);
-    } else if (V_GROOVES) {
-        weight = node.z * groove_visible_area(e.area, o.meso);
-    }
+// Adds a facet with the reflected direction and the weight of a node, and sums the weights in `area`. lod is the level of detail of the
+// environment.
+void add_facet(inout SpecularTerm sum, const EnvironmentSample e, const float weight, const Surface surface, const vec3 wo, const vec2 m,
+               const vec3 S, const vec3 cholesky, const DirectionArea o, const float lod) {
     float cosine = dot(wo, e.wn);
     vec3 f = weight * fresnel_of(surface, cosine);
     float lit = is_class(surface) ? class_lit(surface, e.wi) * class_base_lit(surface, e.wi) : lit_fraction(FACET_SHADOWING, o, area_for(FACET_SHADOWING, e.wi, m, S, cholesky));
@@ -80,13 +74,52 @@ void add_grid_specular(inout SpecularTerm sum, const vec3 node, const Surface su
     if (COATED && surface.under_coat) {
         f *= passed_coat(surface, e.wi, cosine);
     }
-    sum.reflected += f * lit * environment_radiance(surface, e.wi, env_lod_at(base, wo, e.wn));
-    sum.fresnel += weight * fresnel_schlick(surface.diffuse_f0, cosine);
+    sum.reflected += f * lit * environment_radiance(surface, e.wi, lod);
+    sum.fresnel += weight * diffuse_fresnel_of(surface, cosine);
     sum.area += weight;
+}
+
+// Adds one node of the grid. relief is the fraction of the slope variance that a normal map contributes. The facets of a normal map have
+// equal weights.
+void add_grid_specular(inout SpecularTerm sum, const vec3 node, const Surface surface, const vec3 wo, const vec2 m, const vec3 S,
+                       const vec3 cholesky, const DirectionArea o, const float base, const float relief) {
+    EnvironmentSample e = environment_sample_at(wo, slope_at(node.xy, m, cholesky));
+    float weight = node.z * e.area;
+    if (MAPPED) {
+        weight = node.z * mix(e.area, e.area > 0.0 ? max(o.meso, 1e-3) : 0.0, relief);
+    } else if (V_GROOVES) {
+        weight = node.z * groove_visible_area(e.area, o.meso);
+    }
+    add_facet(sum, e, weight, surface, wo, m, S, cholesky, o, env_lod_at(base, wo, e.wn));
 }
 
 // Grids with up to this many samples per side are unrolled, which is a sixth faster (docs/measurements/performance.md).
 const int WRITTEN_OUT = 5;
+
+// Returns the specular term from samples with another placement than the grid. Those of weight 0 look nothing up.
+SpecularTerm placed_specular(const Surface surface, const vec3 wo, const vec3 S, const MappedSlopes mapped) {
+    SlopeNodes nodes = slope_nodes(GRID_NODES, wo, surface.mean_slope, S, SAMPLES);
+    DirectionArea o = area_for(FACET_SHADOWING, wo, nodes.m, S, nodes.cholesky);
+    float per_cell = env_lod_base(S, 1.0, lighting.environment.x, GRID_LOD);
+    SpecularTerm sum = SpecularTerm(vec3(0.0), vec3(0.0), 0.0);
+    for (int j = 0; j < SAMPLES; ++j) {
+        float row = node_row(nodes, j);
+        for (int k = 0; k < SAMPLES; ++k) {
+            SlopeNode node = slope_node(nodes, wo, row, k);
+            EnvironmentSample e = environment_sample_at(wo, node.slope);
+            if (node.weight <= 0.0 || e.area <= 0.0) {
+                continue;
+            }
+            // The facets of a normal map have equal weights.
+            float weight = MAPPED ? node.weight * mix(1.0, max(o.meso, 1e-3) / e.area, mapped.relief) : node.weight;
+            float lod = env_lod_at(per_cell + 0.5 * log2(node.cell), wo, e.wn);
+            add_facet(sum, e, weight, surface, wo, nodes.m, S, nodes.cholesky, o, lod);
+        }
+    }
+    float scale = 1.0 / max(sum.area, 1e-12);
+    SpecularTerm mean = SpecularTerm(sum.reflected * scale, sum.fresnel * scale, o.visible);
+    return MAPPED ? of_facing(mean, surface, mapped.facing) : mean;
+}
 
 // Evaluates Algorithm 1. Loop invariants are computed outside the loop.
 SpecularTerm grid_specular(Surface surface, vec3 wo, vec3 S) {
@@ -101,6 +134,9 @@ SpecularTerm grid_specular(Surface surface, vec3 wo, vec3 S) {
         mapped = mapped_slopes(wo, surface.mean_slope, surface.slope_covariance, S);
     }
     float relief = MAPPED ? mapped.relief : 0.0;
+    if (GRID_NODES != LEADR_NODES_GRID) {
+        return placed_specular(surface, wo, S, mapped);
+    }
     if (SAMPLES <= WRITTEN_OUT) {
         [[unroll]] for (int i = 0; i < min(SAMPLES, WRITTEN_OUT) * min(SAMPLES, WRITTEN_OUT); ++i) {
             add_grid_specular(sum, grid_node(i / SAMPLES, i % SAMPLES, SAMPLES, lambda), surface, wo, m, S, cholesky, o, base, relief);
@@ -157,7 +193,11 @@ struct ProbeSums {
     float grazing;   // sum of Schlick's term
     float cosine;
     float cosine2;
+    vec3 exact;      // with EXACT_FRESNEL, radiance times the deviation of the Fresnel term from Schlick's
+    vec3 deviation;  // sum of this deviation
 };
+
+const ProbeSums NO_PROBES = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0, 0.0, vec3(0.0), vec3(0.0));
 
 // Adds a probe. fitted is whether a table of reflectances multiplies the radiance.
 void add_probe(inout ProbeSums sums, const Surface surface, const vec3 wo, const ProbedLobe lobe, const ProbeNode node, const bool fitted) {
@@ -183,11 +223,17 @@ void add_probe(inout ProbeSums sums, const Surface surface, const vec3 wo, const
     sums.grazing += p.weight * schlick_weight(p.cosine);
     sums.cosine += p.weight * p.cosine;
     sums.cosine2 += p.weight * p.cosine * p.cosine;
+    if (EXACT_FRESNEL && !fitted) {
+        vec3 deviation = fresnel_deviation(surface.f0, surface.index, p.cosine);
+        sums.exact += l.lit * deviation * radiance;
+        sums.deviation += p.weight * deviation;
+    }
 }
 
 // Returns the specular term from sums over probes.
 SpecularTerm probes_specular(const ProbeSums sums, const Surface surface, const ProbedLobe lobe, const bool fitted) {
     vec3 reflected;
+    vec3 deviation = EXACT_FRESNEL && !fitted ? mean_deviation(lobe.probes.cosines, surface.f0, surface.index) : vec3(0.0);
     if (fitted) {
         // The table is nearly linear over a lobe. A line passes through its values at the mean cosine plus and minus one standard
         // deviation.
@@ -202,22 +248,29 @@ SpecularTerm probes_specular(const ProbeSums sums, const Surface surface, const 
             // The diffuse term has what the exact mean of Schlick's term leaves.
             rise *= lobe.probes.grazing / max(sums.grazing, 1e-9);
         }
-        reflected = (surface.f0 - surface.edge_tint * edge_tint_weight(sums.cosine)) * sums.at_normal + rise * sums.by_angle;
+        if (EXACT_FRESNEL) {
+            reflected = max((surface.f0 + deviation - sums.deviation) * sums.at_normal + rise * sums.by_angle + sums.exact, 0.0);
+        } else {
+            reflected = (surface.f0 - surface.edge_tint * edge_tint_weight(sums.cosine)) * sums.at_normal + rise * sums.by_angle;
+        }
     }
     if (INTERREFLECTION) {
         vec3 f0 = fitted ? fitted_fresnel(surface.fit, sums.cosine) : surface.f0;
-        vec3 mean = f0 + (fitted ? vec3(0.0) : (grazing_reflectance(f0) - f0) * lobe.probes.grazing);
+        vec3 mean = f0 + (fitted ? vec3(0.0) : (grazing_reflectance(f0) - f0) * lobe.probes.grazing) + deviation;
         reflected += mean * max(1.0 - sums.lit, 0.0) * surface.relief_radiance;
     }
     vec3 diffuse_f0 = surface.diffuse_f0;
     vec3 fresnel = diffuse_f0 + (grazing_reflectance(diffuse_f0) - diffuse_f0) * lobe.probes.grazing;
+    if (EXACT_FRESNEL) {
+        fresnel = clamp(fresnel + mean_deviation(lobe.probes.cosines, diffuse_f0, surface.diffuse_index), 0.0, 1.0);
+    }
     SpecularTerm mean = SpecularTerm(reflected / max(sums.lit, 1.0), fresnel, lobe.probes.area);
     return MAPPED ? of_facing(mean, surface, lobe.facing) : mean;
 }
 
 // Returns the specular term from `count` probes among the visible slopes.
 SpecularTerm probe_specular(Surface surface, vec3 wo, const vec3 S, int count) {
-    ProbeSums sums = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0, 0.0);
+    ProbeSums sums = NO_PROBES;
     bool fitted = is_fitted(surface.fit);
     ProbedLobe lobe = probed_lobe(surface, wo, S, probe_kernel(count));
     [[unroll]] for (int i = 0; i < count; ++i) {
@@ -247,7 +300,7 @@ vec3 class_grazing(const Surface surface, const vec3 wo, const vec3 S) {
 
 // Returns the specular term of one of several classes from `count` probes, 3 or 5, and one lookup for the grazing part of the lobe.
 SpecularTerm class_specular(Surface surface, vec3 wo, const vec3 S, const int count) {
-    ProbeSums sums = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0, 0.0);
+    ProbeSums sums = NO_PROBES;
     bool fitted = is_fitted(surface.fit);
     ProbedLobe lobe = probed_lobe(surface, wo, S, probe_kernel(count));
     for (int i = 0; i < count; ++i) {
@@ -277,7 +330,7 @@ SpecularTerm drawn_specular(const Surface surface, const vec3 wo, const vec3 S) 
             f *= passed_coat(surface, d.wi, d.cosine);
         }
         reflected += f * lit * lobe_radiance(surface, d.wi, variance);
-        fresnel += fresnel_schlick(surface.diffuse_f0, d.cosine);
+        fresnel += diffuse_fresnel_of(surface, d.cosine);
     }
     return SpecularTerm(reflected / float(SAMPLES), fresnel / float(SAMPLES), o.visible);
 }
@@ -328,14 +381,36 @@ SpecularTerm ggx_specular(const Surface surface, const vec3 wo, const DisplacedG
     return SpecularTerm(sum.reflected * scale, sum.fresnel * scale, sum.area);
 }
 
+// The number of probes of each lobe of Phong facets, which have two.
+const int PHONG_PROBES = 9;
+
+// Returns the specular term of Phong facets, which are a mixture of Gaussian lobes, each weighted by its visible area.
+SpecularTerm phong_specular(const Surface surface, const vec3 wo, const vec3 C) {
+    SpecularTerm sum = SpecularTerm(vec3(0.0), vec3(0.0), 0.0);
+    for (int k = 0; k < LEADR_PHONG_LOBES; ++k) {
+        GaussianLobe lobe = phong_lobe(C, k);
+        SpecularTerm part = gaussian_specular(surface, wo, lobe.S, min(SAMPLES, PHONG_PROBES));
+        float weight = lobe.weight * part.area;
+        sum.reflected += weight * part.reflected;
+        sum.fresnel += weight * part.fresnel;
+        sum.area += weight;
+    }
+    float scale = 1.0 / max(sum.area, 1e-12);
+    return SpecularTerm(sum.reflected * scale, sum.fresnel * scale, sum.area);
+}
+
 // Returns the mean Fresnel reflectance over the diffuse base, for a specular covariance S.
 vec3 diffuse_fresnel(const Surface surface, const vec3 wo, const vec3 S) {
     vec2 m = surface.mean_slope;
     if (V_GROOVES) {
         return grid_specular(surface, wo, S).fresnel;
     }
-    return MAPPED ? mapped_fresnel(mapped_slopes(wo, m, surface.slope_covariance, S), surface.diffuse_f0)
-                  : visible_fresnel(wo, m, S, surface.diffuse_f0);
+    vec3 f0 = surface.diffuse_f0;
+    if (MAPPED) {
+        MappedSlopes mapped = mapped_slopes(wo, m, surface.slope_covariance, S);
+        return EXACT_FRESNEL ? mapped_fresnel_exact(mapped, f0, surface.diffuse_index) : mapped_fresnel(mapped, f0);
+    }
+    return EXACT_FRESNEL ? visible_fresnel_exact(wo, m, S, f0, surface.diffuse_index) : visible_fresnel(wo, m, S, f0);
 }
 
 // Returns only the mean Fresnel reflectance, without an environment.
@@ -343,6 +418,17 @@ vec3 ggx_fresnel(const Surface surface, const vec3 wo, const DisplacedGgx d) {
     vec4 sum = vec4(0.0);
     for (int k = 0; k < LEADR_GGX_LOBES; ++k) {
         GaussianLobe lobe = ggx_lobe(d, k);
+        float area = MAPPED || V_GROOVES ? 1.0 : visible_area(wo, surface.mean_slope, lobe.S);
+        sum += lobe.weight * area * vec4(diffuse_fresnel(surface, wo, lobe.S), 1.0);
+    }
+    return sum.rgb / max(sum.w, 1e-12);
+}
+
+// Returns the same for Phong facets.
+vec3 phong_fresnel(const Surface surface, const vec3 wo, const vec3 C) {
+    vec4 sum = vec4(0.0);
+    for (int k = 0; k < LEADR_PHONG_LOBES; ++k) {
+        GaussianLobe lobe = phong_lobe(C, k);
         float area = MAPPED || V_GROOVES ? 1.0 : visible_area(wo, surface.mean_slope, lobe.S);
         sum += lobe.weight * area * vec4(diffuse_fresnel(surface, wo, lobe.S), 1.0);
     }
@@ -391,6 +477,9 @@ float diffuse_light(const Surface surface, const vec3 wo, const NormalMoments no
     if (LIGHTS_BY_SH) {
         return leadr_diffuse_light_sh(normals, wo, wi, faced, S, false);
     }
+    if (!VISIBLE_SLOPES && GRID_NODES != LEADR_NODES_GRID) {
+        return node_diffuse_light(GRID_NODES, wo, wi, surface.mean_slope, S, false, SAMPLES);
+    }
     return VISIBLE_SLOPES ? leadr_diffuse_light_visible(wo, wi, surface.mean_slope, S, false, DIFFUSE_TERMS)
                           : leadr_diffuse_light(wo, wi, faced, S, false, SAMPLES, lambda);
 }
@@ -434,7 +523,7 @@ void bases_of(const Surface surface, out vec2 bases[MOST_BASES]) {
 // The specular lobe of a base with one roughness on the relief.
 struct Base {
     float alpha;
-    vec3 S;           // covariance of the specular lobe
+    vec3 S;           // covariance of the specular lobe, or of Phong facets
     DisplacedGgx ggx; // replaces S for a GGX base
     vec3 cholesky;
     DirectionArea o;  // visible area for the viewer
@@ -450,8 +539,10 @@ Base base_of(const Surface surface, float alpha) {
         base.ggx = displaced_ggx(vec3(vec2(alpha * alpha), 0.0), relief);
     }
     if (any_on_diffuse() || any_in_specular()) {
-        base.cholesky = slope_cholesky(GGX_BASE ? 0.5 * base.ggx.roughness : base.S);
-        base.o = GGX_BASE ? displaced_ggx_area(wo, m, base.ggx, base.cholesky) : area_for(FACET_SHADOWING, wo, m, base.S, base.cholesky);
+        base.cholesky = slope_cholesky(GGX_BASE ? 0.5 * base.ggx.roughness : PHONG_FACETS ? phong_masking(base.S) : base.S);
+        base.o = GGX_BASE       ? displaced_ggx_area(wo, m, base.ggx, base.cholesky)
+                 : PHONG_FACETS ? phong_area(wo, m, base.S, base.cholesky)
+                                : area_for(FACET_SHADOWING, wo, m, base.S, base.cholesky);
     }
     return base;
 }
@@ -484,15 +575,30 @@ vec3 groove_light(const Surface surface, const Base base, const Light light) {
     vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
     vec2 m = face_viewer(surface.wo, surface.mean_slope, base.S, grid_lambda(SAMPLES));
     DisplacedGgx wider = DisplacedGgx(base.ggx.weight, 2.0 * clamp_covariance(0.5 * base.ggx.roughness + size));
-    float d = GGX_BASE ? displaced_ggx_ndf(wh, m, wider) : beckmann_ndf(wh, m, clamp_covariance(base.S + size));
+    vec3 S = clamp_covariance(base.S + size);
+    float d = GGX_BASE ? displaced_ggx_ndf(wh, m, wider) : PHONG_FACETS ? phong_ndf(wh, m, S) : beckmann_ndf(wh, m, S);
     float ao = max(meso_area(surface.wo, m), LEADR_MIN_AREA), ai = max(meso_area(light.wi, m), 0.0);
     return fresnel_schlick(surface.f0, dot(light.wi, wh)) * (0.25 * d * groove_factor(half_facet_area(surface.wo, light.wi, wh), ao, ai));
+}
+
+// Returns the specular radiance of a light on Phong facets, per unit of irradiance.
+vec3 phong_light(const Surface surface, const Base base, const Light light) {
+    vec2 m = surface.mean_slope;
+    vec3 size = light_slope_covariance(surface.wo, light.wi, light.variance);
+    vec3 h = surface.wo + light.wi;
+    vec3 wh = h * inversesqrt(max(dot(h, h), 1e-20));
+    float lit = MAPPED ? 1.0 / max(half_facet_area(surface.wo, light.wi, wh), LEADR_MIN_AREA)
+                       : masking_shadowing_factor(FACET_SHADOWING, base.o, phong_area(light.wi, m, base.S, base.cholesky));
+    return fresnel_schlick(surface.f0, dot(light.wi, wh)) * (0.25 * phong_ndf(wh, m, clamp_covariance(base.S + size)) * lit);
 }
 
 // Returns the base's specular reflection of the environment.
 SpecularTerm environment_specular(const Surface surface, const Base base) {
     if (GGX_BASE) {
         return ggx_specular(surface, surface.wo, base.ggx);
+    }
+    if (PHONG_FACETS) {
+        return phong_specular(surface, surface.wo, base.S);
     }
     if ((BY_CLASS || CLASSES > 2) && VISIBLE_SLOPES && !DRAWN_SPECULAR) {
         return class_specular(surface, surface.wo, base.S, shaded_class.probes);
@@ -502,6 +608,9 @@ SpecularTerm environment_specular(const Surface surface, const Base base) {
 
 // Returns only the mean Fresnel reflectance, for the diffuse base.
 vec3 mean_fresnel(const Surface surface, const Base base) {
+    if (PHONG_FACETS) {
+        return phong_fresnel(surface, surface.wo, base.S);
+    }
     return GGX_BASE ? ggx_fresnel(surface, surface.wo, base.ggx) : diffuse_fresnel(surface, surface.wo, base.S);
 }
 
@@ -521,6 +630,9 @@ vec3 specular_of_light(const Surface surface, const Base base, const int number,
     if (FACET_SPECULAR) {
         FacetSpecular specular = facet_specular(wo, light.wi, base.alpha, light.variance);
         return facet_specular_light(FACET_SHADOWING, SHADOWING, diffuse_o, diffuse_i, specular, m, diffuse_cholesky, f0);
+    }
+    if (PHONG_FACETS) {
+        return phong_light(surface, base, Light(light.wi, light.irradiance, of_panorama(number) ? light.variance : 0.0, 0.0));
     }
     if (of_panorama(number)) {
         return sized_light(surface, base.o, light, base.S, base.ggx, base.cholesky);
@@ -574,7 +686,7 @@ SpecularTerm shared_probes(Surface surface, const vec2 bases[MOST_BASES]) {
     bool fitted = is_fitted(surface.fit);
     vec3 kernel = fitted ? probe_kernel(LOBE_RULE) : probe_kernel(SAMPLES);
     SpecularTerm sum = SpecularTerm(vec3(0.0), vec3(0.0), 0.0);
-    ProbeSums sums = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0, 0.0);
+    ProbeSums sums = NO_PROBES;
     for (int i = 0; i < FIT_LOBES; ++i) {
         ProbedLobe lobe = probed_lobe(surface, wo, base_of(surface, bases[fitted ? i : 0].x).S, kernel);
         [[unroll]] for (int j = 0; j < LOBE_NODES; ++j) {
@@ -593,7 +705,7 @@ SpecularTerm shared_probes(Surface surface, const vec2 bases[MOST_BASES]) {
             float weight = fitted ? bases[i].y : 1.0;
             sum.reflected += weight * part.reflected;
             sum.fresnel += weight * part.fresnel;
-            sums = ProbeSums(vec3(0.0), vec3(0.0), 0.0, 0.0, 0.0, 0.0);
+            sums = NO_PROBES;
         }
     }
     return sum;
@@ -657,7 +769,7 @@ vec3 light_in_specular(const Surface surface, const vec2 bases[MOST_BASES], cons
             sum += bases[i].y * specular_light(surface, base, number, light, diffuse_o, diffuse_i, diffuse_cholesky);
         }
     }
-    return sum * fresnel_over_schlick(surface.fit, surface.f0, surface.edge_tint, 0.5 * length(surface.wo + light.wi));
+    return sum * fresnel_over_schlick(surface.fit, surface.f0, surface.edge_tint, surface.index, 0.5 * length(surface.wo + light.wi));
 }
 
 #include "coat.glsl"
@@ -694,7 +806,7 @@ vec3 light_reflected(const int number, const Light light, const Surface surface,
         specular = in_specular(number) ? facet_light(surface, facet, number, light) : vec3(0.0);
     } else {
         specular = light_in_specular(surface, bases, number, light, r.o, diffuse_i, r.cholesky);
-        if (MULTISCATTERING) {
+        if (SCALES_SPECULAR) {
             specular *= bounces.specular;
         }
     }
@@ -761,7 +873,7 @@ vec3 leadr_radiance(Surface surface) {
         } else {
             specular = specular_of(surface, bases);
         }
-        if (MULTISCATTERING) {
+        if (SCALES_SPECULAR) {
             specular.reflected *= bounces.specular;
         }
         if (COATED) {
@@ -775,12 +887,14 @@ vec3 leadr_radiance(Surface surface) {
     if (MULTISCATTERING && DIFFUSE && !exact) {
         entering *= bounces.entered / max(1.0 - smooth_fresnel(surface, bounces), vec3(1e-3));
     }
+    // Diffuse models do not change the light that passes through the surface.
+    vec3 passing = entering;
     if (!LAMBERTIAN && !MULTISCATTERING) {
         entering = (COAT_IN_MODEL ? vec3(1.0) : entering) * bounces.albedo;
     }
 
     if (TRANSMITS && (SPECULAR_ENVIRONMENT || any_in_specular())) {
-        vec3 enters = SPECULAR_ENVIRONMENT || DIFFUSE ? entering : 1.0 - fresnel_under(surface, bases);
+        vec3 enters = SPECULAR_ENVIRONMENT || DIFFUSE ? passing : 1.0 - fresnel_under(surface, bases);
         vec3 behind = passed_color * transmitted(surface, medium, base_of(surface, surface.alpha), enters);
         radiance += COATED ? (1.0 - coat.outward) * behind : behind;
     }
@@ -794,6 +908,7 @@ vec3 leadr_radiance(Surface surface) {
         normals = MAPPED ? mapped_diffuse_moments(m, diffuse_s, DIFFUSE_TERMS)
                 : V_GROOVES      ? groove_normal_moments(wo, faced, diffuse_s, SAMPLES, lambda)
                 : VISIBLE_SLOPES ? visible_diffuse_moments(wo, m, diffuse_s, DIFFUSE_TERMS)
+                : GRID_NODES != LEADR_NODES_GRID ? node_normal_moments(GRID_NODES, wo, m, diffuse_s, SAMPLES)
                                  : visible_normal_moments(wo, faced, diffuse_s, SAMPLES, lambda);
     }
     if (DIFFUSE_ENVIRONMENT) {

@@ -58,6 +58,7 @@ struct Facet {
     vec3 albedo; // albedo for the light that the specular term does not reflect
     vec3 f0;
     vec3 edge_tint; // F82 tint of a conductor's reflectance
+    ComplexIndex index; // with EXACT_FRESNEL, of f0
     bool fitted; // whether the material is measured
     FittedFacet facet;
     float visible; // visible area of the specular lobe
@@ -74,7 +75,7 @@ vec3 scattered(const Facet facet, const vec3 wi, const Transport transport) {
         sum += fitted_reflected(facet.facet, wi);
     } else if (transport.specular) {
         sum += leadr_specular_directional(facet.wo, wi, facet.m, facet.specular_s, facet.f0, true)
-             * fresnel_over_schlick(0u, facet.f0, facet.edge_tint, 0.5 * length(facet.wo + wi));
+             * fresnel_over_schlick(0u, facet.f0, facet.edge_tint, facet.index, 0.5 * length(facet.wo + wi));
     }
     return sum;
 }
@@ -182,13 +183,16 @@ void main() {
     facet.specular_s = add_roughness(surface.slope_covariance, surface.alpha);
     facet.f0 = surface.f0;
     facet.edge_tint = surface.edge_tint;
+    facet.index = surface.index;
     facet.fitted = fitted;
     if (fitted) {
         vec2 u = drawn_point(uint(lighting.counts.w), draw_seed(uvec2(pixel), lighting.seed.x, FACET_DRAW));
         vec3 normal = fitted_normal(surface.fit, facet.wo, facet.m, facet.diffuse_s, false, u);
         facet.facet = fitted_facet(surface.fit, surface.alpha, facet.wo, normal, widest);
     }
-    facet.albedo = surface.albedo * (1.0 - visible_fresnel(facet.wo, facet.m, facet.specular_s, surface.diffuse_f0));
+    vec3 fresnel = EXACT_FRESNEL ? visible_fresnel_exact(facet.wo, facet.m, facet.specular_s, surface.diffuse_f0, surface.diffuse_index)
+                                 : visible_fresnel(facet.wo, facet.m, facet.specular_s, surface.diffuse_f0);
+    facet.albedo = surface.albedo * (1.0 - fresnel);
     facet.visible = visible_area(facet.wo, facet.m, facet.specular_s);
     facet.frame = frame_about(normal_of_slope(facet.m));
     // The plane in the depth maps is the plane of the facet or, for normal maps, of the smooth geometry.

@@ -4,6 +4,7 @@
 #include "../constants.glsl"
 #include "../bases.glsl"
 #include "../technique.glsl"
+#include "leadr/integrals/slope_nodes.glsl"
 #include "leadr/integrals/specular.glsl"
 #include "leadr/masking/correlated.glsl"
 #include "leadr/masking/occlusion.glsl"
@@ -12,6 +13,7 @@
 layout(constant_id = 1) const bool VISIBLE_SLOPES = false; // visible-slope rules replace the paper's grid
 layout(constant_id = 2) const int SAMPLES = 5;             // number of environment probes, or N of the N x N grid
 layout(constant_id = 30) const float GRID_LOD = LEADR_LOD_MATCHED; // constant of the level of detail at the nodes of the grid
+layout(constant_id = 34) const int GRID_NODES = LEADR_NODES_GRID;   // a LEADR_NODES_ constant: the placement of the samples of the grid
 layout(constant_id = 3) const int SHADOWING_MODEL = LEADR_SHADOWING_SMITH;
 layout(constant_id = 4) const bool LIGHTS_BY_SH = false;   // diffuse lights use order-2 SH as in Algorithm 2
 layout(constant_id = 5) const int TERMS = 15;              // a bit for each term of light transport
@@ -44,9 +46,11 @@ const bool V_GROOVES = SHADOWING_MODEL == LEADR_SHADOWING_VGROOVE;
 const int FACET_SHADOWING = BY_CLASS ? LEADR_SHADOWING_NONE : SHADOWING;
 
 const bool LAMBERTIAN = DIFFUSE_MODEL == LEADR_DIFFUSE_LAMBERT;
-const bool MULTISCATTERING = DIFFUSE_MODEL == LEADR_DIFFUSE_MULTISCATTERING; // also scales the specular term
+const bool MULTISCATTERING = DIFFUSE_MODEL == LEADR_DIFFUSE_MULTISCATTERING; // scales the specular term
+const bool BLEND = DIFFUSE_MODEL == LEADR_DIFFUSE_BLEND; // scales the specular term
+const bool SCALES_SPECULAR = MULTISCATTERING || BLEND;
 // Whether the model replaces the light that the coat lets through.
-const bool COAT_IN_MODEL = DIFFUSE_MODEL == LEADR_DIFFUSE_DISNEY || DIFFUSE_MODEL == LEADR_DIFFUSE_CALL_OF_DUTY;
+const bool COAT_IN_MODEL = DIFFUSE_MODEL == LEADR_DIFFUSE_DISNEY || DIFFUSE_MODEL == LEADR_DIFFUSE_CALL_OF_DUTY || BLEND;
 
 const int DIFFUSE_TERMS = 2; // number of terms of the closed form (leadr/visible/diffuse.glsl)
 

@@ -5,8 +5,11 @@
 #include "../gbuffer.glsl"
 #include "../technique.glsl"
 #include "fits.glsl"
-#include "leadr/facets/fresnel.glsl"
+#include "leadr/facets/complex_index.glsl"
 #include "leadr/masking/classes.glsl"
+
+layout(constant_id = 33) const int FRESNEL = 0; // form of the Fresnel term: Schlick's, or exact
+const bool EXACT_FRESNEL = FRESNEL == 1;
 
 struct Surface {
     uvec2 pixel;
@@ -21,6 +24,8 @@ struct Surface {
     vec3 f0;             // reflectance at normal incidence
     vec3 diffuse_f0;     // reflectance of the diffuse base's surface; the metallic fraction has no albedo
     vec3 edge_tint;      // F82 tint of a conductor's reflectance
+    ComplexIndex index;  // with EXACT_FRESNEL, of f0 and of diffuse_f0
+    ComplexIndex diffuse_index;
     vec3 emission;       // emitted radiance, before scaling
     float accessibility;
     bool inside;
@@ -58,14 +63,30 @@ vec3 fresnel_of(const Surface s, const float cosine) {
     if (is_fitted(s.fit)) {
         return fitted_fresnel(s.fit, cosine);
     }
-    return fresnel_edge_tint(s.f0, s.edge_tint, cosine);
+    return EXACT_FRESNEL ? fresnel_exact(s.f0, s.index, cosine) : fresnel_edge_tint(s.f0, s.edge_tint, cosine);
 }
 
-// Returns the Fresnel term divided by its Schlick form. The quotient is due to the F82 tint. For a measured material, whose f0 is 1, it is
-// the whole Fresnel term.
-vec3 fresnel_over_schlick(const uint fit, const vec3 f0, const vec3 edge_tint, const float cosine) {
+// Returns the Fresnel term of the surface of the diffuse base.
+vec3 diffuse_fresnel_of(const Surface s, const float cosine) {
+    return EXACT_FRESNEL ? fresnel_exact(s.diffuse_f0, s.diffuse_index, cosine) : fresnel_schlick(s.diffuse_f0, cosine);
+}
+
+// Sets the values that follow from the reflectances.
+void set_index(inout Surface s) {
+    if (EXACT_FRESNEL) {
+        s.index = complex_index(s.f0, s.edge_tint);
+        s.diffuse_index = complex_index(s.diffuse_f0, vec3(0.0));
+    }
+}
+
+// Returns the Fresnel term divided by its Schlick form. The quotient is due to the F82 tint or the exact form. For a measured material, whose
+// f0 is 1, it is the whole Fresnel term.
+vec3 fresnel_over_schlick(const uint fit, const vec3 f0, const vec3 edge_tint, const ComplexIndex index, const float cosine) {
     if (is_fitted(fit)) {
         return fitted_fresnel(fit, cosine);
+    }
+    if (EXACT_FRESNEL) {
+        return fresnel_exact(f0, index, cosine) / max(fresnel_schlick(f0, cosine), 1e-6);
     }
     return 1.0 - edge_tint * (edge_tint_weight(cosine) / max(fresnel_schlick(f0, cosine), 1e-6));
 }
@@ -93,6 +114,7 @@ Surface surface_at(const FilteredSurface f, const vec3 eye, const vec3 ray, cons
         s.diffuse_f0 = vec3(0.0);
         s.edge_tint = vec3(0.0);
     }
+    set_index(s);
     s.emission = f.emission;
     s.accessibility = f.accessibility;
     s.inside = f.inside;

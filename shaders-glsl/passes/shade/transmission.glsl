@@ -60,7 +60,7 @@ vec3 transmitted(const Surface surface, const Medium medium, const Base base, co
         for (int i = 0; i < SAMPLES; ++i) {
             vec2 u = drawn_point(lighting.draws.x * uint(SAMPLES) + uint(i), seed);
             DrawnReflection d = drawn_reflection(wo, u, surface.mean_slope, base.S, o.visible);
-            float passed = 1.0 - fresnel_schlick(surface.diffuse_f0, d.cosine).x;
+            float passed = 1.0 - diffuse_fresnel_of(surface, d.cosine).x;
             sum += passed * passed_facet(surface, medium, normalize(wo + d.wi), far_side);
             all += passed;
         }
@@ -75,7 +75,7 @@ vec3 transmitted(const Surface surface, const Medium medium, const Base base, co
         }
         [[unroll]] for (int i = 0; i < count; ++i) {
             VisibleProbe p = visible_probe(probes, wo, probe_node(count, i, probes.wide));
-            float passed = p.weight * (1.0 - fresnel_schlick(surface.diffuse_f0, p.cosine).x);
+            float passed = p.weight * (1.0 - diffuse_fresnel_of(surface, p.cosine).x);
             // Reflected directions turn by twice the angle of their facet.
             sum += passed * passed_facet(surface, medium, normal_of_slope(p.slope), p.variance / max(4.0 * p.cosine, 0.1) + far_side);
             all += passed;

@@ -12,11 +12,12 @@ void main() {
     float weight = next();
     vec3 reflectances = next3();
     vec3 wi = next3();
+    bool exact = reflectances.z > 0.5;
     at = gl_GlobalInvocationID.x * 11;
-    put(coat_reflectance(wo, m, S, weight));
-    put(coat_facet_reflectance(reflectances.x, weight));
-    put(coat_average(weight));
+    put(coat_reflectance(wo, m, S, weight, exact));
+    put(coat_facet_reflectance(reflectances.x, weight, exact));
+    put(coat_average(weight, exact));
     put(coated_base(reflectances.x, reflectances.y, reflectances.z, vec3(0.0, 0.5, 0.9)));
-    put(coat_reflectances(wo, wi, m, S, weight));
-    put(coat_bands(weight));
+    put(coat_reflectances(wo, wi, m, S, weight, exact));
+    put(coat_bands(weight, exact));
 }

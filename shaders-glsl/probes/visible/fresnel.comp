@@ -9,6 +9,8 @@ void main() {
     vec3 wo = next3();
     vec2 m = next2();
     vec3 S = clamp_covariance(next3());
-    at = gl_GlobalInvocationID.x * 3;
-    put(visible_fresnel(wo, m, S, vec3(0.0, 0.04, 0.5)));
+    at = gl_GlobalInvocationID.x * 6;
+    vec3 f0 = vec3(0.0, 0.04, 0.5);
+    put(visible_fresnel(wo, m, S, f0));
+    put(visible_fresnel_exact(wo, m, S, f0, complex_index(f0, vec3(0.0, 0.0, 3.0))));
 }

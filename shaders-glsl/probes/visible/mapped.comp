@@ -12,7 +12,7 @@ void main() {
     vec2 m = next2();
     vec3 relief = next3();
     float alpha = next();
-    at = gl_GlobalInvocationID.x * 29;
+    at = gl_GlobalInvocationID.x * 32;
     vec3 all = add_roughness(relief, alpha);
     float unit = max(all.x + all.y, 1e-8);
     MappedSlopes v = mapped_slopes(wo, m, relief, all);
@@ -45,4 +45,6 @@ void main() {
     FacetSpecular f = facet_specular(wo, wi, alpha, 0.0);
     put(facet_specular_density(f, m, slope_cholesky(relief), LEADR_SHADOWING_NORMAL_MAP));
     put(facet_visibility(LEADR_SHADOWING_NORMAL_MAP, wo.z, wi.z, dot(wo, wi), f.base));
+    vec3 f0 = vec3(0.0, 0.04, 0.5);
+    put(mapped_fresnel_exact(v, f0, complex_index(f0, vec3(3.0))));
 }

@@ -188,7 +188,7 @@ mod tests {
         let on_grid = given(&["--scene", "sphere", "--grid", "5"]);
         for option in SceneOption::all() {
             let (line, config) = match option.spec.name {
-                "grid-lod" => &on_grid,
+                name if name.starts_with("grid-") => &on_grid,
                 name if name.starts_with("cone-") => &with_cones,
                 _ => &sphere,
             };

@@ -73,8 +73,8 @@ pub struct FitArgs {
     /// Export the closest pbrt-v4 material to this file
     #[arg(long, value_name = "FILE.pbrt")]
     pub pbrt: Option<PathBuf>,
-    /// Export the fit at the angles of a MERL file (.binary), or its slice at φ_d = 90° as a 90 x 90 picture of floats (.pfm)
-    #[arg(long, value_name = "FILE.binary|FILE.pfm")]
+    /// Export the fit at the angles of a MERL file (.binary), as a file of the RGL database for the measured materials of Mitsuba and pbrt (.bsdf), or its slice at φ_d = 90° as a 90 x 90 picture of floats (.pfm)
+    #[arg(long, value_name = "FILE.binary|FILE.bsdf|FILE.pfm")]
     pub export: Option<PathBuf>,
 }
 

@@ -1,5 +1,6 @@
-//! Exports a material with one GGX lobe, which fits the measurement best, to other renderers. The material is a mixture of a metal and a
-//! diffuse base, or a coat over a diffuse base. The fit uses the masking model of each renderer.
+//! Exports a material of a few lobes, which fits the measurement best, to other renderers. The lobes are one GGX lobe, or the Gaussian lobes of
+//! the fit. The material is a mixture of metals and a diffuse base, or a coat over a diffuse base. The fit uses the masking model of each
+//! renderer.
 
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_2, PI};
 use std::fmt;
@@ -9,8 +10,10 @@ use serde::Serialize;
 
 use super::coat::{Coat, MOST};
 use leadr_reflectance::extraction::samples::{Misfit, Sample, misfit};
-use leadr_reflectance::facets::ellipse::{Ellipse, roughness_from_ellipse};
+use leadr_reflectance::facets::beckmann::Beckmann;
+use leadr_reflectance::facets::ellipse::{Ellipse, ellipse_from_roughness, roughness_from_ellipse};
 use leadr_reflectance::facets::fresnel::{Fresnel, fresnel_conductor, fresnel_dielectric};
+use leadr_reflectance::facets::gaussian_mixture::Lobe as Gaussian;
 use leadr_reflectance::facets::ggx::Ggx;
 use leadr_reflectance::masking::variants::Masking;
 use leadr_reflectance::materials::brdf::Brdf;
@@ -29,16 +32,24 @@ pub enum Renderer {
     Pbrt,
 }
 
-/// A material with one GGX lobe.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A material with a few lobes.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Simple {
     renderer: Renderer,
-    /// The half-axes of `α`, and the angle of the first half-axis from the tangent.
-    ellipse: Ellipse,
+    facets: Facets,
     surface: Surface,
 }
 
-/// The surface under the GGX lobe of a material.
+/// The facets of a material. An ellipse has the half-axes of `α`, and the angle of the first half-axis from the tangent.
+#[derive(Clone, Debug, PartialEq)]
+enum Facets {
+    /// One GGX lobe.
+    Ggx(Ellipse),
+    /// Several Beckmann lobes with their shares, which sum to one.
+    Beckmann(Vec<(f64, Ellipse)>),
+}
+
+/// The surface under the lobes of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Surface {
     /// A metal of index `eta + i k` that covers the fraction `share` of a diffuse base of this albedo.
@@ -76,15 +87,36 @@ fn index(f0: DVec3, refraction: f64) -> (DVec3, DVec3) {
 
 /// A simple material that is evaluated in the same way as in its renderer.
 struct Reflecting {
-    facets: Microfacet<Ggx>,
+    lobes: Vec<(f64, Box<dyn Brdf>)>,
     surface: Surface,
     coat: Coat,
 }
 
 impl Brdf for Reflecting {
     fn eval_cos(&self, wo: DVec3, wi: DVec3) -> DVec3 {
-        self.surface.diffuse(&self.coat, wo, wi) * wi.z.max(0.0) + self.surface.share() * self.facets.eval_cos(wo, wi)
+        let specular: DVec3 = self.lobes.iter().map(|(share, lobe)| *share * lobe.eval_cos(wo, wi)).sum();
+        self.surface.diffuse(&self.coat, wo, wi) * wi.z.max(0.0) + self.surface.share() * specular
     }
+}
+
+impl Facets {
+    /// Returns `f_r cos θ_i` of ideal specular facets.
+    fn ideal(&self, masking: Masking, s: &Sample) -> f64 {
+        match self {
+            Self::Ggx(ellipse) => {
+                let slopes = Ggx::new(DVec2::ZERO, roughness_from_ellipse(ellipse));
+                microfacet_eval(masking, &slopes, s.wo, s.wi)
+            }
+            Self::Beckmann(lobes) => lobes
+                .iter()
+                .map(|(share, ellipse)| share * microfacet_eval(masking, &beckmann(ellipse), s.wo, s.wi))
+                .sum(),
+        }
+    }
+}
+
+fn beckmann(ellipse: &Ellipse) -> Beckmann {
+    Beckmann::new(DVec2::ZERO, 0.5 * roughness_from_ellipse(ellipse))
 }
 
 impl fmt::Display for Renderer {
@@ -132,9 +164,8 @@ struct Lobe<'a> {
 }
 
 impl<'a> Lobe<'a> {
-    fn new(samples: &'a [Sample], ellipse: &Ellipse, renderer: Renderer) -> Self {
-        let slopes = Ggx::new(DVec2::ZERO, roughness_from_ellipse(ellipse));
-        let ideal = |s: &Sample| microfacet_eval(renderer.masking(), &slopes, s.wo, s.wi) / s.wi.z;
+    fn new(samples: &'a [Sample], facets: &Facets, renderer: Renderer) -> Self {
+        let ideal = |s: &Sample| facets.ideal(renderer.masking(), s) / s.wi.z;
         let specular: Vec<f64> = samples.iter().map(ideal).collect();
         let mut rings = [Ring::default(); RINGS];
         for (s, &ideal) in samples.iter().zip(&specular) {
@@ -233,35 +264,69 @@ impl Surface {
 }
 
 impl Simple {
-    /// Returns the material that is nearest to the samples, with a lobe of this roughness, and its misfit.
-    pub fn nearest(samples: &[Sample], ellipse: Ellipse, renderer: Renderer) -> (Self, Misfit) {
-        let coat = coat(&ellipse);
-        let lobe = Lobe::new(samples, &ellipse, renderer);
-        let nearer = |a: (f64, Surface), b: (f64, Surface)| if b.0 < a.0 { b } else { a };
-        let metal = |share, refraction| {
-            let surface = lobe.metal(share, refraction);
-            (lobe.error(&surface, &coat), surface)
+    /// Returns the material that is nearest to the samples, and its misfit. The material has a GGX lobe of this roughness, or the Gaussian
+    /// lobes if there are several.
+    pub fn nearest(samples: &[Sample], ellipse: Ellipse, lobes: &[Gaussian], renderer: Renderer) -> (Self, Misfit) {
+        let one = Self::of_one_lobe(samples, ellipse, renderer);
+        let by = |simple: Self| {
+            let wrong = misfit(samples, &simple.reflecting());
+            (simple, wrong)
         };
-        let [refraction, others @ ..] = REFRACTIONS;
-        let best = SHARES.map(|share| metal(share, refraction)).into_iter().reduce(nearer).expect("there are some");
-        let best = others.map(|refraction| metal(best.1.share(), refraction)).into_iter().fold(best, nearer);
+        let one = by(one);
+        if lobes.len() < 2 {
+            return one;
+        }
+        let several = by(Self::of_lobes(samples, lobes, renderer));
+        if several.1.perceptual < one.1.perceptual { several } else { one }
+    }
+
+    /// Returns the nearest metal over a diffuse base, with Gaussian lobes.
+    fn of_lobes(samples: &[Sample], lobes: &[Gaussian], renderer: Renderer) -> Self {
+        let ellipse = |lobe: &Gaussian| ellipse_from_roughness(2.0 * lobe.covariance);
+        let facets = Facets::Beckmann(lobes.iter().map(|lobe| (lobe.share, ellipse(lobe))).collect());
+        let surface = nearest_metal(&Lobe::new(samples, &facets, renderer), &coat(&ellipse(&lobes[0]))).1;
+        Self { renderer, facets, surface }
+    }
+
+    fn of_one_lobe(samples: &[Sample], ellipse: Ellipse, renderer: Renderer) -> Self {
+        let coat = coat(&ellipse);
+        let best = nearest_metal(&Lobe::new(samples, &Facets::Ggx(ellipse), renderer), &coat);
         // Mitsuba supports only isotropic coats.
         let coat_ellipse = if renderer == Renderer::Mitsuba { rounded(ellipse) } else { ellipse };
-        let lobe = Lobe::new(samples, &coat_ellipse, renderer);
+        let lobe = Lobe::new(samples, &Facets::Ggx(coat_ellipse), renderer);
         let surface = lobe.coated(&coat);
-        let simple = if lobe.error(&surface, &coat) < best.0 {
-            Self { renderer, ellipse: coat_ellipse, surface }
+        if lobe.error(&surface, &coat) < best.0 {
+            Self { renderer, facets: Facets::Ggx(coat_ellipse), surface }
         } else {
-            Self { renderer, ellipse, surface: best.1 }
-        };
-        (simple, misfit(samples, &simple.reflecting()))
+            Self { renderer, facets: Facets::Ggx(ellipse), surface: best.1 }
+        }
     }
 
     /// Returns the BRDF as its renderer evaluates it.
     fn reflecting(&self) -> Reflecting {
-        let distribution = Ggx::new(DVec2::ZERO, roughness_from_ellipse(&self.ellipse));
-        let facets = Microfacet { distribution, masking: self.renderer.masking(), fresnel: self.surface.fresnel() };
-        Reflecting { facets, surface: self.surface, coat: coat(&self.ellipse) }
+        let (masking, fresnel) = (self.renderer.masking(), self.surface.fresnel());
+        let lobes: Vec<(f64, Box<dyn Brdf>)> = match &self.facets {
+            Facets::Ggx(ellipse) => {
+                let distribution = Ggx::new(DVec2::ZERO, roughness_from_ellipse(ellipse));
+                vec![(1.0, Box::new(Microfacet { distribution, masking, fresnel }))]
+            }
+            Facets::Beckmann(lobes) => lobes
+                .iter()
+                .map(|(share, ellipse)| {
+                    let facets = Microfacet { distribution: beckmann(ellipse), masking, fresnel: fresnel.clone() };
+                    (*share, Box::new(facets) as Box<dyn Brdf>)
+                })
+                .collect(),
+        };
+        Reflecting { lobes, surface: self.surface, coat: coat(&self.ellipses()[0].1) }
+    }
+
+    /// Returns the lobes with their shares.
+    fn ellipses(&self) -> Vec<(f64, Ellipse)> {
+        match &self.facets {
+            Facets::Ggx(ellipse) => vec![(1.0, *ellipse)],
+            Facets::Beckmann(lobes) => lobes.clone(),
+        }
     }
 
     /// Returns the material in the scene format of its renderer.
@@ -276,80 +341,157 @@ impl Simple {
     fn mitsuba(&self, name: &str) -> String {
         let rgb = |name: &str, c: DVec3| format!(r#"<rgb name="{name}" value="{:.6}, {:.6}, {:.6}"/>"#, c.x, c.y, c.z);
         let float = |name: &str, value: f64| format!(r#"<float name="{name}" value="{value:.6}"/>"#);
-        let (u, v, rotation) = self.axes();
-        let ggx = r#"<string name="distribution" value="ggx"/>"#.to_owned();
-        let (kind, lines) = match self.surface {
+        let distribution = |name: &str| format!(r#"<string name="distribution" value="{name}"/>"#);
+        let element = match self.surface {
             Surface::Coated(albedo) => {
                 let nonlinear = r#"<boolean name="nonlinear" value="true"/>"#.to_owned();
                 let (inside, outside) = (float("int_ior", COAT_INDEX), float("ext_ior", 1.0));
-                let diffuse = rgb("diffuse_reflectance", albedo);
-                ("roughplastic", vec![ggx, float("alpha", u), inside, outside, nonlinear, diffuse])
+                let (alpha, diffuse) =
+                    (float("alpha", self.ellipses()[0].1.radii.x), rgb("diffuse_reflectance", albedo));
+                Element("roughplastic", vec![distribution("ggx"), alpha, inside, outside, nonlinear, diffuse])
             }
             Surface::Metal { share, eta, k, albedo } => {
-                let metal = vec![ggx, float("alpha_u", u), float("alpha_v", v), rgb("eta", eta), rgb("k", k)];
+                let kind = if matches!(self.facets, Facets::Ggx(_)) { "ggx" } else { "beckmann" };
+                let metal = |ellipse: &Ellipse| {
+                    let (u, v, _) = axes(ellipse);
+                    let lines = vec![distribution(kind), float("alpha_u", u), float("alpha_v", v)];
+                    Element("roughconductor", [lines, vec![rgb("eta", eta), rgb("k", k)]].concat())
+                };
+                let blended = |first: Element, second: Element, weight: f64| {
+                    Element("blendbsdf", [vec![float("weight", weight)], first.nested(), second.nested()].concat())
+                };
+                let metals = mixed(&self.ellipses(), metal, blended);
                 if share < 1.0 {
-                    let beside = [
-                        float("weight", share),
-                        format!(r#"<bsdf type="diffuse">{}</bsdf>"#, rgb("reflectance", albedo)),
-                        r#"<bsdf type="roughconductor">"#.to_owned(),
-                    ];
-                    let metal = metal.into_iter().map(|line| format!("    {line}"));
-                    ("blendbsdf", beside.into_iter().chain(metal).chain(["</bsdf>".to_owned()]).collect())
+                    blended(Element("diffuse", vec![rgb("reflectance", albedo)]), metals, share)
                 } else {
-                    ("roughconductor", metal)
+                    metals
                 }
             }
         };
-        let remark = rotation.map(|by| format!("<!-- alpha_u is rotated by {by:.2} degrees from the tangent -->\n"));
-        let first = format!(r#"<bsdf version="3.0.0" id="{name}" type="{kind}">"#);
-        let lines: String = lines.iter().map(|line| format!("    {line}\n")).collect();
-        format!("{}{first}\n{lines}</bsdf>\n", remark.unwrap_or_default())
+        let remark =
+            self.rotations().map(|by| format!("<!-- alpha_u is rotated by {by} degrees from the tangent -->\n"));
+        remark.unwrap_or_default() + &element.root(name)
     }
 
     /// Returns a named material for pbrt-v4. A coat has a thickness of 0, so it absorbs no light. A mixture refers to two named materials.
     fn pbrt(&self, name: &str) -> String {
-        let (u, v, rotation) = self.axes();
         let rgb = |name: &str, c: DVec3| format!(" \"rgb {name}\" [ {:.6} {:.6} {:.6} ]", c.x, c.y, c.z);
         let material = |name: &str, kind: &str| format!("MakeNamedMaterial \"{name}\" \"string type\" \"{kind}\"");
-        let lobe =
-            format!("\n    \"float uroughness\" {u:.6} \"float vroughness\" {v:.6} \"bool remaproughness\" false\n");
+        let lobe = |ellipse: &Ellipse| {
+            let (u, v, _) = axes(ellipse);
+            format!("\n    \"float uroughness\" {u:.6} \"float vroughness\" {v:.6} \"bool remaproughness\" false\n")
+        };
+        let mix = |name: &str, first: &str, second: &str, amount: f64| {
+            let both = material(name, "mix");
+            format!("{both} \"string materials\" [ \"{first}\" \"{second}\" ] \"float amount\" {amount:?}\n")
+        };
+        let ellipses = self.ellipses();
         let materials = match self.surface {
             Surface::Coated(albedo) => {
                 let color = rgb("reflectance", albedo);
                 let coat = material(name, "coateddiffuse");
+                let lobe = lobe(&ellipses[0].1);
                 format!("{coat}{color} \"float eta\" {COAT_INDEX:?} \"float thickness\" 0{lobe}")
             }
             Surface::Metal { share, eta, k, albedo } => {
-                let metal = |name: &str| material(name, "conductor") + &rgb("eta", eta) + &rgb("k", k) + &lobe;
+                let covering = if share < 1.0 { format!("{name}_metal") } else { name.to_owned() };
+                let mut lines = String::new();
                 if share < 1.0 {
-                    let (beside, covering) = (format!("{name}_body"), format!("{name}_metal"));
-                    let diffuse = material(&beside, "diffuse") + &rgb("reflectance", albedo);
-                    let both = material(name, "mix");
-                    format!(
-                        "{diffuse}\n{}{both} \"string materials\" [ \"{beside}\" \"{covering}\" ] \"float amount\" {share:?}\n",
-                        metal(&covering)
-                    )
-                } else {
-                    metal(name)
+                    lines = material(&format!("{name}_body"), "diffuse") + &rgb("reflectance", albedo) + "\n";
                 }
+                let numbered = |i: usize| {
+                    if ellipses.len() > 1 { format!("{name}_lobe{}", i + 1) } else { covering.clone() }
+                };
+                for (i, (_, ellipse)) in ellipses.iter().enumerate() {
+                    lines += &(material(&numbered(i), "conductor") + &rgb("eta", eta) + &rgb("k", k) + &lobe(ellipse));
+                }
+                // Lobe by lobe, each covers its share of what the ones before leave.
+                let mut before = 0.0;
+                for (i, (share, _)) in ellipses.iter().enumerate() {
+                    before += share;
+                    if i > 0 {
+                        let last = i + 1 == ellipses.len();
+                        let first = if i == 1 { numbered(0) } else { format!("{name}_lobes{i}") };
+                        let both = if last { covering.clone() } else { format!("{name}_lobes{}", i + 1) };
+                        lines += &mix(&both, &first, &numbered(i), share / before);
+                    }
+                }
+                if share < 1.0 {
+                    lines += &mix(name, &format!("{name}_body"), &covering, share);
+                }
+                lines
             }
         };
-        let remark = rotation.map(|by| format!("# uroughness is rotated by {by:.2} degrees from the tangent\n"));
+        let remark = self.rotations().map(|by| format!("# uroughness is rotated by {by} degrees from the tangent\n"));
         remark.unwrap_or_default() + &materials
     }
 
-    /// Returns `α` along the axis nearest to the tangent, `α` across it, and the counter-clockwise rotation of the axes, from −45 to 45
-    /// degrees. Neither renderer supports this rotation.
-    fn axes(&self) -> (f64, f64, Option<f64>) {
-        let Ellipse { radii, angle } = self.ellipse;
-        if is_round(&self.ellipse) {
-            return (radii.x, radii.y, None);
-        }
-        let quarters = (angle / FRAC_PI_2).round();
-        let rotation = (angle - quarters * FRAC_PI_2).to_degrees();
-        let (u, v) = if quarters.rem_euclid(2.0) == 1.0 { (radii.y, radii.x) } else { (radii.x, radii.y) };
-        (u, v, (rotation.abs() >= 0.005).then_some(rotation))
+    /// Returns the rotations of all lobes as text, or `None` if the axes of all lobes are the tangent. Neither renderer supports rotations.
+    fn rotations(&self) -> Option<String> {
+        let all: Vec<Option<f64>> = self.ellipses().iter().map(|(_, ellipse)| axes(ellipse).2).collect();
+        let shown = |by: &Option<f64>| format!("{:.2}", by.unwrap_or(0.0));
+        all.iter().any(Option::is_some).then(|| all.iter().map(shown).collect::<Vec<_>>().join(", "))
     }
+}
+
+/// Returns the metal with the lowest error, and the error.
+fn nearest_metal(lobe: &Lobe, coat: &Coat) -> (f64, Surface) {
+    let nearer = |a: (f64, Surface), b: (f64, Surface)| if b.0 < a.0 { b } else { a };
+    let metal = |share, refraction| {
+        let surface = lobe.metal(share, refraction);
+        (lobe.error(&surface, coat), surface)
+    };
+    let [refraction, others @ ..] = REFRACTIONS;
+    let best = SHARES.map(|share| metal(share, refraction)).into_iter().reduce(nearer).expect("there are some");
+    others.map(|refraction| metal(best.1.share(), refraction)).into_iter().fold(best, nearer)
+}
+
+/// Combines lobes by a function of two materials and the weight of the second.
+fn mixed<T>(lobes: &[(f64, Ellipse)], of: impl Fn(&Ellipse) -> T, blended: impl Fn(T, T, f64) -> T) -> T {
+    let mut all = of(&lobes[0].1);
+    let mut before = lobes[0].0;
+    for (share, ellipse) in &lobes[1..] {
+        before += share;
+        all = blended(all, of(ellipse), share / before);
+    }
+    all
+}
+
+/// An element of a scene for Mitsuba: its type and its lines.
+struct Element(&'static str, Vec<String>);
+
+impl Element {
+    fn indented(&self) -> impl Iterator<Item = String> {
+        self.1.iter().map(|line| format!("    {line}"))
+    }
+
+    /// Returns the lines of the element inside another one.
+    fn nested(&self) -> Vec<String> {
+        let first = format!(r#"<bsdf type="{}">"#, self.0);
+        match &self.1[..] {
+            [line] => vec![format!("{first}{line}</bsdf>")],
+            _ => std::iter::once(first).chain(self.indented()).chain(["</bsdf>".to_owned()]).collect(),
+        }
+    }
+
+    /// Returns the text of the whole file.
+    fn root(&self, name: &str) -> String {
+        let first = format!(r#"<bsdf version="3.0.0" id="{name}" type="{}">"#, self.0);
+        let lines: String = self.indented().map(|line| line + "\n").collect();
+        format!("{first}\n{lines}</bsdf>\n")
+    }
+}
+
+/// Returns `α` along the axis nearest to the tangent, `α` across it, and the counter-clockwise rotation of the axes, from −45 to 45 degrees.
+fn axes(ellipse: &Ellipse) -> (f64, f64, Option<f64>) {
+    let Ellipse { radii, angle } = *ellipse;
+    if is_round(ellipse) {
+        return (radii.x, radii.y, None);
+    }
+    let quarters = (angle / FRAC_PI_2).round();
+    let rotation = (angle - quarters * FRAC_PI_2).to_degrees();
+    let (u, v) = if quarters.rem_euclid(2.0) == 1.0 { (radii.y, radii.x) } else { (radii.x, radii.y) };
+    (u, v, (rotation.abs() >= 0.005).then_some(rotation))
 }
 
 /// Returns the isotropic coat with the mean roughness of the ellipse.
@@ -382,8 +524,8 @@ mod tests {
         let (eta, k) = index(DVec3::new(0.9, 0.7, 0.4), 0.5);
         for renderer in [Renderer::Mitsuba, Renderer::Pbrt] {
             let metal = Surface::Metal { share: 1.0, eta, k, albedo: DVec3::ZERO };
-            let gold = Simple { renderer, ellipse: long, surface: metal };
-            let (found, wrong) = Simple::nearest(&samples(&gold.reflecting(), false), long, renderer);
+            let gold = Simple { renderer, facets: Facets::Ggx(long), surface: metal };
+            let (found, wrong) = Simple::nearest(&samples(&gold.reflecting(), false), long, &[], renderer);
             let Surface::Metal { share: 1.0, eta: n, k: extinction, .. } = found.surface else { panic!("{found:?}") };
             assert!((n - eta).length() < 1e-3 && (extinction - k).length() < 1e-3 && wrong.rrmse < 1e-6, "{found:?}");
             let text = found.text("gold");
@@ -405,8 +547,8 @@ mod tests {
         for renderer in [Renderer::Mitsuba, Renderer::Pbrt] {
             let (eta, k) = index(DVec3::new(0.5, 0.6, 0.7), 0.5);
             let metal = Surface::Metal { share: 0.2, eta, k, albedo: DVec3::new(0.9, 0.8, 0.5) };
-            let paper = Simple { renderer, ellipse: round, surface: metal };
-            let (found, wrong) = Simple::nearest(&samples(&paper.reflecting(), true), round, renderer);
+            let paper = Simple { renderer, facets: Facets::Ggx(round), surface: metal };
+            let (found, wrong) = Simple::nearest(&samples(&paper.reflecting(), true), round, &[], renderer);
             let Surface::Metal { share: 0.2, albedo, .. } = found.surface else { panic!("{found:?}") };
             assert!((albedo - DVec3::new(0.9, 0.8, 0.5)).length() < 1e-3 && wrong.rrmse < 1e-4, "{found:?} {wrong:?}");
             let text = found.text("a");
@@ -424,12 +566,44 @@ mod tests {
         }
     }
 
+    /// Two lobes of very different width are better than one GGX lobe, and are written with the weights of a chain of mixtures.
+    #[test]
+    fn lobes_are_written_as_mixtures() {
+        let lobe = |share, alpha: f64| Gaussian { share, covariance: 0.5 * alpha * alpha * DVec3::new(1.0, 1.0, 0.0) };
+        let lobes = [lobe(0.5, 0.05), lobe(0.3, 0.2), lobe(0.2, 0.6)];
+        for renderer in [Renderer::Mitsuba, Renderer::Pbrt] {
+            let (eta, k) = index(DVec3::new(0.9, 0.7, 0.4), 0.5);
+            let surface = Surface::Metal { share: 0.8, eta, k, albedo: DVec3::splat(0.3) };
+            let facets =
+                Facets::Beckmann(lobes.iter().map(|l| (l.share, ellipse((2.0 * l.covariance.x).sqrt()))).collect());
+            let truth = samples(&Simple { renderer, facets, surface }.reflecting(), true);
+            let (found, wrong) = Simple::nearest(&truth, ellipse(0.15), &lobes, renderer);
+            let (_, one) = Simple::nearest(&truth, ellipse(0.15), &[], renderer);
+            assert!(wrong.perceptual < 1e-3 && one.perceptual > 10.0 * wrong.perceptual, "{wrong:?} {one:?}");
+            let text = found.text("a");
+            // 0.3/0.8, then 0.2 of all lobes, then 0.8 of all.
+            let words: &[&str] = match renderer {
+                Renderer::Mitsuba => {
+                    &["weight\" value=\"0.375000", "weight\" value=\"0.200000", "weight\" value=\"0.800000", "beckmann"]
+                }
+                Renderer::Pbrt => &[
+                    "\"a_lobes2\" \"string type\" \"mix\" \"string materials\" [ \"a_lobe1\" \"a_lobe2\" ] \"float amount\" 0.37",
+                    "[ \"a_lobes2\" \"a_lobe3\" ] \"float amount\" 0.2",
+                    "\"a\" \"string type\" \"mix\" \"string materials\" [ \"a_body\" \"a_metal\" ] \"float amount\" 0.8",
+                ],
+            };
+            assert!(words.iter().all(|word| text.contains(word)), "{text}");
+            assert_eq!(text.matches("<bsdf").count(), text.matches("</bsdf>").count());
+        }
+    }
+
     #[test]
     fn a_varnish_is_written_as_a_coat() {
         let round = ellipse(0.1);
         for renderer in [Renderer::Mitsuba, Renderer::Pbrt] {
-            let paint = Simple { renderer, ellipse: round, surface: Surface::Coated(DVec3::new(0.5, 0.2, 0.1)) };
-            let (found, wrong) = Simple::nearest(&samples(&paint.reflecting(), true), round, renderer);
+            let paint =
+                Simple { renderer, facets: Facets::Ggx(round), surface: Surface::Coated(DVec3::new(0.5, 0.2, 0.1)) };
+            let (found, wrong) = Simple::nearest(&samples(&paint.reflecting(), true), round, &[], renderer);
             let Surface::Coated(albedo) = found.surface else { panic!("{found:?}") };
             assert!((albedo - DVec3::new(0.5, 0.2, 0.1)).length() < 1e-6 && wrong.rrmse < 1e-6, "{albedo} {wrong:?}");
             let text = found.text("paint");

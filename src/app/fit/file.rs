@@ -66,13 +66,15 @@ pub fn run(arguments: &FitArgs, output: &Output) -> Result<(), AppError> {
 /// Writes the materials for other programs.
 fn export(fitted: &mut Fitted, arguments: &FitArgs) -> Result<(), AppError> {
     if let Some((file, format)) = arguments.export.as_deref().and_then(|file| Some((file, Export::of(file)?))) {
-        if !fitted.measured.is_isotropic() {
+        if !fitted.measured.is_isotropic() && format != Export::Rgl {
             let (input, file) = (shown_path(&arguments.input), shown_path(file));
             return Err(AppError::Failed(format!(
-                "{input}: the material is anisotropic, but '{file}' would hold an isotropic one: use --mitsuba or --pbrt"
+                "{input}: the material is anisotropic, but '{file}' would hold an isotropic one: use --mitsuba, --pbrt or a .bsdf file"
             )));
         }
-        write_atomic(file, &format.bytes(&fitted.fit.fitted))?;
+        let stem = arguments.input.file_stem().unwrap_or_default().to_string_lossy();
+        let isotropic = fitted.measured.is_isotropic();
+        write_atomic(file, &format.bytes(&fitted.fit.fitted, isotropic, &stem))?;
     }
     if arguments.mitsuba.is_none() && arguments.pbrt.is_none() {
         return Ok(());
@@ -83,7 +85,7 @@ fn export(fitted: &mut Fitted, arguments: &FitArgs) -> Result<(), AppError> {
     let (samples, ellipse) = (fitted.samples(), ellipse_from_roughness(roughness));
     for (file, renderer) in [(&arguments.mitsuba, Renderer::Mitsuba), (&arguments.pbrt, Renderer::Pbrt)] {
         let Some(file) = file else { continue };
-        let (simple, wrong) = Simple::nearest(&samples, ellipse, renderer);
+        let (simple, wrong) = Simple::nearest(&samples, ellipse, &fitted.fit.lobes, renderer);
         write_atomic(file, simple.text(&identifier(&stem)).as_bytes())?;
         fitted.report.exports.push(ExportReport { renderer, misfit: wrong.into() });
     }

@@ -124,6 +124,7 @@ fn scene_help(option: &SceneOption) -> String {
 pub mod tests {
     use super::*;
     use clap::Parser;
+    use leadr_reflectance::integrals::slope_nodes::NodePlacement;
     use leadr_reflectance::masking::shadowing::Shadowing;
     use leadr_reflectance::materials::diffuse_models::DiffuseModel;
     use leadr_render::settings::{GridLod, Probes, Quadrature, ShadingOptions, Technique, Terms};
@@ -248,7 +249,7 @@ pub mod tests {
                 let mut given = CommandLine::default();
                 given.set("--technique", Some(technique.name()));
                 given.set(&option.spec.flag(), Some(&*value));
-                if option.spec.name == "grid-lod" && technique.integrates() {
+                if option.spec.name.starts_with("grid-") && technique.integrates() {
                     given.set("--grid", Some("5"));
                 }
                 if option.spec.name.starts_with("cone-") {
@@ -308,6 +309,7 @@ pub mod tests {
         assert!(options("").sky_occlusion && !options("--technique reference --relief-shadows").sky_occlusion);
         assert_eq!(options("--masking normal-map"), options("--shadowing normal-map"));
         assert_eq!(options("--grid 5 --grid-lod banding-5").grid_lod, GridLod::Banding5);
+        assert_eq!(options("--rule grid --grid-nodes pruned").grid_nodes, NodePlacement::Pruned);
         assert_eq!(options("--masking separable").shadowing, Shadowing::SmithSeparable);
         let grooves = resolve("--shadowing v-groove --grid-lod derivation").unwrap().picture.shading();
         assert_eq!(grooves.quadrature(), Some(Quadrature::PAPER));
@@ -341,6 +343,9 @@ pub mod tests {
             ("--probes 4", "16"),
             ("--grid-lod derivation", "add --grid"),
             ("--grid 5 --grid-lod fine", "matched"),
+            ("--grid-nodes pruned", "add --grid"),
+            ("--grid 5 --grid-nodes fewer", "centred-normals"),
+            ("--shadowing v-groove --grid-nodes pruned", "remove --grid-nodes"),
             ("--shadowing v-groove --probes 9", "use --grid"),
             ("--shadowing v-groove --diffuse-lights sh", "remove --diffuse-lights"),
             ("--shadowing separable --classes on", "remove --classes"),

@@ -10,10 +10,10 @@ use super::light::LightSet;
 use super::specular::{Lobes, SIZE, SpecularSet};
 use super::surfaces::Surface;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
-use leadr_reflectance::facets::beckmann_sampling::visible_slope_quantile;
 use leadr_reflectance::facets::normal_distribution::{normal_pdf, normal_quantile};
-use leadr_reflectance::facets::projected_area::{face_viewer, meso_area, visible_area};
+use leadr_reflectance::facets::projected_area::face_viewer;
 use leadr_reflectance::integrals::diffuse::NormalMoments;
+use leadr_reflectance::integrals::slope_nodes::{NodePlacement, SlopeNode, slope_nodes};
 use leadr_reflectance::integrals::specular::{
     LOD_ALGORITHM_1, LOD_MATCHED, LOD_SUPPLEMENT, LOD_SUPPLEMENT_5, LOD_SUPPLEMENT_32, environment_sample_at,
 };
@@ -47,10 +47,10 @@ pub enum Sampler {
     /// Slopes of `P22` at the points of Hammersley's set, by a radius and an angle as in Colbert and Křivánek 2007. All pixels
     /// use the same points.
     Hammersley,
-    /// Visible normals at `u = (j + offset)/n` (thesis eq. 2.18–2.23 and §3.4). The thesis has `offset = 0`.
+    /// Visible normals at `u = j/n`, or at the centres of the cells of `u` (thesis eq. 2.18–2.23 and §3.4).
     VisibleNormals {
-        /// The position in a cell of the unit square, from 0 to 1.
-        offset: f64,
+        /// Whether the points are the centres. Those of the thesis are not.
+        centred: bool,
     },
 }
 
@@ -65,15 +65,7 @@ pub enum Pruning {
 }
 
 /// One node of a sampler.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Node {
-    /// The slope of the facet.
-    pub slope: DVec2,
-    /// The weight of the facet, which contains its visible area. The weights are not normalised.
-    pub weight: f64,
-    /// The area of slopes, in units of the determinant of the Cholesky factor, that the node stands for.
-    pub cell: f64,
-}
+pub type Node = SlopeNode;
 
 /// The footprint of a lookup in the environment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -147,13 +139,13 @@ impl Sampler {
             Self::PrunedGaussHermite(p) => format!("pruned Gauss-Hermite {n}x{n}{}", of(p)),
             Self::Stratified { .. } => format!("stratified {n}x{n}"),
             Self::Hammersley => format!("Hammersley {n}x{n}"),
-            Self::VisibleNormals { offset: 0.0 } => format!("visible-normal {n}x{n}, j/N"),
+            Self::VisibleNormals { centred: false } => format!("visible-normal {n}x{n}, j/N"),
             Self::VisibleNormals { .. } => format!("visible-normal {n}x{n}, centred"),
         }
     }
 
-    /// Returns the nodes over the slopes of `P22` in standard normal coordinates, with weights and cells, or `None` for visible
-    /// normals.
+    /// Returns the nodes over the slopes of `P22` in standard normal coordinates, with weights and cells, or `None` for the placements that
+    /// pictures have.
     fn slopes_of_p22(self, surface: &Surface, n: u32) -> Option<Vec<(DVec2, f64, f64)>> {
         let density = |p: DVec2| normal_pdf(p.x) * normal_pdf(p.y);
         let even = |p: DVec2| (p, 1.0, 1.0 / (f64::from(n * n) * density(p)).max(1e-12));
@@ -164,7 +156,6 @@ impl Sampler {
         let weighted =
             |nodes: Vec<DVec3>| nodes.into_iter().map(|p| (p.xy(), p.z, p.z / density(p.xy()).max(1e-12))).collect();
         Some(match self {
-            Self::Grid => spaced(grid(n)),
             Self::PrunedGrid(pruning) => spaced(pruned(grid(n), n, pruning)),
             Self::GaussHermite => weighted(hermite(n)),
             Self::PrunedGaussHermite(pruning) => weighted(pruned(hermite(n), n, pruning)),
@@ -176,7 +167,7 @@ impl Sampler {
             Self::Hammersley => hammersley(n * n)
                 .map(|u| even(DVec2::from_angle(TAU * u.y) * (-2.0 * (1.0 - u.x).ln()).sqrt()))
                 .collect(),
-            Self::VisibleNormals { .. } => return None,
+            Self::Grid | Self::VisibleNormals { .. } => return None,
         })
     }
 
@@ -184,8 +175,15 @@ impl Sampler {
     pub fn nodes(self, surface: &Surface, n: u32) -> Vec<Node> {
         let Surface { wo, m, s } = *surface;
         let c = slope_cholesky(s);
-        if let Self::VisibleNormals { offset } = self {
-            return visible_normals(surface, n, offset);
+        let placement = match self {
+            Self::Grid => Some(NodePlacement::Grid),
+            Self::PrunedGrid(Pruning::Jaeckel) => Some(NodePlacement::Pruned),
+            Self::VisibleNormals { centred: false } => Some(NodePlacement::VisibleNormals),
+            Self::VisibleNormals { centred: true } => Some(NodePlacement::CentredNormals),
+            _ => None,
+        };
+        if let Some(placement) = placement {
+            return slope_nodes(placement, wo, m, s, n).all(wo).collect();
         }
         let m = face_viewer(wo, m, s, grid_lambda(n));
         let node = |(p, weight, cell): (DVec2, f64, f64)| {
@@ -200,25 +198,6 @@ impl Sampler {
         let some = Surface { wo: DVec3::Z, m: DVec2::ZERO, s: DVec3::new(0.1, 0.1, 0.0) };
         self.nodes(&some, n).len() as u32
     }
-}
-
-/// Returns the nodes of the visible-normal rule. All weights are 1.
-fn visible_normals(surface: &Surface, n: u32, offset: f64) -> Vec<Node> {
-    let Surface { wo, m, s } = *surface;
-    let c = slope_cholesky(s);
-    let t = DVec2::new(c.x * wo.x + c.y * wo.y, c.z * wo.y);
-    let nu = meso_area(wo, m) / t.length().max(1e-18);
-    let along = t.try_normalize().unwrap_or(DVec2::X);
-    let area = visible_area(wo, m, s);
-    let u = |j: u32| (f64::from(j) + offset) / f64::from(n);
-    let axis: Vec<[f64; 2]> = (0..n).map(|j| [visible_slope_quantile(u(j), nu), normal_quantile(u(j))]).collect();
-    let node = |i: u32| {
-        let p = DVec2::new(axis[(i % n) as usize][0], axis[(i / n) as usize][1]);
-        let slope = slope_at(along.rotate(p), m, c);
-        let density = normal_pdf(p.x) * normal_pdf(p.y) * facet_area(wo, slope) / area.max(1e-12);
-        Node { slope, weight: 1.0, cell: 1.0 / (f64::from(n * n) * density).max(1e-12) }
-    };
-    (0..n * n).map(node).collect()
 }
 
 /// Computes the moments of the visible normals.
@@ -278,8 +257,8 @@ pub fn samplers() -> impl Iterator<Item = (Sampler, u32)> {
         Sampler::GaussHermite,
         Sampler::Stratified { seed: 0 },
         Sampler::Hammersley,
-        Sampler::VisibleNormals { offset: 0.0 },
-        Sampler::VisibleNormals { offset: 0.5 },
+        Sampler::VisibleNormals { centred: false },
+        Sampler::VisibleNormals { centred: true },
     ];
     full.into_iter().flat_map(|sampler| ORDERS.map(|n| (sampler, n))).chain(PRUNED)
 }
@@ -351,7 +330,7 @@ mod tests {
             (Sampler::PrunedGaussHermite(Pruning::Jaeckel), 1e-3),
             (Sampler::Stratified { seed: 0 }, 3e-3),
             (Sampler::Hammersley, 3e-3),
-            (Sampler::VisibleNormals { offset: 0.5 }, 3e-3),
+            (Sampler::VisibleNormals { centred: true }, 3e-3),
         ] {
             let found = moments(&sampler.nodes(&SURFACE, 40)).mean;
             assert!((found - exact).length() < bound, "{sampler:?}: {found} instead of {exact}");
@@ -362,7 +341,7 @@ mod tests {
     fn cells_cover_the_slopes_once() {
         // The density of the samples times the cells is 1 on average, so the cells have the area of the plane that is sampled.
         let grid = Sampler::Grid.nodes(&SURFACE, 9);
-        let centred = Sampler::VisibleNormals { offset: 0.5 }.nodes(&SURFACE, 9);
+        let centred = Sampler::VisibleNormals { centred: true }.nodes(&SURFACE, 9);
         let hermite = Sampler::GaussHermite.nodes(&SURFACE, 9);
         let smallest = |nodes: &[Node]| nodes.iter().map(|p| p.cell).fold(f64::INFINITY, f64::min);
         assert!((grid[0].cell - 0.5625).abs() < 1e-12);

@@ -5,6 +5,7 @@ pub mod beckmann;
 pub mod beckmann_sampling;
 #[cfg(test)]
 mod chi_square;
+pub mod complex_index;
 pub mod curve;
 pub mod ellipse;
 pub mod footprint_normals;

@@ -25,11 +25,14 @@ pub enum DiffuseModel {
     CallOfDuty = 3,
     /// The light between facets, both specular and diffuse ([`super::energy`], [`super::multiscattering`]).
     Multiscattering = 4,
+    /// A linear blend of the specular facets and Lambert's law, with the albedo as the share of the law (thesis eq. 5.4).
+    Blend = 5,
 }
 
 impl DiffuseModel {
     /// All models, in numeric order.
-    pub const ALL: [Self; 5] = [Self::Lambert, Self::OrenNayar, Self::Disney, Self::CallOfDuty, Self::Multiscattering];
+    pub const ALL: [Self; 6] =
+        [Self::Lambert, Self::OrenNayar, Self::Disney, Self::CallOfDuty, Self::Multiscattering, Self::Blend];
 
     /// Returns the name on the command line and in JSON.
     pub const fn name(self) -> &'static str {
@@ -39,6 +42,7 @@ impl DiffuseModel {
             Self::Disney => "disney",
             Self::CallOfDuty => "call-of-duty",
             Self::Multiscattering => "multiscattering",
+            Self::Blend => "blend",
         }
     }
 
@@ -50,6 +54,7 @@ impl DiffuseModel {
             Self::Disney => "Burley's model of 2012; its albedo exceeds 1 where rough",
             Self::CallOfDuty => "Chan's fit of 2018 for a coat of F0 .04; its albedo exceeds 1 where rough",
             Self::Multiscattering => "All light between facets, specular and diffuse, without loss or gain",
+            Self::Blend => "A blend of the specular term and Lambert's law, by the albedo (thesis eq. 5.4)",
         }
     }
 }
@@ -112,7 +117,7 @@ pub fn diffuse_value(model: DiffuseModel, wo: DVec3, wi: DVec3, alpha: f64, albe
             let h = half_vector(wo, wi);
             DVec3::splat(at_least(chan_diffuse(wi.z, wo.z, h.z, wi.dot(h), Gloss::Wwii.gloss(alpha)), 0.0))
         }
-        DiffuseModel::Lambert | DiffuseModel::Multiscattering => DVec3::ONE,
+        DiffuseModel::Lambert | DiffuseModel::Multiscattering | DiffuseModel::Blend => DVec3::ONE,
     }
 }
 
@@ -122,7 +127,7 @@ pub fn diffuse_model_albedo(model: DiffuseModel, cosine: f64, alpha: f64, albedo
         DiffuseModel::OrenNayar => oren_nayar_albedo(cosine, alpha, albedo),
         DiffuseModel::Disney => DVec3::splat(disney_albedo(cosine, alpha)),
         DiffuseModel::CallOfDuty => DVec3::splat(chan_albedo(cosine, Gloss::Wwii.gloss(alpha))),
-        DiffuseModel::Lambert | DiffuseModel::Multiscattering => DVec3::ONE,
+        DiffuseModel::Lambert | DiffuseModel::Multiscattering | DiffuseModel::Blend => DVec3::ONE,
     }
 }
 
@@ -201,7 +206,7 @@ mod tests {
             .flat_map(|o| cosines.map(|i| azimuths.map(|phi| (direction(o, 0.0), direction(i, phi)))))
             .flatten()
             .collect();
-        for (model, mapped) in DiffuseModel::ALL[1..].iter().flat_map(|&model| [(model, false), (model, true)]) {
+        for (model, mapped) in DiffuseModel::ALL[1..5].iter().flat_map(|&model| [(model, false), (model, true)]) {
             for (sigma, alpha) in [(0.2, 0.1), (0.2, 1.0), (0.5, 0.1), (0.5, 1.0)] {
                 let (m, s) = (DVec2::ZERO, DVec3::new(sigma * sigma, sigma * sigma, 0.0));
                 let cholesky = slope_cholesky(s);

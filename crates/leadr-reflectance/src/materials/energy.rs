@@ -144,7 +144,11 @@ pub fn average_fresnel(f0: DVec3) -> DVec3 {
 /// Returns the fraction of the lost energy that leaves after all further bounces, `F² E / (1 − F (1 − E))`. `F` is [`average_fresnel`], and
 /// `E` is the average albedo of ideal specular facets. The result is 1 for `F0 = 1`.
 pub fn compensation_color(f0: DVec3, average_ideal: f64) -> DVec3 {
-    let f = average_fresnel(f0);
+    bounced_color(average_fresnel(f0), average_ideal)
+}
+
+/// Returns [`compensation_color`] for the mean `f` of any Fresnel term over the cosine-weighted hemisphere.
+pub fn bounced_color(f: DVec3, average_ideal: f64) -> DVec3 {
     f * f * average_ideal / (DVec3::ONE - f * (1.0 - average_ideal)).max(DVec3::splat(1e-6))
 }
 

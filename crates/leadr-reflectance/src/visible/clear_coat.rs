@@ -12,44 +12,52 @@
 //! are means over the visible facets of the coat ([`visible_fresnel`]). Under a light, they are means over the facets that the viewer and
 //! the light both see: the visible slopes of one of them are the slopes that the other sees.
 
-use super::fresnel::visible_fresnel;
+use super::fresnel::{visible_fresnel, visible_fresnel_exact};
 use super::slopes::visible_slopes;
-use crate::facets::fresnel::fresnel_schlick;
+use crate::facets::complex_index::ComplexIndex;
+use crate::facets::fresnel::{fresnel_dielectric, fresnel_schlick};
 use glam::{DVec2, DVec3};
 
 /// The reflectance of the coat at normal incidence, for an index of refraction of 1.5.
 pub const COAT_F0: f64 = 0.04;
 
+/// The index of refraction of the coat.
+const COAT_INDEX: f64 = 1.5;
+
 /// Returns the reflectance of the coat toward `w`. The slopes of the coat have the mean `m` and the covariance `s`, which includes the
-/// roughness of the coat. `weight` is the covered fraction of the surface, 0 to 1.
-pub fn coat_reflectance(w: DVec3, m: DVec2, s: DVec3, weight: f64) -> f64 {
-    weight * visible_fresnel(w, m, s, DVec3::splat(COAT_F0)).x
+/// roughness of the coat. `weight` is the covered fraction of the surface, 0 to 1. `exact` is whether the Fresnel term is exact, otherwise
+/// Schlick's.
+pub fn coat_reflectance(w: DVec3, m: DVec2, s: DVec3, weight: f64, exact: bool) -> f64 {
+    let f0 = DVec3::splat(COAT_F0);
+    let index = ComplexIndex { eta: DVec3::splat(COAT_INDEX), k: DVec3::ZERO };
+    weight * if exact { visible_fresnel_exact(w, m, s, f0, &index) } else { visible_fresnel(w, m, s, f0) }.x
 }
 
 /// Returns the reflectance of one facet of the coat, seen at this cosine.
-pub fn coat_facet_reflectance(cosine: f64, weight: f64) -> f64 {
-    weight * fresnel_schlick(DVec3::splat(COAT_F0), cosine).x
+pub fn coat_facet_reflectance(cosine: f64, weight: f64, exact: bool) -> f64 {
+    let schlick = fresnel_schlick(DVec3::splat(COAT_F0), cosine).x;
+    weight * if exact { fresnel_dielectric(cosine.max(0.0), COAT_INDEX) } else { schlick }
 }
 
 /// Returns the mean reflectance of the coat over the hemisphere, weighted by the cosine: the reflectance for diffuse light.
-pub fn coat_average(weight: f64) -> f64 {
-    weight * (COAT_F0 + (1.0 - COAT_F0) / 21.0)
+pub fn coat_average(weight: f64, exact: bool) -> f64 {
+    coat_bands(weight, exact).x
 }
 
 /// Returns the reflectances of the coat toward `wo` and `wi`, over the facets that are visible from both.
-pub fn coat_reflectances(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, weight: f64) -> DVec2 {
+pub fn coat_reflectances(wo: DVec3, wi: DVec3, m: DVec2, s: DVec3, weight: f64, exact: bool) -> DVec2 {
     let (from_viewer, from_light) = (visible_slopes(wo, m, s), visible_slopes(wi, m, s));
     DVec2::new(
-        coat_reflectance(wo, from_light.mean, from_light.cov, weight),
-        coat_reflectance(wi, from_viewer.mean, from_viewer.cov, weight),
+        coat_reflectance(wo, from_light.mean, from_light.cov, weight, exact),
+        coat_reflectance(wi, from_viewer.mean, from_viewer.cov, weight, exact),
     )
 }
 
 /// Returns the reflectance of the coat for the spherical harmonics of orders 0, 1 and 2 of an environment: the ratio between the
 /// coefficients of `F(c) c` and of the cosine `c`. The first is [`coat_average`].
-pub fn coat_bands(weight: f64) -> DVec3 {
-    let schlick = DVec3::new(1.0 / 21.0, 1.0 / 56.0, -1.0 / 14.0);
-    weight * (COAT_F0 + (1.0 - COAT_F0) * schlick)
+pub fn coat_bands(weight: f64, exact: bool) -> DVec3 {
+    let schlick = COAT_F0 + (1.0 - COAT_F0) * DVec3::new(1.0 / 21.0, 1.0 / 56.0, -1.0 / 14.0);
+    weight * if exact { DVec3::new(0.0917780, 0.0630481, -0.0262027) } else { schlick }
 }
 
 /// Returns the factor of the coat on the light that the base reflects. `outward` and `inward` are the reflectances of the coat toward the
@@ -77,8 +85,8 @@ mod tests {
             for sigma in [0.0, 0.1, 0.4] {
                 let (wo, s) = (direction(degrees, 0.4), DVec3::new(sigma * sigma, sigma * sigma, 0.0));
                 for weight in [0.0, 0.3, 1.0] {
-                    let o = coat_reflectance(wo, DVec2::ZERO, s, weight);
-                    let mean = coat_average(weight);
+                    let o = coat_reflectance(wo, DVec2::ZERO, s, weight, degrees > 50.0);
+                    let mean = coat_average(weight, degrees > 50.0);
                     let diffuse = o + coated_base(o, mean, mean, DVec3::ONE).x;
                     assert!((diffuse - 1.0).abs() < 1e-9, "{diffuse}");
                     // A perfect mirror below.
@@ -96,16 +104,19 @@ mod tests {
     #[test]
     fn the_average_is_the_mean_over_the_hemisphere() {
         let steps = 20_000;
-        let sum: f64 =
-            (0..steps).map(|i| coat_facet_reflectance(((f64::from(i) + 0.5) / f64::from(steps)).sqrt(), 0.8)).sum();
-        assert!((sum / f64::from(steps) - coat_average(0.8)).abs() < 1e-6);
         let legendre = [|_: f64| 1.0, |c| c, |c| 1.5 * c * c - 0.5];
-        for (order, of) in legendre.into_iter().enumerate() {
-            let integral = |f: &dyn Fn(f64) -> f64| -> f64 {
-                (0..steps).map(|i| (f64::from(i) + 0.5) / f64::from(steps)).map(|c| c * of(c) * f(c)).sum()
-            };
-            let ratio = integral(&|c| coat_facet_reflectance(c, 0.8)) / integral(&|_| 1.0);
-            assert!((ratio - coat_bands(0.8)[order]).abs() < 1e-5, "{order}: {ratio}");
+        for exact in [false, true] {
+            let sum: f64 = (0..steps)
+                .map(|i| coat_facet_reflectance(((f64::from(i) + 0.5) / f64::from(steps)).sqrt(), 0.8, exact))
+                .sum();
+            assert!((sum / f64::from(steps) - coat_average(0.8, exact)).abs() < 1e-6);
+            for (order, of) in legendre.into_iter().enumerate() {
+                let integral = |f: &dyn Fn(f64) -> f64| -> f64 {
+                    (0..steps).map(|i| (f64::from(i) + 0.5) / f64::from(steps)).map(|c| c * of(c) * f(c)).sum()
+                };
+                let ratio = integral(&|c| coat_facet_reflectance(c, 0.8, exact)) / integral(&|_| 1.0);
+                assert!((ratio - coat_bands(0.8, exact)[order]).abs() < 1e-5, "{order}: {ratio}");
+            }
         }
     }
 
@@ -114,7 +125,7 @@ mod tests {
     #[test]
     fn near_a_monte_carlo_integral_of_coated_facets() {
         let mut random = Random::stream(7, 0);
-        let (albedo, average) = (DVec3::splat(0.6), coat_average(1.0));
+        let (albedo, average) = (DVec3::splat(0.6), coat_average(1.0, false));
         let (mut worst, mut square) = (0.0f64, 0.0);
         for (view, light, azimuth) in
             [(0.0, 30.0, 0.0), (45.0, 20.0, 2.0), (60.0, 60.0, 3.1), (70.0, 40.0, 0.5), (75.0, 65.0, 1.6)]
@@ -127,11 +138,11 @@ mod tests {
                 for _ in 0..100_000 {
                     let n = normal_of_slope(slope_at(DVec2::from(random.normals()), m, cholesky));
                     let (co, ci) = (n.dot(wo).max(0.0), n.dot(wi).max(0.0));
-                    let (o, i) = (coat_facet_reflectance(co, 1.0), coat_facet_reflectance(ci, 1.0));
+                    let (o, i) = (coat_facet_reflectance(co, 1.0, false), coat_facet_reflectance(ci, 1.0, false));
                     bare += co / n.z * ci;
                     coated += co / n.z * ci * coated_base(o, i, average, albedo).x;
                 }
-                let both = coat_reflectances(wo, wi, m, s, 1.0);
+                let both = coat_reflectances(wo, wi, m, s, 1.0, false);
                 let error = coated_base(both.x, both.y, average, albedo).x / (coated / bare) - 1.0;
                 (worst, square) = (worst.max(error.abs()), square + error * error);
             }
@@ -146,9 +157,11 @@ mod tests {
     fn the_reflectance_is_the_visible_mean() {
         for degrees in [0.0, 50.0, 75.0] {
             let (wo, m, s) = (direction(degrees, 0.3), DVec2::new(0.2, 0.1), DVec3::new(0.05, 0.03, 0.01));
-            let of_facet = |x: DVec2| DVec3::splat(coat_facet_reflectance(wo.dot(normal_of_slope(x)), 0.5));
-            let exact = visible_mean(wo, m, s, 10, of_facet).x;
-            assert!((coat_reflectance(wo, m, s, 0.5) - exact).abs() < 0.01);
+            for exact in [false, true] {
+                let of_facet = |x: DVec2| DVec3::splat(coat_facet_reflectance(wo.dot(normal_of_slope(x)), 0.5, exact));
+                let mean = visible_mean(wo, m, s, 10, of_facet).x;
+                assert!((coat_reflectance(wo, m, s, 0.5, exact) - mean).abs() < 0.01);
+            }
         }
     }
 }

@@ -18,9 +18,10 @@
 //! a clamp. For one light, the clamped cosine needs one clamped mean instead of a product of two.
 
 use super::diffuse::{clamped_mean, damped_gaussian, squared_normal_spread, visible_diffuse_terms};
-use super::fresnel::visible_schlick_weight;
+use super::fresnel::{mean_deviation, visible_cosines, visible_schlick_weight};
 use super::slopes::{VISIBLE_TAIL, VisibleSlopes, tilted_area, visible_cumulants};
 use crate::facets::beckmann::beckmann_ndf;
+use crate::facets::complex_index::ComplexIndex;
 use crate::facets::fresnel::{fresnel_schlick, grazing_reflectance};
 use crate::facets::normal_distribution::{mills_ratio, normal_cdf, normal_pdf, normal_ramp};
 use crate::facets::projected_area::{face_viewer, meso_area, slope_spread, spread_along};
@@ -117,6 +118,12 @@ pub fn mapped_slopes(wo: DVec3, m: DVec2, relief: DVec3, all: DVec3) -> MappedSl
 /// incidence.
 pub fn mapped_fresnel(v: &MappedSlopes, f0: DVec3) -> DVec3 {
     f0 + (grazing_reflectance(f0) - f0) * (1.0 + v.facing * (visible_schlick_weight(&v.slopes) - 1.0))
+}
+
+/// Returns the mean of the exact reflectance of all facets ([`fresnel_exact`](crate::facets::complex_index::fresnel_exact)).
+pub fn mapped_fresnel_exact(v: &MappedSlopes, f0: DVec3, index: &ComplexIndex) -> DVec3 {
+    let deviation = v.facing * mean_deviation(&visible_cosines(&v.slopes), f0, index);
+    (mapped_fresnel(v, f0) + deviation).clamp(DVec3::ZERO, DVec3::ONE)
 }
 
 /// Returns the moments of all normals, like [`visible_diffuse_moments`](super::diffuse::visible_diffuse_moments) for visible normals.

@@ -209,6 +209,7 @@ impl Renderer {
         let kind = ReferenceKind {
             terms: settings.shading.terms(),
             facet_frame: settings.shading.facet_frame(),
+            fresnel: settings.shading.options().fresnel,
             bases,
             casters: self.casters,
             displaced: settings.displacement,

@@ -31,7 +31,7 @@ use crate::constants::{
 use crate::light::environment::Environment;
 use crate::light::panorama::EnvironmentLight;
 use crate::scene::FrameState;
-use crate::settings::{RenderSettings, Terms};
+use crate::settings::{FresnelForm, RenderSettings, Terms};
 use crate::surfaces::material::Bases;
 use crate::surfaces::patch_mesh::PosedVertices;
 use crate::surfaces::posed::PosedObject;
@@ -100,6 +100,8 @@ pub struct ReferenceKind {
     pub terms: Terms,
     /// Whether the base roughness applies in the frame of the facets, instead of the frame of the macrosurface.
     pub facet_frame: bool,
+    /// The Fresnel term.
+    pub fresnel: FresnelForm,
     /// The base materials of the surfaces.
     pub bases: Bases,
     /// The kinds of surfaces that cast shadows.
@@ -132,6 +134,7 @@ impl ReferencePass {
                 &[
                     ("TERMS", SpecValue::I32(kind.terms.bits())),
                     ("FACET_FRAME", SpecValue::Bool(kind.facet_frame)),
+                    ("FRESNEL", SpecValue::I32(kind.fresnel as i32)),
                     ("DISPLACED", SpecValue::Bool(kind.displaced)),
                     ("HEIGHT_FIELD", SpecValue::Bool(kind.height_field)),
                     ("DRAWN", SpecValue::Bool(kind.drawn)),

@@ -10,7 +10,9 @@ mod terms;
 use glam::Vec2;
 
 pub use self::option::{Json, Named, Panel, Slider, Spec, Techniques, Text, Value, headings, on_off};
-pub use self::shading::{BaseFrame, DiffuseLights, GridLod, LodBias, PixelKernel, Probes, Quadrature, Shading};
+pub use self::shading::{
+    BaseFrame, DiffuseLights, FresnelForm, GridLod, LodBias, PixelKernel, Probes, Quadrature, Shading,
+};
 pub use self::shading_options::{ShadingOption, ShadingOptions, Subject};
 pub use self::technique::{Needs, Technique};
 pub use self::terms::Terms;

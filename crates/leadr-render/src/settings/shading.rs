@@ -12,6 +12,7 @@ use super::terms::Terms;
 use crate::named_enum;
 use leadr_gpu::SpecValue;
 use leadr_maps::limits::MAX_SIDE;
+use leadr_reflectance::integrals::slope_nodes::NodePlacement;
 use leadr_reflectance::integrals::specular::{
     LOD_ALGORITHM_1, LOD_MATCHED, LOD_SUPPLEMENT, LOD_SUPPLEMENT_5, LOD_SUPPLEMENT_32,
 };
@@ -110,6 +111,17 @@ named_enum! {
 }
 
 named_enum! {
+    /// The Fresnel term of facets and coats. Measured materials have terms of their own.
+    pub enum FresnelForm {
+        /// Schlick's approximation, minus the edge tint of metals.
+        Schlick = "schlick", "Schlick's approximation, with the edge tint of metals";
+        /// The Fresnel equations, for the index of refraction that the reflectance and the edge tint give
+        /// ([`leadr_reflectance::facets::complex_index`]).
+        Exact = "exact", "The Fresnel equations of dielectrics and metals (thesis Table 2.I)";
+    }
+}
+
+named_enum! {
     /// The additive constant of the level of detail at which the nodes of a grid look the environment up
     /// ([`leadr_reflectance::integrals::specular::env_lod`]).
     pub enum GridLod {
@@ -199,6 +211,7 @@ impl ShadingOptions {
         match (self.shadowing, self.quadrature) {
             (Shadowing::VGroove, quadrature) => Self {
                 quadrature: if quadrature.side().is_some() { quadrature } else { Quadrature::PAPER },
+                grid_nodes: NodePlacement::Grid,
                 diffuse_lights: DiffuseLights::Cosine,
                 classes: false,
                 ..self
@@ -354,9 +367,11 @@ mod tests {
         terms: Terms::DIFFUSE_LIGHTS,
         quadrature: Quadrature::Grid(7),
         grid_lod: GridLod::Banding5,
+        grid_nodes: NodePlacement::Pruned,
         shadowing: Shadowing::Smith,
         diffuse_lights: DiffuseLights::Sh,
         base_frame: BaseFrame::Macro,
+        fresnel: FresnelForm::Exact,
         pixel_kernel: PixelKernel::Off,
         relief_occlusion: false,
         relief_color: true,
@@ -390,6 +405,7 @@ mod tests {
             Technique::Lean.with(OPTIONS),
             Technique::Lean.with(ShadingOptions {
                 terms: OPTIONS.terms,
+                fresnel: FresnelForm::Exact,
                 sky_occlusion: true,
                 edge_samples: 16,
                 lod_bias: OPTIONS.lod_bias,
@@ -422,6 +438,8 @@ mod tests {
             ("CONE_OCCLUDERS", Hidden::Black as i32),
             ("CONE_EDGE", ConeEdge::Hard as i32),
             ("CONE_LOBE", ConeLobe::Adjusted as i32),
+            ("FRESNEL", FresnelForm::Exact as i32),
+            ("GRID_NODES", NodePlacement::Pruned as i32),
         ] {
             assert_eq!(value(shading, name), SpecValue::I32(code), "{name}");
         }

@@ -2,13 +2,14 @@
 
 use super::numbers::{whole, within};
 use super::option::{Json, Panel, Slider, Spec, Techniques, Text, Value, headings, on_off};
-use super::shading::{BaseFrame, DiffuseLights, GridLod, LodBias, PixelKernel, Probes, Quadrature};
+use super::shading::{BaseFrame, DiffuseLights, FresnelForm, GridLod, LodBias, PixelKernel, Probes, Quadrature};
 use super::technique::Technique;
 use super::terms::Terms;
 use crate::frame::Layer;
 use crate::named;
 use leadr_gpu::SpecValue;
 use leadr_maps::tonemap::Tonemap;
+use leadr_reflectance::integrals::slope_nodes::NodePlacement;
 use leadr_reflectance::masking::occlusion::{ConeEdge, ConeLobe, Hidden};
 use leadr_reflectance::masking::shadowing::Shadowing;
 use leadr_reflectance::materials::diffuse_models::DiffuseModel;
@@ -18,6 +19,7 @@ named! {
     Tonemap: Self::ALL;
     Layer: Self::ALL;
     DiffuseModel: Self::ALL;
+    NodePlacement: Self::ALL;
     Hidden: Self::ALL;
     ConeEdge: Self::ALL;
     ConeLobe: Self::ALL;
@@ -173,6 +175,11 @@ shading_options! {
         row(shading("grid-lod", "KIND", "Choose how blurred the nodes of --grid see the environment").called("blur of grid nodes"),
             Value::Name(|options| &mut options.grid_lod), INTEGRALS),
     ];
+    /// The placement of the samples of a grid.
+    grid_nodes: NodePlacement = NodePlacement::Grid => [
+        row(shading("grid-nodes", "KIND", "Choose where the N by N samples of --grid lie").called("grid samples"),
+            Value::Name(|options| &mut options.grid_nodes), INTEGRALS).constant("GRID_NODES"),
+    ];
     /// The model of the shadowing of visible facets.
     shadowing: Shadowing = Shadowing::Correlated => [
         row(shading("shadowing", "MODEL", "Choose how facets below a pixel shadow each other").called("facet shadows").common()
@@ -200,6 +207,11 @@ shading_options! {
         ShadingOption { json_without: Some("macro"), ..row(
             shading("base-frame", "KIND", "Choose the frame in which the base material is rough").called("roughness follows"),
             Value::Name(|options| &mut options.base_frame), BECKMANN) },
+    ];
+    /// The Fresnel term of facets and coats.
+    fresnel: FresnelForm = FresnelForm::Schlick => [
+        row(shading("fresnel", "FORM", "Choose the Fresnel term of the facets").called("Fresnel term"),
+            Value::Name(|options| &mut options.fresnel), LIT).constant("FRESNEL"),
     ];
     /// How to add the variation of the macrosurface's normal across a pixel to the roughness (Tokuyoshi & Kaplanyan 2019, on
     /// meshes only). The option also widens slopes that face away from the viewer, towards the viewer (`tilt_to_edge`). The LEADR

@@ -19,20 +19,31 @@ struct Row {
     key: char,
     family: Family,
     slopes: Slopes,
-    /// Whether the base material is GGX instead of Beckmann.
-    ggx: bool,
+    /// The distribution of the facets of the base material.
+    base: Base,
     /// Whether the setting `pixel_kernel` applies.
     pixel_kernel: bool,
 }
 
+/// A distribution of facets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+enum Base {
+    Beckmann,
+    /// The base is GGX, and the relief Gaussian.
+    Ggx,
+    /// The base and the relief together have Phong's distribution.
+    Phong,
+}
+
 /// Returns the row of a technique that has a Beckmann base and no pixel kernel.
 const fn row(name: &'static str, key: char, family: Family, slopes: Slopes, help: &'static str) -> Row {
-    Row { name, help, key, family, slopes, ggx: false, pixel_kernel: false }
+    Row { name, help, key, family, slopes, base: Base::Beckmann, pixel_kernel: false }
 }
 
 #[rustfmt::skip]
 impl Row {
-    const fn ggx(self) -> Self { Self { ggx: true, ..self } }
+    const fn ggx(self) -> Self { Self { base: Base::Ggx, ..self } }
+    const fn phong(self) -> Self { Self { base: Base::Phong, ..self } }
     const fn pixel_kernel(self) -> Self { Self { pixel_kernel: true, ..self } }
 }
 
@@ -123,12 +134,18 @@ techniques! {
     /// LEADR mapping of a GGX base, which is represented by two lobes.
     LeadrGgx = row("leadr-ggx", '8', Family::Leadr, Slopes::Covariance,
         "LEADR mapping of a GGX base").ggx().pixel_kernel();
+    /// LEADR mapping of facets with Phong's distribution of normals ([`leadr_reflectance::integrals::phong`]).
+    LeadrPhong = row("leadr-phong", 'j', Family::Leadr, Slopes::Covariance,
+        "LEADR mapping of facets with Phong's distribution").phong().pixel_kernel();
     /// The finest level of the maps, without slope statistics. The result is correct with enough samples per pixel.
     Reference = row("reference", '3', Family::Leadr, Slopes::Finest,
         "The finest map level at every distance: correct with enough samples per pixel");
     /// The reference for a GGX base, with which [`LeadrGgx`](Self::LeadrGgx) can be compared.
     ReferenceGgx = row("reference-ggx", '0', Family::Leadr, Slopes::Finest,
         "The reference with a GGX base, for comparison with leadr-ggx").ggx();
+    /// The reference for a Phong base, with which [`LeadrPhong`](Self::LeadrPhong) can be compared.
+    ReferencePhong = row("reference-phong", 'z', Family::Leadr, Slopes::Finest,
+        "The reference with a Phong base, for comparison with leadr-phong").phong();
 }
 
 impl Technique {
@@ -159,12 +176,12 @@ impl Technique {
 
     /// Whether the setting [`base_frame`](super::ShadingOptions::base_frame) applies.
     pub fn has_base_frame(self) -> bool {
-        self.integrates() && !self.row().ggx
+        self.integrates() && self.row().base == Base::Beckmann
     }
 
     /// Whether the setting [`diffuse_model`](super::ShadingOptions::diffuse_model) applies.
     pub fn has_diffuse_model(self) -> bool {
-        // LEADR's GGX base is excluded. At grazing angles, its lobes reflect more of the environment than the GGX of the energy
+        // LEADR's GGX and Phong bases are excluded. At grazing angles, its lobes reflect more of the environment than the GGX of the energy
         // tables.
         self.has_base_frame() || self.row().family == Family::Gloss
     }
@@ -186,18 +203,22 @@ impl Technique {
 
     /// Whether the setting [`relief_shadows`](super::ShadingOptions::relief_shadows) applies.
     pub fn has_relief_shadows(self) -> bool {
-        self.is_reference() && !self.has_ggx_base()
+        self.is_reference() && self.row().base == Base::Beckmann
     }
 
     /// Whether the base material is GGX instead of Beckmann.
     pub fn has_ggx_base(self) -> bool {
-        self.row().ggx
+        self.row().base == Base::Ggx
     }
 
     /// Returns the reference that has the same base material.
     #[must_use]
     pub fn reference(self) -> Self {
-        if self.has_ggx_base() { Self::ReferenceGgx } else { Self::Reference }
+        match self.row().base {
+            Base::Beckmann => Self::Reference,
+            Base::Ggx => Self::ReferenceGgx,
+            Base::Phong => Self::ReferencePhong,
+        }
     }
 
     /// Whether the settings [`relief_color`](super::ShadingOptions::relief_color) and [`classes`](super::ShadingOptions::classes) apply.
@@ -207,11 +228,11 @@ impl Technique {
 
     /// Returns the inputs of the technique with these options.
     pub(super) fn needs(self, options: ShadingOptions) -> Needs {
-        let Row { family, slopes, ggx, pixel_kernel: has_kernel, .. } = self.row();
+        let Row { family, slopes, base, pixel_kernel: has_kernel, .. } = self.row();
         Needs {
             family,
             slopes,
-            ggx,
+            base,
             kernel: if has_kernel { options.pixel_kernel } else { PixelKernel::Off },
             tilt: family == Family::Leadr && (options.pixel_kernel != PixelKernel::Off || !has_kernel),
             horizon: family == Family::Leadr && options.relief_occlusion,
@@ -225,7 +246,7 @@ impl Technique {
 pub struct Needs {
     family: Family,
     slopes: Slopes,
-    ggx: bool,
+    base: Base,
     kernel: PixelKernel,
     tilt: bool,
     horizon: bool,
@@ -244,7 +265,8 @@ impl Needs {
             ("ISOTROPIC_COVARIANCE", SpecValue::Bool(matches!(self.slopes, Slopes::Isotropic | Slopes::Largest))),
             ("LARGEST_VARIANCE", SpecValue::Bool(self.slopes == Slopes::Largest)),
             ("FINEST_LEVEL", SpecValue::Bool(self.is_finest())),
-            ("GGX_BASE", SpecValue::Bool(self.ggx)),
+            ("GGX_BASE", SpecValue::Bool(self.base == Base::Ggx)),
+            ("PHONG_FACETS", SpecValue::Bool(self.base == Base::Phong)),
             ("USES_CURVATURE", SpecValue::Bool(self.kernel != PixelKernel::Off)),
             ("PER_LIGHT_KERNEL", SpecValue::Bool(self.kernel == PixelKernel::HalfVector)),
             ("TILTS_TO_EDGE", SpecValue::Bool(self.tilt)),

@@ -4,6 +4,7 @@ use super::forward::Forward;
 use super::goals::{Bound, Goal, TimeRef};
 use super::rounds::{PIXELS, TOTAL, WITH_GEOMETRY};
 use super::rows::Row;
+use leadr_reflectance::integrals::slope_nodes::NodePlacement;
 use leadr_reflectance::masking::shadowing::Shadowing;
 use leadr_reflectance::materials::diffuse_models::DiffuseModel;
 use leadr_render::scene::FrameState;
@@ -223,6 +224,11 @@ pub fn rows(state: &FrameState, size: Size) -> Vec<Row> {
         add(table, ONE_SAMPLE, ONE_SAMPLE, one(terms));
         for n in [1, 3, 5, 7, 32] {
             add(table, &format!("leadr {n}x{n}"), ONE_SAMPLE, leadr(Quadrature::Grid(n), terms));
+        }
+        for &grid_nodes in &NodePlacement::ALL[1..] {
+            let shading =
+                leadr(Quadrature::Grid(5), terms).adjusted(|options| ShadingOptions { grid_nodes, ..options });
+            add(table, &format!("leadr 5x5, {}", grid_nodes.name()), ONE_SAMPLE, shading);
         }
         if table == SPECULAR {
             for probes in Probes::ALL {

@@ -2,12 +2,14 @@
 
 use super::comparator::{Arguments as _, Numbers, Tolerance, join, list, parity, v2, v3};
 use glam::DVec3;
+use leadr_reflectance::facets::complex_index::complex_index;
 use leadr_reflectance::integrals::facet_specular::{
     facet_specular, facet_specular_density, facet_specular_light, facet_visibility,
 };
 use leadr_reflectance::integrals::ggx_filtering::displaced_ggx;
 use leadr_reflectance::integrals::ggx_lobes::{GGX_LOBES, displaced_ggx_area, displaced_ggx_light, ggx_lobe};
 use leadr_reflectance::integrals::light_size::{light_normal_variance, light_slope_covariance};
+use leadr_reflectance::integrals::phong::{phong_exponent, phong_lobe, phong_masking, phong_ndf, phong_p22};
 use leadr_reflectance::masking::correlated::direction_area;
 use leadr_reflectance::masking::shadowing::Shadowing;
 use leadr_reflectance::materials::classic::{
@@ -15,12 +17,12 @@ use leadr_reflectance::materials::classic::{
     toksvig_variance,
 };
 use leadr_reflectance::random::Random;
-use leadr_reflectance::slopes::grid::slope_cholesky;
+use leadr_reflectance::slopes::grid::{slope_at, slope_cholesky};
 use leadr_reflectance::slopes::statistics::clamp_covariance;
 use leadr_reflectance::visible::clear_coat::{
     coat_average, coat_bands, coat_facet_reflectance, coat_reflectance, coat_reflectances, coated_base,
 };
-use leadr_reflectance::visible::fresnel::visible_fresnel;
+use leadr_reflectance::visible::fresnel::{visible_fresnel, visible_fresnel_exact};
 use leadr_reflectance::visible::transmission::{
     attenuation, passed_solid, refracted, refracted_cosine, refracted_variance, thin_variance,
 };
@@ -102,13 +104,43 @@ fn facet_specular_parity() {
 }
 
 #[test]
+fn phong_parity() {
+    parity::<10>(
+        "integrals/phong",
+        // Slopes far from a thin covariance cancel: 3.1e-3 at worst.
+        Tolerance { relative: 4e-3, floor: |_| 1e-2, unit: |_| 0.0 },
+        |r| {
+            let (c, m) = (r.covariance().to_array(), r.mean_slope().to_array());
+            join(&[&above(r), &m, &c, &[r.range(-4.0, 4.0), r.range(-4.0, 4.0)]])
+        },
+        |x| {
+            let (wh, m, c) = (v3(x, 0), v2(x, 3), clamp_covariance(v3(x, 5)));
+            let n = phong_exponent(c);
+            let most = (n + 2.0) / std::f64::consts::TAU;
+            let slope = slope_at(v2(x, 8), m, slope_cholesky(c));
+            let [wide, narrow] = [0, 1].map(|k| phong_lobe(c, k));
+            let sum = (c.x + c.y).max(1e-8);
+            list![
+                [n.log2(), phong_p22(slope, m, c) / most, phong_ndf(wh, m, c) * wh.z.powi(4) / most],
+                phong_masking(c) / sum,
+                [wide.weight, narrow.weight, wide.s.x / c.x.max(1e-8), narrow.s.y / c.y.max(1e-8), c.z / sum]
+            ]
+        },
+    );
+}
+
+#[test]
 fn visible_fresnel_parity() {
     parity::<8>(
         "visible/fresnel",
         // Seen along the thin axis of a nearly one-dimensional surface, wo.S.wo cancels: 1.4e-4 at worst.
         Tolerance { relative: 2e-4, floor: |_| 1.0, unit: |_| 0.0 },
         |r| join(&[&r.direction().to_array(), &r.mean_slope().to_array(), &r.covariance().to_array()]),
-        |x| list![visible_fresnel(v3(x, 0), v2(x, 3), clamp_covariance(v3(x, 5)), DVec3::new(0.0, 0.04, 0.5))],
+        |x| {
+            let (wo, m, s, f0) = (v3(x, 0), v2(x, 3), clamp_covariance(v3(x, 5)), DVec3::new(0.0, 0.04, 0.5));
+            let index = complex_index(f0, DVec3::new(0.0, 0.0, 3.0));
+            list![visible_fresnel(wo, m, s, f0), visible_fresnel_exact(wo, m, s, f0, &index)]
+        },
     );
 }
 
@@ -123,16 +155,16 @@ fn clear_coat_parity() {
             join(&[&wo, &m, &s, &shares, &r.direction().to_array()])
         },
         |x| {
-            let (s, weight) = (clamp_covariance(v3(x, 5)), x[8]);
+            let (s, weight, exact) = (clamp_covariance(v3(x, 5)), x[8], x[11] > 0.5);
             list![
                 [
-                    coat_reflectance(v3(x, 0), v2(x, 3), s, weight),
-                    coat_facet_reflectance(x[9], weight),
-                    coat_average(weight),
+                    coat_reflectance(v3(x, 0), v2(x, 3), s, weight, exact),
+                    coat_facet_reflectance(x[9], weight, exact),
+                    coat_average(weight, exact),
                 ],
                 coated_base(x[9], x[10], x[11], DVec3::new(0.0, 0.5, 0.9)),
-                coat_reflectances(v3(x, 0), v3(x, 12), v2(x, 3), s, weight).to_array(),
-                coat_bands(weight),
+                coat_reflectances(v3(x, 0), v3(x, 12), v2(x, 3), s, weight, exact).to_array(),
+                coat_bands(weight, exact),
             ]
         },
     );

@@ -3,6 +3,7 @@
 use super::comparator::{Arguments as _, Numbers, Tolerance, join, list, parity, v2, v3};
 use super::extremes::finite;
 use glam::{DVec2, DVec3};
+use leadr_reflectance::facets::complex_index::complex_index;
 use leadr_reflectance::facets::fresnel::fresnel_schlick;
 use leadr_reflectance::facets::normal_distribution::normal_ramp;
 use leadr_reflectance::facets::projected_area::{meso_area, slope_spread};
@@ -19,7 +20,8 @@ use leadr_reflectance::visible::horizon::{
 };
 use leadr_reflectance::visible::kernel::kernel_lod;
 use leadr_reflectance::visible::mapped::{
-    mapped_diffuse_light, mapped_diffuse_moments, mapped_fresnel, mapped_slopes, mapped_specular_light,
+    mapped_diffuse_light, mapped_diffuse_moments, mapped_fresnel, mapped_fresnel_exact, mapped_slopes,
+    mapped_specular_light,
 };
 use leadr_reflectance::visible::slopes::{VISIBLE_TAIL, visible_slopes};
 use leadr_reflectance::visible::specular::{
@@ -157,6 +159,7 @@ fn mapped_parity() {
             let mean = |f: &dyn Fn(&VisibleProbe) -> DVec3| found.iter().map(|p| p.weight * f(p)).sum::<DVec3>();
             let f = facet_specular(wo, wi, alpha, 0.0);
             let mapped = Shadowing::NormalMap;
+            let f0 = DVec3::new(0.0, 0.04, 0.5);
             list![
                 [v.facing, v.relief],
                 v.slopes.mean,
@@ -170,12 +173,13 @@ fn mapped_parity() {
                 mean(&|p| p.wi),
                 [mean(&|p| DVec3::splat(kernel_lod(p.variance, 256.0))).x, mean(&|p| DVec3::splat(p.cosine)).x],
                 [facet_specular_density(&f, m, slope_cholesky(relief), mapped)],
-                [facet_visibility(mapped, wo.z, wi.z, wo.dot(wi), f.base)]
+                [facet_visibility(mapped, wo.z, wi.z, wo.dot(wi), f.base)],
+                mapped_fresnel_exact(&v, f0, &complex_index(f0, DVec3::splat(3.0)))
             ]
         },
     );
     let Some(gpu) = test_gpu() else { return };
-    finite::<12, 1>(&gpu, &mut Random(13), "visible/mapped", 29, 2, |r| [r.log(1e-3, 1.0) as f32]);
+    finite::<12, 1>(&gpu, &mut Random(13), "visible/mapped", 32, 2, |r| [r.log(1e-3, 1.0) as f32]);
 }
 
 /// Results are finite even for unreasonable arguments.

@@ -149,7 +149,7 @@ pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
             let random: Vec<f64> = (1..=CONFIGURATIONS).map(|seed| of(Sampler::Stratified { seed })).collect();
             let (mean, largest) = mean_and_max(&random);
             let grid = of(Sampler::Grid);
-            let rest = [of(Sampler::Hammersley), of(Sampler::VisibleNormals { offset: 0.5 })];
+            let rest = [of(Sampler::Hammersley), of(Sampler::VisibleNormals { centred: true })];
             let names = [Cell::from(format!("{degrees}°")), Cell::from(format!("{n}×{n}"))];
             table.row(names.into_iter().chain([grid, mean, largest, rest[0], rest[1]].map(Cell::from)));
             page.check(format!("grid {n}×{n}, {degrees}°"), grid);
