@@ -48,6 +48,13 @@ const uint MOMENTS_CLAMP = 1u;
 // There is no neighbour, because tiles are independent: differences at the edge of a tile are one-sided.
 const uint MOMENTS_ATLAS = 2u;
 
+// What varies the height scale over a surface, as bits
+
+// A factor per vertex.
+const uint HEIGHT_SCALE_BY_VERTEX = 1u;
+// A map over the texture coordinates.
+const uint HEIGHT_SCALE_BY_MAP = 2u;
+
 // The tiling details on a surface
 
 // There is no tiling detail.

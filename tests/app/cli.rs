@@ -88,6 +88,14 @@ fn wrong_usage_ends_with_2_and_names_the_flag() {
             &["capture", "--scene", "plane", "--clear-coat", "1", "--technique", "lean"],
             "--clear-coat is for the techniques",
         ),
+        (
+            &["capture", "--scene", "trex", "--height-scale-map", "a.png"],
+            "--height-scale-map is for the scenes plane, sphere",
+        ),
+        (&["capture", "--scene", "plane", "--height-scale-span", "2"], "--height-scale-span needs --height-scale-map"),
+        (&["capture", "--height-scale-map", "a.png", "--height-scale-span", "0"], "--height-scale-span"),
+        (&["capture", "--scene", "plane", "--skin-relief", "graded"], "plane has no T-rex"),
+        (&["capture", "--scene", "trex", "--skin-relief", "steep"], "--skin-relief"),
         (&["capture", "--scene", "plane", "--detail-mask", "mask.png"], "--detail"),
         (&["capture", "--scene", "plane", "--detail", "a.png", "--detail-repeat", "0"], "--detail-repeat"),
         (
@@ -524,9 +532,11 @@ fn bad_input_is_reported_before_opening_a_device() {
     }
     let png = file("cut.png", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR");
     for heights in [&png, &text, &folder.path().join("missing.png")] {
-        let output = without_driver(&["capture", "--scene", "plane", "--height-map", path(heights)]);
-        let line = one_line_error(&output, 1, path(heights));
-        assert!(line.contains(path(heights)), "{line}");
+        for flag in ["--height-map", "--height-scale-map"] {
+            let output = without_driver(&["capture", "--scene", "plane", flag, path(heights)]);
+            let line = one_line_error(&output, 1, path(heights));
+            assert!(line.contains(path(heights)), "{line}");
+        }
     }
 }
 

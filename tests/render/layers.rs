@@ -14,7 +14,7 @@ use leadr::render::camera::Camera;
 use leadr::render::frame::Renderer;
 use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
-use leadr::render::scene::{Detail, DetailMapping, DetailMask, FrameState, MaterialMap, Object, Pose, PropertyMap};
+use leadr::render::scene::{Detail, DetailMapping, FactorMap, FrameState, MaterialMap, Object, Pose, PropertyMap};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique, Terms};
 use leadr::render::surfaces::displacement::HeightField;
 use leadr::render::surfaces::tessellation::TessellationSettings;
@@ -97,7 +97,7 @@ fn layered(gpu: &Arc<Gpu>, as_detail: bool, masked: bool, rotated: bool) -> Rend
             material: None,
             mapping: DetailMapping::Texcoords,
             transform: Affine2::from_mat2(rotation * REPEATS as f32),
-            mask: masked.then_some(DetailMask {
+            mask: masked.then_some(FactorMap {
                 width: BASE,
                 height: BASE,
                 texels: masks,

@@ -212,6 +212,7 @@ pub mod tests {
                     "detail-repeat" | "detail-rotation" | "detail-height-scale" | "detail-mask" => {
                         given.set("--detail", Some("a"))
                     }
+                    "height-scale-span" => given.set("--height-scale-map", Some("a")),
                     "normal-y" => given.set("--normal-map", Some("a")),
                     "follow-links" | "heights-as-read" if *name != "model.glb" => given.set("--material", Some("a")),
                     "relief-shadows" => given.set("--technique", Some("reference")),

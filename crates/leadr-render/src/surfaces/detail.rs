@@ -12,7 +12,7 @@ use super::patch_mesh::PatchMesh;
 use crate::constants::{
     DETAIL_BY_TEXCOORD, DETAIL_COLORLESS, DETAIL_COVERS, DETAIL_NONE, DETAIL_TRIPLANAR, DETAIL_VARIES,
 };
-use crate::scene::{Detail, DetailColors, DetailMapping, DetailMask, MaterialMap};
+use crate::scene::{Detail, DetailColors, DetailMapping, FactorMap, MaterialMap};
 use leadr_gpu::{AddressMode, Buffer, Filter, Gpu, GpuError, Image, ImageDesc, Result, Sampler, shared_struct};
 
 shared_struct! {
@@ -170,9 +170,9 @@ fn per_mean(map: &MaterialMap) -> [f32; 4] {
     [r, g, b, 0.04]
 }
 
-fn mask_image(gpu: &Arc<Gpu>, name: &str, mask: Option<DetailMask>) -> Result<Image> {
-    let none = DetailMask { width: 1, height: 1, texels: vec![1.0], transform: Affine2::IDENTITY };
-    let DetailMask { width, height, texels, .. } = mask.unwrap_or(none);
+fn mask_image(gpu: &Arc<Gpu>, name: &str, mask: Option<FactorMap>) -> Result<Image> {
+    let none = FactorMap { width: 1, height: 1, texels: vec![1.0], transform: Affine2::IDENTITY };
+    let FactorMap { width, height, texels, .. } = mask.unwrap_or(none);
     if u64::from(width) * u64::from(height) != texels.len() as u64 {
         let fault = format!("{} mask texels do not match {width}x{height}", texels.len());
         return Err(GpuError::usage(name, fault));

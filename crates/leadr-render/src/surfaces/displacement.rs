@@ -8,6 +8,7 @@
 use std::borrow::Cow;
 use std::collections::HashSet;
 
+use super::height_scale::HeightScales;
 use super::patch_mesh::{PatchMesh, TileLayout};
 use super::topology::Topology;
 use super::triplanar::{self, MOST_BLENDED};
@@ -105,13 +106,13 @@ impl HeightField {
 }
 
 /// A chain of box-filtered mips of heights on the CPU, which is sampled like the LEADR map on the device.
-struct HeightPyramid<'a> {
+pub(super) struct HeightPyramid<'a> {
     /// The levels from fine to coarse. The first level is the height field itself.
     levels: Vec<Cow<'a, HeightField>>,
 }
 
 impl<'a> HeightPyramid<'a> {
-    fn new(field: &'a HeightField) -> Self {
+    pub(super) fn new(field: &'a HeightField) -> Self {
         let mut pyramid = Self { levels: vec![Cow::Borrowed(field)] };
         while (pyramid.coarsest().map.width, pyramid.coarsest().map.height) != (1, 1) {
             let source = pyramid.coarsest();
@@ -139,7 +140,7 @@ impl<'a> HeightPyramid<'a> {
 
     /// Prepares trilinear sampling at a level of detail. In an atlas, samples stay inside tile `patch`, as in the shader's
     /// `clamp_to_tile`.
-    fn lookup(&self, lod: f32, patch: usize) -> Lookup<'_> {
+    pub(super) fn lookup(&self, lod: f32, patch: usize) -> Lookup<'_> {
         let mut lod = lod.clamp(0.0, (self.levels.len() - 1) as f32);
         let mut inside = None;
         if let Border::Tiles(layout) = self.levels[0].border {
@@ -155,7 +156,7 @@ impl<'a> HeightPyramid<'a> {
 }
 
 /// Samples a pyramid at one level of detail.
-struct Lookup<'a> {
+pub(super) struct Lookup<'a> {
     pyramid: &'a HeightPyramid<'a>,
     level: usize,
     fraction: f32,
@@ -164,7 +165,7 @@ struct Lookup<'a> {
 }
 
 impl Lookup<'_> {
-    fn at(&self, texcoord: Vec2) -> f32 {
+    pub(super) fn at(&self, texcoord: Vec2) -> f32 {
         let texcoord = self.inside.map_or(texcoord, |[size, low, high]| (texcoord * size).clamp(low, high) / size);
         let &Self { pyramid, level, fraction, .. } = self;
         let at = |level: usize| pyramid.levels[level].bilinear(texcoord);
@@ -176,6 +177,7 @@ impl Lookup<'_> {
 struct Mapped<'a> {
     mesh: &'a PatchMesh,
     pyramid: HeightPyramid<'a>,
+    scales: &'a HeightScales<'a>,
 }
 
 impl Mapped<'_> {
@@ -195,9 +197,15 @@ impl Mapped<'_> {
         (t[to] - t[from]) * size
     }
 
-    /// Returns the height between two corners of a patch, at the fraction `part` of the way. The height is sampled with the patch's
-    /// `lookup`.
+    /// Returns the height between two corners of a patch, at the fraction `part` of the way, times the varying part of the height scale.
+    /// The height is sampled with the patch's `lookup`.
     fn height(&self, patch: usize, from: usize, to: usize, part: f32, lookup: &Lookup<'_>) -> f32 {
+        let height = self.unscaled(patch, from, to, part, lookup);
+        let lod = lookup.level as f32 + lookup.fraction;
+        if self.scales.is_full() { height } else { height * self.scales.between(patch, [from, to], part, lod) }
+    }
+
+    fn unscaled(&self, patch: usize, from: usize, to: usize, part: f32, lookup: &Lookup<'_>) -> f32 {
         if let Some(repeat) = self.mesh.triplanar {
             let [a, b] = [from, to].map(|corner| self.mesh.patches[patch][corner] as usize);
             let position = self.mesh.positions[a].lerp(self.mesh.positions[b], part);
@@ -261,8 +269,8 @@ impl BoundaryHeights {
 
     /// Returns the data for a map that is tiled by example. The device samples the heights at shared edges directly, because
     /// adjacent patches have equal texture coordinates there. `vertices` holds the levels of detail for these samples.
-    pub fn by_example(mesh: &PatchMesh, topology: &Topology, field: &HeightField) -> Self {
-        let mapped = Mapped { mesh, pyramid: HeightPyramid { levels: vec![Cow::Borrowed(field)] } };
+    pub fn by_example(mesh: &PatchMesh, topology: &Topology, field: &HeightField, scales: &HeightScales<'_>) -> Self {
+        let mapped = Mapped { mesh, pyramid: HeightPyramid { levels: vec![Cow::Borrowed(field)] }, scales };
         let mut extents = vec![(0.0, 0); mesh.positions.len()];
         let mut edge_texels = vec![1.0f32; topology.edges.len()];
         for (patch, edges) in topology.patch_edges.iter().enumerate() {
@@ -283,6 +291,7 @@ impl BoundaryHeights {
         };
         let ranges = patch_ranges(mesh, field);
         let relief = ranges.first().map_or(0.0, |range| range[1] - range[0]);
+        let steepest = (0..mesh.patches.len()).map(|patch| scales.range(patch)[1]).fold(0.0, f32::max);
         let wider = |range: [f32; 2]| {
             // Blended heights can deviate further from the map's mean than any texel. The mean lies between `low` and `high`.
             let [low, high] = range;
@@ -291,15 +300,15 @@ impl BoundaryHeights {
         Self {
             edges: vec![0.0],
             vertices: extents.iter().flat_map(lods).collect(),
-            patch_range: ranges.into_iter().map(wider).collect(),
+            patch_range: scaled_ranges(ranges.into_iter().map(wider).collect(), scales),
             edge_texels,
-            edge_relief: vec![relief; topology.edges.len()],
+            edge_relief: vec![relief * steepest; topology.edges.len()],
         }
     }
 
     /// Bakes the heights of all edges and vertices of `mesh`.
-    pub fn bake(mesh: &PatchMesh, topology: &Topology, field: &HeightField) -> Self {
-        let mapped = Mapped { mesh, pyramid: HeightPyramid::new(field) };
+    pub fn bake(mesh: &PatchMesh, topology: &Topology, field: &HeightField, scales: &HeightScales<'_>) -> Self {
+        let mapped = Mapped { mesh, pyramid: HeightPyramid::new(field), scales };
         // Here, `sides` holds the patch sides at each edge, and `corners` holds the patch corners at each position.
         let mut sides = vec![Vec::with_capacity(2); topology.edges.len()];
         let mut corners = vec![Vec::with_capacity(4); mesh.positions.len()];
@@ -368,6 +377,7 @@ impl BoundaryHeights {
             let wider = |height: f32| mean + MOST_BLENDED * (height - mean);
             patch_range.iter_mut().for_each(|range| *range = range.map(wider));
         }
+        let patch_range = scaled_ranges(patch_range, scales);
         let relief = |&(patch, _, _): &(usize, usize, bool)| patch_range[patch][1] - patch_range[patch][0];
         let on_edge = |(edge, sides): (&[u32; 2], &Vec<(usize, usize, bool)>)| {
             if rims.contains(edge) { 0.0 } else { sides.iter().map(relief).fold(0.0, f32::max) }
@@ -385,6 +395,17 @@ fn level_lod(extent: Vec2, level: usize) -> f32 {
 fn mean(values: impl Iterator<Item = f32>) -> f32 {
     let (sum, count) = values.fold((0.0f64, 0u32), |(sum, count), v| (sum + f64::from(v), count + 1));
     if count == 0 { 0.0 } else { (sum / f64::from(count)) as f32 }
+}
+
+/// Returns bounds of the heights times their scale, whose least and largest values may meet any height.
+fn scaled_ranges(mut ranges: Vec<[f32; 2]>, scales: &HeightScales<'_>) -> Vec<[f32; 2]> {
+    if !scales.is_full() {
+        for (patch, range) in ranges.iter_mut().enumerate() {
+            let ([low, high], [least, most]) = (*range, scales.range(patch));
+            *range = [(low * least).min(low * most), (high * least).max(high * most)];
+        }
+    }
+    ranges
 }
 
 fn patch_ranges(mesh: &PatchMesh, field: &HeightField) -> Vec<[f32; 2]> {
@@ -436,7 +457,7 @@ mod tests {
         let topology = Topology::new(&mesh.patches);
         let texels = (0..32 * 32).map(|i| (i % 32) as f32).collect();
         let field = HeightField { map: HeightMap { width: 32, height: 32, texels }, border: Border::Clamp };
-        let baked = BoundaryHeights::bake(&mesh, &topology, &field);
+        let baked = BoundaryHeights::bake(&mesh, &topology, &field, &HeightScales::new(&mesh, None, Vec2::ONE));
         let shared = topology.edges.iter().position(|&e| e == [1, 2]).unwrap();
         let middle = baked.edges[shared * EDGE_STRIDE + 32];
         // At the midpoint of the edge, the first patch reads column 15.5, and the second patch reads column 0.25 · 32 − 0.5.

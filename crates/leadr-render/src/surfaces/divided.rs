@@ -21,7 +21,7 @@ shared_struct! {
         pub normal: [f32; 4],
         /// The linear albedo (rgb), and the Beckmann roughness (a).
         pub color: [f32; 4],
-        /// The shading normal, for a vertex of a triangle.
+        /// The shading normal, for a vertex of a triangle (xyz), and the factor on the height scale (w).
         pub facing: [f32; 4],
     }
 }
@@ -104,7 +104,7 @@ impl DividedObject {
                     position: lifted.extend(mesh.accessibility_of(i)).to_array(),
                     normal: normal.extend(vertex_lods[i]).to_array(),
                     color: mesh.color_of(i),
-                    facing: posed_vertices.normals[i].extend(0.0).to_array(),
+                    facing: posed_vertices.normals[i].extend(mesh.height_scale_of(i)).to_array(),
                 }
             })
             .collect();

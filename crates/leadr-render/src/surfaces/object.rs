@@ -11,6 +11,7 @@ use super::detail::{DetailImages, DetailKind};
 use super::displacement::{Border, BoundaryHeights, HeightField};
 use super::fits::Fits;
 use super::flat;
+use super::height_scale::{HeightScaleImage, HeightScaleRecord, HeightScales, field_of, height_scales_of};
 use super::horizon::{HorizonInput, HorizonMaps};
 use super::material::{Bases, CutoutKind, MaterialFeatures, MaterialImages, address_mode};
 use super::media::Media;
@@ -86,6 +87,7 @@ pub struct GpuObject {
     relief: f32,
     pub(super) edge_texels: Vec<f32>,
     pub(super) edge_relief: Vec<f32>,
+    scales: HeightScaleRecord,
     /// The maps, which are shared with the coarser mesh, and with objects that have [the same maps](with_same_maps).
     pub maps: Arc<ObjectMaps>,
     /// The descriptor set of the mesh and the maps.
@@ -124,6 +126,8 @@ pub struct ObjectMaps {
     charts: Buffer,
     /// The repeating detail relief. Objects without a detail have placeholders.
     detail: Arc<DetailImages>,
+    /// The map of the height scale.
+    height_scale: Option<HeightScaleImage>,
     sampler: Sampler,
     of_coarse_levels: Sampler,
 }
@@ -181,6 +185,8 @@ pub struct SurfaceKind {
     pub plain: bool,
     /// The inputs that come from a detail relief.
     pub detail: DetailKind,
+    /// What varies the height scale, as `HEIGHT_SCALE_` bits.
+    pub height_scales: u32,
 }
 
 impl SurfaceKind {
@@ -226,6 +232,7 @@ impl SurfaceKind {
             rise_over_run: mesh.triangles && object.slopes.is_some(),
             plain: flat::is_plain(mesh),
             detail,
+            height_scales: height_scales_of(object, mesh),
         }
     }
 }
@@ -265,16 +272,23 @@ impl SurfaceKind {
 struct Carrier {
     topology: Topology,
     boundary: BoundaryHeights,
+    scales: HeightScaleRecord,
 }
 
 impl Carrier {
-    fn of(mesh: &PatchMesh, topology: Topology, heights: Option<&HeightField>, kind: SurfaceKind) -> Self {
-        let boundary = match heights {
-            Some(field) if kind.by_example => BoundaryHeights::by_example(mesh, &topology, field),
-            Some(field) => BoundaryHeights::bake(mesh, &topology, field),
+    fn of(mesh: &PatchMesh, topology: Topology, object: &Object, kind: SurfaceKind) -> Self {
+        let texels = object.height_scale_map.as_ref().map(field_of);
+        let size = object
+            .heights
+            .as_ref()
+            .map_or(Vec2::ONE, |field| Vec2::new(field.map.width as f32, field.map.height as f32));
+        let scales = HeightScales::new(mesh, texels.as_ref().zip(object.height_scale_map.as_ref()), size);
+        let boundary = match &object.heights {
+            Some(field) if kind.by_example => BoundaryHeights::by_example(mesh, &topology, field, &scales),
+            Some(field) => BoundaryHeights::bake(mesh, &topology, field, &scales),
             None => BoundaryHeights::none(),
         };
-        Self { topology, boundary }
+        Self { topology, boundary, scales: scales.record() }
     }
 }
 
@@ -347,6 +361,14 @@ impl ObjectMaps {
         } else {
             none.horizons.clone()
         };
+        let height_scale = match &object.height_scale_map {
+            Some(_) if kind.tiled || kind.triplanar => {
+                let fault = "a map of the height scale needs texture coordinates that do not end at each patch";
+                return Err(GpuError::usage(name.clone(), fault));
+            }
+            Some(map) if kind.displaced => Some(HeightScaleImage::new(gpu, name, map)?),
+            _ => None,
+        };
         let mode = if border == Border::Wrap { AddressMode::Repeat } else { AddressMode::ClampToEdge };
         let modes = object.slope_wrap.map_or([mode; 2], |wrap| wrap.map(address_mode));
         Ok(Self {
@@ -356,6 +378,7 @@ impl ObjectMaps {
             material,
             charts: Buffer::from_slice(gpu, &format!("{name} charts"), &charts)?,
             detail,
+            height_scale,
             sampler: Sampler::with_modes(gpu, Filter::Trilinear, modes)?,
             of_coarse_levels: Sampler::new(gpu, Filter::Bilinear, AddressMode::ClampToEdge)?,
         })
@@ -368,6 +391,8 @@ impl ObjectMaps {
         let coarse = [(&atlas.light, of_coarse_levels), (&atlas.color, of_coarse_levels)];
         let [coarse_light, coarse_color] =
             material.coat.as_ref().map_or(coarse, |[first, second]| [(first, colors), (second, colors)]);
+        let coarse_a = self.height_scale.as_ref();
+        let coarse_a = coarse_a.map_or((&atlas.slopes, of_coarse_levels), |map| (&map.image, &map.sampler));
         let images: [(&str, &Image, &Sampler); 24] = [
             ("height_map", &leadr.heights, sampler),
             ("moments_a", &leadr.slopes, sampler),
@@ -382,7 +407,7 @@ impl ObjectMaps {
             ("emission_map", &material.emission, emission),
             ("occlusion_map", &material.occlusion, occlusion),
             ("opacity_map", &material.opacity, opacity),
-            ("coarse_a", &atlas.slopes, of_coarse_levels),
+            ("coarse_a", coarse_a.0, coarse_a.1),
             ("coarse_b", &atlas.joint, of_coarse_levels),
             ("coarse_color", coarse_color.0, coarse_color.1),
             ("coarse_f0", &atlas.f0, of_coarse_levels),
@@ -425,7 +450,7 @@ impl GpuObject {
             None => Err(MapSources::take(&mut object)),
         };
         let topology = Topology::new(&object.mesh.welded_patches());
-        let carry = |mesh: &PatchMesh, topology, kind| Carrier::of(mesh, topology, object.heights.as_ref(), kind);
+        let carry = |mesh: &PatchMesh, topology, kind| Carrier::of(mesh, topology, &object, kind);
         let (maps, (carrier, coarse)) = rayon::join(
             || maps.or_else(|sources| ObjectMaps::upload(gpu, &object, sources, &topology, kind, upload).map(Arc::new)),
             || {
@@ -439,6 +464,7 @@ impl GpuObject {
         let maps = maps?;
         // The device now has the height texels, so the CPU's copy is freed.
         object.heights.iter_mut().for_each(|field| field.map.texels = Vec::new());
+        object.height_scale_map.iter_mut().for_each(|map| map.texels = Vec::new());
         let none = &upload.none.classes;
         let coarse = coarse.map(|(kind, carrier, mesh)| {
             let object = Object { mesh, ..object.clone() };
@@ -453,7 +479,7 @@ impl GpuObject {
         object: Object,
         [fit, medium]: [u32; 2],
         kind: SurfaceKind,
-        Carrier { topology, boundary }: Carrier,
+        Carrier { topology, boundary, scales }: Carrier,
         maps: Arc<ObjectMaps>,
         no_classes: &ClassImages,
     ) -> Result<Self> {
@@ -473,6 +499,7 @@ impl GpuObject {
             edge_texels: boundary.edge_texels,
             edge_relief: boundary.edge_relief,
             topology,
+            scales,
             object,
             maps,
             kind,
@@ -517,7 +544,7 @@ impl GpuObject {
             class_centers: images.centers,
             class_unit: images.unit,
             class_correlation: images.correlation,
-            class_sky_depth: images.sky_depths(shown.height_scale),
+            class_sky_depth: images.sky_depths(shown.height_scale * self.scales.typical),
             ..bytemuck::Zeroable::zeroed()
         });
         ObjectRecordGpu {
@@ -531,6 +558,9 @@ impl GpuObject {
                 [coat.weight, coat.alpha, if coat.relief == CoatRelief::Smooth { 1.0 } else { 0.0 }, 0.0]
             }),
             relief: self.relief * height_scale.abs(),
+            scale_lod: self.scales.lod,
+            scale_offset: self.scales.offset,
+            scale_linear: self.scales.linear,
             ..record
         }
     }
@@ -567,7 +597,12 @@ const SAMPLED: usize = 64;
 /// Whether the relief of an object has no other maps.
 fn is_relief_alone(object: &Object) -> bool {
     let others = [object.slopes.is_some(), object.slope_spread.is_some(), object.moments.is_some()];
-    let materials = [object.material.is_some(), object.detail.is_some(), object.charts.is_some()];
+    let materials = [
+        object.material.is_some(),
+        object.detail.is_some(),
+        object.charts.is_some(),
+        object.height_scale_map.is_some(),
+    ];
     !others.into_iter().chain(materials).any(|there| there)
 }
 
