@@ -48,7 +48,7 @@ fn help_and_version_are_results() {
 
 #[test]
 fn wrong_usage_ends_with_2_and_names_the_flag() {
-    let cases: [(&[&str], &str); 89] = [
+    let cases: [(&[&str], &str); 96] = [
         (&["capture", "--scene", "ocean", "--height-scale", "1"], "--height-scale"),
         (&["capture", "--scene", "ocean", "--no-displacement"], "--smooth-geometry"),
         (&["capture", "--scene", "ocean", "--triangle-pixels", "8"], "--triangle-pixels"),
@@ -96,6 +96,11 @@ fn wrong_usage_ends_with_2_and_names_the_flag() {
         (&["capture", "--height-scale-map", "a.png", "--height-scale-span", "0"], "--height-scale-span"),
         (&["capture", "--scene", "plane", "--skin-relief", "graded"], "plane has no T-rex"),
         (&["capture", "--scene", "trex", "--skin-relief", "steep"], "--skin-relief"),
+        (&["capture", "--scene", "plane", "--detail-displaces"], "--detail-displaces needs --detail"),
+        (
+            &["capture", "--scene", "sphere", "--detail", "a.png", "--detail-displaces"],
+            "--detail-displaces is for the scenes plane",
+        ),
         (&["capture", "--scene", "plane", "--detail-mask", "mask.png"], "--detail"),
         (&["capture", "--scene", "plane", "--detail", "a.png", "--detail-repeat", "0"], "--detail-repeat"),
         (

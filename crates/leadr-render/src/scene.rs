@@ -139,7 +139,7 @@ pub struct FactorMap {
     pub transform: Affine2,
 }
 
-/// A tiling relief that is finer than the surface's own. The slopes of the detail are added for shading, without displacement.
+/// A tiling relief that is finer than the surface's own. The slopes of the detail are added.
 #[derive(Clone, Debug)]
 pub struct Detail {
     /// The repeating heights, in metres.
@@ -155,6 +155,9 @@ pub struct Detail {
     pub transform: Affine2,
     /// The factors for the slopes and the coverage of the detail. `None` applies all of it everywhere.
     pub mask: Option<FactorMap>,
+    /// Whether the heights are added to those of the surface, which must have relief over texture coordinates. The frame's height
+    /// scale then applies to the detail too. Otherwise the slopes are added for shading, without displacement.
+    pub displaces: bool,
 }
 
 /// How repeating maps cover a surface.

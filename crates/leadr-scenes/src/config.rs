@@ -107,13 +107,22 @@ pub struct DetailFiles {
     pub detail_rotation: f32,
     /// The factor on the slopes of the detail.
     pub detail_height_scale: f32,
+    /// Whether the heights of the detail displace the surface.
+    pub detail_displaces: bool,
     /// The mask of the area that shows the detail.
     pub detail_mask: Option<PathBuf>,
 }
 
 impl Default for DetailFiles {
     fn default() -> Self {
-        Self { detail: None, detail_repeat: 8.0, detail_rotation: 0.0, detail_height_scale: 1.0, detail_mask: None }
+        Self {
+            detail: None,
+            detail_repeat: 8.0,
+            detail_rotation: 0.0,
+            detail_height_scale: 1.0,
+            detail_displaces: false,
+            detail_mask: None,
+        }
     }
 }
 
@@ -141,6 +150,12 @@ impl DetailFiles {
             }
             (material, false)
         };
+        if self.detail_displaces && material.relief.is_none() {
+            let remedy = "give --detail heights, or remove --detail-displaces";
+            return Err(
+                MapFault::unsupported("the detail has no heights to displace the surface", remedy).in_file(path)
+            );
+        }
         let mask = match &self.detail_mask {
             Some(file) => Some(Texture::new(load_raster(file)?, shown_path(file), Encoding::Linear)),
             None => None,
@@ -151,6 +166,7 @@ impl DetailFiles {
             repeat: self.detail_repeat,
             rotation: self.detail_rotation,
             height_scale: self.detail_height_scale,
+            displaces: self.detail_displaces,
             mask,
         }))
     }

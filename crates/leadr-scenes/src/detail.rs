@@ -40,6 +40,7 @@ pub fn detail(layer: &MaterialDetail, mapping: DetailMapping, metres: f32) -> De
         mapping,
         transform: Affine2::from_mat2(rotated),
         mask: layer.mask.as_ref().map(|mask| FactorMap { transform: onto_mask, ..factor_map(&mask.raster) }),
+        displaces: layer.displaces,
     }
 }
 

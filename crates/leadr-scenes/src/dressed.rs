@@ -43,8 +43,14 @@ pub fn plane_stage(material: &Material, repeat: Option<f32>) -> Stage {
     let (width, height) = sampled.size;
     let upright = |at: Vec2| Vec2::new(at.x, 1.0 - at.y);
     let texels = sampled.texels(true, upright);
-    let has_relief = sampled.has_heights() || sampled.has_slopes() || sampled.is_anisotropic();
-    let (mesh, coarse) = plane_meshes(if has_relief { width.max(height) } else { 0 }, metres, UNTINTED);
+    let displacing = material.detail.as_deref().filter(|layer| layer.displaces);
+    let has_relief = sampled.has_heights() || sampled.has_slopes() || sampled.is_anisotropic() || displacing.is_some();
+    // Texels of the detail along one repeat of the material.
+    let fine = displacing.map_or(0, |layer| {
+        let (width, height) = SampledMaterial::new(&layer.material).size;
+        (width.max(height) as f32 * layer.repeat).ceil() as u32
+    });
+    let (mesh, coarse) = plane_meshes(if has_relief { width.max(height).max(fine) } else { 0 }, metres, UNTINTED);
     let mut object =
         Object::new("plane", mesh).with_specular_f0(texels[0].diffuse_f0).with_edge_tint(material.edge_tint);
     object = object.with_coat(coat_of(material)).with_medium(medium_of(material, 1.0));

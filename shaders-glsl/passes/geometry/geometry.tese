@@ -45,7 +45,7 @@ void main() {
     // The position and the level of detail for the lookup of heights tiled by example.
     precise vec2 tiled_at = texcoord.at;
     float tiled_lod = 0.0;
-    float lod = 0.0;
+    float spacing = 0.0; // level of detail of the heights at the spacing of the vertices, which may be negative
     precise float scale_of_vertices = 1.0;
     if (SCALED_BY_VERTEX) {
         scale_of_vertices = quad_height_scale(corner_height_scales(data), patch_uv);
@@ -68,7 +68,8 @@ void main() {
         // The height is filtered to about the vertex spacing. Shading accounts for bumps that are too fine for the geometry.
         vec2 factor = vec2(gl_TessLevelInner[0], gl_TessLevelInner[1]);
         vec2 texels = vec2(textureSize(height_map, 0)) * vec2(length(texcoord.du), length(texcoord.dv));
-        lod = max(log2(max(texels.x / factor.x, texels.y / factor.y)) - FINER, 0.0);
+        spacing = log2(max(texels.x / factor.x, texels.y / factor.y)) - FINER;
+        float lod = max(spacing, 0.0);
         tiled_lod = lod;
         height = BY_EXAMPLE ? 0.0 : textureLod(height_map, clamp_to_tile(texcoord.at, patch_tile(data), lod, textureSize(height_map, 0)), lod).x;
     }
@@ -112,10 +113,11 @@ void main() {
         }
     }
     if (BY_EXAMPLE) {
-        height = tiled_height(height_map, OBJECT.flags, tiled_at + OBJECT.shift, tiled_lod) * height_scale(tiled_at, tiled_lod, scale_of_vertices);
+        height = tiled_height(height_map, OBJECT.flags, tiled_at + OBJECT.shift, tiled_lod);
+        height = whole_height(height, tiled_at, tiled_lod, scale_of_vertices);
     } else if (AT_TEXELS || !on_boundary) {
-        // The heights of edges already have their scale.
-        height *= height_scale(texcoord.at, lod, scale_of_vertices);
+        // The heights of edges are already whole.
+        height = whole_height(height, texcoord.at, spacing, scale_of_vertices);
     }
     precise float scaled = height * OBJECT.displacement;
     precise vec3 displaced_position = position + normal * scaled;

@@ -6,9 +6,10 @@
 #include "object.glsl"
 #include "patch.glsl"
 
-layout(constant_id = 91) const uint HEIGHT_SCALES = 0u; // HEIGHT_SCALE_ bits
-const bool SCALED_BY_MAP = (HEIGHT_SCALES & HEIGHT_SCALE_BY_MAP) != 0u;
-const bool SCALED_BY_VERTEX = (HEIGHT_SCALES & HEIGHT_SCALE_BY_VERTEX) != 0u;
+layout(constant_id = 91) const uint HEIGHT_TERMS = 0u; // HEIGHT_ bits
+const bool SCALED_BY_MAP = (HEIGHT_TERMS & HEIGHT_SCALED_BY_MAP) != 0u;
+const bool HEIGHT_SCALED = (HEIGHT_TERMS & (HEIGHT_SCALED_BY_MAP | HEIGHT_SCALED_BY_VERTEX)) != 0u;
+const bool SCALED_BY_VERTEX = (HEIGHT_TERMS & HEIGHT_SCALED_BY_VERTEX) != 0u;
 // For an atlas, the coarse levels of moments_a (atlas.glsl). Otherwise the map of the height scale: x: mean; y: variance in the texel.
 layout(set = 2) uniform sampler2D coarse_a;
 

@@ -21,9 +21,9 @@ layout(location = 4) out vec3 out_window;
 
 invariant gl_Position;
 
-// Returns the level of the heights inside a triangle whose longest side spans this many texels.
-float height_lod(const float texels) {
-    return max(log2(max(texels / gl_TessLevelInner[0], 1e-20)) - FINER, 0.0);
+// Returns the unclamped level of the heights inside a triangle whose longest side spans this many texels.
+float height_spacing(const float texels) {
+    return log2(max(texels / gl_TessLevelInner[0], 1e-20)) - FINER;
 }
 
 void main() {
@@ -63,14 +63,14 @@ void main() {
             RestTriangle rest = rest_triangle(data);
             vec3 b = rest.by_uv[0], c = rest.by_uv[1];
             float texels = max(max(length(b), length(c)), length(c - b)) * max(size.x, size.y);
-            height = triplanar_height(rest, share.yz, height_map, height_lod(texels)) * scale_of_vertices;
+            height = triplanar_height(rest, share.yz, height_map, max(height_spacing(texels), 0.0)) * scale_of_vertices;
         } else if (displaced) {
             TriangleTexcoord texcoord = triangle_texcoord(data);
             vec2 b = texcoord.by_uv[0] * size, c = texcoord.by_uv[1] * size;
             float texels = max(max(length(b), length(c)), length(c - b));
             vec2 at = texcoord.first + texcoord.by_uv * share.yz;
-            float lod = height_lod(texels);
-            height = textureLod(height_map, at, lod).x * height_scale(at, lod, scale_of_vertices);
+            float spacing = height_spacing(texels);
+            height = whole_height(textureLod(height_map, at, max(spacing, 0.0)).x, at, spacing, scale_of_vertices);
         }
     }
     precise float scaled = height * OBJECT.displacement;

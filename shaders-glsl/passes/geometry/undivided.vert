@@ -27,7 +27,7 @@ void main() {
     float height = (OBJECT.flags & FLAG_DISPLACED) != 0u ? vertex_height(index) : 0.0;
     if (BY_EXAMPLE) {
         vec2 at = patch_texcoord(data, patch_uv.x, patch_uv.y).at;
-        height = tiled_height(height_map, OBJECT.flags, at + OBJECT.shift, height) * height_scale(at, height, vertex.facing.w);
+        height = whole_height(tiled_height(height_map, OBJECT.flags, at + OBJECT.shift, height), at, height, vertex.facing.w);
     }
     precise float scaled = height * OBJECT.displacement;
     precise vec3 displaced_position = vertex.position.xyz + normal * scaled;

@@ -86,6 +86,8 @@ pub struct DetailImages {
     pub mask: Image,
     /// The sampler for all maps of the detail.
     pub sampler: Sampler,
+    /// Whether the heights displace the surface.
+    pub displaces: bool,
 }
 
 impl DetailImages {
@@ -96,6 +98,7 @@ impl DetailImages {
             maps: leadr.clone(),
             material: material.clone(),
             mask: mask_image(gpu, "no detail", None)?,
+            displaces: false,
             sampler: Sampler::new(gpu, Filter::Trilinear, AddressMode::Repeat)?,
         })
     }
@@ -115,7 +118,7 @@ impl DetailImages {
         none: &MaterialImages,
     ) -> Result<Self> {
         let name = format!("{name} detail");
-        let Detail { heights, slopes, material, mapping, transform, mask } = detail;
+        let Detail { heights, slopes, material, mapping, transform, mask, displaces } = detail;
         if mapping == DetailMapping::Texcoords && matches!(border, Border::Tiles(_)) {
             let fault = "texture coordinates of an atlas end at each tile: use triplanar mapping for the detail";
             return Err(GpuError::usage(name, fault));
@@ -146,6 +149,7 @@ impl DetailImages {
             },
             maps: field_maps(gpu, &heights, slopes, None, None, MomentFormat::Float32)?,
             mask: mask_image(gpu, &name, mask)?,
+            displaces,
             sampler: Sampler::new(gpu, Filter::Trilinear, AddressMode::Repeat)?,
         })
     }

@@ -10,6 +10,7 @@ use super::object::GpuObject;
 use super::patch_mesh::PatchMesh;
 use super::posed::PosedObject;
 use super::tessellation::{Division, Lens, TessellationSettings};
+use crate::constants::HEIGHT_WITH_DETAIL;
 use leadr_gpu::{Buffer, Gpu, Result, shared_struct};
 
 shared_struct! {
@@ -110,7 +111,12 @@ impl DividedObject {
             .collect();
         self.buffers.vertices.write(0, &vertices)?;
         self.buffers.edge_factors.write(0, edge_factors)?;
-        self.at_texels = *every_texel && posed.object.kind.flat && is_undeformed_plane(mesh, &posed_vertices.positions);
+        // A displacing detail has finer texels than the heights.
+        let has_own_texels = posed.object.kind.height_terms & HEIGHT_WITH_DETAIL == 0;
+        self.at_texels = *every_texel
+            && has_own_texels
+            && posed.object.kind.flat
+            && is_undeformed_plane(mesh, &posed_vertices.positions);
         self.division = division;
         Ok(())
     }

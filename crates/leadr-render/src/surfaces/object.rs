@@ -11,7 +11,7 @@ use super::detail::{DetailImages, DetailKind};
 use super::displacement::{Border, BoundaryHeights, HeightField};
 use super::fits::Fits;
 use super::flat;
-use super::height_scale::{HeightScaleImage, HeightScaleRecord, HeightScales, field_of, height_scales_of};
+use super::height_scale::{DetailHeights, HeightScaleImage, HeightTerms, HeightTermsRecord, field_of, height_terms_of};
 use super::horizon::{HorizonInput, HorizonMaps};
 use super::material::{Bases, CutoutKind, MaterialFeatures, MaterialImages, address_mode};
 use super::media::Media;
@@ -87,7 +87,7 @@ pub struct GpuObject {
     relief: f32,
     pub(super) edge_texels: Vec<f32>,
     pub(super) edge_relief: Vec<f32>,
-    scales: HeightScaleRecord,
+    terms: HeightTermsRecord,
     /// The maps, which are shared with the coarser mesh, and with objects that have [the same maps](with_same_maps).
     pub maps: Arc<ObjectMaps>,
     /// The descriptor set of the mesh and the maps.
@@ -185,8 +185,8 @@ pub struct SurfaceKind {
     pub plain: bool,
     /// The inputs that come from a detail relief.
     pub detail: DetailKind,
-    /// What varies the height scale, as `HEIGHT_SCALE_` bits.
-    pub height_scales: u32,
+    /// What scales and adds to the heights of the map, as `HEIGHT_` bits.
+    pub height_terms: u32,
 }
 
 impl SurfaceKind {
@@ -232,7 +232,7 @@ impl SurfaceKind {
             rise_over_run: mesh.triangles && object.slopes.is_some(),
             plain: flat::is_plain(mesh),
             detail,
-            height_scales: height_scales_of(object, mesh),
+            height_terms: height_terms_of(object, mesh),
         }
     }
 }
@@ -272,23 +272,29 @@ impl SurfaceKind {
 struct Carrier {
     topology: Topology,
     boundary: BoundaryHeights,
-    scales: HeightScaleRecord,
+    terms: HeightTermsRecord,
 }
 
 impl Carrier {
-    fn of(mesh: &PatchMesh, topology: Topology, object: &Object, kind: SurfaceKind) -> Self {
+    fn of(
+        mesh: &PatchMesh,
+        topology: Topology,
+        object: &Object,
+        detail: Option<&DetailHeights>,
+        kind: SurfaceKind,
+    ) -> Self {
         let texels = object.height_scale_map.as_ref().map(field_of);
         let size = object
             .heights
             .as_ref()
             .map_or(Vec2::ONE, |field| Vec2::new(field.map.width as f32, field.map.height as f32));
-        let scales = HeightScales::new(mesh, texels.as_ref().zip(object.height_scale_map.as_ref()), size);
+        let terms = HeightTerms::new(mesh, texels.as_ref().zip(object.height_scale_map.as_ref()), detail, size);
         let boundary = match &object.heights {
-            Some(field) if kind.by_example => BoundaryHeights::by_example(mesh, &topology, field, &scales),
-            Some(field) => BoundaryHeights::bake(mesh, &topology, field, &scales),
+            Some(field) if kind.by_example => BoundaryHeights::by_example(mesh, &topology, field, &terms),
+            Some(field) => BoundaryHeights::bake(mesh, &topology, field, &terms),
             None => BoundaryHeights::none(),
         };
-        Self { topology, boundary, scales: scales.record() }
+        Self { topology, boundary, terms: terms.record() }
     }
 }
 
@@ -343,6 +349,10 @@ impl ObjectMaps {
         );
         let (leadr, material) = (leadr?, material?);
         let detail = match detail {
+            Some(detail) if detail.displaces && (kind.tiled || kind.triplanar || !kind.displaced) => {
+                let fault = "a detail displaces only relief over texture coordinates that do not end at each patch";
+                return Err(GpuError::usage(name.clone(), fault));
+            }
             Some(detail) => Arc::new(DetailImages::new(gpu, name, detail, &object.mesh, border, &none.material)?),
             None => none.detail.clone(),
         };
@@ -393,6 +403,8 @@ impl ObjectMaps {
             material.coat.as_ref().map_or(coarse, |[first, second]| [(first, colors), (second, colors)]);
         let coarse_a = self.height_scale.as_ref();
         let coarse_a = coarse_a.map_or((&atlas.slopes, of_coarse_levels), |map| (&map.image, &map.sampler));
+        let coarse_b =
+            if detail.displaces { (&detail.maps.heights, &detail.sampler) } else { (&atlas.joint, of_coarse_levels) };
         let images: [(&str, &Image, &Sampler); 24] = [
             ("height_map", &leadr.heights, sampler),
             ("moments_a", &leadr.slopes, sampler),
@@ -408,7 +420,7 @@ impl ObjectMaps {
             ("occlusion_map", &material.occlusion, occlusion),
             ("opacity_map", &material.opacity, opacity),
             ("coarse_a", coarse_a.0, coarse_a.1),
-            ("coarse_b", &atlas.joint, of_coarse_levels),
+            ("coarse_b", coarse_b.0, coarse_b.1),
             ("coarse_color", coarse_color.0, coarse_color.1),
             ("coarse_f0", &atlas.f0, of_coarse_levels),
             ("coarse_light", coarse_light.0, coarse_light.1),
@@ -445,12 +457,13 @@ impl GpuObject {
         let kind = SurfaceKind::of(&object, &object.mesh);
         let coarse = coarse_mesh.map(|mesh| (SurfaceKind::of(&object, &mesh), mesh));
         let numbers = [upload.fits.number_of(&object), upload.media.number_of(&object)];
+        let detail = DetailHeights::of(&object);
         let maps = match maps {
             Some(maps) => Ok(maps),
             None => Err(MapSources::take(&mut object)),
         };
         let topology = Topology::new(&object.mesh.welded_patches());
-        let carry = |mesh: &PatchMesh, topology, kind| Carrier::of(mesh, topology, &object, kind);
+        let carry = |mesh: &PatchMesh, topology, kind| Carrier::of(mesh, topology, &object, detail.as_ref(), kind);
         let (maps, (carrier, coarse)) = rayon::join(
             || maps.or_else(|sources| ObjectMaps::upload(gpu, &object, sources, &topology, kind, upload).map(Arc::new)),
             || {
@@ -479,7 +492,7 @@ impl GpuObject {
         object: Object,
         [fit, medium]: [u32; 2],
         kind: SurfaceKind,
-        Carrier { topology, boundary, scales }: Carrier,
+        Carrier { topology, boundary, terms }: Carrier,
         maps: Arc<ObjectMaps>,
         no_classes: &ClassImages,
     ) -> Result<Self> {
@@ -499,7 +512,7 @@ impl GpuObject {
             edge_texels: boundary.edge_texels,
             edge_relief: boundary.edge_relief,
             topology,
-            scales,
+            terms,
             object,
             maps,
             kind,
@@ -544,7 +557,7 @@ impl GpuObject {
             class_centers: images.centers,
             class_unit: images.unit,
             class_correlation: images.correlation,
-            class_sky_depth: images.sky_depths(shown.height_scale * self.scales.typical),
+            class_sky_depth: images.sky_depths(shown.height_scale * self.terms.typical),
             ..bytemuck::Zeroable::zeroed()
         });
         ObjectRecordGpu {
@@ -558,9 +571,11 @@ impl GpuObject {
                 [coat.weight, coat.alpha, if coat.relief == CoatRelief::Smooth { 1.0 } else { 0.0 }, 0.0]
             }),
             relief: self.relief * height_scale.abs(),
-            scale_lod: self.scales.lod,
-            scale_offset: self.scales.offset,
-            scale_linear: self.scales.linear,
+            scale_lod: self.terms.lod,
+            scale_offset: self.terms.offset,
+            scale_linear: self.terms.linear,
+            detail_unit: self.terms.detail_unit,
+            detail_lod: self.terms.detail_lod,
             ..record
         }
     }
