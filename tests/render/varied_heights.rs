@@ -119,14 +119,20 @@ fn constant_vertices_are_a_factor() {
     compare_constant(&gpu, &varied, &sphere);
 }
 
-/// The difference of two layers relative to the root mean square of the first.
-fn relative(wanted: &[[f32; 4]], found: &[[f32; 4]]) -> f64 {
-    let numbers = |layer: &[[f32; 4]]| -> Vec<f64> {
-        layer.iter().flatten().map(|v| if v.is_finite() { f64::from(*v) } else { 0.0 }).collect()
-    };
-    let (a, b) = (numbers(wanted), numbers(found));
-    let difference: f64 = a.iter().zip(&b).map(|(a, b)| (a - b) * (a - b)).sum();
-    (difference / a.iter().map(|a| a * a).sum::<f64>()).sqrt()
+/// The root mean square of the numbers of a layer, or of the difference of two layers. Empty pixels count as 0.
+fn rms(layer: &[[f32; 4]], other: Option<&[[f32; 4]]>) -> f64 {
+    let number = |v: f32| if v.is_finite() { f64::from(v) } else { 0.0 };
+    let at = |i: usize, k: usize| number(layer[i][k]) - other.map_or(0.0, |other| number(other[i][k]));
+    let squares = (0..layer.len()).flat_map(|i| (0..4).map(move |k| at(i, k) * at(i, k)));
+    (squares.sum::<f64>() / layer.len() as f64).sqrt()
+}
+
+/// The relative errors of depth, mean slope and covariance. The error of slopes is relative to their standard deviation too, because mean
+/// slopes are nearly 0 at a distance.
+fn apart(wanted: &[Vec<[f32; 4]>; 3], found: &[Vec<[f32; 4]>; 3]) -> [f64; 3] {
+    let variance = wanted[2].iter().map(|s| f64::from(s[0] + s[1])).sum::<f64>() / wanted[2].len() as f64;
+    let scale = [rms(&wanted[0], None), rms(&wanted[1], None).hypot(variance.sqrt()), rms(&wanted[2], None)];
+    [0, 1, 2].map(|i| rms(&wanted[i], Some(&found[i])) / scale[i])
 }
 
 /// Slopes of the base roughness of [`rough_plane`], per axis: near the viewer, the covariance of the relief itself is nearly 0.
@@ -166,7 +172,7 @@ fn a_varying_scale_equals_scaled_heights() {
             let settings = settings(Technique::Leadr, 1);
             let pictures = [&mut one, &mut two].map(|renderer| picture(renderer, &state, &settings));
             let [a, b] = [&mut one, &mut two].map(layers_of);
-            let [depth, slope, covariance] = [0, 1, 2].map(|i| relative(&a[i], &b[i]));
+            let [depth, slope, covariance] = apart(&a, &b);
             let found = [depth, slope, covariance, error(&pictures[0], &pictures[1])];
             println!("{name}, {distance} m: {found:.4?}");
             if found.iter().zip(most).any(|(found, most)| *found > most) {
@@ -228,7 +234,8 @@ fn a_displacing_detail_equals_a_map_of_the_sum() {
     for masked in [false, true] {
         let mut of = [Layers::Sum, Layers::Displaces, Layers::ShadingOnly].map(|kind| layered(&gpu, kind, masked));
         for (distance, most) in DISTANCES.into_iter().zip(MOST_LAYERED) {
-            for grazing in [false, true] {
+            // Far away, the plane is thinner than a pixel at grazing angles.
+            for grazing in [false, true].into_iter().filter(|grazing| !grazing || distance < 10.0) {
                 let direction = if grazing { Vec3::new(0.3, -0.95, 0.03) } else { Vec3::new(0.3, -0.7, 0.55) };
                 let camera = Camera::looking_at(direction.normalize() * distance, Vec3::ZERO, 30.0);
                 let state = FrameState::new(camera, vec![Pose::REST]).under(&Sky::default());
@@ -238,15 +245,15 @@ fn a_displacing_detail_equals_a_map_of_the_sum() {
                     (picture, layers_of(renderer))
                 });
                 let [sum, displaced, shaded] = &found;
-                let apart = |other: &(RgbImage, [Vec<[f32; 4]>; 3])| {
-                    let [depth, slope, covariance] = [0, 1, 2].map(|i| relative(&sum.1[i], &other.1[i]));
+                let errors = |other: &(RgbImage, [Vec<[f32; 4]>; 3])| {
+                    let [depth, slope, covariance] = apart(&sum.1, &other.1);
                     [depth, slope, covariance, error(&sum.0, &other.0)]
                 };
                 let outline = |other: &(RgbImage, [Vec<[f32; 4]>; 3])| {
                     let covered = |pixel: &[f32; 4]| pixel[0].is_finite();
                     sum.1[0].iter().zip(&other.1[0]).filter(|(a, b)| covered(a) != covered(b)).count()
                 };
-                let (near, far) = (apart(displaced), apart(shaded));
+                let (near, far) = (errors(displaced), errors(shaded));
                 let (same, other) = (outline(displaced), outline(shaded));
                 println!(
                     "masked {masked}, {distance} m, grazing {grazing}: {near:.4?} against {far:.4?}; outline {same} against {other}"

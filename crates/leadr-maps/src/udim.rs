@@ -104,7 +104,7 @@ impl Tiles {
             let number = |tile: &u32| (FIRST + tile % columns + COLUMNS * (tile / columns)).to_string();
             let named: Vec<String> = missing.iter().take(MOST_NAMED).map(number).collect();
             let more = if missing.len() > MOST_NAMED { ", …" } else { "" };
-            tracing::warn!("{}: the tiles {}{more} are missing; they are flat", shown_path(path), named.join(", "));
+            tracing::warn!("{}: missing tiles are flat: {}{more}", shown_path(path), named.join(", "));
         }
         Ok(atlas)
     }
