@@ -49,3 +49,43 @@ impl SampledScale {
         (field.bilinear(here), transform.matrix2.transpose() * change)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use leadr_maps::HeightMap;
+    use leadr_render::surfaces::patch_mesh::PatchMesh;
+
+    fn map(texels: Vec<f32>) -> FactorMap {
+        FactorMap { width: 8, height: 8, texels, transform: Affine2::from_scale(Vec2::splat(0.5)) }
+    }
+
+    #[test]
+    fn factors_change_as_their_derivatives_say() {
+        let wave = |i: u32| 0.5 + 0.5 * (std::f32::consts::TAU * (i % 8) as f32 / 8.0).cos() * (i / 8) as f32 / 8.0;
+        let scale = SampledScale::new(Some(&map((0..64).map(wave).collect())));
+        // Central differences are exact at texel centres, whose distance is 1/4 of a unit.
+        for at in [Vec2::new(0.375, 0.625), Vec2::new(1.125, 0.875)] {
+            let (factor, change) = scale.at(at);
+            let step = 0.125;
+            let [s, t] = [Vec2::X, Vec2::Y]
+                .map(|axis| (scale.at(at + step * axis).0 - scale.at(at - step * axis).0) / (2.0 * step));
+            assert!((0.0..=1.0).contains(&factor) && (change - Vec2::new(s, t)).length() < 1e-5, "{change} {s} {t}");
+        }
+        assert_eq!(SampledScale::new(None).at(Vec2::ONE), (1.0, Vec2::ZERO));
+    }
+
+    #[test]
+    fn only_relief_over_texture_coordinates_varies() {
+        let smooth = || Object::new("smooth", PatchMesh::default());
+        let error = vary_height(&mut [smooth()], map(vec![1.0; 64])).unwrap_err().to_string();
+        assert!(error.contains("--height-scale-map needs relief"), "{error}");
+        let heights = HeightField::repeating(HeightMap { width: 1, height: 1, texels: vec![0.0] });
+        let mut objects = [smooth(), smooth().with_heights(heights, 1.0)];
+        vary_height(&mut objects, map(vec![1.0; 64])).unwrap();
+        assert!(objects[0].height_scale_map.is_none() && objects[1].height_scale_map.is_some());
+        // The top of the image lies at the largest t of the plane.
+        let top = upright(map(vec![1.0; 64])).transform.transform_point2(Vec2::new(0.0, 1.0));
+        assert_eq!(top, Vec2::ZERO);
+    }
+}

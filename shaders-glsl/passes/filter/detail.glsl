@@ -61,6 +61,11 @@ void add_detail(inout DetailMeans sum, const vec2 c, const mat2 by_uv, const mat
         }
         mask /= float(wide.taps);
         moments = mask_moments(moments, mask);
+        if (DETAIL_DISPLACES) {
+            // The geometry has the gradient of the mask too: d(m h) = m dh + h dm.
+            float height = textureLod(coarse_b, at, footprint.lod).x;
+            sum.slope += linear * (height * (gradient_of(detail_mask, there, wide.lod) * (to_mask * by_uv))) * weight;
+        }
     }
     // By the chain rule, from the derivatives of the detail's coordinates by position.
     mat2 slopes = linear * transpose(detail_by_uv) * weight;

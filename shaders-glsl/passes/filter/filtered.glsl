@@ -185,8 +185,8 @@ vec4 filter_atlas_light(const Footprint footprint, const uint index, const vec2 
 Footprint detail_footprint(const vec2 dx, const vec2 dy, const float own) {
     return FINEST_LEVEL ? POINT_FOOTPRINT : elliptical_footprint(clamp(dx, -6e4, 6e4), clamp(dy, -6e4, 6e4), 1e9, own, 1);
 }
-#include "detail.glsl"
 #include "height_scale.glsl"
+#include "detail.glsl"
 
 // Filters an atlas and its classes. lengths are those of the tangents by texture coordinate.
 Means filter_atlas(const Footprint footprint, const uint index, const vec2 at, const vec2 lengths, inout ClassMeans classes) {

@@ -11,6 +11,14 @@ struct HeightScale {
 
 const HeightScale FULL_HEIGHT_SCALE = HeightScale(1.0, 0.0, vec2(0.0));
 
+// Returns the derivatives of the first channel of a map, as differences over one texel of a level.
+vec2 gradient_of(sampler2D map, const vec2 at, const float lod) {
+    vec2 apart = exp2(lod) / vec2(textureSize(map, 0));
+    vec2 s = vec2(0.5 * apart.x, 0.0), t = vec2(0.0, 0.5 * apart.y);
+    return vec2(textureLod(map, at + s, lod).x - textureLod(map, at - s, lod).x,
+                textureLod(map, at + t, lod).x - textureLod(map, at - t, lod).x) / apart;
+}
+
 // Filters the height scale. The values of vertices vary slowly, so only the map has a variance.
 HeightScale filter_height_scale(const uint index, const vec2 patch_uv, const vec2 texcoord, const mat2 texcoord_by_uv, const mat2 across) {
     HeightScale scale = FULL_HEIGHT_SCALE;
@@ -43,12 +51,7 @@ HeightScale filter_height_scale(const uint index, const vec2 patch_uv, const vec
         }
         mean /= float(wide.taps);
         float variance = mean.y + max(square / float(wide.taps) - mean.x * mean.x, 0.0);
-        // Differences over one texel of this level.
-        vec2 apart = exp2(wide.lod) / size;
-        vec2 change = vec2(textureLod(coarse_a, here + vec2(0.5 * apart.x, 0.0), wide.lod).x
-                         - textureLod(coarse_a, here - vec2(0.5 * apart.x, 0.0), wide.lod).x,
-                           textureLod(coarse_a, here + vec2(0.0, 0.5 * apart.y), wide.lod).x
-                         - textureLod(coarse_a, here - vec2(0.0, 0.5 * apart.y), wide.lod).x) / apart;
+        vec2 change = gradient_of(coarse_a, here, wide.lod);
         scale.by_uv = scale.by_uv * mean.x + scale.mean * (change * by_uv);
         scale.variance = scale.mean * scale.mean * variance;
         scale.mean *= mean.x;
