@@ -558,7 +558,8 @@ vec2 refined_texcoord(uint index, OffsetVariants variants, const float scale, co
     float most = MOST_REFINED * longest / max(length(texels * per_height), 1e-20);
     float gap = relief_height(index, variants, scale, surface.texcoord, lod, level, passing) - surface.height;
     float climbed = clamp(gap, -most, most);
-    float gap_there = relief_height(index, variants, scale, surface.texcoord + per_height * climbed, lod, level, passing) - surface.height - climbed;
+    float there = relief_height(index, variants, scale, surface.texcoord + per_height * climbed, lod, level, passing);
+    float gap_there = there - surface.height - climbed;
     float closing = min((gap_there - gap) / (abs(climbed) > 1e-12 ? climbed : -1e12), -LEAST_CLOSING);
     return surface.texcoord + per_height * clamp(climbed - gap_there / closing, -most, most);
 }
@@ -638,18 +639,19 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
     }
     if (DISPLACED && RELIEF_DRAWN && (!TRIANGLES || surface.slopes > 0.0) && !FINEST_LEVEL && grid == 0u) {
         float longest = sqrt(max(dot(dx, dx), dot(dy, dy)));
-        float level_of_detail = 0.0;
+        float scale_here = OBJECT.height_scale * eta.mean, level_of_detail = 0.0;
         if (DETAIL_DISPLACES) {
-            vec2 fine = exp2(OBJECT.detail_lod) * vec2(1.0);
+            float fine = exp2(OBJECT.detail_lod);
             level_of_detail = detail_footprint(dx * fine, dy * fine, OF_SLOPES).level - OBJECT.detail_lod;
         }
         if (ATLAS) {
             // The coarser levels of a tile do not match those of its neighbours.
-            vec2 refined = refined_texcoord(index, variants, OBJECT.height_scale * eta.mean, surface, ray, texels, min(footprint.level, float(SOURCE_LEVEL)), 0.0, longest,
-                                            passing);
+            vec2 refined = refined_texcoord(index, variants, scale_here, surface, ray, texels, min(footprint.level, float(SOURCE_LEVEL)), 0.0,
+                                            longest, passing);
             surface.texcoord = mix(refined, surface.texcoord, clamp(footprint.level - float(SOURCE_LEVEL), 0.0, 1.0));
         } else {
-            surface.texcoord = refined_texcoord(index, variants, OBJECT.height_scale * eta.mean, surface, ray, texels, footprint.level, level_of_detail, longest, passing);
+            surface.texcoord = refined_texcoord(index, variants, scale_here, surface, ray, texels, footprint.level, level_of_detail, longest,
+                                                passing);
         }
     }
     if (ATLAS) {
