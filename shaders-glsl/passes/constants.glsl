@@ -48,6 +48,15 @@ const uint MOMENTS_CLAMP = 1u;
 // There is no neighbour, because tiles are independent: differences at the edge of a tile are one-sided.
 const uint MOMENTS_ATLAS = 2u;
 
+// What scales and adds to the heights of a map, as bits
+
+// The height scale has a factor per vertex.
+const uint HEIGHT_SCALED_BY_VERTEX = 1u;
+// The height scale has a map over the texture coordinates.
+const uint HEIGHT_SCALED_BY_MAP = 2u;
+// The heights of the detail are added.
+const uint HEIGHT_WITH_DETAIL = 4u;
+
 // The tiling details on a surface
 
 // There is no tiling detail.

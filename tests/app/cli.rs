@@ -48,7 +48,7 @@ fn help_and_version_are_results() {
 
 #[test]
 fn wrong_usage_ends_with_2_and_names_the_flag() {
-    let cases: [(&[&str], &str); 89] = [
+    let cases: [(&[&str], &str); 96] = [
         (&["capture", "--scene", "ocean", "--height-scale", "1"], "--height-scale"),
         (&["capture", "--scene", "ocean", "--no-displacement"], "--smooth-geometry"),
         (&["capture", "--scene", "ocean", "--triangle-pixels", "8"], "--triangle-pixels"),
@@ -87,6 +87,19 @@ fn wrong_usage_ends_with_2_and_names_the_flag() {
         (
             &["capture", "--scene", "plane", "--clear-coat", "1", "--technique", "lean"],
             "--clear-coat is for the techniques",
+        ),
+        (
+            &["capture", "--scene", "trex", "--height-scale-map", "a.png"],
+            "--height-scale-map is for the scenes plane, sphere",
+        ),
+        (&["capture", "--scene", "plane", "--height-scale-span", "2"], "--height-scale-span needs --height-scale-map"),
+        (&["capture", "--height-scale-map", "a.png", "--height-scale-span", "0"], "--height-scale-span"),
+        (&["capture", "--scene", "plane", "--skin-relief", "graded"], "plane has no T-rex"),
+        (&["capture", "--scene", "trex", "--skin-relief", "steep"], "--skin-relief"),
+        (&["capture", "--scene", "plane", "--detail-displaces"], "--detail-displaces needs --detail"),
+        (
+            &["capture", "--scene", "sphere", "--detail", "a.png", "--detail-displaces"],
+            "--detail-displaces is for the scenes plane",
         ),
         (&["capture", "--scene", "plane", "--detail-mask", "mask.png"], "--detail"),
         (&["capture", "--scene", "plane", "--detail", "a.png", "--detail-repeat", "0"], "--detail-repeat"),
@@ -524,9 +537,11 @@ fn bad_input_is_reported_before_opening_a_device() {
     }
     let png = file("cut.png", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR");
     for heights in [&png, &text, &folder.path().join("missing.png")] {
-        let output = without_driver(&["capture", "--scene", "plane", "--height-map", path(heights)]);
-        let line = one_line_error(&output, 1, path(heights));
-        assert!(line.contains(path(heights)), "{line}");
+        for flag in ["--height-map", "--height-scale-map"] {
+            let output = without_driver(&["capture", "--scene", "plane", flag, path(heights)]);
+            let line = one_line_error(&output, 1, path(heights));
+            assert!(line.contains(path(heights)), "{line}");
+        }
     }
 }
 

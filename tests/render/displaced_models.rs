@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
-use glam::{Quat, Vec3};
+use glam::{Affine2, Quat, Vec2, Vec3};
 use leadr::maps::material::Material;
 use leadr::models::{LoadOptions, Mesh, Model, Node, Primitive, SceneRoots, Transform};
+use leadr::render::scene::FactorMap;
 use leadr::scenes::model::{ModelChoice, stage};
 use leadr::scenes::stage::Stage;
 use leadr_lab::cracks::{self, Cracks, Search, rough_relief, roughened};
@@ -142,6 +143,26 @@ fn hard_shapes_have_no_cracks_unless_their_seams_are_torn() {
     println!("whole: {whole:?}, torn: {torn:?}");
     assert_eq!(whole.cracks, 0);
     assert!(whole.searched > 15_000 && torn.cracks > 15, "{whole:?} {torn:?}");
+}
+
+/// Height scales that differ between the vertices of a seam, and between the sides of a seam in the map.
+#[test]
+fn varied_heights_have_no_cracks() {
+    let Some(gpu) = test_gpu() else { return };
+    let mut model = hard_shapes();
+    for primitive in &mut model.meshes[0].primitives {
+        let scale = |i: usize| 0.2 + ((i * 37) % 11) as f32 / 10.0;
+        primitive.height_scales = Some((0..primitive.positions.len()).map(scale).collect());
+    }
+    let mut made = stage(ModelChoice::new(model, None).unwrap()).unwrap();
+    let map = |s: u32, t: u32| 0.3 + 0.7 * ((s * 5 + t * 3) % 8) as f32 / 7.0;
+    let texels: Vec<f32> = (0..64).map(|i| map(i % 8, i / 8)).collect();
+    let map = FactorMap { width: 8, height: 8, texels, transform: Affine2::from_scale(Vec2::splat(0.37)) };
+    let displaced = made.objects.iter_mut().filter(|object| object.mesh.triangles);
+    displaced.for_each(|object| object.height_scale_map = Some(map.clone()));
+    let whole = search(&gpu, made, 3, 0.0);
+    println!("{whole:?}");
+    assert!(whole.cracks == 0 && whole.searched > 8_000, "{whole:?}");
 }
 
 #[test]

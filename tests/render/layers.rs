@@ -14,7 +14,7 @@ use leadr::render::camera::Camera;
 use leadr::render::frame::Renderer;
 use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
-use leadr::render::scene::{Detail, DetailMapping, DetailMask, FrameState, MaterialMap, Object, Pose, PropertyMap};
+use leadr::render::scene::{Detail, DetailMapping, FactorMap, FrameState, MaterialMap, Object, Pose, PropertyMap};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique, Terms};
 use leadr::render::surfaces::displacement::HeightField;
 use leadr::render::surfaces::tessellation::TessellationSettings;
@@ -97,7 +97,8 @@ fn layered(gpu: &Arc<Gpu>, as_detail: bool, masked: bool, rotated: bool) -> Rend
             material: None,
             mapping: DetailMapping::Texcoords,
             transform: Affine2::from_mat2(rotation * REPEATS as f32),
-            mask: masked.then_some(DetailMask {
+            displaces: false,
+            mask: masked.then_some(FactorMap {
                 width: BASE,
                 height: BASE,
                 texels: masks,
@@ -169,6 +170,7 @@ fn a_distant_detail_is_gloss() {
         mapping: DetailMapping::Texcoords,
         transform: Affine2::from_scale(Vec2::splat(REPEATS as f32)),
         mask: None,
+        displaces: false,
     };
     let camera = Camera::looking_at(Vec3::new(0.3, -0.7, 0.55).normalize() * 300.0, Vec3::ZERO, 1.0);
     let state = FrameState::new(camera, vec![Pose::REST]).under(&Sky::default());
@@ -207,6 +209,7 @@ fn emission_and_occlusion_work_under_a_detail() {
             mapping: DetailMapping::Texcoords,
             transform: Affine2::from_scale(Vec2::splat(8.0)),
             mask: None,
+            displaces: false,
         });
         let object = detail.into_iter().fold(object, Object::with_detail);
         let picture = picture(&mut under_sky(&gpu, vec![object], 32), &state, &settings);
@@ -263,6 +266,7 @@ fn details_cover_and_vary_materials() {
         repeat: 6.0,
         rotation: 30.0,
         height_scale: 1.0,
+        displaces: false,
         mask,
     };
     let stripes = (0..64).map(|i| if i % 8 < 4 { 255 } else { 0 }).collect();
@@ -309,7 +313,15 @@ fn fine_grain_does_not_blacken_a_mirror() {
             let map = HeightMap::new(n, n, procedural::gaussian(n, n, 3, slope, size).texels).unwrap();
             layer.relief = Some(Relief { map, scale, in_widths: false, middle: 0.0 });
             let (colored, repeat, rotation, height_scale) = (false, 8.0, 0.0, 1.0);
-            Box::new(MaterialDetail { material: layer, colored, repeat, rotation, height_scale, mask: None })
+            Box::new(MaterialDetail {
+                material: layer,
+                colored,
+                repeat,
+                rotation,
+                height_scale,
+                displaces: false,
+                mask: None,
+            })
         });
         let objects = std::mem::take(&mut dressed::sphere_stage(&material, None, 16).objects);
         let centre = objects[0].mesh.positions.iter().sum::<Vec3>() / objects[0].mesh.positions.len() as f32;

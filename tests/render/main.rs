@@ -39,3 +39,4 @@ mod tiling;
 mod transmission;
 mod trex;
 mod triplanar;
+mod varied_heights;

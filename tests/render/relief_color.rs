@@ -191,8 +191,15 @@ fn red_tops(size: u32) -> (Material, MaterialDetail) {
     material.base_color = Input::colors(colors);
     material.relief = Some(Relief { map, scale: Some(0.7), middle: 0.0, in_widths: false });
     let mask = Some(Texture::new(raster(64, 1, stripes), "stripes", Encoding::Linear));
-    let detail =
-        MaterialDetail { material: layer, colored: true, repeat: 6.0, rotation: 30.0, height_scale: 1.0, mask };
+    let detail = MaterialDetail {
+        material: layer,
+        colored: true,
+        repeat: 6.0,
+        rotation: 30.0,
+        height_scale: 1.0,
+        displaces: false,
+        mask,
+    };
     (material, detail)
 }
 

@@ -51,6 +51,7 @@ mod texels;
 mod tiff_read;
 pub mod tonemap;
 mod types;
+pub mod udim;
 
 pub use class_map::{CLASS_SOURCES, ClassColors, ClassFrame, ClassLevel, ClassMap};
 pub use fault::{MapError, MapFault};

@@ -9,6 +9,7 @@ use super::image_format::{ImageFormat, unrecognised};
 use super::material::{Raster, Samples};
 use super::raster_read::{EXPECTED, decode_raster, decode_raster_with_remarks};
 use super::srgb::linear_from_srgb;
+use super::udim::{Tile, Tiles};
 use super::{
     Frame, HeightMap, MapError, MapFault, Picture, Rgb8Image, RgbImage, exr_read, hdr, holes, limits, panorama,
     png_info::{self, PngInfo},
@@ -26,8 +27,10 @@ type Remarks = Vec<String>;
 /// and may have a layer prefix. Heights of an EXR that are missing (NaN, infinite, marks such as -9999, or outside the data
 /// window) are filled from their neighbours. Fails on unreadable files, files over [`limits`], maps of which more than half is
 /// missing, and images that look like normal maps. Coloured images, holes and several layers only log a warning.
+///
+/// The name of a map in UDIM tiles contains `<UDIM>`, or is that of tile 1001. The result is the atlas of the tiles ([`Tiles`]).
 pub fn load_height_map(path: impl AsRef<Path>) -> Result<HeightMap, MapError> {
-    load(path.as_ref(), decode_heights)
+    load_tiles(path.as_ref(), |file| load(file, decode_heights))
 }
 
 /// Loads heights from one channel, 0 to 3, of an image whose other channels have other meanings.
@@ -92,13 +95,13 @@ pub fn load_picture_layer(path: impl AsRef<Path>, layer: Option<&str>) -> Result
     load(path.as_ref(), |bytes, remarks| decode_picture_layer(bytes, layer, remarks))
 }
 
-/// Loads the uninterpreted texels of an EXR, or of a format of [`decode_raster`]. An EXR gives the channels R, G, B or Y (or its only channel) as
+/// Loads the uninterpreted texels of an EXR, or of a format of [`decode_raster`]; UDIM tiles as in [`load_height_map`]. An EXR gives the channels R, G, B or Y (or its only channel) as
 /// floats, with its alpha if present.
 ///
 /// # Errors
 /// Fails if the file is unreadable, over [`limits`], or has values that are not finite.
 pub fn load_raster(path: impl AsRef<Path>) -> Result<Raster, MapError> {
-    load(path.as_ref(), |bytes, remarks| raster(bytes, Wanted::Numbers, remarks))
+    load_tiles(path.as_ref(), |file| load(file, |bytes, remarks| raster(bytes, Wanted::Numbers, remarks)))
 }
 
 /// Like [`load_raster`] for colours: those of an EXR with `chromaticities` are converted to Rec.709, and divided by its alpha.
@@ -106,7 +109,7 @@ pub fn load_raster(path: impl AsRef<Path>) -> Result<Raster, MapError> {
 /// # Errors
 /// Fails like [`load_raster`].
 pub fn load_color_raster(path: impl AsRef<Path>) -> Result<Raster, MapError> {
-    load(path.as_ref(), |bytes, remarks| raster(bytes, Wanted::Colors(None), remarks))
+    load_tiles(path.as_ref(), |file| load(file, |bytes, remarks| raster(bytes, Wanted::Colors(None), remarks)))
 }
 
 fn raster(bytes: &[u8], wanted: Wanted<'_>, remarks: &mut Remarks) -> Result<Raster, MapFault> {
@@ -128,6 +131,14 @@ fn raster_of_codes(bytes: &[u8], remarks: &mut Remarks) -> Result<Raster, MapFau
     let (raster, of_file) = decode_raster_with_remarks(bytes)?;
     remarks.extend(of_file);
     Ok(raster)
+}
+
+/// Loads a single image, or the atlas of UDIM tiles.
+fn load_tiles<T: Tile>(path: &Path, load: impl Fn(&Path) -> Result<T, MapError>) -> Result<T, MapError> {
+    match Tiles::find(path)? {
+        Some(tiles) => tiles.load(path, load),
+        None => load(path),
+    }
 }
 
 fn load<T>(path: &Path, decode: impl FnOnce(&[u8], &mut Remarks) -> Result<T, MapFault>) -> Result<T, MapError> {

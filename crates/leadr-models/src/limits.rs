@@ -23,6 +23,8 @@ const FREE_UNPACKED_BYTES: u64 = 128 << 20;
 const MAX_EXPANSION: u64 = 64;
 /// Largest accepted coordinate, offset or scale. Squares and products of three stay finite in 32 bits.
 pub const MAX_COORDINATE: f32 = 1e12;
+/// Largest accepted factor on the height of relief.
+pub const MAX_HEIGHT_SCALE: f32 = 1e3;
 pub(super) const COORDINATES: RangeInclusive<f32> = -MAX_COORDINATE..=MAX_COORDINATE;
 
 /// The number of bytes that a model may still unpack, shared by all threads.

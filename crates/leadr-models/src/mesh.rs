@@ -34,6 +34,9 @@ pub struct Primitive {
     pub texcoords: Vec<Vec<[f32; 2]>>,
     /// The linear factors, from 0 to 1, that multiply the material's base colour and opacity.
     pub colors: Option<Vec<[f32; 4]>>,
+    /// The factors on the height of relief, from 0 to [`MAX_HEIGHT_SCALE`](crate::limits::MAX_HEIGHT_SCALE), from the attribute
+    /// `_HEIGHT_SCALE`.
+    pub height_scales: Option<Vec<f32>>,
     /// The joints that move each vertex, or `None` without skinning.
     pub influences: Option<Vec<Influences>>,
     /// The morph targets.

@@ -126,20 +126,20 @@ pub enum DetailColors {
     Cover(f32),
 }
 
-/// How much of a [`Detail`] is applied at each point of the surface.
+/// A factor from 0 to 1 at each point of a surface. The map repeats.
 #[derive(Clone, Debug)]
-pub struct DetailMask {
+pub struct FactorMap {
     /// The number of texels per row.
     pub width: u32,
     /// The number of rows.
     pub height: u32,
-    /// Factors for the slopes and the coverage of the detail, from 0 to 1.
+    /// The factors, from 0 to 1.
     pub texels: Vec<f32>,
-    /// The transform from the surface's coordinates to the mask's coordinates.
+    /// The transform from the surface's coordinates to the map's coordinates.
     pub transform: Affine2,
 }
 
-/// A tiling relief that is finer than the surface's own. The slopes of the detail are added for shading, without displacement.
+/// A tiling relief that is finer than the surface's own. The slopes of the detail are added.
 #[derive(Clone, Debug)]
 pub struct Detail {
     /// The repeating heights, in metres.
@@ -153,8 +153,11 @@ pub struct Detail {
     pub mapping: DetailMapping,
     /// The transform from the coordinates of `mapping` to the detail's own coordinates, which repeat with period 1.
     pub transform: Affine2,
-    /// How much of the detail is applied at each point of the surface. `None` applies all of it everywhere.
-    pub mask: Option<DetailMask>,
+    /// The factors for the slopes and the coverage of the detail. `None` applies all of it everywhere.
+    pub mask: Option<FactorMap>,
+    /// Whether the heights are added to those of the surface, which must have relief over texture coordinates. The frame's height
+    /// scale then applies to the detail too. Otherwise the slopes are added for shading, without displacement.
+    pub displaces: bool,
 }
 
 /// How repeating maps cover a surface.
@@ -244,6 +247,9 @@ pub struct Object {
     pub detail: Option<Detail>,
     /// The displacement in metres per unit of `heights` (`η`). Each frame multiplies it by its own factor.
     pub height_scale: f32,
+    /// Factors for the height scale, over the texture coordinates of the mesh. `None` does not scale. The values of the vertices
+    /// ([`PatchMesh::height_scales`]) multiply it. Atlases take values at vertices only.
+    pub height_scale_map: Option<FactorMap>,
     /// The material, or `None` to use the vertex colours.
     pub material: Option<MaterialMap>,
     /// The texture coordinates of each triangle in the material's images, if they differ from those of the mesh. The mesh's
@@ -297,6 +303,7 @@ impl Object {
             tiling: Tiling::Repeats,
             detail: None,
             height_scale: 1.0,
+            height_scale_map: None,
             material: None,
             charts: None,
             specular_f0: 0.04,
@@ -342,6 +349,12 @@ impl Object {
     #[must_use]
     pub fn with_heights(self, heights: HeightField, scale: f32) -> Self {
         Self { heights: Some(heights), height_scale: scale, ..self }
+    }
+
+    /// Multiplies the height scale by a map. Call it after [`with_heights`](Self::with_heights).
+    #[must_use]
+    pub fn with_height_scale_map(self, map: FactorMap) -> Self {
+        Self { height_scale_map: Some(map), ..self }
     }
 
     /// Shades with these slopes instead of the slopes of the heights. Call it after [`with_heights`](Self::with_heights).

@@ -13,6 +13,7 @@ use super::ocean::waves::Waves;
 use super::options::SceneOption;
 use super::placed_light::PlacedLight;
 use super::registry::{NamedScene, SCENES};
+use super::trex::stage::SkinRelief;
 use super::view::{Size, ViewChoice};
 use leadr_maps::Rgb8Image;
 use leadr_maps::folders::OutsideLinks;
@@ -106,13 +107,22 @@ pub struct DetailFiles {
     pub detail_rotation: f32,
     /// The factor on the slopes of the detail.
     pub detail_height_scale: f32,
+    /// Whether the heights of the detail displace the surface.
+    pub detail_displaces: bool,
     /// The mask of the area that shows the detail.
     pub detail_mask: Option<PathBuf>,
 }
 
 impl Default for DetailFiles {
     fn default() -> Self {
-        Self { detail: None, detail_repeat: 8.0, detail_rotation: 0.0, detail_height_scale: 1.0, detail_mask: None }
+        Self {
+            detail: None,
+            detail_repeat: 8.0,
+            detail_rotation: 0.0,
+            detail_height_scale: 1.0,
+            detail_displaces: false,
+            detail_mask: None,
+        }
     }
 }
 
@@ -140,6 +150,12 @@ impl DetailFiles {
             }
             (material, false)
         };
+        if self.detail_displaces && material.relief.is_none() {
+            let remedy = "give --detail heights, or remove --detail-displaces";
+            return Err(
+                MapFault::unsupported("the detail has no heights to displace the surface", remedy).in_file(path)
+            );
+        }
         let mask = match &self.detail_mask {
             Some(file) => Some(Texture::new(load_raster(file)?, shown_path(file), Encoding::Linear)),
             None => None,
@@ -150,6 +166,7 @@ impl DetailFiles {
             repeat: self.detail_repeat,
             rotation: self.detail_rotation,
             height_scale: self.detail_height_scale,
+            displaces: self.detail_displaces,
             mask,
         }))
     }
@@ -395,6 +412,10 @@ pub struct SceneConfig {
     pub follow_links: bool,
     /// Whether heights keep the codes of coarse height maps.
     pub heights_as_read: bool,
+    /// The map that multiplies the height scale.
+    pub height_scale_map: Option<PathBuf>,
+    /// The number of repeats of the material that the map of the height scale covers.
+    pub height_scale_span: f32,
     /// Height maps for the model's materials.
     pub displacements: Vec<Displacement>,
     /// The measured materials that replace materials of the model.
@@ -455,6 +476,8 @@ pub struct SceneConfig {
     pub auto_exposure: bool,
     /// The edge length of an atlas tile in texels: a power of two, 8 to 128.
     pub atlas_tile: u32,
+    /// How the height of the T-rex's skin varies.
+    pub skin_relief: SkinRelief,
     /// The storage format of slope moments on the device.
     #[serde(serialize_with = "name_of_format")]
     pub map_precision: MomentFormat,
@@ -482,6 +505,8 @@ impl Default for SceneConfig {
             variant: None,
             follow_links: false,
             heights_as_read: false,
+            height_scale_map: None,
+            height_scale_span: 1.0,
             displacements: Vec::new(),
             measured: Vec::new(),
             height_map: None,
@@ -509,6 +534,7 @@ impl Default for SceneConfig {
             seed: 0,
             auto_exposure: false,
             atlas_tile: 64,
+            skin_relief: SkinRelief::Even,
             map_precision: MomentFormat::default(),
             roughness: None,
         }

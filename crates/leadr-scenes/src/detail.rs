@@ -4,8 +4,8 @@ use glam::{Affine2, Mat2, Vec2};
 
 use super::cover::{SampledMaterial, per_texel};
 use leadr_maps::HeightMap;
-use leadr_maps::material::{MaterialDetail, Texture};
-use leadr_render::scene::{Detail, DetailColors, DetailMapping, DetailMask, MaterialMap};
+use leadr_maps::material::{MaterialDetail, Raster};
+use leadr_render::scene::{Detail, DetailColors, DetailMapping, FactorMap, MaterialMap};
 use leadr_render::surfaces::displacement::HeightField;
 
 /// Converts the detail of a surface that repeats every `metres`. In texture coordinates t points up, and in axis projections t points down.
@@ -39,13 +39,14 @@ pub fn detail(layer: &MaterialDetail, mapping: DetailMapping, metres: f32) -> De
         material,
         mapping,
         transform: Affine2::from_mat2(rotated),
-        mask: layer.mask.as_ref().map(|mask| DetailMask { transform: onto_mask, ..mask_of(mask) }),
+        mask: layer.mask.as_ref().map(|mask| FactorMap { transform: onto_mask, ..factor_map(&mask.raster) }),
+        displaces: layer.displaces,
     }
 }
 
-fn mask_of(texture: &Texture) -> DetailMask {
-    let raster = &texture.raster;
+/// Returns the first channel of an image as factors over its own coordinates.
+pub fn factor_map(raster: &Raster) -> FactorMap {
     let (width, height) = (raster.width(), raster.height());
     let texels = (0..height).flat_map(|y| (0..width).map(move |x| raster.value(x, y, 0).clamp(0.0, 1.0))).collect();
-    DetailMask { width, height, texels, transform: Affine2::IDENTITY }
+    FactorMap { width, height, texels, transform: Affine2::IDENTITY }
 }

@@ -4,11 +4,12 @@ use glam::{Vec2, Vec3};
 
 use super::cover::{AnisotropySample, SampledMaterial, Texel, coat_of, finest, medium_of, per_texel};
 use super::detail::detail;
+use super::height_scale::SampledScale;
 use super::sphere::{bake_patches, cube_sphere, tiled};
 use super::stage::{PLANE_REPEAT, SPHERE_REPEAT, Stage, plane_meshes, plane_views, sphere_views};
 use leadr_maps::HeightMap;
 use leadr_maps::material::{Material, TextureWrap};
-use leadr_render::scene::{DetailMapping, MaterialMap, Object, PropertyMap};
+use leadr_render::scene::{DetailMapping, FactorMap, MaterialMap, Object, PropertyMap};
 use leadr_render::surfaces::displacement::HeightField;
 use leadr_render::surfaces::patch::PatchPoint;
 use leadr_render::surfaces::patch_mesh::{PatchMesh, TileLayout};
@@ -42,8 +43,14 @@ pub fn plane_stage(material: &Material, repeat: Option<f32>) -> Stage {
     let (width, height) = sampled.size;
     let upright = |at: Vec2| Vec2::new(at.x, 1.0 - at.y);
     let texels = sampled.texels(true, upright);
-    let has_relief = sampled.has_heights() || sampled.has_slopes() || sampled.is_anisotropic();
-    let (mesh, coarse) = plane_meshes(if has_relief { width.max(height) } else { 0 }, metres, UNTINTED);
+    let displacing = material.detail.as_deref().filter(|layer| layer.displaces);
+    let has_relief = sampled.has_heights() || sampled.has_slopes() || sampled.is_anisotropic() || displacing.is_some();
+    // Texels of the detail along one repeat of the material.
+    let fine = displacing.map_or(0, |layer| {
+        let (width, height) = SampledMaterial::new(&layer.material).size;
+        (width.max(height) as f32 * layer.repeat).ceil() as u32
+    });
+    let (mesh, coarse) = plane_meshes(if has_relief { width.max(height).max(fine) } else { 0 }, metres, UNTINTED);
     let mut object =
         Object::new("plane", mesh).with_specular_f0(texels[0].diffuse_f0).with_edge_tint(material.edge_tint);
     object = object.with_coat(coat_of(material)).with_medium(medium_of(material, 1.0));
@@ -102,6 +109,11 @@ const SHARPNESS: i32 = 4;
 
 /// Builds a unit sphere with a material, by blended triplanar mapping. It repeats every `repeat` metres; default 1.2.
 pub fn sphere_stage(material: &Material, repeat: Option<f32>, tile: u32) -> Stage {
+    scaled_sphere_stage(material, repeat, tile, None)
+}
+
+/// Like [`sphere_stage`], with heights that are multiplied by `scale`, a map over the images of the material.
+pub fn scaled_sphere_stage(material: &Material, repeat: Option<f32>, tile: u32, scale: Option<&FactorMap>) -> Stage {
     let metres = repeat.unwrap_or(SPHERE_REPEAT);
     let sampled = SampledMaterial::new(material);
     // The number of texture repeats per unit of height, as in baked files.
@@ -111,6 +123,7 @@ pub fn sphere_stage(material: &Material, repeat: Option<f32>, tile: u32) -> Stag
         field.map.texels.iter_mut().for_each(|height| *height *= unit);
         field
     });
+    let scale = SampledScale::new(scale);
     let mut mesh = cube_sphere(16, UNTINTED);
     // The scale from patch parameters to texture coordinates.
     let layout = TileLayout::new(mesh.patches.len() as u32, tile);
@@ -135,11 +148,13 @@ pub fn sphere_stage(material: &Material, repeat: Option<f32>, tile: u32) -> Stag
             baked.opacity += share * sampled.opacity(at);
             // With this weight, the blended relief has the variance of the original relief.
             let weight = seen.weight / squares.sqrt();
-            baked.height += weight * smooth.as_ref().map_or(0.0, |field| field.bicubic(at) - sampled.middle * unit);
-            let slope = sampled.relief_slope(at, unit) * weight;
+            let height = smooth.as_ref().map_or(0.0, |field| field.bicubic(at) - sampled.middle * unit);
+            let (factor, change) = scale.at(at);
+            baked.height += weight * height * factor;
+            let slope = (sampled.relief_slope(at, unit) * factor + height * change) * weight;
             gradient += slope.x * seen.s + slope.y * seen.t;
             if sampled.has_slope_spread() {
-                let [ss, tt, st] = sampled.slope_spread(at, unit);
+                let [ss, tt, st] = sampled.slope_spread(at, unit).map(|spread| spread * factor * factor);
                 let [s, t] = [seen.s, seen.t].map(|axis| weight * by_texcoord(axis, &point));
                 let product = |a: Vec2, b: Vec2| [a.x * b.x, a.y * b.y, 0.5 * (a.x * b.y + a.y * b.x)];
                 for (variance, product) in [(ss, product(s, s)), (tt, product(t, t)), (2.0 * st, product(s, t))] {

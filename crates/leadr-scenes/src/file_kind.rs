@@ -5,6 +5,7 @@ use std::io::Read;
 use std::path::Path;
 
 use leadr_maps::baked::is_baked;
+use leadr_maps::udim::Tiles;
 use leadr_maps::{ImageFormat, MapError, MapFault};
 
 /// Number of bytes that determine the kind of a file. The tables of a fit can come before its format.
@@ -111,7 +112,9 @@ impl FileKind {
     /// # Errors
     /// If the file is of another kind. The fault names the kind and the flags that take it.
     pub fn check(flag: &str, path: &Path, accepted: &[Self]) -> Result<(), MapError> {
-        let Some(kind) = Self::of(path).filter(|kind| !accepted.contains(kind)) else { return Ok(()) };
+        let tiles = Tiles::find(path)?;
+        let first = tiles.as_ref().map_or(path, Tiles::first);
+        let Some(kind) = Self::of(first).filter(|kind| !accepted.contains(kind)) else { return Ok(()) };
         let takes = accepted.iter().map(|kind| kind.name()).collect::<Vec<_>>().join(" or ");
         let what = if takes.is_empty() {
             format!("it is {}, which {flag} does not take", kind.name())

@@ -14,7 +14,7 @@ use leadr_reflectance::materials::diffuse_models::DiffuseModel;
 pub const EXCLUSIVE: [(&str, &str); 3] = [("grid", "probes"), ("sun", "time-of-day"), ("occlusion-map", "cone-map")];
 
 /// Pairs of an option and the option that it requires.
-const NEEDS: [(&str, &str); 8] = [
+const NEEDS: [(&str, &str); 10] = [
     ("anisotropy-rotation", "anisotropy"),
     ("clear-coat-relief", "clear-coat"),
     ("thickness", "transmission"),
@@ -23,6 +23,8 @@ const NEEDS: [(&str, &str); 8] = [
     ("detail-rotation", "detail"),
     ("detail-height-scale", "detail"),
     ("detail-mask", "detail"),
+    ("detail-displaces", "detail"),
+    ("height-scale-span", "height-scale-map"),
 ];
 
 /// The flags that need occlusion cones.

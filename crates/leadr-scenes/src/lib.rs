@@ -14,6 +14,7 @@ pub mod file_kind;
 pub mod fitted;
 pub mod given;
 pub mod ground;
+pub mod height_scale;
 pub mod light;
 pub mod model;
 pub mod ocean;

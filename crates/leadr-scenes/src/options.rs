@@ -10,6 +10,7 @@ use super::deform::FACTORS;
 use super::placed_light::color_of;
 use super::registry::{Choice, MODEL, NamedScene, SCENES};
 use super::text::{see, similar};
+use super::trex::stage::SkinRelief;
 use leadr_reflectance::facets::metals::{METALS, Metal};
 use leadr_render::constants::MOST_MULTISAMPLES;
 use leadr_render::light::panorama::MAX_ENVIRONMENT_LIGHTS;
@@ -125,7 +126,7 @@ impl SceneOption {
 
 /// All options except the shading options.
 #[rustfmt::skip]
-const OPTIONS: [SceneOption; 68] = [
+const OPTIONS: [SceneOption; 72] = [
     option(SCENE, "scene", "NAME|FILE.glb|FILE.gltf", "Draw this scene, or a glTF model on open ground",
         Text(enter)).common().default(SCENES[0].name).panel(Panel::Own),
     option(SCENE, "animation", "NAME|NUMBER", "Play the animation of a model with this name or number, from 1",
@@ -224,7 +225,7 @@ const OPTIONS: [SceneOption; 68] = [
         Text(|c, text| attenuation(text).map(|body| c.material.attenuation = Some(body)))).default("no colour"),
     material("detail", "FOLDER|FILE",
         "Add a finer material, the detail, repeated over the surface: a folder as for --material, a height map, or a normal \
-         map recognised by its name. The detail changes shading, not geometry",
+         map recognised by its name. Without --detail-displaces, it changes shading, not geometry",
         Path(|c, file| c.material.detail.detail = Some(file))),
     material("detail-repeat", "N", "Repeat the detail N times within one repeat of the material",
         Text(|c, text| positive(text).map(|times| c.material.detail.detail_repeat = times))).default("8"),
@@ -232,6 +233,9 @@ const OPTIONS: [SceneOption; 68] = [
         Text(|c, text| finite(text).map(|degrees| c.material.detail.detail_rotation = degrees))).default("0"),
     material("detail-height-scale", "X", "Multiply the slopes of the detail by X",
         Text(|c, text| not_negative(text).map(|factor| c.material.detail.detail_height_scale = factor))).default("1"),
+    option(MATERIAL, "detail-displaces", "",
+        "Displace the plane by the heights of the detail too. --height-scale then applies to both reliefs",
+        Flag(|c| c.material.detail.detail_displaces = true)).of(Choice::Tiling),
     material("detail-mask", "FILE",
         "Show the detail only where this image is white. The image covers one repeat of the material. Without a mask, the \
          detail covers the whole surface, and its colours modulate the colours of the material",
@@ -266,6 +270,15 @@ const OPTIONS: [SceneOption; 68] = [
         Text(|c, text| power_of_two(text, 64, 512).map(|samples| c.waves.fft = samples))).default("256").key("waves/fft"),
     option(GEOMETRY, "height-scale", "X", "Multiply the displacement by X; 0 makes the surface flat",
         Sets::Picture(Value::Number(|p| &mut p.height_scale, not_negative, slider([0.0, 3.0], 2, "")))).called("bump height").of(Choice::Relief),
+    option(GEOMETRY, "height-scale-map", "FILE",
+        "Multiply the displacement by this grey image, from 0 (black) to 1 (white), over the texture coordinates of the surface. \
+         The image should change slowly compared with the relief",
+        Path(|c, file| c.height_scale_map = Some(file))).of(Choice::Folder),
+    option(GEOMETRY, "height-scale-span", "N", "Spread the map of --height-scale-map over N repeats of the material",
+        Text(|c, text| positive(text).map(|repeats| c.height_scale_span = repeats))).default("1").of(Choice::Folder),
+    option(GEOMETRY, "skin-relief", "RELIEF", "Set how the height of the T-rex's skin varies",
+        Text(|c, text| c.skin_relief.choose(text)))
+        .values(|| SkinRelief::Even.names()).default("even").of(Choice::Skin),
     option(GEOMETRY, "stretch", "X",
         "Stretch the objects along x by the factor X, 0.2 to 5, and flatten them along z by the same factor. Texture \
          coordinates do not change",

@@ -10,18 +10,19 @@ use Choice::{AtlasTile, Bare, Objects, Relief, Roughness, Stretch};
 
 use super::deform::{self, Deformation};
 use super::error::SceneError;
+use super::height_scale::{upright, vary_height};
 use super::model::{self, ModelChoice};
 use super::ocean::sea;
 use super::ocean::waves::Waves;
 use super::shore::{self, shore_stage};
 use super::stage::{BakedRelief, ReliefOptions, Stage, plane_stage, sphere_stage};
 use super::trex::Trex;
-use super::trex::stage::{trex_stage, unbaked_body};
+use super::trex::stage::{SkinRelief, trex_stage, unbaked_body, vary_skin};
 use super::{dressed, pillow, setting, snake, spheres};
 use leadr_gpu::machine_memory;
 use leadr_maps::HeightMap;
 use leadr_maps::material::Material;
-use leadr_render::scene::{Object, Tiling};
+use leadr_render::scene::{FactorMap, Object, Tiling};
 use leadr_render::surfaces::budget::Room;
 
 /// A property of a scene that the user can choose.
@@ -49,6 +50,8 @@ pub enum Choice {
     Model,
     /// The folder of a model or a material.
     Folder,
+    /// The relief of the T-rex's skin.
+    Skin,
 }
 
 impl Choice {
@@ -66,6 +69,7 @@ impl Choice {
             Self::Waves => "has no sea",
             Self::Model => "is not a model",
             Self::Folder => "reads no folder and no height map",
+            Self::Skin => "has no T-rex",
         }
     }
 }
@@ -79,6 +83,8 @@ pub struct SceneOptions {
     pub baked: Option<BakedRelief>,
     /// A complete material that replaces `height_map`.
     pub material: Option<Material>,
+    /// Factors for the height scale over the images of the material, for scenes with [`Choice::Folder`].
+    pub height_scale_map: Option<FactorMap>,
     /// The model of a model scene.
     pub model: Option<ModelChoice>,
     /// The height difference between map values 0 and 1, in metres; `None` uses the file's scale or the default. Materials have a height of
@@ -92,6 +98,8 @@ pub struct SceneOptions {
     pub bare: bool,
     /// The number of texels along an atlas tile, for scenes with [`Choice::AtlasTile`]: a power of two, 8 to 128.
     pub atlas_tile: u32,
+    /// How the height of the skin varies, for scenes with [`Choice::Skin`].
+    pub skin_relief: SkinRelief,
     /// The sea of scenes with [`Choice::Waves`]; `None` uses the scene's default.
     pub waves: Option<Waves>,
     /// The memory limit for the maps. The limit is checked before slow bakes.
@@ -130,12 +138,14 @@ impl Default for SceneOptions {
             height_map: None,
             baked: None,
             material: None,
+            height_scale_map: None,
             model: None,
             height: None,
             repeat: None,
             tiling: Tiling::Repeats,
             bare: false,
             atlas_tile: 64,
+            skin_relief: SkinRelief::Even,
             waves: None,
             room: None,
         }
@@ -173,16 +183,18 @@ const fn scene(
 pub static SCENES: [NamedScene; 11] = [
     NamedScene {
         making: Some(making_the_trex),
-        ..scene("trex", "A displaced T-rex walks over dry ground", &IN_TILES, |options, progress| {
+        ..scene("trex", "A displaced T-rex walks over dry ground", &WITH_SKIN, |options, progress| {
             options.room_for_trex()?;
-            trex_stage(options.atlas_tile, progress)
+            let mut stage = trex_stage(options.atlas_tile, progress)?;
+            vary_skin(&mut stage.objects, options.skin_relief);
+            Ok(stage)
         })
     },
     scene(
         "plane",
         "A square plane with a height map, in a kerb",
         &[Choice::HeightMap, Choice::Folder, Relief, Objects, Stretch, Roughness, Choice::Tiling, Bare],
-        |options, _| {
+        |mut options, _| {
             let (bare, tiling) = (options.bare, options.tiling);
             let mut stage = match &options.material {
                 Some(material) => {
@@ -190,9 +202,12 @@ pub static SCENES: [NamedScene; 11] = [
                     options.room_for(dressed::placeholder_plane(material), dressed::DRESSING, "smaller maps")?;
                     dressed::plane_stage(material, options.repeat)
                 }
-                None => plane_stage(relief(options)),
+                None => plane_stage(relief(&mut options)),
             };
             stage.objects.iter_mut().for_each(|plane| plane.tiling = tiling);
+            if let Some(map) = options.height_scale_map {
+                vary_height(&mut stage.objects, upright(map))?;
+            }
             Ok(if bare { stage } else { setting::around_plane(stage) })
         },
     ),
@@ -200,11 +215,14 @@ pub static SCENES: [NamedScene; 11] = [
         "sphere",
         "A sphere with a height map, on a plinth",
         &[Choice::HeightMap, Choice::Folder, AtlasTile, Relief, Objects, Stretch, Roughness, Bare],
-        |options, _| {
+        |mut options, _| {
             let bare = options.bare;
             let stage = match &options.material {
-                Some(material) => dressed::sphere_stage(material, options.repeat, options.atlas_tile),
-                None => sphere_stage(relief(options)),
+                Some(material) => {
+                    let scale = options.height_scale_map.as_ref();
+                    dressed::scaled_sphere_stage(material, options.repeat, options.atlas_tile, scale)
+                }
+                None => sphere_stage(relief(&mut options)),
             };
             Ok(if bare { stage } else { setting::around_sphere(stage) })
         },
@@ -233,11 +251,13 @@ pub static SCENES: [NamedScene; 11] = [
         ..scene(
             "shore",
             "The T-rex on a beach with the sea behind it",
-            &[AtlasTile, Relief, Objects, Roughness, Choice::Waves],
+            &[AtlasTile, Relief, Objects, Roughness, Choice::Waves, Choice::Skin],
             |options, progress| {
                 options.room_for_trex()?;
                 let waves = options.waves.unwrap_or_else(shore::waves);
-                shore_stage(options.atlas_tile, &waves, progress)
+                let mut stage = shore_stage(options.atlas_tile, &waves, progress)?;
+                vary_skin(&mut stage.objects, options.skin_relief);
+                Ok(stage)
             },
         )
     },
@@ -246,6 +266,7 @@ pub static SCENES: [NamedScene; 11] = [
 /// The choices of scenes with displaced objects. The longer list also includes atlas tiles.
 const SHAPES: [Choice; 4] = [Relief, Objects, Stretch, Roughness];
 const IN_TILES: [Choice; 5] = [AtlasTile, Relief, Objects, Stretch, Roughness];
+const WITH_SKIN: [Choice; 6] = [AtlasTile, Relief, Objects, Stretch, Roughness, Choice::Skin];
 
 /// The scene of a glTF file.
 pub static MODEL: NamedScene = scene(
@@ -253,7 +274,13 @@ pub static MODEL: NamedScene = scene(
     "A glTF model on open ground",
     &[Choice::Model, Choice::Folder, Relief, Objects, Stretch, Bare],
     |options, _| match options.model {
-        Some(choice) => model::stage(choice),
+        Some(choice) => {
+            let mut stage = model::stage(choice)?;
+            if let Some(map) = options.height_scale_map {
+                vary_height(&mut stage.objects, map)?;
+            }
+            Ok(stage)
+        }
         None => Err(SceneError::Model("no model file is given; use --scene FILE.glb".into())),
     },
 );
@@ -264,9 +291,10 @@ fn making_the_trex(tile: u32) -> &'static str {
     if Trex::is_kept(tile) { "reading the T-rex" } else { "making the T-rex (once; then it is cached)" }
 }
 
-fn relief(options: SceneOptions) -> ReliefOptions {
-    let SceneOptions { height_map: map, baked, height, repeat, atlas_tile: tile, .. } = options;
-    ReliefOptions { map, baked, height, repeat, tile, ..ReliefOptions::default() }
+fn relief(options: &mut SceneOptions) -> ReliefOptions {
+    let (map, baked, scale) = (options.height_map.take(), options.baked.take(), options.height_scale_map.clone());
+    let SceneOptions { height, repeat, atlas_tile: tile, .. } = *options;
+    ReliefOptions { map, baked, height, repeat, tile, scale, ..ReliefOptions::default() }
 }
 
 impl NamedScene {

@@ -7,6 +7,7 @@ use super::coarse_heights::{restore_map, restore_material, restore_materials};
 use super::config::{MaterialFiles, Picture, SceneConfig, log_slope_agreement};
 use super::daylight;
 use super::deform;
+use super::detail::factor_map;
 use super::error::SceneError;
 use super::file_kind::{FileKind, IMAGE};
 use super::light::{DEFAULT_SUN, EnvironmentChoice};
@@ -16,12 +17,13 @@ use super::model::{Ground, ModelChoice};
 use super::registry::{Choice, SceneOptions};
 use super::stage::{BakedRelief, Lights, Views};
 use super::view::{Size, ViewChoice};
+use glam::{Affine2, Vec2};
 use leadr_gpu::{Gpu, GpuError};
 use leadr_maps::baked::{BakedMap, HeightUnit};
 use leadr_maps::folders::OutsideLinks;
 use leadr_maps::material::{Input, Material, RoughnessMeaning};
 use leadr_maps::shown::shown_path;
-use leadr_maps::{HeightMap, MapError, MapFault, RgbImage};
+use leadr_maps::{HeightMap, MapError, MapFault, RgbImage, load_raster};
 use leadr_models::{LoadOptions, Model};
 use leadr_render::camera::Camera;
 use leadr_render::frame::Renderer;
@@ -29,7 +31,7 @@ use leadr_render::light::environment::Environment;
 use leadr_render::light::exposure;
 use leadr_render::light::panorama::LightExtraction;
 use leadr_render::light::sky::Sky;
-use leadr_render::scene::{FrameState, Tiling};
+use leadr_render::scene::{FactorMap, FrameState, Tiling};
 use leadr_render::settings::RenderSettings;
 use leadr_render::surfaces::budget::Room;
 use leadr_render::surfaces::classes::StoredClasses;
@@ -43,6 +45,8 @@ pub struct Inputs {
     pub baked: Option<BakedRelief>,
     /// The material of the plane or sphere, including its heights.
     pub material: Option<Material>,
+    /// The map of the height scale.
+    pub height_scale_map: Option<FactorMap>,
     /// The model, for model scenes.
     pub model: Option<ModelChoice>,
     /// The equirectangular radiance of the environment; `None` for the analytic sky.
@@ -126,6 +130,11 @@ impl Inputs {
             height_map,
             baked,
             material,
+            height_scale_map: config
+                .height_scale_map
+                .as_deref()
+                .map(|file| factors(file, config.height_scale_span))
+                .transpose()?,
             model,
             environment: config.environment.load(config.environment_rotation, config.environment_layer.as_deref())?,
         })
@@ -140,7 +149,7 @@ fn check_kinds(config: &SceneConfig) -> Result<(), MapError> {
         EnvironmentChoice::File(file) => Some(file),
         _ => None,
     };
-    let options: [(&str, Option<&PathBuf>, &[FileKind]); 11] = [
+    let options: [(&str, Option<&PathBuf>, &[FileKind]); 12] = [
         ("--height-map", config.height_map.as_ref(), &[Picture, Exr, Baked]),
         ("--material", material.folder.as_ref(), &[Folder, Fit]),
         ("--color-map", material.color_map.as_ref(), IMAGE),
@@ -149,6 +158,7 @@ fn check_kinds(config: &SceneConfig) -> Result<(), MapError> {
         ("--occlusion-map", material.occlusion_map.as_ref(), IMAGE),
         ("--cone-map", material.cone_map.as_ref(), IMAGE),
         ("--detail", material.detail.detail.as_ref(), &[Folder, Picture, Exr]),
+        ("--height-scale-map", config.height_scale_map.as_ref(), IMAGE),
         ("--detail-mask", material.detail.detail_mask.as_ref(), IMAGE),
         ("--environment", environment, &[Hdr, Exr]),
         ("--scene", config.model.as_ref(), &[Model]),
@@ -158,6 +168,12 @@ fn check_kinds(config: &SceneConfig) -> Result<(), MapError> {
     let measured = config.measured.iter().map(|measured| ("--measured", &measured.0.file, [Fit].as_slice()));
     let single = options.into_iter().filter_map(|(flag, file, kinds)| Some((flag, file?, kinds)));
     single.chain(displacements).chain(measured).try_for_each(|(flag, file, kinds)| FileKind::check(flag, file, kinds))
+}
+
+/// Loads a map of factors that spans this number of repeats of the material.
+fn factors(file: &Path, span: f32) -> Result<FactorMap, MapError> {
+    let map = factor_map(&load_raster(file)?);
+    Ok(FactorMap { transform: Affine2::from_scale(Vec2::splat(1.0 / span)), ..map })
 }
 
 /// Progress of setting up a scene.
@@ -269,12 +285,14 @@ pub fn set(
         height_map: inputs.height_map,
         baked: inputs.baked,
         material: inputs.material,
+        height_scale_map: inputs.height_scale_map,
         model: inputs.model,
         height: config.height,
         repeat: config.repeat,
         tiling: config.tiling,
         bare: config.bare,
         atlas_tile: config.atlas_tile,
+        skin_relief: config.skin_relief,
         waves: Some(config.waves),
         room: Some(Room::on(gpu, config.map_precision)),
     };

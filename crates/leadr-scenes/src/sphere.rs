@@ -1,5 +1,6 @@
 //! A sphere of patches without poles or seams, which works with any height map. Triplanar projections are blended into one tile per patch.
 
+use super::height_scale::SampledScale;
 use glam::{Vec2, Vec3};
 use leadr_maps::HeightMap;
 use leadr_maps::material::alpha_code;
@@ -146,10 +147,25 @@ pub fn displaced_sphere(
     tile: u32,
     color: [f32; 4],
 ) -> (PatchMesh, HeightField) {
+    scaled_sphere(field, &SampledScale::new(None), repeat, n, tile, color)
+}
+
+/// Like [`displaced_sphere`], with heights that are multiplied by `scale`.
+pub fn scaled_sphere(
+    field: &HeightField,
+    scale: &SampledScale,
+    repeat: f32,
+    n: u32,
+    tile: u32,
+    color: [f32; 4],
+) -> (PatchMesh, HeightField) {
     let mut mesh = cube_sphere(n, color);
     let mean = field.map.mean();
-    let (layout, texels) =
-        bake_tiles(&mut mesh, tile, |p, n| triplanar::blend(p, n, repeat, mean, |t| field.bicubic(t)) - mean);
+    let height = |t| {
+        let (factor, _) = scale.at(t);
+        field.bicubic(t) * factor + mean * (1.0 - factor)
+    };
+    let (layout, texels) = bake_tiles(&mut mesh, tile, |p, n| triplanar::blend(p, n, repeat, mean, height) - mean);
     (mesh, tiled(layout, texels))
 }
 

@@ -5,9 +5,10 @@ use std::f32::consts::PI;
 use glam::{Vec2, Vec3};
 
 use super::dressed;
+use super::height_scale::SampledScale;
 use super::placed_light::PlacedLight;
 use super::plane::{even, plane};
-use super::sphere::displaced_sphere;
+use super::sphere::scaled_sphere;
 use leadr_maps::cache::{MapCache, cached};
 use leadr_maps::material::{Input, Material, Relief, RoughnessMeaning};
 use leadr_maps::{HeightMap, LeadrMap, procedural};
@@ -15,7 +16,7 @@ use leadr_reflectance::color::luminance;
 use leadr_render::camera::Camera;
 use leadr_render::light::exposure::exposure;
 use leadr_render::light::sky::Sky;
-use leadr_render::scene::{FrameState, Object, PointLight, Pose, Scene, Sun};
+use leadr_render::scene::{FactorMap, FrameState, Object, PointLight, Pose, Scene, Sun};
 use leadr_render::surfaces::classes::StoredClasses;
 use leadr_render::surfaces::displacement::HeightField;
 use leadr_render::surfaces::ocean::Ocean;
@@ -323,11 +324,13 @@ pub struct ReliefOptions {
     pub roughness: f32,
     /// The number of texels along a tile of the sphere's atlas.
     pub tile: u32,
+    /// Factors for the heights of the sphere, over the image of the map.
+    pub scale: Option<FactorMap>,
 }
 
 impl Default for ReliefOptions {
     fn default() -> Self {
-        Self { map: None, baked: None, height: None, repeat: None, roughness: 0.35, tile: 64 }
+        Self { map: None, baked: None, height: None, repeat: None, roughness: 0.35, tile: 64, scale: None }
     }
 }
 
@@ -400,9 +403,15 @@ pub fn sphere_stage(mut relief: ReliefOptions) -> Stage {
     let repeat = relief.repeat.unwrap_or(SPHERE_REPEAT);
     let metres = relief.metres_per_unit(repeat);
     if relief.baked.as_ref().is_some_and(|baked| baked.is_reduced) {
-        return dressed::sphere_stage(&relief.take_material(metres), Some(repeat), relief.tile);
+        return dressed::scaled_sphere_stage(
+            &relief.take_material(metres),
+            Some(repeat),
+            relief.tile,
+            relief.scale.as_ref(),
+        );
     }
-    let (mesh, heights) = displaced_sphere(&relief.field(), repeat, 16, relief.tile, relief.color());
+    let scale = SampledScale::new(relief.scale.take().as_ref());
+    let (mesh, heights) = scaled_sphere(&relief.field(), &scale, repeat, 16, relief.tile, relief.color());
     Stage::still(vec![Object::new("sphere", mesh).with_heights(heights, metres)], sphere_views())
 }
 

@@ -4,6 +4,7 @@
 #define LEADR_FILTER_ATLAS
 
 #include "../constants.glsl"
+#include "../geometry/detail_height.glsl"
 #include "leadr/slopes/statistics.glsl"
 
 struct PatchLink {
@@ -19,8 +20,6 @@ layout(set = 2, std430) readonly buffer Atlas {
     uint finest_coarse;  // binary logarithm of the number of intervals along a patch in the first coarse level
     PatchLink links[];
 };
-layout(set = 2) uniform sampler2D coarse_a;
-layout(set = 2) uniform sampler2D coarse_b;
 layout(set = 2) uniform sampler2D coarse_color;
 layout(set = 2) uniform sampler2D coarse_f0;
 layout(set = 2) uniform sampler2D coarse_light; // rgb emission, a accessibility

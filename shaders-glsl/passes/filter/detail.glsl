@@ -4,6 +4,7 @@
 #ifndef LEADR_FILTER_DETAIL
 #define LEADR_FILTER_DETAIL
 #include "../constants.glsl"
+#include "../geometry/detail_height.glsl"
 #include "../triplanar.glsl"
 #include "leadr/materials/classic.glsl"
 #include "leadr/facets/shortened_normals.glsl"
@@ -14,22 +15,9 @@ layout(constant_id = 60) const uint DETAIL = DETAIL_NONE;             // coordin
 layout(constant_id = 61) const uint DETAIL_COLORS = DETAIL_COLORLESS; // how the colours of the detail combine with the surface
 layout(constant_id = 62) const bool DETAIL_MASKED = false;
 
-struct RestVertex {
-    vec4 position; // xyz in repeats of the surface's own textures
-    vec4 normal;   // xyz
-};
-
-layout(set = 2, std430) readonly buffer Detail {
-    vec4 detail_linear;   // columns of the matrix from the surface's coordinates to the coordinates of the detail
-    vec4 mask_linear;     // columns of the matrix from the surface's coordinates to the coordinates of the mask
-    vec4 detail_offsets;  // xy: offset of the detail; zw: offset of the mask
-    vec4 detail_color;    // rgb: factor on the colours of the detail; a: its reflectance at normal incidence
-    RestVertex rest[];    // only for details projected along the axes
-};
 layout(set = 2) uniform sampler2D detail_a;     // E[hs], E[ht], E[hs^2], E[ht^2], in metres per unit of the detail's coordinates
 layout(set = 2) uniform sampler2D detail_b;     // E[hs ht]
 layout(set = 2) uniform sampler2D detail_colors; // rgb: albedo; a: square root of the roughness alpha
-layout(set = 2) uniform sampler2D detail_mask;  // x: mean coverage, E[m]; y: E[m^2]
 
 // The mean values of the detail under a pixel.
 struct DetailMeans {
@@ -73,6 +61,11 @@ void add_detail(inout DetailMeans sum, const vec2 c, const mat2 by_uv, const mat
         }
         mask /= float(wide.taps);
         moments = mask_moments(moments, mask);
+        if (DETAIL_DISPLACES) {
+            // The geometry has the gradient of the mask too: d(m h) = m dh + h dm.
+            float height = textureLod(coarse_b, at, footprint.lod).x;
+            sum.slope += linear * (height * (gradient_of(detail_mask, there, wide.lod) * (to_mask * by_uv))) * weight;
+        }
     }
     // By the chain rule, from the derivatives of the detail's coordinates by position.
     mat2 slopes = linear * transpose(detail_by_uv) * weight;
@@ -128,6 +121,11 @@ DetailMeans filter_detail(const uint index, const vec2 patch_uv, vec2 texcoord, 
         }
     }
     return sum;
+}
+
+// Returns the factor on the slopes of the detail. A detail that displaces has the height scale of the frame.
+float detail_factor() {
+    return DETAIL_DISPLACES ? OBJECT.height_scale * OBJECT.detail_unit : 1.0;
 }
 
 // Returns the colour of the surface with the detail applied: rgb, and alpha^2.

@@ -185,6 +185,7 @@ vec4 filter_atlas_light(const Footprint footprint, const uint index, const vec2 
 Footprint detail_footprint(const vec2 dx, const vec2 dy, const float own) {
     return FINEST_LEVEL ? POINT_FOOTPRINT : elliptical_footprint(clamp(dx, -6e4, 6e4), clamp(dy, -6e4, 6e4), 1e9, own, 1);
 }
+#include "height_scale.glsl"
 #include "detail.glsl"
 
 // Filters an atlas and its classes. lengths are those of the tangents by texture coordinate.
@@ -524,33 +525,41 @@ const float LEAST_RISE = 0.05;
 // and relief are parallel. Each step uses at least this magnitude.
 const float LEAST_CLOSING = 0.3;
 
-// Returns the height of the relief. passing is the slope described at tiled_height.
-float relief_height(const uint index, OffsetVariants variants, const vec2 texcoord, float lod, out vec2 passing) {
+// Returns the height of the map at one height scale. passing is the slope described at tiled_height.
+float map_height(const uint index, OffsetVariants variants, const float scale, const vec2 texcoord, float lod, out vec2 passing) {
     passing = vec2(0.0);
     if (TRIPLANAR) {
-        return triplanar_height(rest_triangle(patches[index]), texcoord, height_map, lod) * OBJECT.height_scale;
+        return triplanar_height(rest_triangle(patches[index]), texcoord, height_map, lod) * scale;
     }
     if (BY_EXAMPLE) {
-        return tiled_height(height_map, variants, texcoord + tiling_shift(), lod, passing) * OBJECT.height_scale;
+        return tiled_height(height_map, variants, texcoord + tiling_shift(), lod, passing) * scale;
     }
     vec4 tile = ATLAS ? patch_tile(patches[index]) : vec4(0.0);
     vec2 at = ATLAS ? clamp_to_tile(texcoord, tile, lod, textureSize(height_map, 0)) : texcoord;
-    return textureLod(height_map, at, lod).x * OBJECT.height_scale;
+    return textureLod(height_map, at, lod).x * scale;
+}
+
+// Returns the height of the map and of a detail that displaces. level is the level of detail of the detail, relative to that of the heights.
+float relief_height(const uint index, OffsetVariants variants, const float scale, const vec2 texcoord, float lod, float level,
+                    out vec2 passing) {
+    float height = map_height(index, variants, scale, texcoord, lod, passing);
+    return DETAIL_DISPLACES ? height + detail_height(texcoord, level) * OBJECT.height_scale : height;
 }
 
 // Returns the texture coordinate at which a ray meets the relief. The geometry is a triangle, flat between its vertices. From its hit
 // point, the search takes one step as over flat relief, and then one secant step. texels is the number of texels per texture coordinate,
 // and longest is the length of the footprint in texels.
-vec2 refined_texcoord(uint index, OffsetVariants variants, const Macrosurface surface, const vec3 ray, const mat2 texels, float lod,
-                      const float longest, out vec2 passing) {
+vec2 refined_texcoord(uint index, OffsetVariants variants, const float scale, const Macrosurface surface, const vec3 ray, const mat2 texels,
+                      float lod, float level, const float longest, out vec2 passing) {
     vec3 normal = cross(surface.tangent_s, surface.tangent_t);
     float square = max(dot(normal, normal), 1e-30);
     float rise = min(dot(ray, surface.normal), -LEAST_RISE * length(ray));
     vec2 per_height = vec2(dot(ray, cross(surface.tangent_t, normal)), dot(ray, cross(normal, surface.tangent_s))) / (square * rise);
     float most = MOST_REFINED * longest / max(length(texels * per_height), 1e-20);
-    float gap = relief_height(index, variants, surface.texcoord, lod, passing) - surface.height;
+    float gap = relief_height(index, variants, scale, surface.texcoord, lod, level, passing) - surface.height;
     float climbed = clamp(gap, -most, most);
-    float gap_there = relief_height(index, variants, surface.texcoord + per_height * climbed, lod, passing) - surface.height - climbed;
+    float there = relief_height(index, variants, scale, surface.texcoord + per_height * climbed, lod, level, passing);
+    float gap_there = there - surface.height - climbed;
     float closing = min((gap_there - gap) / (abs(climbed) > 1e-12 ? climbed : -1e12), -LEAST_CLOSING);
     return surface.texcoord + per_height * clamp(climbed - gap_there / closing, -most, most);
 }
@@ -624,15 +633,25 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
     if (BY_EXAMPLE) {
         variants = offset_variants(surface.texcoord + tiling_shift(), OBJECT.flags);
     }
+    HeightScale eta = FULL_HEIGHT_SCALE;
+    if (DISPLACED && HEIGHT_SCALED) {
+        eta = filter_height_scale(index, patch_uv, surface.texcoord, surface.texcoord_by_uv, across);
+    }
     if (DISPLACED && RELIEF_DRAWN && (!TRIANGLES || surface.slopes > 0.0) && !FINEST_LEVEL && grid == 0u) {
         float longest = sqrt(max(dot(dx, dx), dot(dy, dy)));
+        float scale_here = OBJECT.height_scale * eta.mean, level_of_detail = 0.0;
+        if (DETAIL_DISPLACES) {
+            float fine = exp2(OBJECT.detail_lod);
+            level_of_detail = detail_footprint(dx * fine, dy * fine, OF_SLOPES).level - OBJECT.detail_lod;
+        }
         if (ATLAS) {
             // The coarser levels of a tile do not match those of its neighbours.
-            vec2 refined = refined_texcoord(index, variants, surface, ray, texels, min(footprint.level, float(SOURCE_LEVEL)), longest,
-                                            passing);
+            vec2 refined = refined_texcoord(index, variants, scale_here, surface, ray, texels, min(footprint.level, float(SOURCE_LEVEL)), 0.0,
+                                            longest, passing);
             surface.texcoord = mix(refined, surface.texcoord, clamp(footprint.level - float(SOURCE_LEVEL), 0.0, 1.0));
         } else {
-            surface.texcoord = refined_texcoord(index, variants, surface, ray, texels, footprint.level, longest, passing);
+            surface.texcoord = refined_texcoord(index, variants, scale_here, surface, ray, texels, footprint.level, level_of_detail, longest,
+                                                passing);
         }
     }
     if (ATLAS) {
@@ -683,8 +702,9 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
             }
         }
     }
-    float scale = OBJECT.height_scale * surface.slopes;
-    vec2 mean_gradient = means.mean * scale;
+    // Height scale and relief are assumed to be uncorrelated within the pixel, so the square of the scale has its own mean.
+    float scale = OBJECT.height_scale * surface.slopes * sqrt(eta.mean * eta.mean + eta.variance);
+    vec2 mean_gradient = means.mean * (OBJECT.height_scale * surface.slopes * eta.mean);
     vec3 gradient_covariance = scale_height(covariance_from_moments(means.mean, means.second), scale);
     vec4 color = surface.color;
     if (COLORED) {
@@ -707,6 +727,17 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
     }
     vec2 mean_slope = map_mean_slope(map, mean_gradient);
     vec3 map_statistics = map_covariance(map, gradient_covariance);
+    if (DISPLACED && HEIGHT_SCALED && USES_SLOPES) {
+        // d(eta h) = eta dh + h d(eta). The covariance leaves out the second term (theory, section 5).
+        vec2 passing_here;
+        float level = ATLAS ? min(footprint.level, float(SOURCE_LEVEL)) : footprint.level;
+        float height = map_height(index, variants, OBJECT.height_scale * surface.slopes, surface.texcoord, level, passing_here);
+        SlopeMap by_uv = slope_map(surface.by_uv[0], surface.by_uv[1], frame.x, frame.y, frame.z);
+        mean_slope += mat2(by_uv.linear_s, by_uv.linear_t) * (height * eta.by_uv);
+        vec2 unscaled = means.mean * (OBJECT.height_scale * surface.slopes);
+        vec3 square = vec3(unscaled * unscaled, unscaled.x * unscaled.y) * eta.variance;
+        map_statistics = clamp_covariance(map_statistics + map_second_moments(mat2(map.linear_s, map.linear_t), square));
+    }
     if (DETAIL != DETAIL_NONE) {
         vec2 there = patch_uv;
         if (abs(determinant(surface.texcoord_by_uv)) > 1e-20) {
@@ -714,7 +745,7 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
         }
         SlopeMap by_uv = slope_map(surface.by_uv[0], surface.by_uv[1], frame.x, frame.y, frame.z);
         DetailMeans detail = filter_detail(index, there, surface.texcoord, surface.texcoord_by_uv, across,
-                                           mat2(by_uv.linear_s, by_uv.linear_t));
+                                           mat2(by_uv.linear_s, by_uv.linear_t) * detail_factor());
         if (USES_SLOPES) {
             mean_slope += detail.slope;
             if (!DETAIL_IN_GLOSS) {
@@ -759,7 +790,7 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
     filtered.horizon = Horizon(vec2(0.0), vec3(0.0));
     if (USES_HORIZON && DISPLACED && HORIZON && (!TRIANGLES || surface.slopes > 0.0)) {
         mat2 linear = mat2(chart.linear_s, chart.linear_t);
-        float height = abs(OBJECT.height_scale);
+        float height = abs(OBJECT.height_scale) * eta.mean;
         filtered.horizon = TRIPLANAR ? filter_axis_horizon(views, footprint, index, surface.texcoord, linear, height)
                          : BY_EXAMPLE     ? filter_tiled_horizon(footprint, index, variants, surface.texcoord, linear, height)
                                      : filter_horizon(footprint, index, surface.texcoord, linear, height);

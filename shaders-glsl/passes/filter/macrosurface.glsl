@@ -19,6 +19,15 @@ struct Macrosurface {
     float slopes;           // factor on the slopes of the maps: -1 for back faces, 0 where the chart has no area
 };
 
+// Returns the position on a patch, which the geometry pass does not store for a flat object.
+vec2 position_on_patch(const PatchData data, const vec2 patch_uv) {
+    if (!FLAT) {
+        return patch_uv;
+    }
+    PatchTexcoord corner = patch_texcoord(data, 0.0, 0.0);
+    return inverse(mat2(corner.du, corner.dv)) * (patch_uv - corner.at);
+}
+
 // Evaluates the macrosurface. patch_uv is the value stored by the geometry pass, reach is the vector from the viewer to the visible point,
 // and behind is whether the visible side is a triangle's back face.
 Macrosurface macrosurface_at(const uint index, const vec2 patch_uv, const vec3 reach, const bool behind) {
@@ -98,11 +107,7 @@ Macrosurface macrosurface_at(const uint index, const vec2 patch_uv, const vec3 r
         surface.tangent_t = tangents[1];
     }
     if (!PLAIN) {
-        vec2 at = patch_uv;
-        if (FLAT) {
-            PatchTexcoord corner = patch_texcoord(data, 0.0, 0.0);
-            at = inverse(mat2(corner.du, corner.dv)) * (patch_uv - corner.at);
-        }
+        vec2 at = position_on_patch(data, patch_uv);
         uvec4 corner = data.vertices;
         if (TRIANGLES) {
             vec4 first = vertices[corner.x].color;

@@ -45,6 +45,11 @@ void main() {
     // The position and the level of detail for the lookup of heights tiled by example.
     precise vec2 tiled_at = texcoord.at;
     float tiled_lod = 0.0;
+    float spacing = 0.0; // level of detail of the heights at the spacing of the vertices, which may be negative
+    precise float scale_of_vertices = 1.0;
+    if (SCALED_BY_VERTEX) {
+        scale_of_vertices = quad_height_scale(corner_height_scales(data), patch_uv);
+    }
     // On the boundary, everything is computed from the edge's own data, in the edge's own direction (from its lower vertex). Both patches
     // compute the same bits, even if their texture coordinates differ, so no crack can open.
     bool on_boundary = u == 0.0 || u == 1.0 || v == 0.0 || v == 1.0;
@@ -63,7 +68,8 @@ void main() {
         // The height is filtered to about the vertex spacing. Shading accounts for bumps that are too fine for the geometry.
         vec2 factor = vec2(gl_TessLevelInner[0], gl_TessLevelInner[1]);
         vec2 texels = vec2(textureSize(height_map, 0)) * vec2(length(texcoord.du), length(texcoord.dv));
-        float lod = max(log2(max(texels.x / factor.x, texels.y / factor.y)) - FINER, 0.0);
+        spacing = log2(max(texels.x / factor.x, texels.y / factor.y)) - FINER;
+        float lod = max(spacing, 0.0);
         tiled_lod = lod;
         height = BY_EXAMPLE ? 0.0 : textureLod(height_map, clamp_to_tile(texcoord.at, patch_tile(data), lod, textureSize(height_map, 0)), lod).x;
     }
@@ -98,6 +104,9 @@ void main() {
             float segment = length((last - first) * vec2(textureSize(height_map, 0))) / 64.0;
             float along_edge = max(log2(segment) + edge_lod(edge), 0.0);
             tiled_lod = t == 0.0 ? vertex_height(data.vertices[from]) : (t == 1.0 ? vertex_height(data.vertices[to]) : along_edge);
+            if (SCALED_BY_VERTEX) {
+                scale_of_vertices = vertices[data.vertices[from]].facing.w * (1.0 - t) + vertices[data.vertices[to]].facing.w * t;
+            }
         } else if (displaced) {
             height = t == 0.0 ? vertex_height(data.vertices[from])
                    : (t == 1.0 ? vertex_height(data.vertices[to]) : edge_height(edge, t));
@@ -105,6 +114,10 @@ void main() {
     }
     if (BY_EXAMPLE) {
         height = tiled_height(height_map, OBJECT.flags, tiled_at + OBJECT.shift, tiled_lod);
+        height = whole_height(height, tiled_at, tiled_lod, scale_of_vertices);
+    } else if (AT_TEXELS || !on_boundary) {
+        // The heights of edges are already whole.
+        height = whole_height(height, texcoord.at, spacing, scale_of_vertices);
     }
     precise float scaled = height * OBJECT.displacement;
     precise vec3 displaced_position = position + normal * scaled;

@@ -5,6 +5,7 @@
 #include "../constants.glsl"
 #include "object.glsl"
 #include "patch.glsl"
+#include "detail_height.glsl"
 
 layout(std430) readonly buffer EdgeFactors { float edge_factors[]; };
 layout(set = 2, std430) readonly buffer EdgeHeights { float edge_heights[]; };

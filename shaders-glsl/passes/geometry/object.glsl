@@ -20,7 +20,12 @@ struct ObjectRecord {
     uint edge_tint;     // F82 tint of a conductor (unpack_edge_tint)
     vec4 coat;          // clear coat: weight, Beckmann roughness, and 1 if the coat is smooth, 0 if it follows the relief
     uint medium;        // number of the medium behind the surface, from 1, or 0
-    uint spare[3];
+    float scale_lod;   // level of detail of the height scale's map whose texels are as wide as those of the heights
+    vec2 scale_offset; // texture coordinates of the height scale's map: scale_linear * texcoord + scale_offset
+    vec4 scale_linear; // columns
+    float detail_unit; // detail that displaces: unit of height_map per metre
+    float detail_lod;  // level of detail of the detail whose texels are as wide as those of the heights
+    uint spare[2];
     vec4 class_centers[4]; // centres of the classes: slopes by texture coordinate and height, in units of the map
     vec4 class_unit;       // units of the classes' moments about these centres; w: slope variance of the map in these units, xx + yy
     vec4 class_correlation[4]; // xyz: correlation of the openness of each class (leadr/masking/classes.glsl); w: its share of the map

@@ -8,7 +8,7 @@ struct Vertex {
     vec4 position; // xyz metres; w: ambient accessibility
     vec4 normal;   // xyz: unit displacement direction; w: level of detail of the heights at this vertex
     vec4 color;    // rgb linear albedo; a: Beckmann roughness alpha
-    vec4 facing;   // xyz: unit normal for the shading of triangles
+    vec4 facing;   // xyz: unit normal for the shading of triangles; w: factor on the height scale
 };
 
 struct PatchData {

@@ -21,9 +21,9 @@ layout(location = 4) out vec3 out_window;
 
 invariant gl_Position;
 
-// Returns the level of the heights inside a triangle whose longest side spans this many texels.
-float height_lod(const float texels) {
-    return max(log2(max(texels / gl_TessLevelInner[0], 1e-20)) - FINER, 0.0);
+// Returns the unclamped level of the heights inside a triangle whose longest side spans this many texels.
+float height_spacing(const float texels) {
+    return log2(max(texels / gl_TessLevelInner[0], 1e-20)) - FINER;
 }
 
 void main() {
@@ -58,16 +58,19 @@ void main() {
         normal = triangle_normal(vec3[3](in_normal[0], in_normal[1], in_normal[2]), facing, share.yz).normal;
         // The height is filtered to about the vertex spacing. Shading accounts for bumps that are too fine for the geometry.
         vec2 size = vec2(textureSize(height_map, 0));
+        float scale_of_vertices = SCALED_BY_VERTEX ? triangle_height_scale(corner_height_scales(data), share.yz) : 1.0;
         if (displaced && (OBJECT.flags & FLAG_TRIPLANAR) != 0u) {
             RestTriangle rest = rest_triangle(data);
             vec3 b = rest.by_uv[0], c = rest.by_uv[1];
             float texels = max(max(length(b), length(c)), length(c - b)) * max(size.x, size.y);
-            height = triplanar_height(rest, share.yz, height_map, height_lod(texels));
+            height = triplanar_height(rest, share.yz, height_map, max(height_spacing(texels), 0.0)) * scale_of_vertices;
         } else if (displaced) {
             TriangleTexcoord texcoord = triangle_texcoord(data);
             vec2 b = texcoord.by_uv[0] * size, c = texcoord.by_uv[1] * size;
             float texels = max(max(length(b), length(c)), length(c - b));
-            height = textureLod(height_map, texcoord.first + texcoord.by_uv * share.yz, height_lod(texels)).x;
+            vec2 at = texcoord.first + texcoord.by_uv * share.yz;
+            float spacing = height_spacing(texels);
+            height = whole_height(textureLod(height_map, at, max(spacing, 0.0)).x, at, spacing, scale_of_vertices);
         }
     }
     precise float scaled = height * OBJECT.displacement;

@@ -26,7 +26,8 @@ void main() {
     vec2 patch_uv = vec2(corner == 1u || corner == 2u ? 1.0 : 0.0, corner >= 2u ? 1.0 : 0.0);
     float height = (OBJECT.flags & FLAG_DISPLACED) != 0u ? vertex_height(index) : 0.0;
     if (BY_EXAMPLE) {
-        height = tiled_height(height_map, OBJECT.flags, patch_texcoord(data, patch_uv.x, patch_uv.y).at + OBJECT.shift, height);
+        vec2 at = patch_texcoord(data, patch_uv.x, patch_uv.y).at;
+        height = whole_height(tiled_height(height_map, OBJECT.flags, at + OBJECT.shift, height), at, height, vertex.facing.w);
     }
     precise float scaled = height * OBJECT.displacement;
     precise vec3 displaced_position = vertex.position.xyz + normal * scaled;

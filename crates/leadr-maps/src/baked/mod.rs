@@ -11,6 +11,7 @@ use std::io::BufReader;
 use std::path::Path;
 
 use super::guard::guarded;
+use super::udim::Tiles;
 use super::{ImageFormat, MapError, MapFault, exr_read, ktx2_read, limits, reads};
 
 /// Whether `leadr bake` wrote the file. True for KTX2 and EXR files with a kind in their header.
@@ -18,6 +19,10 @@ use super::{ImageFormat, MapError, MapFault, exr_read, ktx2_read, limits, reads}
 /// # Errors
 /// Fails if the file cannot be read.
 pub fn is_baked(path: impl AsRef<Path>) -> Result<bool, MapError> {
+    // UDIM tiles are pictures.
+    if Tiles::find(path.as_ref())?.is_some() {
+        return Ok(false);
+    }
     let start = limits::open(path.as_ref()).and_then(|(file, _)| limits::first_bytes(&file, 1 << 16));
     let start = start.map_err(|fault| fault.in_file(path.as_ref()))?;
     let is_kind = matches!(ImageFormat::of(&start), Some(ImageFormat::Ktx2 | ImageFormat::Exr));

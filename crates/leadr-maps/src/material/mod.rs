@@ -181,7 +181,7 @@ pub struct Relief {
 /// A detail material that repeats more often than its base material.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MaterialDetail {
-    /// The detail material. The heights and normals of the detail affect only shading.
+    /// The detail material.
     pub material: Material,
     /// Whether the detail affects colour and roughness as well as slopes. True if the detail's files contain colour or
     /// roughness.
@@ -192,6 +192,8 @@ pub struct MaterialDetail {
     pub rotation: f32,
     /// The factor that multiplies the heights and slopes of the detail.
     pub height_scale: f32,
+    /// Whether the heights displace the surface. Otherwise the detail affects only shading.
+    pub displaces: bool,
     /// The coverage from 0 to 1, over one repeat of the base material. If the mask is `None`, the detail modulates the base
     /// everywhere instead of covering it.
     pub mask: Option<Texture>,
@@ -250,6 +252,8 @@ pub struct Material {
     pub normal_map: Option<NormalMap>,
     /// The heights, if any.
     pub relief: Option<Relief>,
+    /// The UDIM tiles across and up that the relief covers, which is [1, 1] for a single image. Models only.
+    pub relief_tiles: [u32; 2],
     /// The slope moments of every texel of the heights, in their unit, if a texel contains several slopes: the moments of a baked file
     /// without its finest levels. A normal map replaces the moments. Without heights, the unit is the texture width.
     pub slope_moments: Option<MomentLevel>,
@@ -300,6 +304,7 @@ impl Material {
             transmission: None,
             normal_map: None,
             relief: None,
+            relief_tiles: [1; 2],
             slope_moments: None,
             detail: None,
             specular: Input::constant(1.0),

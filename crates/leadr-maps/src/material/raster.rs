@@ -87,6 +87,16 @@ impl Raster {
         &self.samples
     }
 
+    /// Returns the samples, which must stay finite.
+    pub(crate) const fn samples_mut(&mut self) -> &mut Samples {
+        &mut self.samples
+    }
+
+    /// Returns an image of this size with other finite samples, as many as this image has.
+    pub(crate) fn with_samples(&self, samples: Samples) -> Self {
+        Self { samples, ..*self }
+    }
+
     /// Returns a channel of a texel. Codes become 0..1, and floats are as stored. Grey images return grey for each colour,
     /// and images without alpha return 1 for alpha. Panics outside the image.
     pub fn value(&self, x: u32, y: u32, channel: usize) -> f32 {

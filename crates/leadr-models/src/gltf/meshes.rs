@@ -10,7 +10,7 @@ use super::repair::{self, Finding};
 use super::source::Source;
 use super::topology::{Mode, per_corner};
 use crate::deform::flat_normals;
-use crate::limits::{COORDINATES, MAX_COORDINATE, MAX_TARGETS};
+use crate::limits::{COORDINATES, MAX_COORDINATE, MAX_HEIGHT_SCALE, MAX_TARGETS};
 use crate::mesh::{Influences, Mesh, MorphTarget, Primitive};
 
 /// The meshes of a model, and the default weights of their morph targets.
@@ -146,6 +146,7 @@ impl Reader<'_> {
         let tangents = self.optional(self.attribute::<4>(&attributes, "TANGENT", Types::Float, count))?;
         primitive.texcoords = self.texcoords(&attributes, count)?;
         primitive.colors = self.optional(self.colors(&attributes, count))?;
+        primitive.height_scales = self.optional(self.height_scales(&attributes, count))?;
         primitive.influences = self.optional(self.influences(&attributes, count))?;
         primitive.targets = self.targets(count, normals.is_some(), tangents.is_some())?;
         match normals {
@@ -368,6 +369,20 @@ impl Reader<'_> {
         Ok(colors)
     }
 
+    fn height_scales(&self, attributes: &Item<'_>, count: Option<usize>) -> Read<Option<Vec<f32>>> {
+        const NAME: &str = "_HEIGHT_SCALE";
+        let Some(values) = self.attribute::<1>(attributes, NAME, Types::Unit, count)? else { return Ok(None) };
+        let mut scales: Vec<f32> = values.into_iter().flatten().collect();
+        let bad = |scale: &f32| !(0.0..=MAX_HEIGHT_SCALE).contains(scale);
+        if let Some(vertex) = scales.iter().position(bad) {
+            let what =
+                format!("`{NAME}` of vertex {vertex} is {}, but must be from 0 to {MAX_HEIGHT_SCALE}", scales[vertex]);
+            self.log().repair(self.item.fault(what), "such values are read as 1")?;
+            scales.iter_mut().filter(|scale| bad(scale)).for_each(|scale| *scale = 1.0);
+        }
+        Ok(Some(scales))
+    }
+
     fn influences(&self, attributes: &Item<'_>, count: Option<usize>) -> Read<Option<Vec<Influences>>> {
         let mut sets = Vec::new();
         loop {
@@ -448,6 +463,7 @@ impl Reader<'_> {
             *set = per_corner(set, &triangles);
         }
         primitive.colors = primitive.colors.take().map(|colors| per_corner(&colors, &triangles));
+        primitive.height_scales = primitive.height_scales.take().map(|all| per_corner(&all, &triangles));
         primitive.influences = primitive.influences.take().map(|all| per_corner(&all, &triangles));
         for target in primitive.targets.iter_mut().filter(|target| !target.positions.is_empty()) {
             target.positions = per_corner(&target.positions, &triangles);

@@ -206,6 +206,23 @@ fn component_types_follow_the_specification() {
         };
         assert!((found - value).abs() < 1e-6, "{name}: {found}");
     }
+    // Height scales are an attribute of this program.
+    let scales = |values: &[f32; 3]| {
+        let mut made = triangle();
+        let scales = made.floats("SCALAR", values);
+        made.json["meshes"][0]["primitives"][0]["attributes"]["_HEIGHT_SCALE"] = json!(scales);
+        made
+    };
+    let found = |model: &Model| model.meshes[0].primitives[0].height_scales.clone().unwrap();
+    assert_eq!(found(&scales(&[0.0, 0.5, 2.0]).model()), [0.0, 0.5, 2.0]);
+    for wrong in [-1.0, 1e9] {
+        let (model, remark) = scales(&[0.5, wrong, 0.25]).repaired();
+        assert!(remark.contains("_HEIGHT_SCALE"), "{remark}");
+        assert_eq!(found(&model), [0.5, 1.0, 0.25], "{wrong}");
+    }
+    for wrong in [f32::NAN, f32::INFINITY] {
+        assert_eq!(found(&scales(&[0.5, wrong, 0.25]).model()), [0.5, 1.0, 0.25], "{wrong}");
+    }
     // Further numbers of an attribute are ignored, and a missing sign of a tangent is 1.
     let mut made = with_attribute("TEXCOORD_0", "VEC3", &[0.5, 0.25, 9.0].repeat(6));
     let (model, remark) = made.repaired();

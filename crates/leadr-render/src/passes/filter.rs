@@ -157,6 +157,7 @@ impl FilterPass {
             ("OCCLUDED", SpecValue::Bool(kind.features.occlusion)),
             ("CHARTED", SpecValue::Bool(kind.charted)),
             ("COAT_MAP", SpecValue::Bool(kind.features.coat)),
+            ("HEIGHT_TERMS", SpecValue::U32(kind.height_terms)),
         ];
         let structs = [
             ObjectRecordGpu::LAYOUT,

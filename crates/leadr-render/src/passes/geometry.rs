@@ -3,7 +3,10 @@
 use std::sync::Arc;
 
 use super::targets::GeometryTargets;
-use crate::constants::{GUARD_BAND, PIXELS_ARE_EDGES, PIXELS_ARE_MULTISAMPLED, PIXELS_ARE_SAMPLES};
+use crate::constants::{
+    GUARD_BAND, HEIGHT_SCALED_BY_MAP, HEIGHT_SCALED_BY_VERTEX, HEIGHT_WITH_DETAIL, PIXELS_ARE_EDGES,
+    PIXELS_ARE_MULTISAMPLED, PIXELS_ARE_SAMPLES,
+};
 use crate::surfaces::numbering::Numbering;
 use crate::surfaces::object::{ChartsGpu, SurfaceKind};
 use crate::surfaces::object_view::{DrawnObject, GEOMETRY_STRUCTS};
@@ -92,6 +95,8 @@ pub(crate) struct DrawnAs {
     pub by_example: bool,
     /// How the surface's patches are tessellated.
     pub shape: Shape,
+    /// What scales and adds to the heights of the map, as `HEIGHT_` bits.
+    pub height_terms: u32,
 }
 
 impl DrawnAs {
@@ -103,7 +108,7 @@ impl DrawnAs {
             _ => Shape::Curved,
         };
         let (cutout, by_example) = (kind.features.cutout.is_some(), kind.displaced_by_example());
-        Self { front_only: false, cutout, by_example, shape }
+        Self { front_only: false, cutout, by_example, shape, height_terms: kind.height_terms }
     }
 }
 
@@ -111,15 +116,25 @@ impl DrawnAs {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct CasterKinds {
     /// A bit mask with one bit for each kind in [`all`](Self::all).
-    present: u16,
+    present: u128,
 }
 
 impl CasterKinds {
     /// Returns all possible kinds.
     fn all() -> impl Iterator<Item = DrawnAs> {
         let tiled = |shape| [false, true].map(|by_example| (shape, by_example));
-        let drawn = |(shape, by_example), cutout| DrawnAs { front_only: false, cutout, by_example, shape };
-        Shape::ALL.into_iter().flat_map(tiled).flat_map(move |tiled| [false, true].map(|cutout| drawn(tiled, cutout)))
+        let drawn = |(shape, by_example), cutout, height_terms| DrawnAs {
+            front_only: false,
+            cutout,
+            by_example,
+            shape,
+            height_terms,
+        };
+        let of_scales = move |height_terms| {
+            let of_tiled = move |tiled| [false, true].map(|cutout| drawn(tiled, cutout, height_terms));
+            Shape::ALL.into_iter().flat_map(tiled).flat_map(of_tiled)
+        };
+        (0..=HEIGHT_SCALED_BY_VERTEX | HEIGHT_SCALED_BY_MAP | HEIGHT_WITH_DETAIL).flat_map(of_scales)
     }
 
     /// Returns the set that contains only this kind.
@@ -181,9 +196,14 @@ impl PatchPipelines {
             let multisampled = drawn.cutout && cutout != CUTOUT_DEPTH;
             // Only the stages of quads have this constant.
             let by_example = [("BY_EXAMPLE", SpecValue::Bool(true))];
-            let spec =
-                [desc.spec, if multisampled { &count } else { &[] }, if drawn.by_example { &by_example } else { &[] }]
-                    .concat();
+            let height_terms = [("HEIGHT_TERMS", SpecValue::U32(drawn.height_terms))];
+            let spec = [
+                desc.spec,
+                if multisampled { &count } else { &[] },
+                if drawn.by_example { &by_example } else { &[] },
+                if drawn.height_terms != 0 { &height_terms } else { &[] },
+            ]
+            .concat();
             let structs = [&GEOMETRY_STRUCTS[..], if drawn.cutout { &[ChartsGpu::LAYOUT] } else { &[] }].concat();
             let desc = GraphicsDesc { fragment, front_only: drawn.front_only, spec: &spec, structs: &structs, ..*desc };
             sets.push((drawn, PipelineSet::new(gpu, name, &desc, drawn.shape)?));
@@ -326,14 +346,14 @@ mod tests {
     #[test]
     fn caster_kinds_are_separate() {
         let all: Vec<DrawnAs> = CasterKinds::all().collect();
-        assert_eq!(all.len(), 12);
+        assert_eq!(all.len(), 96);
         for (bit, drawn) in all.iter().enumerate() {
             let kind = CasterKinds { present: 1 << bit };
             assert_eq!(kind.iter().collect::<Vec<_>>(), [*drawn]);
             assert!(!all[..bit].contains(drawn) && !kind.is_empty());
         }
-        let [first, last] = [0, 11].map(|bit| CasterKinds { present: 1 << bit });
-        assert_eq!(first.or(last).iter().collect::<Vec<_>>(), [all[0], all[11]]);
+        let [first, last] = [0, 95].map(|bit| CasterKinds { present: 1 << bit });
+        assert_eq!(first.or(last).iter().collect::<Vec<_>>(), [all[0], all[95]]);
         assert!(CasterKinds::default().is_empty());
     }
 }

@@ -12,7 +12,7 @@ use super::patch_mesh::PatchMesh;
 use crate::constants::{
     DETAIL_BY_TEXCOORD, DETAIL_COLORLESS, DETAIL_COVERS, DETAIL_NONE, DETAIL_TRIPLANAR, DETAIL_VARIES,
 };
-use crate::scene::{Detail, DetailColors, DetailMapping, DetailMask, MaterialMap};
+use crate::scene::{Detail, DetailColors, DetailMapping, FactorMap, MaterialMap};
 use leadr_gpu::{AddressMode, Buffer, Filter, Gpu, GpuError, Image, ImageDesc, Result, Sampler, shared_struct};
 
 shared_struct! {
@@ -86,6 +86,8 @@ pub struct DetailImages {
     pub mask: Image,
     /// The sampler for all maps of the detail.
     pub sampler: Sampler,
+    /// Whether the heights displace the surface.
+    pub displaces: bool,
 }
 
 impl DetailImages {
@@ -96,6 +98,7 @@ impl DetailImages {
             maps: leadr.clone(),
             material: material.clone(),
             mask: mask_image(gpu, "no detail", None)?,
+            displaces: false,
             sampler: Sampler::new(gpu, Filter::Trilinear, AddressMode::Repeat)?,
         })
     }
@@ -115,7 +118,7 @@ impl DetailImages {
         none: &MaterialImages,
     ) -> Result<Self> {
         let name = format!("{name} detail");
-        let Detail { heights, slopes, material, mapping, transform, mask } = detail;
+        let Detail { heights, slopes, material, mapping, transform, mask, displaces } = detail;
         if mapping == DetailMapping::Texcoords && matches!(border, Border::Tiles(_)) {
             let fault = "texture coordinates of an atlas end at each tile: use triplanar mapping for the detail";
             return Err(GpuError::usage(name, fault));
@@ -146,6 +149,7 @@ impl DetailImages {
             },
             maps: field_maps(gpu, &heights, slopes, None, None, MomentFormat::Float32)?,
             mask: mask_image(gpu, &name, mask)?,
+            displaces,
             sampler: Sampler::new(gpu, Filter::Trilinear, AddressMode::Repeat)?,
         })
     }
@@ -170,9 +174,9 @@ fn per_mean(map: &MaterialMap) -> [f32; 4] {
     [r, g, b, 0.04]
 }
 
-fn mask_image(gpu: &Arc<Gpu>, name: &str, mask: Option<DetailMask>) -> Result<Image> {
-    let none = DetailMask { width: 1, height: 1, texels: vec![1.0], transform: Affine2::IDENTITY };
-    let DetailMask { width, height, texels, .. } = mask.unwrap_or(none);
+fn mask_image(gpu: &Arc<Gpu>, name: &str, mask: Option<FactorMap>) -> Result<Image> {
+    let none = FactorMap { width: 1, height: 1, texels: vec![1.0], transform: Affine2::IDENTITY };
+    let FactorMap { width, height, texels, .. } = mask.unwrap_or(none);
     if u64::from(width) * u64::from(height) != texels.len() as u64 {
         let fault = format!("{} mask texels do not match {width}x{height}", texels.len());
         return Err(GpuError::usage(name, fault));

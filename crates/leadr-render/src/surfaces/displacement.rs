@@ -8,6 +8,7 @@
 use std::borrow::Cow;
 use std::collections::HashSet;
 
+use super::height_scale::HeightTerms;
 use super::patch_mesh::{PatchMesh, TileLayout};
 use super::topology::Topology;
 use super::triplanar::{self, MOST_BLENDED};
@@ -105,13 +106,13 @@ impl HeightField {
 }
 
 /// A chain of box-filtered mips of heights on the CPU, which is sampled like the LEADR map on the device.
-struct HeightPyramid<'a> {
+pub(super) struct HeightPyramid<'a> {
     /// The levels from fine to coarse. The first level is the height field itself.
     levels: Vec<Cow<'a, HeightField>>,
 }
 
 impl<'a> HeightPyramid<'a> {
-    fn new(field: &'a HeightField) -> Self {
+    pub(super) fn new(field: &'a HeightField) -> Self {
         let mut pyramid = Self { levels: vec![Cow::Borrowed(field)] };
         while (pyramid.coarsest().map.width, pyramid.coarsest().map.height) != (1, 1) {
             let source = pyramid.coarsest();
@@ -139,7 +140,8 @@ impl<'a> HeightPyramid<'a> {
 
     /// Prepares trilinear sampling at a level of detail. In an atlas, samples stay inside tile `patch`, as in the shader's
     /// `clamp_to_tile`.
-    fn lookup(&self, lod: f32, patch: usize) -> Lookup<'_> {
+    pub(super) fn lookup(&self, lod: f32, patch: usize) -> Lookup<'_> {
+        let spacing = lod;
         let mut lod = lod.clamp(0.0, (self.levels.len() - 1) as f32);
         let mut inside = None;
         if let Border::Tiles(layout) = self.levels[0].border {
@@ -150,13 +152,15 @@ impl<'a> HeightPyramid<'a> {
             inside = Some([self.size(), low + inset, low + Vec2::splat(layout.tile as f32) - inset]);
         }
         let level = lod as usize;
-        Lookup { pyramid: self, level, fraction: lod - level as f32, inside }
+        Lookup { pyramid: self, spacing, level, fraction: lod - level as f32, inside }
     }
 }
 
 /// Samples a pyramid at one level of detail.
-struct Lookup<'a> {
+pub(super) struct Lookup<'a> {
     pyramid: &'a HeightPyramid<'a>,
+    /// The level of detail, which is not clamped to the levels of the pyramid.
+    spacing: f32,
     level: usize,
     fraction: f32,
     /// The size of the map, and the lowest and highest allowed sample positions, in texels.
@@ -164,7 +168,7 @@ struct Lookup<'a> {
 }
 
 impl Lookup<'_> {
-    fn at(&self, texcoord: Vec2) -> f32 {
+    pub(super) fn at(&self, texcoord: Vec2) -> f32 {
         let texcoord = self.inside.map_or(texcoord, |[size, low, high]| (texcoord * size).clamp(low, high) / size);
         let &Self { pyramid, level, fraction, .. } = self;
         let at = |level: usize| pyramid.levels[level].bilinear(texcoord);
@@ -176,6 +180,7 @@ impl Lookup<'_> {
 struct Mapped<'a> {
     mesh: &'a PatchMesh,
     pyramid: HeightPyramid<'a>,
+    terms: &'a HeightTerms<'a>,
 }
 
 impl Mapped<'_> {
@@ -195,9 +200,13 @@ impl Mapped<'_> {
         (t[to] - t[from]) * size
     }
 
-    /// Returns the height between two corners of a patch, at the fraction `part` of the way. The height is sampled with the patch's
-    /// `lookup`.
+    /// Returns the height between two corners of a patch, at the fraction `part` of the way, with its scale and detail. The
+    /// height is sampled with the patch's `lookup`.
     fn height(&self, patch: usize, from: usize, to: usize, part: f32, lookup: &Lookup<'_>) -> f32 {
+        self.terms.whole(self.of_map(patch, from, to, part, lookup), patch, [from, to], part, lookup.spacing)
+    }
+
+    fn of_map(&self, patch: usize, from: usize, to: usize, part: f32, lookup: &Lookup<'_>) -> f32 {
         if let Some(repeat) = self.mesh.triplanar {
             let [a, b] = [from, to].map(|corner| self.mesh.patches[patch][corner] as usize);
             let position = self.mesh.positions[a].lerp(self.mesh.positions[b], part);
@@ -261,8 +270,8 @@ impl BoundaryHeights {
 
     /// Returns the data for a map that is tiled by example. The device samples the heights at shared edges directly, because
     /// adjacent patches have equal texture coordinates there. `vertices` holds the levels of detail for these samples.
-    pub fn by_example(mesh: &PatchMesh, topology: &Topology, field: &HeightField) -> Self {
-        let mapped = Mapped { mesh, pyramid: HeightPyramid { levels: vec![Cow::Borrowed(field)] } };
+    pub fn by_example(mesh: &PatchMesh, topology: &Topology, field: &HeightField, terms: &HeightTerms<'_>) -> Self {
+        let mapped = Mapped { mesh, pyramid: HeightPyramid { levels: vec![Cow::Borrowed(field)] }, terms };
         let mut extents = vec![(0.0, 0); mesh.positions.len()];
         let mut edge_texels = vec![1.0f32; topology.edges.len()];
         for (patch, edges) in topology.patch_edges.iter().enumerate() {
@@ -279,10 +288,9 @@ impl BoundaryHeights {
         }
         let lods = |&(sum, count): &(f32, u32)| {
             let extent = Vec2::X * (sum / count.max(1) as f32);
-            (0..EDGE_LEVELS).map(move |level| level_lod(extent, level))
+            (0..EDGE_LEVELS).map(move |level| level_lod(extent, level).max(0.0))
         };
         let ranges = patch_ranges(mesh, field);
-        let relief = ranges.first().map_or(0.0, |range| range[1] - range[0]);
         let wider = |range: [f32; 2]| {
             // Blended heights can deviate further from the map's mean than any texel. The mean lies between `low` and `high`.
             let [low, high] = range;
@@ -291,15 +299,15 @@ impl BoundaryHeights {
         Self {
             edges: vec![0.0],
             vertices: extents.iter().flat_map(lods).collect(),
-            patch_range: ranges.into_iter().map(wider).collect(),
-            edge_texels,
-            edge_relief: vec![relief; topology.edges.len()],
+            edge_relief: vec![relief_of(&ranges, terms); topology.edges.len()],
+            patch_range: whole_ranges(ranges.into_iter().map(wider).collect(), terms),
+            edge_texels: edge_texels.into_iter().map(|texels| texels * terms.finer()).collect(),
         }
     }
 
     /// Bakes the heights of all edges and vertices of `mesh`.
-    pub fn bake(mesh: &PatchMesh, topology: &Topology, field: &HeightField) -> Self {
-        let mapped = Mapped { mesh, pyramid: HeightPyramid::new(field) };
+    pub fn bake(mesh: &PatchMesh, topology: &Topology, field: &HeightField, terms: &HeightTerms<'_>) -> Self {
+        let mapped = Mapped { mesh, pyramid: HeightPyramid::new(field), terms };
         // Here, `sides` holds the patch sides at each edge, and `corners` holds the patch corners at each position.
         let mut sides = vec![Vec::with_capacity(2); topology.edges.len()];
         let mut corners = vec![Vec::with_capacity(4); mesh.positions.len()];
@@ -361,13 +369,15 @@ impl BoundaryHeights {
             }
         });
         let texels = |&(patch, side, _): &(usize, usize, bool)| mapped.extent(patch, side, (side + 1) & 3).length();
-        let edge_texels = sides.iter().map(|sides| sides.iter().map(texels).fold(1.0, f32::max)).collect();
+        let edge_texels =
+            sides.iter().map(|sides| sides.iter().map(texels).fold(1.0, f32::max) * terms.finer()).collect();
         let mut patch_range = patch_ranges(mesh, field);
         if mesh.triplanar.is_some() {
             let mean = mapped.mean();
             let wider = |height: f32| mean + MOST_BLENDED * (height - mean);
             patch_range.iter_mut().for_each(|range| *range = range.map(wider));
         }
+        let patch_range = whole_ranges(patch_range, terms);
         let relief = |&(patch, _, _): &(usize, usize, bool)| patch_range[patch][1] - patch_range[patch][0];
         let on_edge = |(edge, sides): (&[u32; 2], &Vec<(usize, usize, bool)>)| {
             if rims.contains(edge) { 0.0 } else { sides.iter().map(relief).fold(0.0, f32::max) }
@@ -377,14 +387,30 @@ impl BoundaryHeights {
     }
 }
 
-/// Returns the LOD at which map texels are as long as the segments of an edge. The edge has `64 >> level` segments.
+/// Returns the LOD at which map texels are as long as the segments of an edge. The edge has `64 >> level` segments. The LOD is
+/// negative if they are longer at every level.
 fn level_lod(extent: Vec2, level: usize) -> f32 {
-    (extent.length() / (64 >> level) as f32).max(1.0).log2()
+    (extent.length() / (64 >> level) as f32).max(1e-6).log2()
 }
 
 fn mean(values: impl Iterator<Item = f32>) -> f32 {
     let (sum, count) = values.fold((0.0f64, 0u32), |(sum, count), v| (sum + f64::from(v), count + 1));
     if count == 0 { 0.0 } else { (sum / f64::from(count)) as f32 }
+}
+
+/// Returns bounds of the heights of patches with their scale and detail.
+fn whole_ranges(mut ranges: Vec<[f32; 2]>, terms: &HeightTerms<'_>) -> Vec<[f32; 2]> {
+    ranges.iter_mut().enumerate().for_each(|(patch, range)| *range = terms.range(patch, *range));
+    ranges
+}
+
+/// Returns the largest height range of a patch.
+fn relief_of(ranges: &[[f32; 2]], terms: &HeightTerms<'_>) -> f32 {
+    let relief = |(patch, range): (usize, &[f32; 2])| {
+        let [low, high] = terms.range(patch, *range);
+        high - low
+    };
+    ranges.iter().enumerate().map(relief).fold(0.0, f32::max)
 }
 
 fn patch_ranges(mesh: &PatchMesh, field: &HeightField) -> Vec<[f32; 2]> {
@@ -436,7 +462,7 @@ mod tests {
         let topology = Topology::new(&mesh.patches);
         let texels = (0..32 * 32).map(|i| (i % 32) as f32).collect();
         let field = HeightField { map: HeightMap { width: 32, height: 32, texels }, border: Border::Clamp };
-        let baked = BoundaryHeights::bake(&mesh, &topology, &field);
+        let baked = BoundaryHeights::bake(&mesh, &topology, &field, &HeightTerms::new(&mesh, None, None, Vec2::ONE));
         let shared = topology.edges.iter().position(|&e| e == [1, 2]).unwrap();
         let middle = baked.edges[shared * EDGE_STRIDE + 32];
         // At the midpoint of the edge, the first patch reads column 15.5, and the second patch reads column 0.25 · 32 − 0.5.

@@ -10,6 +10,7 @@ use super::object::GpuObject;
 use super::patch_mesh::PatchMesh;
 use super::posed::PosedObject;
 use super::tessellation::{Division, Lens, TessellationSettings};
+use crate::constants::HEIGHT_WITH_DETAIL;
 use leadr_gpu::{Buffer, Gpu, Result, shared_struct};
 
 shared_struct! {
@@ -21,7 +22,7 @@ shared_struct! {
         pub normal: [f32; 4],
         /// The linear albedo (rgb), and the Beckmann roughness (a).
         pub color: [f32; 4],
-        /// The shading normal, for a vertex of a triangle.
+        /// The shading normal, for a vertex of a triangle (xyz), and the factor on the height scale (w).
         pub facing: [f32; 4],
     }
 }
@@ -104,13 +105,18 @@ impl DividedObject {
                     position: lifted.extend(mesh.accessibility_of(i)).to_array(),
                     normal: normal.extend(vertex_lods[i]).to_array(),
                     color: mesh.color_of(i),
-                    facing: posed_vertices.normals[i].extend(0.0).to_array(),
+                    facing: posed_vertices.normals[i].extend(mesh.height_scale_of(i)).to_array(),
                 }
             })
             .collect();
         self.buffers.vertices.write(0, &vertices)?;
         self.buffers.edge_factors.write(0, edge_factors)?;
-        self.at_texels = *every_texel && posed.object.kind.flat && is_undeformed_plane(mesh, &posed_vertices.positions);
+        // A displacing detail has finer texels than the heights.
+        let has_own_texels = posed.object.kind.height_terms & HEIGHT_WITH_DETAIL == 0;
+        self.at_texels = *every_texel
+            && has_own_texels
+            && posed.object.kind.flat
+            && is_undeformed_plane(mesh, &posed_vertices.positions);
         self.division = division;
         Ok(())
     }

@@ -9,6 +9,7 @@ pub mod divided;
 pub mod fits;
 pub mod flat;
 pub mod half_range;
+pub mod height_scale;
 pub mod horizon;
 pub mod material;
 pub mod media;

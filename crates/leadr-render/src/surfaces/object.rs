@@ -11,6 +11,7 @@ use super::detail::{DetailImages, DetailKind};
 use super::displacement::{Border, BoundaryHeights, HeightField};
 use super::fits::Fits;
 use super::flat;
+use super::height_scale::{DetailHeights, HeightScaleImage, HeightTerms, HeightTermsRecord, field_of, height_terms_of};
 use super::horizon::{HorizonInput, HorizonMaps};
 use super::material::{Bases, CutoutKind, MaterialFeatures, MaterialImages, address_mode};
 use super::media::Media;
@@ -86,6 +87,7 @@ pub struct GpuObject {
     relief: f32,
     pub(super) edge_texels: Vec<f32>,
     pub(super) edge_relief: Vec<f32>,
+    terms: HeightTermsRecord,
     /// The maps, which are shared with the coarser mesh, and with objects that have [the same maps](with_same_maps).
     pub maps: Arc<ObjectMaps>,
     /// The descriptor set of the mesh and the maps.
@@ -124,6 +126,8 @@ pub struct ObjectMaps {
     charts: Buffer,
     /// The repeating detail relief. Objects without a detail have placeholders.
     detail: Arc<DetailImages>,
+    /// The map of the height scale.
+    height_scale: Option<HeightScaleImage>,
     sampler: Sampler,
     of_coarse_levels: Sampler,
 }
@@ -181,6 +185,8 @@ pub struct SurfaceKind {
     pub plain: bool,
     /// The inputs that come from a detail relief.
     pub detail: DetailKind,
+    /// What scales and adds to the heights of the map, as `HEIGHT_` bits.
+    pub height_terms: u32,
 }
 
 impl SurfaceKind {
@@ -226,6 +232,7 @@ impl SurfaceKind {
             rise_over_run: mesh.triangles && object.slopes.is_some(),
             plain: flat::is_plain(mesh),
             detail,
+            height_terms: height_terms_of(object, mesh),
         }
     }
 }
@@ -265,16 +272,29 @@ impl SurfaceKind {
 struct Carrier {
     topology: Topology,
     boundary: BoundaryHeights,
+    terms: HeightTermsRecord,
 }
 
 impl Carrier {
-    fn of(mesh: &PatchMesh, topology: Topology, heights: Option<&HeightField>, kind: SurfaceKind) -> Self {
-        let boundary = match heights {
-            Some(field) if kind.by_example => BoundaryHeights::by_example(mesh, &topology, field),
-            Some(field) => BoundaryHeights::bake(mesh, &topology, field),
+    fn of(
+        mesh: &PatchMesh,
+        topology: Topology,
+        object: &Object,
+        detail: Option<&DetailHeights>,
+        kind: SurfaceKind,
+    ) -> Self {
+        let texels = object.height_scale_map.as_ref().map(field_of);
+        let size = object
+            .heights
+            .as_ref()
+            .map_or(Vec2::ONE, |field| Vec2::new(field.map.width as f32, field.map.height as f32));
+        let terms = HeightTerms::new(mesh, texels.as_ref().zip(object.height_scale_map.as_ref()), detail, size);
+        let boundary = match &object.heights {
+            Some(field) if kind.by_example => BoundaryHeights::by_example(mesh, &topology, field, &terms),
+            Some(field) => BoundaryHeights::bake(mesh, &topology, field, &terms),
             None => BoundaryHeights::none(),
         };
-        Self { topology, boundary }
+        Self { topology, boundary, terms: terms.record() }
     }
 }
 
@@ -329,6 +349,10 @@ impl ObjectMaps {
         );
         let (leadr, material) = (leadr?, material?);
         let detail = match detail {
+            Some(detail) if detail.displaces && (kind.tiled || kind.triplanar || !kind.displaced) => {
+                let fault = "a detail displaces only relief over texture coordinates that do not end at each patch";
+                return Err(GpuError::usage(name.clone(), fault));
+            }
             Some(detail) => Arc::new(DetailImages::new(gpu, name, detail, &object.mesh, border, &none.material)?),
             None => none.detail.clone(),
         };
@@ -347,6 +371,14 @@ impl ObjectMaps {
         } else {
             none.horizons.clone()
         };
+        let height_scale = match &object.height_scale_map {
+            Some(_) if kind.tiled || kind.triplanar => {
+                let fault = "a map of the height scale needs texture coordinates that do not end at each patch";
+                return Err(GpuError::usage(name.clone(), fault));
+            }
+            Some(map) if kind.displaced => Some(HeightScaleImage::new(gpu, name, map)?),
+            _ => None,
+        };
         let mode = if border == Border::Wrap { AddressMode::Repeat } else { AddressMode::ClampToEdge };
         let modes = object.slope_wrap.map_or([mode; 2], |wrap| wrap.map(address_mode));
         Ok(Self {
@@ -356,6 +388,7 @@ impl ObjectMaps {
             material,
             charts: Buffer::from_slice(gpu, &format!("{name} charts"), &charts)?,
             detail,
+            height_scale,
             sampler: Sampler::with_modes(gpu, Filter::Trilinear, modes)?,
             of_coarse_levels: Sampler::new(gpu, Filter::Bilinear, AddressMode::ClampToEdge)?,
         })
@@ -368,6 +401,10 @@ impl ObjectMaps {
         let coarse = [(&atlas.light, of_coarse_levels), (&atlas.color, of_coarse_levels)];
         let [coarse_light, coarse_color] =
             material.coat.as_ref().map_or(coarse, |[first, second]| [(first, colors), (second, colors)]);
+        let coarse_a = self.height_scale.as_ref();
+        let coarse_a = coarse_a.map_or((&atlas.slopes, of_coarse_levels), |map| (&map.image, &map.sampler));
+        let coarse_b =
+            if detail.displaces { (&detail.maps.heights, &detail.sampler) } else { (&atlas.joint, of_coarse_levels) };
         let images: [(&str, &Image, &Sampler); 24] = [
             ("height_map", &leadr.heights, sampler),
             ("moments_a", &leadr.slopes, sampler),
@@ -382,8 +419,8 @@ impl ObjectMaps {
             ("emission_map", &material.emission, emission),
             ("occlusion_map", &material.occlusion, occlusion),
             ("opacity_map", &material.opacity, opacity),
-            ("coarse_a", &atlas.slopes, of_coarse_levels),
-            ("coarse_b", &atlas.joint, of_coarse_levels),
+            ("coarse_a", coarse_a.0, coarse_a.1),
+            ("coarse_b", coarse_b.0, coarse_b.1),
             ("coarse_color", coarse_color.0, coarse_color.1),
             ("coarse_f0", &atlas.f0, of_coarse_levels),
             ("coarse_light", coarse_light.0, coarse_light.1),
@@ -420,12 +457,13 @@ impl GpuObject {
         let kind = SurfaceKind::of(&object, &object.mesh);
         let coarse = coarse_mesh.map(|mesh| (SurfaceKind::of(&object, &mesh), mesh));
         let numbers = [upload.fits.number_of(&object), upload.media.number_of(&object)];
+        let detail = DetailHeights::of(&object);
         let maps = match maps {
             Some(maps) => Ok(maps),
             None => Err(MapSources::take(&mut object)),
         };
         let topology = Topology::new(&object.mesh.welded_patches());
-        let carry = |mesh: &PatchMesh, topology, kind| Carrier::of(mesh, topology, object.heights.as_ref(), kind);
+        let carry = |mesh: &PatchMesh, topology, kind| Carrier::of(mesh, topology, &object, detail.as_ref(), kind);
         let (maps, (carrier, coarse)) = rayon::join(
             || maps.or_else(|sources| ObjectMaps::upload(gpu, &object, sources, &topology, kind, upload).map(Arc::new)),
             || {
@@ -439,6 +477,7 @@ impl GpuObject {
         let maps = maps?;
         // The device now has the height texels, so the CPU's copy is freed.
         object.heights.iter_mut().for_each(|field| field.map.texels = Vec::new());
+        object.height_scale_map.iter_mut().for_each(|map| map.texels = Vec::new());
         let none = &upload.none.classes;
         let coarse = coarse.map(|(kind, carrier, mesh)| {
             let object = Object { mesh, ..object.clone() };
@@ -453,7 +492,7 @@ impl GpuObject {
         object: Object,
         [fit, medium]: [u32; 2],
         kind: SurfaceKind,
-        Carrier { topology, boundary }: Carrier,
+        Carrier { topology, boundary, terms }: Carrier,
         maps: Arc<ObjectMaps>,
         no_classes: &ClassImages,
     ) -> Result<Self> {
@@ -473,6 +512,7 @@ impl GpuObject {
             edge_texels: boundary.edge_texels,
             edge_relief: boundary.edge_relief,
             topology,
+            terms,
             object,
             maps,
             kind,
@@ -517,7 +557,7 @@ impl GpuObject {
             class_centers: images.centers,
             class_unit: images.unit,
             class_correlation: images.correlation,
-            class_sky_depth: images.sky_depths(shown.height_scale),
+            class_sky_depth: images.sky_depths(shown.height_scale * self.terms.typical),
             ..bytemuck::Zeroable::zeroed()
         });
         ObjectRecordGpu {
@@ -531,6 +571,11 @@ impl GpuObject {
                 [coat.weight, coat.alpha, if coat.relief == CoatRelief::Smooth { 1.0 } else { 0.0 }, 0.0]
             }),
             relief: self.relief * height_scale.abs(),
+            scale_lod: self.terms.lod,
+            scale_offset: self.terms.offset,
+            scale_linear: self.terms.linear,
+            detail_unit: self.terms.detail_unit,
+            detail_lod: self.terms.detail_lod,
             ..record
         }
     }
@@ -567,7 +612,12 @@ const SAMPLED: usize = 64;
 /// Whether the relief of an object has no other maps.
 fn is_relief_alone(object: &Object) -> bool {
     let others = [object.slopes.is_some(), object.slope_spread.is_some(), object.moments.is_some()];
-    let materials = [object.material.is_some(), object.detail.is_some(), object.charts.is_some()];
+    let materials = [
+        object.material.is_some(),
+        object.detail.is_some(),
+        object.charts.is_some(),
+        object.height_scale_map.is_some(),
+    ];
     !others.into_iter().chain(materials).any(|there| there)
 }
 

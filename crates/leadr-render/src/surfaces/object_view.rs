@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use glam::Mat4;
 
+use super::detail::{DetailHeadGpu, RestVertexGpu};
 use super::divided::{DividedObject, VertexGpu};
 use super::object::{GpuObject, PatchGpu};
 use super::posed::PosedObject;
@@ -13,8 +14,15 @@ use crate::view::View;
 use leadr_gpu::{Buffer, Gpu, Result, SharedStruct, StructLayout};
 
 /// The structs that the stages of the geometry pass share.
-pub const GEOMETRY_STRUCTS: [StructLayout; 5] =
-    [ViewRecordGpu::LAYOUT, VertexGpu::LAYOUT, PatchGpu::LAYOUT, ObjectRecordGpu::LAYOUT, DrawGpu::LAYOUT];
+pub const GEOMETRY_STRUCTS: [StructLayout; 7] = [
+    ViewRecordGpu::LAYOUT,
+    VertexGpu::LAYOUT,
+    PatchGpu::LAYOUT,
+    ObjectRecordGpu::LAYOUT,
+    DrawGpu::LAYOUT,
+    DetailHeadGpu::LAYOUT,
+    RestVertexGpu::LAYOUT,
+];
 
 /// The viewpoint from which a surface is drawn.
 #[derive(Clone, Copy, Debug)]

@@ -22,6 +22,8 @@ pub struct PatchMesh {
     pub colors: Vec<[f32; 4]>,
     /// The ambient accessibility of each vertex, from 0 to 1 (unoccluded).
     pub accessibility: Vec<f32>,
+    /// The factor on the height scale at each vertex, 0 or more. The list is empty if all factors are 1.
+    pub height_scales: Vec<f32>,
     /// The skinning weights of each vertex. The list is empty for a rigid mesh.
     pub skin: Vec<SkinWeights>,
     /// The vertex indices of each patch.
@@ -80,6 +82,11 @@ impl PatchMesh {
         };
         let sum: f32 = self.patches.iter().map(|patch| (0..4).map(|i| side(patch, i)).sum::<f32>()).sum();
         sum / (4 * self.patches.len()).max(1) as f32
+    }
+
+    /// Returns the factor on the height scale at a vertex, or 1 if the mesh has none.
+    pub fn height_scale_of(&self, vertex: usize) -> f32 {
+        self.height_scales.get(vertex).copied().unwrap_or(1.0)
     }
 
     /// Returns the ambient accessibility of a vertex, or 1 if the mesh has none.

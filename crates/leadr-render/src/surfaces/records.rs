@@ -48,8 +48,18 @@ shared_struct! {
         pub coat: [f32; 4],
         /// The number of the medium, counted from 1, or 0 without one.
         pub medium: u32,
+        /// The level of the height scale's map whose texels are as wide as those of the heights.
+        pub scale_lod: f32,
+        /// The offset of the coordinates in the height scale's map.
+        pub scale_offset: [f32; 2],
+        /// The columns of the matrix from texture coordinates to coordinates in the height scale's map.
+        pub scale_linear: [f32; 4],
+        /// For a detail that displaces, the units of the heights per metre.
+        pub detail_unit: f32,
+        /// The level of the detail whose texels are as wide as those of the heights.
+        pub detail_lod: f32,
         /// Padding.
-        pub spare: [u32; 3],
+        pub spare: [u32; 2],
         /// The centres of the classes of facets, as slopes per unit of texture coordinate and height, in units of the map.
         pub class_centers: [[f32; 4]; MOST_CLASSES],
         /// The units of the classes' moments about these centres, and the slope variance of the map in these units.

@@ -61,6 +61,12 @@ impl Chart {
     }
 }
 
+/// Returns the transform from texture coordinates to an atlas of UDIM tiles. In models, `t` points down, and tile 1001 is the unit square.
+pub fn onto_tiles([columns, rows]: [u32; 2]) -> Affine2 {
+    let grid = Vec2::new(columns as f32, rows as f32);
+    Affine2::from_scale(grid.recip()) * Affine2::from_translation(Vec2::Y * (grid.y - 1.0))
+}
+
 /// The charts of a material.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Charts {
@@ -88,7 +94,8 @@ impl Charts {
         let one = |texture: Option<&Texture>| Chart::of(texture.as_slice(), bounds);
         let normal = m.normal_map.as_ref().map(|map| &map.texture);
         // Heights use the first coordinate set, and the slopes of a normal map share their chart.
-        let relief = m.relief.as_ref().map(|_| (Chart { exact: normal.is_none(), ..Chart::NONE }, true));
+        let transform = onto_tiles(m.relief_tiles);
+        let relief = m.relief.as_ref().map(|_| (Chart { exact: normal.is_none(), transform, ..Chart::NONE }, true));
         let slopes = relief.or_else(|| one(normal));
         let [color, emission, occlusion, opacity] = [
             Chart::of(&colors, bounds),

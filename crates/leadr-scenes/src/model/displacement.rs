@@ -13,6 +13,7 @@ use crate::error::SceneError;
 use leadr_maps::folders::{OutsideLinks, matching};
 use leadr_maps::limits::ImageBudget;
 use leadr_maps::material::{Material, Relief, Role, role_of};
+use leadr_maps::udim::Tiles;
 use leadr_maps::{MapError, MapFault, load_height_map};
 use leadr_models::Model;
 
@@ -106,10 +107,12 @@ pub fn displace(
     for Displacement { named, scale, middle } in requested {
         let indices = materials_named(model, named.material.as_deref())?;
         let relief = relief_of(&named.file)?;
+        let grid = Tiles::find(&named.file)?.map_or([1; 2], |tiles| tiles.grid);
         let relief = Relief { scale: *scale, middle: middle.unwrap_or(relief.middle), ..relief };
         for index in indices {
             room(&relief, &named.file)?;
             model.materials[index].relief = Some(relief.clone());
+            model.materials[index].relief_tiles = grid;
         }
     }
     Ok(())
@@ -163,6 +166,10 @@ mod tests {
     use leadr_maps::HeightMap;
     use leadr_maps::material::{Encoding, Input, Raster, Samples, Texture};
     use leadr_maps::save::save_png_grey16;
+    use leadr_models::{Mesh, Node, Primitive};
+
+    use crate::model::parts::tests::node;
+    use crate::model::{ModelChoice, stage};
 
     #[test]
     fn displacements_are_read_as_they_are_written() {
@@ -210,6 +217,46 @@ mod tests {
         let error =
             displace(&mut model.clone(), &file, &[requested("moss")], OutsideLinks::Refused).unwrap_err().to_string();
         assert!(error.ends_with("no material is named moss; available: bark, Material.001, stone"), "{error}");
+    }
+
+    #[test]
+    fn a_model_spans_several_tiles() {
+        let folder = tempfile::tempdir().unwrap();
+        for (tile, height) in [(1001, 0.2), (1002, 0.6), (1011, 0.9)] {
+            let map = HeightMap { width: 4, height: 4, texels: vec![height; 16] };
+            save_png_grey16(folder.path().join(format!("skin.{tile}.png")), &map, 0.0, 1.0).unwrap();
+        }
+        let at = [[0.5, 0.5], [1.5, 0.5], [0.5, -0.5]];
+        let primitive = Primitive {
+            triangles: vec![[0, 1, 2]],
+            positions: at.map(|[x, y]| [x, -y, 0.0]).to_vec(),
+            normals: vec![[0.0, 0.0, 1.0]; 3],
+            texcoords: vec![at.to_vec()],
+            ..Primitive::default()
+        };
+        let heights = |name: &str| {
+            let mut model = Model {
+                materials: vec![Material::new("skin")],
+                meshes: vec![Mesh { primitives: vec![primitive.clone()], ..Mesh::default() }],
+                nodes: vec![Node { mesh: Some(0), ..node() }],
+                order: vec![0],
+                ..Model::default()
+            };
+            model.scenes = vec![leadr_models::SceneRoots { name: String::new(), roots: vec![0] }];
+            let map = folder.path().join(name);
+            let requested = format!("skin={},2", map.to_string_lossy()).parse().unwrap();
+            displace(&mut model, &folder.path().join("a.glb"), &[requested], OutsideLinks::Refused).unwrap();
+            let object = stage(ModelChoice::new(model, None).unwrap()).unwrap().objects.remove(0);
+            let field = object.heights.unwrap();
+            [0, 1, 3].map(|corner| field.bilinear(object.mesh.texcoords[0][corner]))
+        };
+        for name in ["skin.<UDIM>.png", "skin.1001.png"] {
+            let [first, right, above] = heights(name);
+            assert!(
+                (right - first - 0.8).abs() < 1e-3 && (above - first - 1.4).abs() < 1e-3,
+                "{first} {right} {above}"
+            );
+        }
     }
 
     #[test]

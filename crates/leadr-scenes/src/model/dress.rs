@@ -34,6 +34,7 @@ pub fn object(
         positions: rest.positions,
         normals: rest.normals,
         colors: colors.into_iter().map(|[r, g, b, _]| [r, g, b, 1.0]).collect(),
+        height_scales: parts.height_scales(model, index),
         patches: corners.into_iter().map(|[a, b, c]| [a, b, c, c]).collect(),
         texcoords: at.slopes.into_iter().map(|[a, b, c]| [a, b, c, c]).collect(),
         triangles: true,

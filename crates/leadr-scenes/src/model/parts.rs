@@ -137,6 +137,15 @@ impl Parts {
         used.fold((Vec2::INFINITY, Vec2::NEG_INFINITY), |(low, high), at| (low.min(at), high.max(at)))
     }
 
+    /// Returns the factors on the height scale at an object's vertices, or an empty list if all are 1.
+    pub fn height_scales(&self, model: &Model, object: usize) -> Vec<f32> {
+        let parts = self.objects[object].staged().iter().map(|part| part.shown_in(model));
+        if parts.clone().all(|primitive| primitive.height_scales.is_none()) {
+            return Vec::new();
+        }
+        parts.flat_map(|p| p.height_scales.clone().unwrap_or_else(|| vec![1.0; p.positions.len()])).collect()
+    }
+
     /// Returns the linear colours and the opacity of an object's vertices. The default is white and opaque.
     pub fn colors(&self, model: &Model, object: usize) -> Vec<[f32; 4]> {
         let of_part = |part: &Part| {

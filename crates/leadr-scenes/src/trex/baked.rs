@@ -116,11 +116,7 @@ mod tests {
             skin: vec![SkinWeights { joints: [3, 1, 0, 0], weights: [0.75, 0.25, 0.0, 0.0] }; 4],
             patches: vec![[0, 1, 2, 3]],
             texcoords: vec![layout.texcoords(0)],
-            flat_repeat: None,
-            triplanar: None,
-            triangles: false,
-            welds: Vec::new(),
-            rims: Vec::new(),
+            ..PatchMesh::default()
         };
         Baked {
             body,

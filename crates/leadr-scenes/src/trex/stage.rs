@@ -8,7 +8,9 @@ use crate::ground::{STEP, ground};
 use crate::registry::Progress;
 use crate::sphere::tiled_object;
 use crate::stage::{Stage, Views};
+use leadr_maps::noise::smoothstep;
 use leadr_render::camera::Camera;
+use leadr_render::named_enum;
 use leadr_render::scene::{Object, Pose};
 use leadr_render::surfaces::patch_mesh::{PatchMesh, TileLayout};
 
@@ -29,6 +31,33 @@ pub fn animal(trex: Trex) -> [Object; 2] {
         .with_coarse_mesh(trex.coarse_props)
         .with_specular_f0(0.05);
     [body, props]
+}
+
+named_enum! {
+    /// How the height of the skin's relief varies over the T-rex.
+    #[derive(Default)]
+    pub enum SkinRelief {
+        /// The height is as generated.
+        #[default]
+        Even = "even", "As generated";
+        /// The relief is higher on the back and lower on the belly.
+        Graded = "graded", "Higher on the back, lower on the belly";
+    }
+}
+
+/// The factor on the height of the skin where it faces down, and the difference to skin that faces up.
+const BELLY: f32 = 0.4;
+const BACK_ABOVE_BELLY: f32 = 1.2;
+
+/// Sets the height scales of the body's vertices at rest.
+pub fn vary_skin(objects: &mut [Object], relief: SkinRelief) {
+    if relief == SkinRelief::Even {
+        return;
+    }
+    for body in objects.iter_mut().filter(|object| object.name == BODY) {
+        let scale = |normal: &Vec3| BELLY + BACK_ABOVE_BELLY * smoothstep(-0.7, 0.8, normal.z);
+        body.mesh.height_scales = body.mesh.normals.iter().map(scale).collect();
+    }
 }
 
 /// Returns a body whose maps have their final sizes, but no contents.
@@ -69,4 +98,21 @@ fn walking_on(trex: Trex, ground: Object) -> Stage {
 /// Returns the distance in metres that the animal has walked after `time` seconds.
 pub fn walked(time: f64) -> f32 {
     (time * walk::SPEED) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn graded_skin_is_higher_on_the_back() {
+        let mesh = PatchMesh { normals: vec![Vec3::Z, Vec3::X, -Vec3::Z], ..PatchMesh::default() };
+        let mut objects = [Object::new(BODY, mesh.clone()), Object::new("ground", mesh)];
+        vary_skin(&mut objects, SkinRelief::Even);
+        assert!(objects.iter().all(|object| object.mesh.height_scales.is_empty()));
+        vary_skin(&mut objects, SkinRelief::Graded);
+        let [back, flank, belly] = objects[0].mesh.height_scales[..] else { panic!() };
+        assert_eq!((back, belly), (BELLY + BACK_ABOVE_BELLY, BELLY));
+        assert!(belly < flank && flank < back && objects[1].mesh.height_scales.is_empty());
+    }
 }
