@@ -126,6 +126,7 @@ impl SceneOption {
 
 /// All options except the shading options.
 #[rustfmt::skip]
+#[allow(clippy::large_const_arrays, reason = "the list takes the options by value, once")]
 const OPTIONS: [SceneOption; 72] = [
     option(SCENE, "scene", "NAME|FILE.glb|FILE.gltf", "Draw this scene, or a glTF model on open ground",
         Text(enter)).common().default(SCENES[0].name).panel(Panel::Own),
