@@ -72,9 +72,10 @@ fn export(arguments: &[String]) {
     let [gloss, file, rest @ ..] = arguments else { panic!("give GLOSS, FILE and perhaps WALKS") };
     let gloss = gloss.parse().expect("GLOSS is a number from 0 to 1");
     let count = rest.first().map_or(200, |count| count.parse().expect("WALKS is a whole number"));
-    let format = Export::of(Path::new(file)).unwrap_or_else(|| panic!("end {file} in {}", Export::NAMES));
+    let format = Export::of(Path::new(file)).unwrap_or_else(|| panic!("end {file} in .binary or .pfm"));
     let walked = Walked { facets: Ggx::isotropic(DVec2::ZERO, Gloss::Wwii.alpha(gloss)), count };
-    std::fs::write(file, format.bytes(&walked)).expect("the file is written");
+    let bytes = format.bytes_of_any(&walked).expect("a .binary or .pfm file");
+    std::fs::write(file, bytes).expect("the file is written");
 }
 
 /// Prints directional albedos, and the contribution of further specular bounces.

@@ -32,6 +32,6 @@ mod tests {
     fn entry_points_are_small() {
         let largest = super::SHADERS.iter().max_by_key(|shader| shader.code.len()).unwrap();
         println!("{}: {} bytes of {} entry points", largest.name, largest.code.len(), super::SHADERS.len());
-        assert!(largest.code.len() <= 10 << 16, "{}: {} bytes", largest.name, largest.code.len());
+        assert!(largest.code.len() <= 11 << 16, "{}: {} bytes", largest.name, largest.code.len());
     }
 }

@@ -64,7 +64,7 @@ pub enum Command {
     /// Render a picture or a sequence to files, without a window
     #[command(after_help = capture::args::EXAMPLES)]
     Capture(Box<CaptureArgs>),
-    /// Filter heights, normals or a material folder into maps with mip levels for other engines
+    /// Filter heights, normals, a material folder or the textures of a model into mip levels for other engines
     #[command(after_help = bake::args::EXAMPLES)]
     Bake(Box<BakeArgs>),
     /// Fit a microfacet model to a measured material: slopes, Fresnel term, roughness

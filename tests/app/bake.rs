@@ -480,7 +480,7 @@ fn a_model_gets_filtered_textures() {
         (vec![text(&source), "--kind", "gloss", "-o", "x.glb"], "--kind is for maps"),
         (vec![text(&source), "-o", "x.ktx2"], "must end in .glb or .gltf"),
         (vec![text(&source), "-o", text(&source)], "is also an input"),
-        (vec!["nothing.glb", "-o", "x.glb"], "nothing.glb: cannot be opened"),
+        (vec!["nothing.glb", "-o", "x.glb"], "nothing.glb: cannot be found"),
         (vec!["a.png", "--for", "bevy", "-o", "x.ktx2"], "--for is for models"),
     ] {
         let output = bake(&wrong);

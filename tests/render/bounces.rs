@@ -150,7 +150,7 @@ fn the_blend_of_the_thesis_keeps_its_energy() {
     let white = f64::from(leadr::maps::srgb::linear_from_srgb(f32::from(code()) / 255.0));
     let alpha = alpha_of(alpha_code(0.2));
     let blend = |terms| ShadingOptions { terms, diffuse_model: DiffuseModel::Blend, ..Default::default() };
-    let sun = Some(Vec3::new(0.2, 0.5, 0.8).normalize());
+    let sun = Vec3::new(0.2, 0.5, 0.8).normalize();
     for technique in TECHNIQUES {
         let [mut furnace, mut ideal] = [code(), 0].map(|albedo| in_furnace(&gpu, ground(albedo, alpha, 1.0, None)));
         let [mut dark, mut mirror] =
@@ -163,12 +163,12 @@ fn the_blend_of_the_thesis_keeps_its_energy() {
             assert!((all - expected).abs() < 5e-3, "{technique:?}, cos {cosine}: {all} for {expected}");
             // The facets of roughness .2 shadow little. Those of gloss, which are GGX, lose more of the light.
             assert!(technique == Technique::Gloss || (all - 1.0).abs() < 0.015, "{technique:?}, cos {cosine}: {all}");
-            let specular = drawn(&mut mirror, technique, lambert(Terms::SPECULAR_LIGHTS), cosine, sun).x;
+            let specular = drawn(&mut mirror, technique, lambert(Terms::SPECULAR_LIGHTS), cosine, Some(sun)).x;
             let [own, diffuse] = [Terms::SPECULAR_LIGHTS, Terms::DIFFUSE_LIGHTS]
-                .map(|terms| drawn(&mut dark, technique, blend(terms), cosine, sun).x);
+                .map(|terms| drawn(&mut dark, technique, blend(terms), cosine, Some(sun)).x);
             // Colours have 8 bits, and their filter rounds to 16.
             assert!((own / specular - (1.0 - white)).abs() < 3e-3, "{technique:?}: {own} of {specular}");
-            let expected = white * f64::from(sun.unwrap().z) / std::f64::consts::PI;
+            let expected = white * f64::from(sun.z) / std::f64::consts::PI;
             assert!((diffuse / expected - 1.0).abs() < 0.02, "{technique:?}: {diffuse} for {expected}");
         }
     }

@@ -16,6 +16,8 @@ use crate::ray_cast::Tile;
 /// The half vectors of the comparison, from the mesonormal to this angle in degrees.
 const WIDEST: f64 = 75.0;
 const HALF_VECTORS: usize = 500;
+/// The number of facets of a relief that are compared.
+const FACETS: usize = 1 << 17;
 /// Facets for the lobes' expectation maximisation.
 const SAMPLES: usize = 8192;
 const ROUNDS: usize = 80;
@@ -63,14 +65,24 @@ impl Normals {
         let tile = Tile::from_heights(map.width, map.texels.iter().map(|h| (f64::from(*h) * cells) as f32).collect());
         let size = map.width as i32;
         let facets = (0..size * size).flat_map(|i| tile.slopes(i % size, i / size));
-        Self { weighted: facets.map(|slope| area_weighted(slope, 1.0)).collect(), map, scale }
+        let stride = odd_stride(2 * (size * size) as usize, FACETS);
+        Self { weighted: facets.step_by(stride).map(|slope| area_weighted(slope, 1.0)).collect(), map, scale }
     }
 
-    /// Returns the error of a form for facets with an isotropic Beckmann base of roughness `alpha`: the RMS over half vectors of the
+    /// Returns the errors of forms for facets with an isotropic Beckmann base of roughness `alpha`: the RMS over half vectors of the
     /// difference in the distribution of the bases' normals, divided by the RMS of that distribution.
-    pub fn error(&self, form: Form, alpha: f64) -> f64 {
+    pub fn errors<const N: usize>(&self, forms: [Form; N], alpha: f64) -> [f64; N] {
         let truth = distribution(&self.weighted, alpha);
-        let found = match form {
+        let square = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>();
+        let whole = square(&mut truth.iter().copied());
+        forms.map(|form| {
+            let found = self.distribution_by(form, alpha);
+            (square(&mut truth.iter().zip(&found).map(|(a, b)| a - b)) / whole).sqrt()
+        })
+    }
+
+    fn distribution_by(&self, form: Form, alpha: f64) -> Vec<f64> {
+        match form {
             Form::Gaussians(count) => {
                 let facets = Facets::OfHeights(&self.map, Wrap::Repeat);
                 let found = classes_of_count(facets, [self.scale; 2], count).sampled([self.scale; 2]);
@@ -80,10 +92,13 @@ impl Normals {
                 distribution(&lobes(&self.weighted, count).iter().flat_map(Lobe::nodes).collect(), alpha)
             }
             Form::Harmonics(degree) => harmonics(&self.weighted, degree, alpha),
-        };
-        let square = |values: &mut dyn Iterator<Item = f64>| values.map(|v| v * v).sum::<f64>();
-        (square(&mut truth.iter().zip(&found).map(|(a, b)| a - b)) / square(&mut truth.iter().copied())).sqrt()
+        }
     }
+}
+
+/// Returns a step through `count` values that takes about `wanted` of them. It is odd, so it visits all columns of a map.
+fn odd_stride(count: usize, wanted: usize) -> usize {
+    (count / wanted).max(1) | 1
 }
 
 /// A relief with heavy tails: a Gaussian field whose amplitude varies log-normally over larger distances.
@@ -176,8 +191,7 @@ impl Lobe {
 
 /// Fits lobes to normals by expectation maximisation.
 fn lobes(weighted: &Nodes, count: usize) -> Vec<Lobe> {
-    let stride = (weighted.len() / SAMPLES).max(1) | 1; // odd, so it visits all columns of the map
-    let samples: Nodes = weighted.iter().copied().step_by(stride).collect();
+    let samples: Nodes = weighted.iter().copied().step_by(odd_stride(weighted.len(), SAMPLES)).collect();
     let mean = |of: &dyn Fn(DVec3) -> f64| {
         let (sum, area) = samples.iter().fold((DVec3::ZERO, 0.0), |(sum, area), (n, a)| {
             let weight = a * of(*n);

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::{has_extension, merl, rgl_write, slice};
 use leadr_reflectance::facets::slope_distribution::SlopeDistribution;
+use leadr_reflectance::materials::brdf::Brdf;
 use leadr_reflectance::materials::fitted::FittedBrdf;
 
 /// A format of exported materials.
@@ -28,12 +29,17 @@ impl Export {
             .find_map(|(extension, format)| has_extension(file, extension).then_some(format))
     }
 
+    /// Returns the content of a file with any isotropic material, or `None` for an RGL file, which needs the slopes of its facets.
+    pub fn bytes_of_any(self, brdf: &impl Brdf) -> Option<Vec<u8>> {
+        match self {
+            Self::Merl => Some(merl::write(brdf)),
+            Self::Slice => Some(slice::write(brdf)),
+            Self::Rgl => None,
+        }
+    }
+
     /// Returns the content of a file. Only an RGL file holds an anisotropic material and its `description`.
     pub fn bytes<D: SlopeDistribution>(self, brdf: &FittedBrdf<D>, isotropic: bool, description: &str) -> Vec<u8> {
-        match self {
-            Self::Merl => merl::write(brdf),
-            Self::Slice => slice::write(brdf),
-            Self::Rgl => rgl_write::write(brdf, isotropic, description),
-        }
+        self.bytes_of_any(brdf).unwrap_or_else(|| rgl_write::write(brdf, isotropic, description))
     }
 }

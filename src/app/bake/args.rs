@@ -112,14 +112,14 @@ pub struct BakeArgs {
     /// Set the channels of the file: the channels of leadr, or the bump slopes of OpenImageIO (.exr)
     #[arg(long, value_name = "LAYOUT", value_parser = one_of(LAYOUTS), default_value = "leadr")]
     pub layout: Layout,
-    /// Set the engine that reads the model (models only)
+    /// Set the engine that reads the model [default: gltf]
     #[arg(long = "for", value_name = "ENGINE", value_parser = one_of(ENGINES))]
     pub engine: Option<ModelEngine>,
     /// Write the table of specular reflectance under occlusion cones (32 viewer's cosines x 32 glosses on --gloss-scale x 8 cones) as an .exr, without an input
     #[arg(long, conflicts_with_all = WITHOUT_CONE_TABLE)]
     pub cone_table: bool,
-    /// Write the map to this file, several maps to this folder, or the model to this file
-    #[arg(long, short, value_name = "OUT.ktx2|OUT.exr|OUT.png|OUT.glb|OUT.gltf|FOLDER")]
+    /// Write the map (.ktx2, .exr or .png) or the model (.glb or .gltf) to this file, or several maps to this folder
+    #[arg(long, short, value_name = "FILE|FOLDER")]
     pub output: PathBuf,
 }
 

@@ -1,5 +1,7 @@
 //! Forms for the distribution of normals under a pixel.
 
+use std::collections::BTreeMap;
+
 use leadr_lab::hard_edges::{bricks, studs, tiles};
 use leadr_lab::normal_forms_study::{Form, Normals, heavy_tails};
 use leadr_maps::{HeightMap, load_height_map, procedural};
@@ -42,11 +44,11 @@ fn forms_of_normals() {
     ];
     let scans = [("metal walkway (scan)", "MetalWalkway006", 0.01), ("leather (scan)", "Leather027", 0.015)];
     let scans = scans.into_iter().filter_map(|(title, name, depth)| Some((title, scan(name, depth)?)));
-    let mut errors = std::collections::BTreeMap::new();
+    let mut errors = BTreeMap::new();
     println!("{:?}", FORMS.map(|form| (form, form.floats())));
     for (name, normals) in made.into_iter().chain(scans) {
         for alpha in ALPHAS {
-            let row = FORMS.map(|form| normals.error(form, alpha));
+            let row = normals.errors(FORMS, alpha);
             println!("| {name} | {alpha} |{}", row.map(|e| format!(" {:.1} |", 100.0 * e)).concat());
             errors.insert((name, (1000.0 * alpha) as u32), row);
         }

@@ -220,9 +220,9 @@ mod tests {
             assert_eq!(Parts::of(&model).objects.len(), count);
             start.elapsed().as_secs_f64()
         };
-        // A comparison of all pairs would take 16 times as long.
+        // A comparison of all pairs would take 64 times as long.
         let fastest = |count| (0..5).map(|_| seconds(count)).fold(f64::INFINITY, f64::min);
-        let (few, many) = (fastest(20_000), fastest(80_000));
-        assert!(many < 10.0 * few, "{few} s for 20000 materials, {many} s for 80000");
+        let (few, many) = (fastest(10_000), fastest(80_000));
+        assert!(many < 30.0 * few, "{few} s for 10000 materials, {many} s for 80000");
     }
 }
