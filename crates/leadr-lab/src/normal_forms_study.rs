@@ -103,8 +103,8 @@ fn odd_stride(count: usize, wanted: usize) -> usize {
 
 /// A relief with heavy tails: a Gaussian field whose amplitude varies log-normally over larger distances.
 pub fn heavy_tails(size: u32, slope_sigma: f32, spread: f32) -> HeightMap {
-    let mut field = procedural::gaussian(size, size, 3, slope_sigma, 3.0);
-    let amplitude = procedural::gaussian(size, size, 4, 1.0, 24.0);
+    let mut field = procedural::gaussian(size, size, 3, slope_sigma, 0.006);
+    let amplitude = procedural::gaussian(size, size, 4, 1.0, 0.05);
     let deviation = (amplitude.texels.iter().map(|a| a * a).sum::<f32>() / amplitude.texels.len() as f32).sqrt();
     for (height, a) in field.texels.iter_mut().zip(&amplitude.texels) {
         *height *= (spread * (a / deviation) - spread * spread).exp();

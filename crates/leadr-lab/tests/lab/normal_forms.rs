@@ -35,7 +35,7 @@ fn scan(name: &str, depth: f64) -> Option<Normals> {
 fn forms_of_normals() {
     let size = f64::from(SIZE);
     let made = [
-        ("Gaussian field, σ .3", Normals::new(procedural::gaussian(SIZE, SIZE, 3, 0.3, 3.0), 1.0)),
+        ("Gaussian field, σ .3", Normals::new(procedural::gaussian(SIZE, SIZE, 3, 0.3, 0.006), 1.0)),
         ("heavy tails, σ .3", Normals::new(heavy_tails(SIZE, 0.3, 0.7), 1.0)),
         ("bricks", Normals::new(bricks(SIZE), 1.0)),
         ("studs", Normals::new(studs(SIZE, 9.0, 4.0, 0.5, 6.0), 1.0)),

@@ -61,7 +61,9 @@ impl NormalMips {
     /// for texels that are not larger than those of the finest level.
     pub(super) fn length(&self, size: [u32; 2], [s, t]: [f32; 2]) -> f32 {
         let ratio = |axis: usize| (self.sizes[0][axis] as f32 / size[axis] as f32).max(1.0).log2();
-        let level = 0.5 * (ratio(0) + ratio(1));
+        // Sides of one texel are not halved any more, so levels are found by their size first.
+        let same = self.sizes.iter().position(|level| *level == size);
+        let level = same.map_or_else(|| 0.5 * (ratio(0) + ratio(1)), |level| level as f32);
         let (below, part) = (level as usize, level.fract());
         let lower = self.length_in_level(below, [s, t]);
         if part < 1e-3 { lower } else { lower + part * (self.length_in_level(below + 1, [s, t]) - lower) }
