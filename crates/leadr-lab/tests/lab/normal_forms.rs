@@ -53,4 +53,11 @@ fn forms_of_normals() {
             errors.insert((name, (1000.0 * alpha) as u32), row);
         }
     }
+    let found = |name| errors[&(name, 100)];
+    // The classes of a Gaussian field are found on a sample of its facets.
+    assert!(found("Gaussian field, σ .3")[0] < 0.06);
+    for name in ["heavy tails, σ .3", "bricks", "studs"] {
+        let [one, _, four, _, _, degree_8, ..] = found(name);
+        assert!(four < 0.3 * one && degree_8 > 0.25, "{name}: {one} {four} {degree_8}");
+    }
 }
