@@ -159,7 +159,7 @@ mod tests {
             assert!(presses().skip(number + 1).all(|(other, _)| other != press), "{press:?} has two actions");
         }
         assert_eq!((typed("10"), typed("")), (None, None));
-        assert_eq!((typed("Q"), typed("z")), (Some(Action::Quit), None));
+        assert_eq!((typed("Q"), typed("%")), (Some(Action::Quit), None));
     }
 
     #[test]
