@@ -322,11 +322,11 @@ impl Rewriter {
             entry.remove("source");
             entry.insert("extensions".to_owned(), json!({ BASISU: { "source": image } }));
         }
-        if let Some(sampler) = json["textures"][texture]["sampler"].as_u64() {
-            let sampler = &mut json["samplers"][sampler as usize];
-            if sampler["minFilter"].as_u64() == Some(LINEAR) {
-                sampler["minFilter"] = json!(LINEAR_MIPMAP_LINEAR);
-            }
+        if let Some(sampler) = json["textures"][texture]["sampler"].as_u64()
+            && let Some(filter) = json.pointer_mut(&format!("/samplers/{sampler}/minFilter"))
+            && filter.as_u64() == Some(LINEAR)
+        {
+            *filter = json!(LINEAR_MIPMAP_LINEAR);
         }
         let info = json.pointer_mut(&of.pointer).ok_or_else(|| invalid(of.pointer.clone()))?;
         info["index"] = json!(texture);

@@ -169,7 +169,7 @@ impl Material<'_> {
             }
             material["pbrMetallicRoughness"] = json!({});
         }
-        let Some(object) = material.pointer_mut(pair.of_roughness) else { return };
+        let Some(object) = material.pointer_mut(pair.of_roughness).filter(|object| object.is_object()) else { return };
         let factor = object[pair.factor].as_f64().unwrap_or(pair.missing_factor).clamp(0.0, 1.0) as f32;
         let texture = match object.get(pair.roughness) {
             Some(roughness) => {
