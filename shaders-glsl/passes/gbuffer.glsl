@@ -26,8 +26,8 @@ struct FacetClasses {
     float weight[MOST_VIEWS];
     vec2 offset;
     float inside;                  // fraction of the relief's slope variance that the footprint contains
-    vec4 correlation[MOST_CLASSES]; // xyz: of the openness towards different directions; w: share of the class in the map
-    vec3 local[MOST_VIEWS];         // local openness in each projection (leadr/masking/classes.glsl)
+    vec4 correlation[MOST_CLASSES]; // xyz: of the openness towards different directions
+    vec4 local[MOST_VIEWS];         // amounts of the local openness in each projection (leadr/masking/classes.glsl)
     vec4 sky_depth;                // optical depth towards the sky
 };
 

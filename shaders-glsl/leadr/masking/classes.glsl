@@ -20,10 +20,10 @@ float openness_inside(const float open, const float inside) {
 }
 
 // Returns the openness of the classes in a footprint, whose facets can be more or less open than the mean facet of their class. open is that
-// of the mean, shape is the mean of open (1 - open) over the classes of the map, azimuth is the unit vector of the direction in the table of
-// the openness, and local is the local openness (crates/leadr-maps/src/derive/local_openness.rs).
-vec4 local_openness(const vec4 open, const float shape, const vec2 azimuth, const vec3 local) {
-    return clamp(open + shape * (local.x + dot(local.yz, azimuth)), 0.0, 1.0);
+// of the mean, components are those of the local openness in the direction, and amounts are their amounts in the footprint
+// (crates/leadr-maps/src/derive/local_openness.rs).
+vec4 local_openness(const vec4 open, const vec4 components, const vec4 amounts) {
+    return clamp(open + dot(components, amounts), 0.0, 1.0);
 }
 
 // Returns the angle between the azimuths of two directions of a plane. x: the tangent of half the angle; y: the cosine where the angle is

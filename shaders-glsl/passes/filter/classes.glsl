@@ -4,22 +4,22 @@
 #define LEADR_FILTER_CLASSES
 #include "leadr/slopes/rotation.glsl"
 
-// For each class, the six values w, w x, w y, w xx, w yy, w xy, and then the three values of the local openness, except in atlases, packed in
-// layers of four. w is the weight of the class, and x and y are the slope about the centre of the class.
+// For each class, the six values w, w x, w y, w xx, w yy, w xy, packed in layers of four, and then a layer with the amounts of the local
+// openness, except in atlases. w is the weight of the class, and x and y are the slope about the centre of the class.
 layout(set = 2) uniform sampler2DArray class_moments;
 // For each class, its weight times (colour, alpha^2). One more layer has the weights. The finest levels of large maps are left out.
 layout(set = 2) uniform sampler2DArray class_colors;
 // The coarse levels of both for an atlas (atlas.glsl).
 layout(set = 2) uniform sampler2DArray coarse_class_moments;
 layout(set = 2) uniform sampler2DArray coarse_class_colors;
-// The openness of each class (leadr_maps::derive::Openness).
-layout(set = 2) uniform sampler2D class_openness;
+// Layer 0: the openness of each class (leadr_maps::derive::Openness); layer 1: the components of the local openness.
+layout(set = 2) uniform sampler2DArray class_openness;
 layout(constant_id = 68) const bool CLASS_COLORS = false; // whether colours or roughnesses differ between classes
 
 // The smallest weight of a class that is shaded. The weights of the other classes go to the remaining ones.
 const float LEAST_CLASS = 1.0 / 256.0;
 
-const int CLASS_LAYERS = ATLAS ? (3 * CLASSES + 1) / 2 : (3 * CLASSES + 3) / 2;
+const int CLASS_LAYERS = (3 * CLASSES + 1) / 2 + (ATLAS ? 0 : 1);
 const int MOST_CLASS_LAYERS = 7;
 
 struct ClassMeans {
@@ -27,7 +27,7 @@ struct ClassMeans {
     vec3 second[MOST_CLASSES]; // w xx, w yy, w xy
     vec4 color[MOST_CLASSES];
     vec4 color_weight;
-    vec3 local;
+    vec4 local;
 };
 
 ClassMeans no_class_means() {
@@ -37,7 +37,7 @@ ClassMeans no_class_means() {
         means.color[k] = vec4(0.0);
     }
     means.color_weight = vec4(0.0);
-    means.local = vec3(0.0);
+    means.local = vec4(0.0);
     return means;
 }
 
@@ -56,7 +56,7 @@ void add_class_moments(inout ClassMeans means, const float weight, const vec2 te
         means.second[k] += weight * class_values(layers, 6 * k + 3);
     }
     if (USES_HORIZON) {
-        means.local += weight * class_values(layers, 6 * CLASSES);
+        means.local += weight * layers[CLASS_LAYERS - 1];
     }
 }
 
@@ -142,7 +142,7 @@ void add_openness_view(inout FacetClasses classes, const mat2 linear, const floa
 struct ClassParts {
     SlopePart part[MOST_CLASSES]; // mean and covariance of the gradients of each class; the area is its weight
     float inside;                 // fraction of the relief's slope variance that the footprint contains
-    vec3 local[MOST_VIEWS];       // local openness in each projection
+    vec4 local[MOST_VIEWS];       // local openness in each projection
 };
 
 // Returns the mean and the covariance of the gradients of a class.
@@ -180,7 +180,7 @@ ClassParts no_class_parts() {
     }
     parts.inside = 0.0;
     for (int i = 0; i < MOST_VIEWS; ++i) {
-        parts.local[i] = vec3(0.0);
+        parts.local[i] = vec4(0.0);
     }
     return parts;
 }

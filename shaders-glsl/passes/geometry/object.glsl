@@ -28,7 +28,7 @@ struct ObjectRecord {
     uint spare[2];
     vec4 class_centers[4]; // centres of the classes: slopes by texture coordinate and height, in units of the map
     vec4 class_unit;       // units of the classes' moments about these centres; w: slope variance of the map in these units, xx + yy
-    vec4 class_correlation[4]; // xyz: correlation of the openness of each class (leadr/masking/classes.glsl); w: its share of the map
+    vec4 class_correlation[4]; // xyz: correlation of the openness of each class (leadr/masking/classes.glsl)
     vec4 class_sky_depth;   // optical depth of each class towards the sky (leadr/masking/class_sky.glsl)
 };
 

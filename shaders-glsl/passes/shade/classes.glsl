@@ -23,17 +23,16 @@ ShadedClass shaded_class;
 vec4 pixel_depth; // optical depths of the classes towards the viewer
 
 #ifdef LEADR_CLASS_OPENNESS
-// Whether the openness towards lights is that of the footprint, with what bumps larger than the footprint hide. Otherwise, the horizon has
-// these bumps.
+// Whether the openness is that of the footprint, with what bumps larger than the footprint hide. Otherwise, the horizon has these bumps.
 const bool LOCAL_OPENNESS = BY_CLASS && USES_HORIZON && !ATLAS;
 
-vec4 class_openness_at(const vec2 at) {
-    return textureLod(class_openness, at, 0.0);
+vec4 class_openness_at(const vec2 at, const int layer) {
+    return textureLod(class_openness, vec3(at, float(layer)), 0.0);
 }
 #else
 const bool LOCAL_OPENNESS = false;
 
-vec4 class_openness_at(const vec2 at) {
+vec4 class_openness_at(const vec2 at, const int layer) {
     return vec4(1.0);
 }
 #endif
@@ -45,32 +44,30 @@ const bool HAS_HORIZON = USES_HORIZON && !LOCAL_OPENNESS;
 // Measured with scripts/external-truth.
 const float SHOWN_OPEN = 0.5;
 
-// Returns the openness of the classes towards w, of the facets in the footprint if `local` is true, and of all facets otherwise.
-vec4 classes_open(const vec3 w, const bool local) {
+// Returns the openness of the classes towards w: of the facets in the footprint with LOCAL_OPENNESS, and of all facets otherwise.
+vec4 classes_open(const vec3 w) {
     float up = w.z - dot(pixel_classes.offset, w.xy);
     int views = TRIPLANAR ? pixel_classes.views : 1;
     float inside = mix(1.0, pixel_classes.inside, SHOWN_OPEN);
     vec4 open = vec4(0.0);
     for (int i = 0; i < views; ++i) {
         vec2 q = vec2(dot(pixel_classes.s[i], w.xy), dot(pixel_classes.t[i], w.xy));
-        float flat_length = length(q);
-        vec4 of_map = class_openness_at(0.5 + 0.5 * q / (flat_length + max(up, 1e-4)));
-        if (local) {
-            float shape = 0.0;
+        vec2 at = 0.5 + 0.5 * q / (length(q) + max(up, 1e-4));
+        vec4 of_map = class_openness_at(at, 0);
+        if (LOCAL_OPENNESS) {
             [[unroll]] for (int k = 0; k < CLASSES; ++k) {
                 of_map[k] = openness_inside(of_map[k], inside);
-                shape += pixel_classes.correlation[k].w * of_map[k] * (1.0 - of_map[k]);
             }
-            of_map = local_openness(of_map, shape, q / max(flat_length, 1e-9), pixel_classes.local[i]);
+            of_map = local_openness(of_map, class_openness_at(at, 1), pixel_classes.local[i]);
         }
         open += pixel_classes.weight[i] * of_map;
     }
     return up > 0.0 ? open : vec4(0.0);
 }
 
-// Returns the optical depths of the classes towards a light.
+// Returns the optical depths of the classes towards a direction.
 vec4 depths_towards(const vec3 w) {
-    vec4 open = classes_open(w, LOCAL_OPENNESS);
+    vec4 open = classes_open(w);
     vec4 depths = vec4(0.0);
     [[unroll]] for (int k = 0; k < CLASSES; ++k) {
         depths[k] = depth_inside(open[k], LOCAL_OPENNESS ? 1.0 : pixel_classes.inside);
@@ -80,7 +77,7 @@ vec4 depths_towards(const vec3 w) {
 
 // Returns the optical depth of the shaded class towards a light.
 float depth_towards(const vec3 w) {
-    return depth_inside(classes_open(w, LOCAL_OPENNESS)[shaded_class.number], LOCAL_OPENNESS ? 1.0 : pixel_classes.inside);
+    return depth_inside(classes_open(w)[shaded_class.number], LOCAL_OPENNESS ? 1.0 : pixel_classes.inside);
 }
 
 // Prepares the shading of the classes, and returns the share of each in the visible area.
@@ -91,11 +88,9 @@ vec4 classes_seen(inout Surface surface) {
     }
     surface.whole_cholesky = slope_cholesky(surface.slope_covariance);
     surface.whitened = whitened_direction(surface.wo, surface.whole_cholesky);
-    vec4 of_map = classes_open(surface.wo, false);
+    pixel_depth = depths_towards(surface.wo);
     [[unroll]] for (int k = 0; k < CLASSES; ++k) {
-        float depth = depth_inside(of_map[k], pixel_classes.inside);
-        share[k] *= visible_area(surface.wo, pixel_classes.mean[k], pixel_classes.covariance[k]) / (1.0 + depth);
-        pixel_depth[k] = LOCAL_OPENNESS ? depth_inside(of_map[k], 1.0) : depth;
+        share[k] *= visible_area(surface.wo, pixel_classes.mean[k], pixel_classes.covariance[k]) / (1.0 + pixel_depth[k]);
     }
     return share / max(dot(share, vec4(1.0)), 1e-9);
 }

@@ -7,7 +7,7 @@ vec4 next4() { vec2 a = next2(); return vec4(a, next2()); }
 
 void main() {
     if (gl_GlobalInvocationID.x >= count) return;
-    at = gl_GlobalInvocationID.x * 29;
+    at = gl_GlobalInvocationID.x * 33;
     vec3 correlation[4];
     for (int k = 0; k < 4; ++k) correlation[k] = next3();
     vec4 open[2];
@@ -17,8 +17,8 @@ void main() {
         whitened[i] = next2();
     }
     float inside = next();
-    float shape = next();
-    vec3 local = next3();
+    vec4 components = next4();
+    vec4 amounts = next4();
     at = gl_GlobalInvocationID.x * 20;
     const int models[3] = int[](LEADR_SHADOWING_NONE, LEADR_SHADOWING_SMITH, LEADR_SHADOWING_CORRELATED);
     vec4 columns[5];
@@ -29,6 +29,6 @@ void main() {
             columns[i + 1][k] = class_lit_fraction(models[i], apart, correlation[k], depth_inside(open[0][k], 1.0), depth_inside(open[1][k], 1.0));
         }
     }
-    columns[4] = local_openness(open[0], shape, normalize(whitened[0]), local);
+    columns[4] = local_openness(open[0], components, amounts);
     for (int k = 0; k < 5; ++k) { put(columns[k].xy); put(columns[k].zw); }
 }

@@ -1,20 +1,21 @@
 //! How much more or less open a texel is than its classes are in the mean.
 //!
 //! The openness of a class is a mean over the whole map. A footprint that is smaller than the bumps has facets of a class that are more
-//! open than others, and open to other sides. Around each texel, the horizons in several azimuths give its own openness. It differs from
-//! that of its classes by about `(a + b·v) S`, where `v` is the unit vector of the azimuth and `S` is the mean of `open (1 − open)` over all
-//! classes. The numbers `a` and `b` are fitted by least squares. They are linear in the openness, so texture filters average them, and their
-//! means over the map are 0 for each class.
+//! open than others, and open to other sides. Around each texel, the horizons in several azimuths give its own openness, a function of
+//! the direction. Its difference from the openness of the classes is described by the principal components of these differences over the
+//! map: a few functions of the direction, with an amount of each per texel. The amounts are linear in the openness, so texture filters
+//! average them, and their means over the map are 0 for each class.
 
 use std::f64::consts::TAU;
 
-use glam::{DMat3, DVec2, DVec3};
+use glam::DVec2;
 use half::f16;
-use leadr_reflectance::masking::classes::{Class, MOST_CLASSES};
+use leadr_reflectance::masking::classes::{Class, LOCAL_COMPONENTS, MOST_CLASSES};
+use leadr_reflectance::random::Random;
 use rayon::prelude::*;
 
 use super::classes::Facets;
-use super::openness::{Field, Openness, distance};
+use super::openness::{Field, OPENNESS_SIDE, Openness, Polar, distance};
 use crate::ClassMap;
 use crate::class_map::ClassLevel;
 use crate::pyramid::{Pyramid, level_sizes};
@@ -23,114 +24,230 @@ use crate::pyramid::{Pyramid, level_sizes};
 const MOST_TEXELS: usize = 1 << 16;
 /// The number of azimuths of horizons.
 const AZIMUTHS: usize = 16;
-/// The number of elevations of the fit.
-const ELEVATIONS: usize = 8;
-/// The weight of the fit's preference for small numbers.
-const RIDGE: f64 = 0.01;
-/// The largest number, which is that of a texel without any openness.
-const MOST: f64 = 8.0;
+/// The number of elevations at which the openness is compared.
+const ELEVATIONS: usize = 16;
+const DIRECTIONS: usize = AZIMUTHS * ELEVATIONS;
+/// The sides of the blocks of texels whose means have the components. Single texels would spend them on what filters average.
+const BLOCKS: [usize; 3] = [4, 8, 16];
+/// The number of steps of the search for components, and of vectors beside them, which make it converge.
+const STEPS: usize = 48;
+const SPARE: usize = 4;
 
-/// A level of the local openness, with one texel per texel of the class map: `a`, `b.x` and `b.y`.
-pub type LocalLevel = Vec<[f16; 3]>;
+/// A level of the local openness: the amount of each component, per texel of the class map.
+pub type LocalLevel = Vec<[f16; LOCAL_COMPONENTS]>;
 
-/// The openness of the classes in one azimuth, and the mean of `open (1 − open)`, by elevation.
-struct Curve {
-    open: [[f64; MOST_CLASSES]; ELEVATIONS],
-    shape: [f64; ELEVATIONS],
+/// The openness of texels, as a difference from that of their classes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LocalOpenness {
+    /// The components as a table over directions, like that of the [`Openness`].
+    pub components: Vec<[f16; LOCAL_COMPONENTS]>,
+    /// The amounts, with the levels of the class map. Smooth surfaces and atlases have no levels.
+    pub levels: Vec<LocalLevel>,
+}
+
+/// The openness of a texel, minus that of its classes, in each direction.
+type Difference = [f32; DIRECTIONS];
+
+/// The texels of a level, for measurements.
+struct Texels<'a> {
+    map: &'a ClassMap,
+    number: usize,
+    /// The azimuths.
+    along: [DVec2; AZIMUTHS],
+    /// The openness of the classes in each direction.
+    of_classes: Vec<[f64; MOST_CLASSES]>,
+    /// The reach in each azimuth of each texel.
+    reaches: Vec<[f32; AZIMUTHS]>,
+    sign: f64,
 }
 
 impl Openness {
     /// Measures the local openness of a relief, with the levels of its class map. If `upside_down` is true, the heights are negated.
-    pub fn local(&self, facets: Facets<'_>, map: &ClassMap, upside_down: bool) -> Vec<LocalLevel> {
+    pub fn local(&self, facets: Facets<'_>, map: &ClassMap, upside_down: bool) -> LocalOpenness {
         let sign = if upside_down { -1.0 } else { 1.0 };
         let small = |level: &&ClassLevel| level.width as usize * level.height as usize <= MOST_TEXELS;
         let searched = map.levels.iter().take_while(|level| !small(level)).count().min(map.levels.len() - 1);
-        let field = Field::new(facets, sign);
         let level = &map.levels[searched];
-        let found = self.fitted(&field, map, searched, sign);
+        let texels = self.texels(&Field::new(facets, sign), map, searched, sign);
+        let weights = weights();
+        let components = texels.components(&weights);
+        let amounts = |i: usize| {
+            let difference = texels.difference(i);
+            std::array::from_fn(|n| {
+                let of_direction = |((c, d), w): ((&f64, &f32), &f64)| c * f64::from(*d) * w.sqrt();
+                components[n].iter().zip(&difference).zip(&weights).map(of_direction).sum::<f64>() as f32
+            })
+        };
+        let found = (0..level.width as usize * level.height as usize).into_par_iter().map(amounts).collect();
         let mut levels = filtered(&centred(found, map, searched), level);
         for pair in map.levels[..=searched].windows(2).rev() {
             let repeated = repeated(&levels[0], &pair[1], &pair[0]);
             levels.insert(0, repeated);
         }
-        let halves =
-            |level: Vec<[f32; 3]>| -> LocalLevel { level.into_iter().map(|texel| texel.map(f16::from_f32)).collect() };
-        levels.into_iter().map(halves).collect()
+        let halves = |level: Vec<[f32; LOCAL_COMPONENTS]>| -> LocalLevel {
+            level.into_iter().map(|texel| texel.map(f16::from_f32)).collect()
+        };
+        let polar = Polar {
+            elevations: ELEVATIONS,
+            values: (0..DIRECTIONS).map(|i| std::array::from_fn(|n| components[n][i] / weights[i].sqrt())).collect(),
+            above: [0.0; LOCAL_COMPONENTS],
+        };
+        LocalOpenness {
+            components: polar.table(OPENNESS_SIDE).into_iter().map(|texel| texel.map(f16::from_f64)).collect(),
+            levels: levels.into_iter().map(halves).collect(),
+        }
     }
 
-    fn fitted(&self, field: &Field, map: &ClassMap, number: usize, sign: f64) -> Vec<[f32; 3]> {
+    fn texels<'a>(&self, field: &Field, map: &'a ClassMap, number: usize, sign: f64) -> Texels<'a> {
         let level = &map.levels[number];
         let units = DVec2::new(f64::from(map.units[0]), f64::from(map.units[1]));
         let size = DVec2::new(f64::from(level.width), f64::from(level.height));
-        let whole = map.mean();
-        let azimuths: [DVec2; AZIMUTHS] =
-            std::array::from_fn(|i| DVec2::from_angle(TAU * (i as f64 + 0.5) / AZIMUTHS as f64));
-        let curves = azimuths.map(|v| self.curve(v, &whole));
-        let texel = |i: usize| {
-            let at = [i % level.width as usize, i / level.width as usize].map(|k| k as f64 + 0.5);
-            let at = DVec2::from(at) / size;
-            let classes = map.classes_of_texel(number, i);
-            let slope = sign * classes.iter().map(|class| class.share * class.mean).sum::<DVec2>();
+        let azimuths: [DVec2; AZIMUTHS] = std::array::from_fn(|i| DVec2::from_angle(TAU * i as f64 / AZIMUTHS as f64));
+        let along = azimuths.map(|v| v / units);
+        let most = distance(ELEVATIONS - 1, ELEVATIONS);
+        let reaches = |i: usize| {
+            let at =
+                DVec2::new((i % level.width as usize) as f64 + 0.5, (i / level.width as usize) as f64 + 0.5) / size;
             let height = field.height(number, at);
-            let (mut product, mut normal) = (DVec3::ZERO, DMat3::ZERO);
-            for (v, curve) in azimuths.iter().zip(&curves) {
-                let along = *v / units;
-                let reach = field.reach_over(number, at, height, along, distance(ELEVATIONS - 1, ELEVATIONS));
-                let tilt = along.dot(slope);
-                let mut sums = [0.0; 2];
-                for row in 0..ELEVATIONS {
-                    let q = distance(row, ELEVATIONS);
-                    let area = (1.0 - q * tilt).max(0.0);
-                    let open: f64 = classes.iter().zip(curve.open[row]).map(|(class, open)| class.share * open).sum();
-                    let own = if q < reach { 1.0 } else { 0.0 };
-                    sums[0] += area * curve.shape[row] * (own - open);
-                    sums[1] += area * curve.shape[row] * curve.shape[row];
-                }
-                let terms = DVec3::new(1.0, v.x, v.y);
-                product += sums[0] * terms;
-                normal += DMat3::from_cols(terms, v.x * terms, v.y * terms) * sums[1];
-            }
-            let ridge = RIDGE * (normal.x_axis.x + normal.y_axis.y + normal.z_axis.z) / 3.0 + 1e-9;
-            let found = (normal + DMat3::from_diagonal(DVec3::splat(ridge))).inverse() * product;
-            found.clamp(DVec3::splat(-MOST), DVec3::splat(MOST)).as_vec3().to_array()
+            along.map(|along| field.reach_over(number, at, height, along, most) as f32)
         };
-        (0..level.width as usize * level.height as usize).into_par_iter().map(texel).collect()
-    }
-
-    fn curve(&self, v: DVec2, whole: &[Class]) -> Curve {
-        let mut curve = Curve { open: [[0.0; MOST_CLASSES]; ELEVATIONS], shape: [0.0; ELEVATIONS] };
-        for row in 0..ELEVATIONS {
-            let open = self.towards((v * distance(row, ELEVATIONS)).extend(1.0), DVec2::ONE);
-            curve.open[row] = open;
-            curve.shape[row] = whole.iter().zip(open).map(|(class, open)| class.share * open * (1.0 - open)).sum();
+        let towards = |i: usize| {
+            let q = azimuths[i / ELEVATIONS] * distance(i % ELEVATIONS, ELEVATIONS);
+            self.towards(q.extend(1.0), DVec2::ONE)
+        };
+        Texels {
+            map,
+            number,
+            along,
+            of_classes: (0..DIRECTIONS).map(towards).collect(),
+            reaches: (0..level.width as usize * level.height as usize).into_par_iter().map(reaches).collect(),
+            sign,
         }
-        curve
     }
 }
 
+impl Texels<'_> {
+    /// Returns the difference of a texel. It is 0 in directions from which the back of the texel is seen.
+    fn difference(&self, i: usize) -> Difference {
+        let classes = self.map.classes_of_texel(self.number, i);
+        let slope = self.sign * classes.iter().map(|class| class.share * class.mean).sum::<DVec2>();
+        let mut difference = [0.0; DIRECTIONS];
+        for (azimuth, of_azimuth) in difference.chunks_exact_mut(ELEVATIONS).enumerate() {
+            let tilt = self.along[azimuth].dot(slope);
+            let reach = f64::from(self.reaches[i][azimuth]);
+            for (row, difference) in of_azimuth.iter_mut().enumerate() {
+                let q = distance(row, ELEVATIONS);
+                let open = &self.of_classes[azimuth * ELEVATIONS + row];
+                let open: f64 = classes.iter().zip(open).map(|(class, open)| class.share * open).sum();
+                let own = if q < reach { 1.0 } else { 0.0 };
+                *difference = if q * tilt < 1.0 { (own - open) as f32 } else { 0.0 };
+            }
+        }
+        difference
+    }
+
+    /// Returns the principal components of the differences of blocks of texels, as unit vectors of the weighted differences.
+    fn components(&self, weights: &[f64]) -> Vec<Vec<f64>> {
+        let ClassLevel { width, height, .. } = self.map.levels[self.number];
+        let (width, height) = (width as usize, height as usize);
+        let mut covariance = vec![0.0; DIRECTIONS * DIRECTIONS];
+        for side in BLOCKS {
+            let (across, down) = (width.div_ceil(side), height.div_ceil(side));
+            let block = |i: usize| {
+                let [first, row] = [i % across * side, i / across * side];
+                let mut mean = vec![0.0; DIRECTIONS];
+                let mut count = 0.0;
+                for texel in (row..height.min(row + side))
+                    .flat_map(|y| (first..width.min(first + side)).map(move |x| y * width + x))
+                {
+                    mean.iter_mut().zip(self.difference(texel)).for_each(|(sum, d)| *sum += f64::from(d));
+                    count += 1.0;
+                }
+                mean.iter_mut().zip(weights).for_each(|(mean, weight)| *mean *= weight.sqrt() / count);
+                mean
+            };
+            let mut blocks: Vec<Vec<f64>> = (0..across * down).into_par_iter().map(block).collect();
+            let mut mean = vec![0.0; DIRECTIONS];
+            blocks.iter().for_each(|block| mean.iter_mut().zip(block).for_each(|(sum, v)| *sum += v));
+            let share = 1.0 / blocks.len() as f64;
+            blocks.iter_mut().for_each(|block| block.iter_mut().zip(&mean).for_each(|(v, sum)| *v -= share * sum));
+            covariance.par_chunks_exact_mut(DIRECTIONS).enumerate().for_each(|(i, row)| {
+                for block in &blocks {
+                    let factor = share * block[i];
+                    row.iter_mut().zip(block).for_each(|(sum, v)| *sum += factor * v);
+                }
+            });
+        }
+        largest_eigenvectors(&covariance, DIRECTIONS, LOCAL_COMPONENTS)
+    }
+}
+
+/// Returns the weight of each direction: its solid angle and part of its height, if the slopes have the unit 1.
+fn weights() -> Vec<f64> {
+    let elevation = |row: f64| (ELEVATIONS as f64 / row - 1.0).atan();
+    let weight = |i: usize| {
+        let row = (i % ELEVATIONS) as f64;
+        let angle = elevation(row + 0.5);
+        let height = if row == 0.0 { TAU / 4.0 } else { elevation(row) } - elevation(row + 1.0);
+        height * angle.cos() * angle.sin().sqrt()
+    };
+    let weights: Vec<f64> = (0..DIRECTIONS).map(weight).collect();
+    let sum: f64 = weights.iter().sum();
+    weights.into_iter().map(|weight| weight / sum).collect()
+}
+
+/// Returns unit eigenvectors of the largest eigenvalues of a symmetric matrix without negative ones, by orthogonal iteration. Vectors of
+/// the eigenvalue 0 can be 0.
+fn largest_eigenvectors(matrix: &[f64], side: usize, count: usize) -> Vec<Vec<f64>> {
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let mut random = Random(1);
+    let mut vectors: Vec<Vec<f64>> =
+        (0..count + SPARE).map(|_| (0..side).map(|_| random.range(-1.0, 1.0)).collect()).collect();
+    for _ in 0..STEPS {
+        let product = |vector: &Vec<f64>| matrix.chunks_exact(side).map(|row| dot(row, vector)).collect();
+        let mut products: Vec<Vec<f64>> = vectors.par_iter().map(product).collect();
+        for i in 0..products.len() {
+            let (before, rest) = products.split_at_mut(i);
+            let vector = &mut rest[0];
+            for other in before {
+                let along = dot(vector, other);
+                vector.iter_mut().zip(other).for_each(|(v, other)| *v -= along * *other);
+            }
+            let length = dot(vector, vector).sqrt();
+            let factor = if length > 1e-12 { 1.0 / length } else { 0.0 };
+            vector.iter_mut().for_each(|v| *v *= factor);
+        }
+        vectors = products;
+    }
+    vectors.truncate(count);
+    vectors
+}
+
+type Amounts = [f32; LOCAL_COMPONENTS];
+
 /// Subtracts the means of each class.
-fn centred(mut values: Vec<[f32; 3]>, map: &ClassMap, level: usize) -> Vec<[f32; 3]> {
-    let mut sums = vec![([0.0; 3], 0.0); map.count()];
+fn centred(mut values: Vec<Amounts>, map: &ClassMap, level: usize) -> Vec<Amounts> {
+    let mut sums = vec![([0.0; LOCAL_COMPONENTS], 0.0); map.count()];
     for (i, value) in values.iter().enumerate() {
         for (sum, Class { share, .. }) in sums.iter_mut().zip(map.classes_of_texel(level, i)) {
-            (0..3).for_each(|n| sum.0[n] += share * f64::from(value[n]));
+            (0..LOCAL_COMPONENTS).for_each(|n| sum.0[n] += share * f64::from(value[n]));
             sum.1 += share;
         }
     }
-    let means: Vec<[f32; 3]> = sums.into_iter().map(|(sum, all)| sum.map(|v| (v / all.max(1e-9)) as f32)).collect();
+    let means: Vec<Amounts> = sums.into_iter().map(|(sum, all)| sum.map(|v| (v / all.max(1e-9)) as f32)).collect();
     values.par_iter_mut().enumerate().for_each(|(i, value)| {
         for (mean, Class { share, .. }) in means.iter().zip(map.classes_of_texel(level, i)) {
-            (0..3).for_each(|n| value[n] -= share as f32 * mean[n]);
+            (0..LOCAL_COMPONENTS).for_each(|n| value[n] -= share as f32 * mean[n]);
         }
     });
     values
 }
 
 /// Returns all levels from this one.
-fn filtered(texels: &[[f32; 3]], level: &ClassLevel) -> Vec<Vec<[f32; 3]>> {
+fn filtered(texels: &[Amounts], level: &ClassLevel) -> Vec<Vec<Amounts>> {
     let mut levels = vec![Vec::new(); level_sizes([level.width, level.height]).len()];
     let rows = texels.chunks_exact(level.width as usize).map(|row| row.as_flattened().to_vec()).collect();
-    let pushed = Pyramid::new([level.width, level.height], 3).push(rows, &mut |level, _, rows| {
+    let pushed = Pyramid::new([level.width, level.height], LOCAL_COMPONENTS).push(rows, &mut |level, _, rows| {
         levels[level].extend(rows.iter().flat_map(|row| row.as_chunks().0));
         Ok(())
     });
@@ -139,7 +256,7 @@ fn filtered(texels: &[[f32; 3]], level: &ClassLevel) -> Vec<Vec<[f32; 3]>> {
 }
 
 /// Returns the level before, with the texels of this level.
-fn repeated(from: &[[f32; 3]], coarse: &ClassLevel, fine: &ClassLevel) -> Vec<[f32; 3]> {
+fn repeated(from: &[Amounts], coarse: &ClassLevel, fine: &ClassLevel) -> Vec<Amounts> {
     let texel = |i: usize| {
         let (x, y) = (i % fine.width as usize / 2, i / fine.width as usize / 2);
         from[y.min(coarse.height as usize - 1) * coarse.width as usize + x.min(coarse.width as usize - 1)]
@@ -149,8 +266,6 @@ fn repeated(from: &[[f32; 3]], coarse: &ClassLevel, fine: &ClassLevel) -> Vec<[f
 
 #[cfg(test)]
 mod tests {
-    use leadr_reflectance::masking::classes::local_openness;
-
     use super::*;
     use crate::derive::classes;
     use crate::{HeightMap, Wrap, procedural};
@@ -161,7 +276,7 @@ mod tests {
         map
     }
 
-    /// The openness of a texel is nearer to its own horizons than that of its classes is.
+    /// The openness of a block of texels is nearer to its own horizons than that of its classes is.
     #[test]
     fn texels_differ_from_their_classes() {
         let map = plateaus();
@@ -170,36 +285,47 @@ mod tests {
         let table = ClassMap::new(facets, &found, None);
         let open = Openness::new(facets, &found, None, table.units, false);
         let local = open.local(facets, &table, false);
-        assert!(local.iter().zip(&table.levels).all(|(local, level)| local.len() == level.layers[0].len()));
-        let field = Field::new(facets, 1.0);
-        let units = DVec2::new(f64::from(table.units[0]), f64::from(table.units[1]));
-        let whole = table.mean();
-        let (mut of_classes, mut of_texels, mut count) = (0.0, 0.0, 0.0);
-        for i in (0..64 * 48).step_by(7) {
-            let at = DVec2::new((f64::from(i % 64) + 0.5) / 64.0, (f64::from(i / 64) + 0.5) / 48.0);
-            let own = table.classes_of_texel(0, i as usize);
-            let slope: DVec2 = own.iter().map(|class| class.share * class.mean).sum();
-            for (k, q) in [0.4, 0.8, 1.6].into_iter().enumerate() {
-                let v = DVec2::from_angle(2.4 * f64::from(i) + k as f64);
-                if q * (v / units).dot(slope) >= 0.9 {
-                    continue;
+        assert!(local.levels.iter().zip(&table.levels).all(|(local, level)| local.len() == level.layers[0].len()));
+        let texels = open.texels(&Field::new(facets, 1.0), &table, 0, 1.0);
+        let weights = weights();
+        let components: Vec<[f64; LOCAL_COMPONENTS]> = (0..DIRECTIONS)
+            .map(|i| {
+                let q = DVec2::from_angle(TAU * (i / ELEVATIONS) as f64 / AZIMUTHS as f64)
+                    * distance(i % ELEVATIONS, ELEVATIONS);
+                nearest(&local.components, q)
+            })
+            .collect();
+        let (width, height) = (map.width as usize, map.height as usize);
+        for (side, most) in [(1, 0.9), (4, 0.8), (8, 0.75)] {
+            let (mut of_classes, mut of_texels, mut count) = (0.0, 0.0, 0.0);
+            for block in 0..width / side * (height / side) {
+                let (x, y) = (block % (width / side) * side, block / (width / side) * side);
+                let (mut difference, mut amounts) = ([0.0; DIRECTIONS], [0.0; LOCAL_COMPONENTS]);
+                for i in (0..side * side).map(|i| (y + i / side) * width + x + i % side) {
+                    difference.iter_mut().zip(texels.difference(i)).for_each(|(sum, d)| *sum += f64::from(d));
+                    amounts.iter_mut().zip(local.levels[0][i]).for_each(|(sum, amount)| *sum += amount.to_f64());
                 }
-                let truth = if q < field.reach(at, field.height(0, at), v / units, 10.0) { 1.0 } else { 0.0 };
-                let of_class = open.towards((q * v).extend(1.0), DVec2::ONE);
-                let shape: f64 =
-                    whole.iter().zip(of_class).map(|(class, open)| class.share * open * (1.0 - open)).sum();
-                let texel = local[0][i as usize].map(f16::to_f64);
-                let mean = |open: [f64; MOST_CLASSES]| {
-                    own.iter().zip(open).map(|(class, open)| class.share * open).sum::<f64>()
-                };
-                of_classes += (mean(of_class) - truth).powi(2);
-                of_texels += (mean(local_openness(of_class, shape, v, texel)) - truth).powi(2);
+                let texels = (side * side) as f64;
+                for (i, weight) in weights.iter().enumerate() {
+                    let truth = difference[i] / texels;
+                    let found: f64 = components[i].iter().zip(amounts).map(|(c, amount)| c * amount / texels).sum();
+                    of_classes += weight * truth * truth;
+                    of_texels += weight * (truth - found).powi(2);
+                }
                 count += 1.0;
             }
+            let [of_classes, of_texels] = [of_classes, of_texels].map(|sum: f64| (sum / count).sqrt());
+            println!(
+                "openness of {side} x {side} texels errs by {of_classes:.3} for its classes, {of_texels:.3} for itself"
+            );
+            assert!(of_texels < most * of_classes, "{of_texels} {of_classes}");
         }
-        let [of_classes, of_texels] = [of_classes, of_texels].map(|sum| (sum / count).sqrt());
-        println!("openness of a texel errs by {of_classes:.3} for its classes, {of_texels:.3} for itself");
-        assert!(of_texels < 0.9 * of_classes, "{of_texels} {of_classes}");
+    }
+
+    /// Returns the value of a table at the texel of a direction.
+    fn nearest(table: &[[f16; LOCAL_COMPONENTS]], q: DVec2) -> [f64; LOCAL_COMPONENTS] {
+        let at = (q / (1.0 + q.length()) + 1.0) * (0.5 * OPENNESS_SIDE as f64);
+        table[at.y as usize * OPENNESS_SIDE + at.x as usize].map(f64::from)
     }
 
     #[test]
@@ -211,9 +337,9 @@ mod tests {
         for upside_down in [false, true] {
             let open = Openness::new(facets, &found, None, table.units, upside_down);
             let local = open.local(facets, &table, upside_down);
-            let [mean] = local.last().unwrap()[..] else { panic!("one texel") };
+            let [mean] = local.levels.last().unwrap()[..] else { panic!("one texel") };
             assert!(mean.iter().all(|v| v.to_f64().abs() < 0.02), "{mean:?}");
-            assert!(local[0].iter().flatten().any(|v| v.to_f64().abs() > 0.5));
+            assert!(local.levels[0].iter().flatten().any(|v| v.to_f64().abs() > 0.1));
         }
     }
 
@@ -226,7 +352,9 @@ mod tests {
         assert!(found.count() > 1);
         let table = ClassMap::new(facets, &found, None);
         let local = Openness::new(facets, &found, None, table.units, false).local(facets, &table, false);
-        assert_eq!(local.iter().map(Vec::len).collect::<Vec<_>>()[..2], [512 * 256, 256 * 128]);
-        assert!((0..512 * 256).step_by(1001).all(|i| local[0][i] == local[1][i / 1024 * 256 + i % 512 / 2]));
+        assert_eq!(local.levels.iter().map(Vec::len).collect::<Vec<_>>()[..2], [512 * 256, 256 * 128]);
+        assert!(
+            (0..512 * 256).step_by(1001).all(|i| local.levels[0][i] == local.levels[1][i / 1024 * 256 + i % 512 / 2])
+        );
     }
 }

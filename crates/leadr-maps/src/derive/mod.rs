@@ -19,7 +19,7 @@ mod usual;
 pub(crate) use classes::{CORNERS, Cell, Facet, FacetsAt, MaterialAt};
 pub use classes::{ClassMaterial, Classes, Facets, classes, classes_of_count, classes_of_windows};
 pub use heights::{Integrated, Integration, heights_of_slopes};
-pub use local_openness::LocalLevel;
+pub use local_openness::{LocalLevel, LocalOpenness};
 pub use occlusion::{About, SLICES, VisibilityMap, visibility};
 pub use openness::{OPENNESS_SIDE, Openness, OpennessWindow, WindowFacet};
 pub use slopes::{Difference, SlopeFaults, Slopes, slopes_of_heights};

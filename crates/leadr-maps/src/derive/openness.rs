@@ -86,8 +86,15 @@ struct Sampled {
     facet: DVec3,
 }
 
-/// The measured openness by azimuth and elevation.
-type Polar = Vec<[f64; MOST_CLASSES]>;
+/// Values by azimuth and elevation.
+pub(super) struct Polar<const N: usize> {
+    /// The number of elevations, which are even in a table.
+    pub elevations: usize,
+    /// The values of each elevation of the first azimuth, which is that of `x`, then those of the other azimuths.
+    pub values: Vec<[f64; N]>,
+    /// The values of the direction straight up.
+    pub above: [f64; N],
+}
 
 impl Openness {
     /// Measures the openness of a relief. `units` are those of the class map, and `material` is that of the classes. If `upside_down` is
@@ -161,12 +168,9 @@ impl Openness {
             };
             sums.iter().map(open).collect::<Vec<_>>()
         });
-        let polar: Polar = rows.collect::<Vec<_>>().concat();
-        let texel = |i: usize| {
-            let unit = |k: usize| (2 * k + 1) as f64 / OPENNESS_SIDE as f64 - 1.0;
-            lookup(&polar, DVec2::new(unit(i % OPENNESS_SIDE), unit(i / OPENNESS_SIDE)))
-                .map(|open| f16::from_f64(open.clamp(0.0, 1.0)))
-        };
+        let polar =
+            Polar { elevations: ELEVATIONS, values: rows.collect::<Vec<_>>().concat(), above: [1.0; MOST_CLASSES] };
+        let texel = |open: [f64; MOST_CLASSES]| open.map(|open| f16::from_f64(open.clamp(0.0, 1.0)));
         let correlation = std::array::from_fn(|class| {
             let seen = |(i, reaches): (usize, &Vec<f64>)| {
                 let along = alongs[i * CORRELATED_STEP];
@@ -182,7 +186,7 @@ impl Openness {
             let directions: Vec<_> = reaches.iter().step_by(CORRELATED_STEP).enumerate().flat_map(seen).collect();
             correlation(&directions)
         });
-        Self { correlation, texels: (0..TEXELS).map(texel).collect() }
+        Self { correlation, texels: polar.table(OPENNESS_SIDE).into_iter().map(texel).collect() }
     }
 
     /// Appends the table to the content of a cache file.
@@ -386,19 +390,28 @@ pub(super) fn distance(row: usize, of: usize) -> f64 {
     r / (1.0 - r)
 }
 
-/// Interpolates the measured values at a point of the disc. The value at the centre is 1.
-fn lookup(polar: &Polar, at: DVec2) -> [f64; MOST_CLASSES] {
-    let row = at.length() * ELEVATIONS as f64 - 0.5;
-    let column = (at.y.atan2(at.x) / (2.0 * PI)).rem_euclid(1.0) * AZIMUTHS as f64;
-    let (x, y) = (column.floor(), row.floor().min((ELEVATIONS - 2) as f64));
-    let (across, down) = (column - x, (row - y).clamp(0.0, 1.0));
-    let value = |x: usize, y: f64| {
-        if y < 0.0 { [1.0; MOST_CLASSES] } else { polar[x % AZIMUTHS * ELEVATIONS + y as usize] }
-    };
-    let [a, b, c, d] = [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[i, j]| value(x as usize + i, y + j as f64));
-    std::array::from_fn(|k| {
-        (1.0 - down) * ((1.0 - across) * a[k] + across * b[k]) + down * ((1.0 - across) * c[k] + across * d[k])
-    })
+impl<const N: usize> Polar<N> {
+    /// Interpolates the values at a point of the disc.
+    fn at(&self, at: DVec2) -> [f64; N] {
+        let azimuths = self.values.len() / self.elevations;
+        let row = at.length() * self.elevations as f64 - 0.5;
+        let column = (at.y.atan2(at.x) / (2.0 * PI)).rem_euclid(1.0) * azimuths as f64;
+        let (x, y) = (column.floor(), row.floor().min((self.elevations - 2) as f64));
+        let (across, down) = (column - x, (row - y).clamp(0.0, 1.0));
+        let value = |x: usize, y: f64| {
+            if y < 0.0 { self.above } else { self.values[x % azimuths * self.elevations + y as usize] }
+        };
+        let [a, b, c, d] = [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[i, j]| value(x as usize + i, y + j as f64));
+        std::array::from_fn(|k| {
+            (1.0 - down) * ((1.0 - across) * a[k] + across * b[k]) + down * ((1.0 - across) * c[k] + across * d[k])
+        })
+    }
+
+    /// Returns the rows of a table over the disc with texels `side` along each side.
+    pub fn table(&self, side: usize) -> Vec<[f64; N]> {
+        let unit = |k: usize| (2 * k + 1) as f64 / side as f64 - 1.0;
+        (0..side * side).map(|i| self.at(DVec2::new(unit(i % side), unit(i / side)))).collect()
+    }
 }
 
 /// The heights of a relief, with coarser levels.

@@ -11,6 +11,8 @@ use crate::facets::projected_area::visible_area;
 
 /// The maximum number of classes in a pixel.
 pub const MOST_CLASSES: usize = 4;
+/// The number of components of the local openness ([`local_openness`]).
+pub const LOCAL_COMPONENTS: usize = 4;
 /// The smallest openness that is used as a divisor.
 const MIN_OPEN: f64 = 1e-3;
 
@@ -74,10 +76,14 @@ pub fn openness_inside(open: [f64; MOST_CLASSES], inside: f64) -> [f64; MOST_CLA
 }
 
 /// Returns the openness of classes in a footprint whose facets can be more or less open than the mean facet of their class. `open` is that
-/// of the mean, `shape` is the mean of `open (1 − open)` over the classes of the map, `azimuth` is the unit vector of the direction in the
-/// table of the openness, and `local` is the local openness (`leadr_maps::derive::LocalLevel`).
-pub fn local_openness(open: [f64; MOST_CLASSES], shape: f64, azimuth: DVec2, local: [f64; 3]) -> [f64; MOST_CLASSES] {
-    let more = shape * (local[0] + local[1] * azimuth.x + local[2] * azimuth.y);
+/// of the mean, `components` are those of the local openness in the direction, and `amounts` are their amounts in the footprint
+/// (`leadr_maps::derive::LocalOpenness`).
+pub fn local_openness(
+    open: [f64; MOST_CLASSES],
+    components: [f64; LOCAL_COMPONENTS],
+    amounts: [f64; LOCAL_COMPONENTS],
+) -> [f64; MOST_CLASSES] {
+    let more: f64 = components.iter().zip(amounts).map(|(component, amount)| component * amount).sum();
     open.map(|open| (open + more).clamp(0.0, 1.0))
 }
 

@@ -64,8 +64,7 @@ shared_struct! {
         pub class_centers: [[f32; 4]; MOST_CLASSES],
         /// The units of the classes' moments about these centres, and the slope variance of the map in these units.
         pub class_unit: [f32; 4],
-        /// The correlation of the openness of each class towards different directions (the width, across, and opposite),
-        /// and the share of the class in the map.
+        /// The correlation of the openness of each class towards different directions: the width, across, and opposite.
         pub class_correlation: [[f32; 4]; MOST_CLASSES],
         /// The optical depth of each class towards the sky.
         pub class_sky_depth: [f32; MOST_CLASSES],

@@ -7,7 +7,7 @@ use half::f16;
 use leadr_gpu::{Gpu, Image, ImageDesc, Result, vk};
 use leadr_maps::derive::{LocalLevel, OPENNESS_SIDE};
 use leadr_maps::{ClassLevel, ClassMap};
-use leadr_reflectance::masking::classes::{Class, Correlation, MOST_CLASSES};
+use leadr_reflectance::masking::classes::{Class, Correlation, LOCAL_COMPONENTS, MOST_CLASSES};
 
 use super::ObjectClasses;
 use crate::constants::SOURCE_LEVEL;
@@ -36,13 +36,13 @@ pub struct ClassImages {
     pub coarse_moments: Image,
     /// See `coarse_moments`.
     pub coarse_colors: Image,
-    /// The [openness](leadr_maps::derive::Openness) of each class.
+    /// The [openness](leadr_maps::derive::Openness) of each class, and the components of the local openness.
     pub open: Image,
     /// The centres of the classes.
     pub centers: [[f32; 4]; MOST_CLASSES],
     /// The units of the moments about the centres, and the slope variance of the map in these units, summed over both axes.
     pub unit: [f32; 4],
-    /// The [correlation](leadr_maps::derive::Openness::correlation) of the openness of each class, and the share of the class in the map.
+    /// The [correlation](leadr_maps::derive::Openness::correlation) of the openness of each class.
     pub correlation: [[f32; 4]; MOST_CLASSES],
     /// The optical depth of each class towards the sky, at each of [`FACTORS`] of the height scale.
     sky_depths: [[f32; MOST_CLASSES]; FACTORS],
@@ -55,8 +55,7 @@ impl ClassImages {
             let image = Image::new(gpu, name, ImageDesc::new(FORMAT, 1, 1).layers(2))?;
             (0..2).try_for_each(|layer| image.write(0, layer, &[[f16::ZERO; 4]])).map(|()| image)
         };
-        let open = Image::new(gpu, "no class openness", ImageDesc::new(FORMAT, 1, 1))?;
-        open.write(0, 0, &[[f16::ONE; 4]])?;
+        let open = image("no class openness")?;
         let (moments, colors) = (image("no class moments")?, image("no class colours")?);
         let (coarse_moments, coarse_colors) = (moments.clone(), colors.clone());
         let (centers, sky_depths) = ([[0.0; 4]; MOST_CLASSES], [[0.0; MOST_CLASSES]; FACTORS]);
@@ -89,17 +88,25 @@ impl ClassImages {
         }
         let [s, t, h] = map.units;
         let unit = [s, t, h, variance_in_units(&map)];
-        let shares = map.mean();
-        let mut local = local.into_iter();
-        let packed = |level| packed(level, (!is_atlas).then(|| local.next().unwrap_or_default()));
+        let mut levels = local.levels.into_iter();
+        let packed = |level| packed(level, (!is_atlas).then(|| levels.next().unwrap_or_default()));
         let moments = uploaded(gpu, &format!("{name} class moments"), map.levels.into_iter().map(packed).collect())?;
         let mut centers = [[0.0; 4]; MOST_CLASSES];
         centers.iter_mut().zip(&map.centers).for_each(|(to, [s, t, h])| *to = [*s, *t, *h, 0.0]);
         let side = OPENNESS_SIDE as u32;
-        let table = Image::new(gpu, &format!("{name} class openness"), ImageDesc::new(FORMAT, side, side))?;
+        let layers = (1 + LOCAL_COMPONENTS / 4) as u32;
+        let table =
+            Image::new(gpu, &format!("{name} class openness"), ImageDesc::new(FORMAT, side, side).layers(layers))?;
         table.write(0, 0, &open.texels)?;
-        let mut correlation = open.correlation.map(correlation_record);
-        correlation.iter_mut().zip(shares).for_each(|(record, class)| record[3] = class.share as f32);
+        for layer in 1..layers {
+            let first = 4 * (layer as usize - 1);
+            let texel = |i: usize| {
+                let texel = local.components.get(i);
+                std::array::from_fn(|k| texel.map_or(f16::ZERO, |texel| texel[first + k]))
+            };
+            table.write(0, layer, &(0..OPENNESS_SIDE * OPENNESS_SIDE).map(texel).collect::<Vec<[f16; 4]>>())?;
+        }
+        let correlation = open.correlation.map(correlation_record);
         Ok(Self { moments, colors, coarse_moments, coarse_colors, open: table, centers, unit, correlation, sky_depths })
     }
 
@@ -188,21 +195,22 @@ const SHADED: [[usize; 2]; 6] = [[0, 0], [0, 1], [0, 2], [1, 0], [1, 1], [1, 2]]
 
 /// Returns the number of layers that hold the shaded moments of this many classes, and the local openness if it `is_local`.
 pub const fn packed_layers(classes: usize, is_local: bool) -> usize {
-    (SHADED.len() * classes + if is_local { 3 } else { 0 }).div_ceil(4)
+    (SHADED.len() * classes).div_ceil(4) + if is_local { LOCAL_COMPONENTS / 4 } else { 0 }
 }
 
-/// Packs the shaded moments of all classes, and the local openness, in layers of four. An empty level has no deviations.
+/// Packs the shaded moments of all classes in layers of four, and then the local openness. An empty level has no deviations.
 fn packed(level: ClassLevel, local: Option<LocalLevel>) -> ClassLevel {
     let ClassLevel { width, height, layers } = level;
     let classes = layers.len() / 2;
+    let of_classes = packed_layers(classes, false);
     let value = |at: usize, texel: usize| {
-        let (class, at) = (at / SHADED.len(), at % SHADED.len());
+        let (class, moment) = (at / SHADED.len(), at % SHADED.len());
         if class < classes {
-            let [layer, component] = SHADED[at];
+            let [layer, component] = SHADED[moment];
             layers[2 * class + layer][texel][component]
         } else {
             let texel = local.as_ref().and_then(|level| level.get(texel));
-            texel.and_then(|texel| texel.get(at)).copied().unwrap_or_default()
+            texel.zip(at.checked_sub(4 * of_classes)).map_or(f16::ZERO, |(texel, at)| texel[at])
         }
     };
     let texels = width as usize * height as usize;

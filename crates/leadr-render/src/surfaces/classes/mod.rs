@@ -13,9 +13,9 @@ use std::convert::Infallible;
 use glam::{DVec2, DVec3};
 use half::f16;
 use leadr_maps::cache::{MapCache, expect_all, expect_end, put, take};
-use leadr_maps::derive::{LocalLevel, OPENNESS_SIDE, Openness};
+use leadr_maps::derive::{LocalLevel, LocalOpenness, OPENNESS_SIDE, Openness};
 use leadr_maps::{ClassColors, ClassLevel, ClassMap};
-use leadr_reflectance::masking::classes::{Class, Correlation, MOST_CLASSES};
+use leadr_reflectance::masking::classes::{Class, Correlation, LOCAL_COMPONENTS, MOST_CLASSES};
 use rayon::prelude::*;
 
 use crate::scene::Object;
@@ -73,7 +73,7 @@ pub struct ObjectClasses {
     /// The factors that convert slopes per texture coordinate to rise over run.
     pub slope_scale: DVec2,
     /// The local openness, with the levels of `map`. Smooth surfaces and atlases have no levels.
-    pub local: Vec<LocalLevel>,
+    pub local: LocalOpenness,
     /// The colours and the roughness of each class, if they differ.
     pub colors: Option<ClassColors>,
 }
@@ -110,7 +110,7 @@ impl SceneClasses {
 }
 
 /// The bytes per texel of the cached classes at most: eight layers and their mask, and the local openness.
-const MOST_TEXEL_BYTES: u64 = 8 * 2 * MOST_CLASSES as u64 + 1 + 6;
+const MOST_TEXEL_BYTES: u64 = 8 * 2 * MOST_CLASSES as u64 + 1 + 2 * LOCAL_COMPONENTS as u64;
 
 impl ObjectClasses {
     fn of(mut sources: ClassSources<'_>, cache: Option<&MapCache>) -> Option<Self> {
@@ -135,13 +135,14 @@ impl ObjectClasses {
     fn content(found: Option<&Self>) -> Vec<u8> {
         let mut content = Vec::new();
         let Some(Self { map, open, colors, local, .. }) = found else { return content };
-        put(&mut content, &[map.count() as u32, u32::from(colors.is_some()), u32::from(!local.is_empty())]);
+        put(&mut content, &[map.count() as u32, u32::from(colors.is_some()), u32::from(!local.levels.is_empty())]);
         if !map.levels.is_empty() {
             map.put(&mut content);
             open.put(&mut content);
         }
-        let bits = |texel: &[f16; 3]| texel.map(f16::to_bits);
-        local.iter().for_each(|level| put(&mut content, &level.iter().map(bits).collect::<Vec<_>>()));
+        let bits = |texel: &[f16; LOCAL_COMPONENTS]| texel.map(f16::to_bits);
+        let tables = local.levels.iter().chain((!local.levels.is_empty()).then_some(&local.components));
+        tables.for_each(|table| put(&mut content, &table.iter().map(bits).collect::<Vec<_>>()));
         colors.iter().for_each(|colors| colors.put(&mut content));
         content
     }
@@ -160,16 +161,18 @@ impl ObjectClasses {
             Some(size) => (ClassMap::take(&mut content, size, count)?, Openness::take(&mut content)?),
             None => smooth(count),
         };
-        let level = |ClassLevel { width, height, .. }: &ClassLevel| {
-            let texels = take::<[u16; 3]>(&mut content, *width as usize * *height as usize)?;
+        let mut table = |texels: usize| {
+            let texels = take::<[u16; LOCAL_COMPONENTS]>(&mut content, texels)?;
             let texels: LocalLevel = texels.into_iter().map(|texel| texel.map(f16::from_bits)).collect();
             expect_all(&texels, |texel| texel.iter().all(|v| v.is_finite()))?;
             Ok(texels)
         };
+        let mut level = |level: &ClassLevel| table(level.width as usize * level.height as usize);
         let local = if has_local == 1 {
-            map.levels.iter().map(level).collect::<Result<_, &'static str>>()?
+            let levels = map.levels.iter().map(&mut level).collect::<Result<_, &'static str>>()?;
+            LocalOpenness { levels, components: table(OPENNESS_SIDE * OPENNESS_SIDE)? }
         } else {
-            Vec::new()
+            LocalOpenness::default()
         };
         let colors = match sources.color_size() {
             Some(size) if colored => Some(ClassColors::take(&mut content, size, sources.skipped(), count)?),
@@ -211,7 +214,7 @@ impl ObjectClasses {
         let bytes =
             |level: &ClassLevel, layers: usize| 8 * u64::from(level.width) * u64::from(level.height) * layers as u64;
         let colors = self.colors.iter().flat_map(|colors| &colors.levels);
-        let layers = images::packed_layers(self.map.count(), !self.local.is_empty());
+        let layers = images::packed_layers(self.map.count(), !self.local.levels.is_empty());
         [
             self.map.levels.iter().map(|level| bytes(level, layers)).sum(),
             colors.map(|level| bytes(level, level.layers.len())).sum(),

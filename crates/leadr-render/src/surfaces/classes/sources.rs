@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use glam::{DVec2, Vec3};
 use leadr_maps::checksum::checksum;
-use leadr_maps::derive::{ClassMaterial, Facets, Openness, classes, classes_of_windows};
+use leadr_maps::derive::{ClassMaterial, Facets, LocalOpenness, Openness, classes, classes_of_windows};
 use leadr_maps::{CLASS_SOURCES, ClassColors, ClassMap, HeightMap, MomentLevel, Moments, Wrap};
 
 use super::tiles::{AtlasRelief, AtlasSurface};
@@ -154,12 +154,11 @@ impl<'a> ClassSources<'a> {
             let colors = material.and_then(|material| ClassColors::new(facets, &found, material, self.skipped()));
             if self.relief.is_none() {
                 let (map, open) = smooth(found.count());
-                let local = Vec::new();
                 return colors.map(|colors| ObjectClasses {
                     map,
                     open,
                     slope_scale: self.scale,
-                    local,
+                    local: LocalOpenness::default(),
                     colors: Some(colors),
                 });
             }
@@ -182,7 +181,7 @@ impl<'a> ClassSources<'a> {
             let colors = material.and_then(|material| ClassColors::new(facets, &found, material, self.skipped()));
             let map = ClassMap::of_tiles(facets, &found, material, atlas.skipped());
             let open = Openness::of_windows(&windows, &found, material, map.units, self.upside_down);
-            Some(ObjectClasses { map, open, slope_scale: self.scale, local: Vec::new(), colors })
+            Some(ObjectClasses { map, open, slope_scale: self.scale, local: LocalOpenness::default(), colors })
         })
     }
 
