@@ -18,7 +18,9 @@ float relief_visibility(const Surface surface, const vec3 wi, const float deviat
     if (has_cone(surface)) {
         return cone_light_by_edge(CONE_EDGE, cone_of_vector(surface.cone.xyz), wi);
     }
-    return USES_HORIZON ? horizon_visibility(wi, surface.mean_slope, surface.horizon, deviation) : 1.0;
+    float seen = USES_HORIZON ? horizon_visibility(wi, surface.mean_slope, surface.horizon, deviation) : 1.0;
+    // Classes in a footprint can face a light that is below the plane of their mean slope.
+    return BY_CLASS ? mix(seen, 1.0, pixel_classes.inside) : seen;
 }
 
 // Returns the factor of a cone on the environment's diffuse light, for a surface of this albedo. The factor is the visible fraction of the
