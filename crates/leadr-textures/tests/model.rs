@@ -270,3 +270,74 @@ fn bevy_gets_plain_images_and_godot_keeps_its_colors() {
     // The colour is still a PNG in the buffer.
     assert!(image(&again, 1).0.starts_with(b"\x89PNG") && again.images[1].raster.is_some());
 }
+
+/// Returns the JSON pointers of all values inside a value.
+fn pointers(value: &Value, at: &str, all: &mut Vec<String>) {
+    let mut inside = |key: &str, value: &Value| {
+        let at = format!("{at}/{key}");
+        all.push(at.clone());
+        pointers(value, &at, all);
+    };
+    match value {
+        Value::Object(values) => values.iter().for_each(|(key, value)| inside(key, value)),
+        Value::Array(values) => values.iter().enumerate().for_each(|(i, value)| inside(&i.to_string(), value)),
+        _ => {}
+    }
+}
+
+#[test]
+fn no_value_of_a_model_is_trusted() {
+    let materials = json!([
+        {
+            "normalTexture": { "index": 0, "scale": 0.5, "texCoord": 0 },
+            "pbrMetallicRoughness": { "metallicRoughnessTexture": { "index": 1 }, "roughnessFactor": 0.5 },
+            "occlusionTexture": { "index": 1 },
+            "alphaMode": "MASK",
+            "alphaCutoff": 0.5,
+        },
+        { "extensions": { "KHR_materials_clearcoat": { "clearcoatNormalTexture": { "index": 0 }, "clearcoatRoughnessFactor": 0.2 } } },
+    ]);
+    let images = [png(4, zigzag), png(4, |_, _| [90; 3])];
+    let textures = json!([
+        { "source": 0, "sampler": 0 },
+        { "source": 1, "extensions": { "EXT_texture_webp": { "source": 1 } } },
+    ]);
+    let source = model(materials, &images, textures);
+    let document = open(&source);
+    let mut all = Vec::new();
+    pointers(&document.json, "", &mut all);
+    let hostile = [
+        json!(null),
+        json!(-1),
+        json!(u64::MAX),
+        json!(1e300),
+        json!(2),
+        json!("x"),
+        json!([]),
+        json!({}),
+        json!([{}]),
+    ];
+    let (mut whole, mut refused) = (0, 0);
+    for pointer in &all {
+        for value in &hostile {
+            let mut json = document.json.clone();
+            *json.pointer_mut(pointer).unwrap() = value.clone();
+            let file = glb(&json, document.buffers[0].as_ref().unwrap());
+            let Ok(changed) = Document::decode(&file, None, &LoadOptions::default()) else { continue };
+            match filter_model(changed, Engine::Bevy, &mut |_, _| {})
+                .and_then(|model| model.clone().glb().map(|glb| (model, glb)))
+            {
+                Ok((model, glb)) => {
+                    whole += 1;
+                    assert!(model.files("model").is_ok(), "{pointer} {value}");
+                    assert!(Document::decode(&glb, None, &LoadOptions::default()).is_ok(), "{pointer} {value}");
+                }
+                Err(fault) => {
+                    refused += 1;
+                    assert!(!fault.to_string().contains('\n'), "{fault}");
+                }
+            }
+        }
+    }
+    assert!(whole > 100 && refused > 10, "{whole} {refused} of {}", all.len() * hostile.len());
+}

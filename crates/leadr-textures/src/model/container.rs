@@ -118,10 +118,15 @@ fn encoded(name: &str) -> String {
     name.bytes().map(letter).collect()
 }
 
-/// A range of a buffer in an object of the JSON.
+/// The largest end of a range. Sums of a few ranges do not overflow.
+const MOST_BYTES: u64 = 1 << 48;
+
+/// A range of a buffer in an object of the JSON: the number of the buffer, the first byte, and the number of bytes.
 fn range(object: &Value) -> Option<(usize, usize, usize)> {
-    let number = |key: &str| object[key].as_u64().map(|value| value as usize);
-    Some((number("buffer")?, number("byteOffset").unwrap_or(0), number("byteLength")?))
+    let number = |key: &str| object[key].as_u64();
+    let (at, length) = (number("byteOffset").unwrap_or(0), number("byteLength")?);
+    at.checked_add(length).filter(|end| *end <= MOST_BYTES)?;
+    Some((number("buffer")? as usize, at as usize, length as usize))
 }
 
 /// Calls `f` with every object that refers to a range of a buffer.
