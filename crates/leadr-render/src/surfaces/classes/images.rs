@@ -94,18 +94,11 @@ impl ClassImages {
         let mut centers = [[0.0; 4]; MOST_CLASSES];
         centers.iter_mut().zip(&map.centers).for_each(|(to, [s, t, h])| *to = [*s, *t, *h, 0.0]);
         let side = OPENNESS_SIDE as u32;
-        let layers = (1 + LOCAL_COMPONENTS / 4) as u32;
-        let table =
-            Image::new(gpu, &format!("{name} class openness"), ImageDesc::new(FORMAT, side, side).layers(layers))?;
+        let table = Image::new(gpu, &format!("{name} class openness"), ImageDesc::new(FORMAT, side, side).layers(2))?;
         table.write(0, 0, &open.texels)?;
-        for layer in 1..layers {
-            let first = 4 * (layer as usize - 1);
-            let texel = |i: usize| {
-                let texel = local.components.get(i);
-                std::array::from_fn(|k| texel.map_or(f16::ZERO, |texel| texel[first + k]))
-            };
-            table.write(0, layer, &(0..OPENNESS_SIDE * OPENNESS_SIDE).map(texel).collect::<Vec<[f16; 4]>>())?;
-        }
+        let mut components = local.components;
+        components.resize(open.texels.len(), [f16::ZERO; LOCAL_COMPONENTS]);
+        table.write(0, 1, &components)?;
         let correlation = open.correlation.map(correlation_record);
         Ok(Self { moments, colors, coarse_moments, coarse_colors, open: table, centers, unit, correlation, sky_depths })
     }
@@ -195,7 +188,7 @@ const SHADED: [[usize; 2]; 6] = [[0, 0], [0, 1], [0, 2], [1, 0], [1, 1], [1, 2]]
 
 /// Returns the number of layers that hold the shaded moments of this many classes, and the local openness if it `is_local`.
 pub const fn packed_layers(classes: usize, is_local: bool) -> usize {
-    (SHADED.len() * classes).div_ceil(4) + if is_local { LOCAL_COMPONENTS / 4 } else { 0 }
+    (SHADED.len() * classes).div_ceil(4) + if is_local { 1 } else { 0 }
 }
 
 /// Packs the shaded moments of all classes in layers of four, and then the local openness. An empty level has no deviations.
