@@ -36,7 +36,7 @@ pub struct Resource {
 }
 
 /// The kind of a resource.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ResourceKind {
     /// A uniform buffer.
     Uniform,

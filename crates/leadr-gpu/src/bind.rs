@@ -72,7 +72,7 @@ impl Commands {
     pub fn bind(&mut self, pipeline: &impl Pipeline, resources: &[(&str, Descriptor<'_>)]) {
         let core = pipeline.core();
         // SAFETY: the command buffer is being recorded; `keep` and `self.pipeline` hold the pipeline.
-        unsafe { self.gpu().raw().cmd_bind_pipeline(self.raw(), core.bind_point, core.raw) };
+        unsafe { self.gpu().raw().cmd_bind_pipeline(self.raw(), core.bind_point, core.raw()) };
         self.keep(&core);
         self.pipeline = Some(core.clone());
         self.bound = 0;
@@ -95,7 +95,7 @@ impl Commands {
         if !writes.is_empty() {
             let push = &self.gpu().push_descriptor;
             // SAFETY: the command buffer is being recorded, the writes fit the layout, and `keep` holds what they refer to.
-            unsafe { push.cmd_push_descriptor_set(self.raw(), core.bind_point, core.layout, 0, &writes) };
+            unsafe { push.cmd_push_descriptor_set(self.raw(), core.bind_point, core.layout(), 0, &writes) };
         }
         Ok(())
     }
@@ -113,7 +113,7 @@ impl Commands {
         if push.bytes > 0 {
             let (device, bytes) = (self.gpu().raw(), &bytemuck::bytes_of(value)[..push.bytes]);
             // SAFETY: the command buffer is being recorded, and the layout has a range of these bytes and stages.
-            unsafe { device.cmd_push_constants(self.raw(), core.layout, push.stages, 0, bytes) };
+            unsafe { device.cmd_push_constants(self.raw(), core.layout(), push.stages, 0, bytes) };
         }
     }
 }

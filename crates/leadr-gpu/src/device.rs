@@ -10,6 +10,7 @@ use gpu_allocator::{AllocationSizes, AllocatorDebugSettings};
 
 use super::error::Doing;
 use super::faults::Faults;
+use super::pipeline_handles::KnownPipelines;
 use super::reload::Remake;
 use super::sampler::Samplers;
 use super::sets::{SetLayout, SetLayouts};
@@ -34,7 +35,7 @@ pub struct GpuOptions {
 
 /// An open Vulkan device. Every resource holds a reference to it, so it is destroyed last.
 pub struct Gpu {
-    // `Drop` destroys the members in this order: allocator, set layouts, pipeline cache, device, messenger, instance.
+    // `Drop` destroys the members in this order: allocator, pipelines, set layouts, pipeline cache, device, messenger, instance.
     allocator: ManuallyDrop<Arc<Mutex<Allocator>>>,
     pipeline_cache: vk::PipelineCache,
     queue: Mutex<vk::Queue>,
@@ -44,6 +45,7 @@ pub struct Gpu {
     labels: Mutex<()>,
     /// The recipes from which the existing pipelines can be re-created.
     pub(super) recipes: Mutex<Vec<Weak<dyn Remake>>>,
+    pipelines: KnownPipelines,
     shaders: Shaders,
     set_layouts: SetLayouts,
     samplers: Samplers,
@@ -156,6 +158,7 @@ impl Gpu {
             debug,
             labels: Mutex::new(()),
             recipes: Mutex::default(),
+            pipelines: KnownPipelines::default(),
             shaders: Shaders::new(options.shaders.clone()),
             set_layouts: SetLayouts::new(options.sets.clone()),
             samplers: Samplers::default(),
@@ -323,6 +326,10 @@ impl Gpu {
         self.allocator.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    pub(crate) fn known_pipelines(&self) -> &KnownPipelines {
+        &self.pipelines
+    }
+
     pub(crate) fn pipeline_cache(&self) -> vk::PipelineCache {
         self.pipeline_cache
     }
@@ -357,6 +364,7 @@ impl Drop for Gpu {
         unsafe {
             let _ = self.device.device_wait_idle();
             ManuallyDrop::drop(&mut self.allocator);
+            self.pipelines.clear();
             self.set_layouts.destroy(&self.device);
             self.device.destroy_pipeline_cache(self.pipeline_cache, None);
             self.device.destroy_device(None);

@@ -71,6 +71,7 @@ mod faults;
 mod image;
 mod memory;
 mod pipeline;
+mod pipeline_handles;
 mod pipeline_layout;
 mod reload;
 mod sampler;

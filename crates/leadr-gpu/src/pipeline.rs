@@ -1,7 +1,7 @@
 //! Compute and graphics pipelines.
 
+use std::hash::Hash;
 use std::sync::{Arc, PoisonError, RwLock};
-use std::time::Instant;
 
 use ash::vk;
 
@@ -9,7 +9,7 @@ use super::error::Doing;
 use super::pipeline_layout::{PipelineCore, Spec, SpecValue, SpecializedStage, StageModule, check_constants, shader};
 use super::reload::{Put, Remake};
 use super::shaders::{Shader, Stage};
-use super::{DriverCall, Gpu, GpuError, Result, StructLayout};
+use super::{Gpu, GpuError, Result, StructLayout};
 
 /// A compute or graphics pipeline.
 pub trait Pipeline {
@@ -96,16 +96,14 @@ impl ComputePipeline {
     fn make(gpu: &Arc<Gpu>, name: &str, spec: Spec<'_>, structs: &[StructLayout]) -> Result<PipelineCore> {
         let shader = shader(gpu, name, Stage::Compute)?;
         check_constants(name, &[shader], spec)?;
-        let stage = SpecializedStage::new(shader, spec)?;
+        let stages = vec![SpecializedStage::new(shader, spec)?];
         let mut core =
-            PipelineCore::new(gpu, name, vk::PipelineBindPoint::COMPUTE, std::slice::from_ref(&stage), structs)?;
-        let stage = StageModule::new(gpu, &core, stage)?;
-        let info = vk::ComputePipelineCreateInfo::default().stage(stage.info()).layout(core.layout);
-        core.raw = made(gpu, name, |device, cache| {
-            // SAFETY: everything the description points to outlives the call.
-            unsafe { device.create_compute_pipelines(cache, &[info], None) }
-        })?;
-        gpu.name(core.raw, name);
+            PipelineCore::new(gpu, name, vk::PipelineBindPoint::COMPUTE, stages, structs, (), |stages, layout| {
+                let info = vk::ComputePipelineCreateInfo::default().stage(stages[0].info()).layout(layout);
+                // SAFETY: everything the description points to outlives the call.
+                let made = unsafe { gpu.raw().create_compute_pipelines(gpu.pipeline_cache(), &[info], None) };
+                first(name, made)
+            })?;
         core.local_size = shader.interface().local_size;
         Ok(core)
     }
@@ -117,7 +115,7 @@ impl ComputePipeline {
 }
 
 /// How vertices are assembled into primitives.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Topology {
     /// Every three vertices form a triangle.
     Triangles,
@@ -178,6 +176,16 @@ pub struct GraphicsDesc<'a> {
     pub spec: Spec<'a>,
     /// The layouts of all structs in the stages' buffers and push constants.
     pub structs: &'a [StructLayout],
+}
+
+impl GraphicsDesc<'_> {
+    /// Returns all that the pipeline depends on besides its shaders and their resources.
+    fn state(&self) -> impl Hash {
+        let Self { colors, kept_colors, samples, clockwise_front, front_only, wires, topology, .. } = *self;
+        let bits = |bias: [f32; 2]| bias.map(f32::to_bits);
+        let depth = self.depth.map(|depth| (depth.format, depth.compare, depth.write, depth.bias.map(bits)));
+        (colors.to_vec(), kept_colors, depth, samples, clockwise_front, front_only, wires, topology)
+    }
 }
 
 impl Default for GraphicsDesc<'_> {
@@ -300,13 +308,10 @@ impl GraphicsPipeline {
         check_constants(name, &shaders, desc.spec)?;
         let specialized = |shader: &&'static Shader| SpecializedStage::new(shader, desc.spec);
         let stages = shaders.iter().map(specialized).collect::<Result<Vec<_>>>()?;
-        let mut core = PipelineCore::new(gpu, name, vk::PipelineBindPoint::GRAPHICS, &stages, desc.structs)?;
-        let modules = stages.into_iter().map(|stage| StageModule::new(gpu, &core, stage));
-        let stages: Vec<StageModule<'_>> = modules.collect::<Result<_>>()?;
-        core.raw = create_graphics(gpu, name, desc, &stages, core.layout)?;
-        drop(stages);
-        gpu.name(core.raw, name);
-        Ok(core)
+        let point = vk::PipelineBindPoint::GRAPHICS;
+        PipelineCore::new(gpu, name, point, stages, desc.structs, desc.state(), |stages, layout| {
+            create_graphics(gpu, name, desc, stages, layout)
+        })
     }
 }
 
@@ -314,7 +319,7 @@ fn create_graphics(
     gpu: &Gpu,
     name: &str,
     desc: &GraphicsDesc<'_>,
-    stages: &[StageModule],
+    stages: &[StageModule<'_>],
     layout: vk::PipelineLayout,
 ) -> Result<vk::Pipeline> {
     let stages: Vec<_> = stages.iter().map(StageModule::info).collect();
@@ -367,24 +372,14 @@ fn create_graphics(
     if patch_points > 0 {
         info = info.tessellation_state(&tessellation);
     }
-    made(gpu, name, |device, cache| {
-        // SAFETY: everything the description points to outlives the call.
-        unsafe { device.create_graphics_pipelines(cache, &[info], None) }
-    })
+    // SAFETY: everything the description points to outlives the call.
+    first(name, unsafe { gpu.raw().create_graphics_pipelines(gpu.pipeline_cache(), &[info], None) })
 }
 
-/// Calls `create` and returns the new pipeline.
-fn made(
-    gpu: &Gpu,
+/// Returns the new pipeline.
+fn first(
     name: &str,
-    create: impl FnOnce(
-        &ash::Device,
-        vk::PipelineCache,
-    ) -> std::result::Result<Vec<vk::Pipeline>, (Vec<vk::Pipeline>, vk::Result)>,
+    made: std::result::Result<Vec<vk::Pipeline>, (Vec<vk::Pipeline>, vk::Result)>,
 ) -> Result<vk::Pipeline> {
-    let begun = Instant::now();
-    let made = gpu.faults().check(DriverCall::Pipeline);
-    let made = made.and_then(|()| create(gpu.raw(), gpu.pipeline_cache()).map_err(|(_, result)| result));
-    tracing::trace!("the driver took {:.1} ms for pipeline {name}", begun.elapsed().as_secs_f64() * 1e3);
-    Ok(made.doing(format!("creating pipeline {name}"))?[0])
+    Ok(made.map_err(|(_, result)| result).doing(format!("creating pipeline {name}"))?[0])
 }

@@ -2,15 +2,18 @@
 //! descriptors, binding numbers are assigned by resource name, and the push constant range is the largest range of any stage.
 
 use std::ffi::CStr;
+use std::hash::Hash;
 use std::sync::Arc;
+use std::time::Instant;
 
 use ash::vk;
 
 use super::error::Doing;
+use super::pipeline_handles::{PipelineHandles, wide_hash};
 use super::sets::{SETS, SetLayout, descriptor_layout};
 use super::shaders::{ConstantKind, ResourceKind, Shader, Stage, stage_flags};
 use super::spirv::{leave_loops_to_driver, specialized};
-use super::{Gpu, GpuError, Result, StructLayout, shared_struct};
+use super::{DriverCall, Gpu, GpuError, Result, StructLayout, shared_struct};
 use leadr_glsl::reflect::{Interface, interface};
 
 /// The empty layout for set numbers that a pipeline does not use.
@@ -55,12 +58,11 @@ pub type Spec<'a> = &'a [(&'a str, SpecValue)];
 /// The state that compute and graphics pipelines share.
 #[doc(hidden)]
 pub struct PipelineCore {
+    // The handles are dropped before the device.
+    handles: Arc<PipelineHandles>,
     gpu: Arc<Gpu>,
     pub(crate) name: String,
     pub(crate) bind_point: vk::PipelineBindPoint,
-    pub(crate) raw: vk::Pipeline,
-    pub(crate) layout: vk::PipelineLayout,
-    set_layout: vk::DescriptorSetLayout,
     /// The resources of set 0 that must be bound. The index of a slot is its binding number.
     pub(crate) slots: Vec<Slot>,
     /// The layouts of the longer-lived sets, by set number. The entry of an unused number is `None`.
@@ -87,117 +89,146 @@ pub(crate) struct PushConstants {
     pub(crate) bytes: usize,
 }
 
-impl Drop for PipelineCore {
-    fn drop(&mut self) {
-        let device = self.gpu.raw();
-        // SAFETY: commands that use the pipeline hold an Arc of it until they are done; null handles are ignored.
-        unsafe {
-            device.destroy_pipeline(self.raw, None);
-            device.destroy_pipeline_layout(self.layout, None);
-            device.destroy_descriptor_set_layout(self.set_layout, None);
-        }
-    }
+/// What a pipeline declares to the driver besides its code and its state.
+struct Declared {
+    slots: Vec<Slot>,
+    unused: Vec<&'static str>,
+    sets: [Option<&'static SetLayout>; SETS],
+    push: Option<PushConstants>,
 }
 
 impl PipelineCore {
-    /// Creates the layouts for all stages. The pipeline itself is added later.
+    /// Creates a pipeline from its stages. `state` is everything else that `create` tells the driver: pipelines with the same stages
+    /// and the same state share their handles.
     ///
     /// # Errors
     /// Returns [`GpuError::Shader`] if the stages are inconsistent with each other or with the Rust twins of their structs. Returns
-    /// [`GpuError::Usage`] if the push constants are larger than the device supports.
+    /// [`GpuError::Usage`] if the push constants are larger than the device supports. Returns the errors of `create`.
     pub(crate) fn new(
         gpu: &Arc<Gpu>,
         name: &str,
         bind_point: vk::PipelineBindPoint,
-        stages: &[SpecializedStage],
+        stages: Vec<SpecializedStage>,
         structs: &[StructLayout],
+        state: impl Hash,
+        create: impl FnOnce(&[StageModule<'_>], vk::PipelineLayout) -> Result<vk::Pipeline>,
     ) -> Result<Self> {
         let shaders: Vec<&Shader> = stages.iter().map(|stage| stage.shader).collect();
         shared_struct::check(name, &shaders, structs)?;
-        let (slots, unused) = resources(name, stages)?;
-        let mut core = Self {
+        let (slots, unused) = resources(name, &stages)?;
+        let sets = used_sets(gpu, name, &stages)?;
+        let push = push_constants(name, &stages, structs)?;
+        let declared = Declared { slots, unused, sets, push };
+        let stages: Vec<_> = stages.into_iter().map(|stage| NumberedStage::new(gpu, &declared, stage)).collect();
+        gpu.faults().check(DriverCall::Pipeline).doing(format!("creating pipeline {name}"))?;
+        let code: Vec<_> = stages.iter().map(|stage| (stage.shader.stage, &stage.words)).collect();
+        let key = wide_hash(&(bind_point, code, declared.described(), state));
+        let handles = gpu.known_pipelines().find_or_make(key, || {
+            let mut handles = PipelineHandles::new(gpu);
+            declared.create_layouts(gpu, name, &mut handles)?;
+            let modules = stages.iter().map(|stage| StageModule::new(gpu, stage)).collect::<Result<Vec<_>>>()?;
+            let begun = Instant::now();
+            handles.raw = create(&modules, handles.layout)?;
+            tracing::trace!("the driver took {:.1} ms for pipeline {name}", begun.elapsed().as_secs_f64() * 1e3);
+            gpu.name(handles.raw, name);
+            Ok(handles)
+        })?;
+        let Declared { slots, unused, sets, push } = declared;
+        Ok(Self {
+            handles,
             gpu: gpu.clone(),
             name: name.to_owned(),
             bind_point,
-            raw: vk::Pipeline::null(),
-            layout: vk::PipelineLayout::null(),
-            set_layout: vk::DescriptorSetLayout::null(),
             slots,
             unused,
-            sets: used_sets(gpu, name, stages)?,
-            push: push_constants(name, stages, structs)?,
+            sets,
+            push,
             local_size: [1; 3],
-        };
-        core.create_set_layout()?;
-        core.create_layout()?;
-        Ok(core)
+        })
     }
 
     pub(super) fn gpu(&self) -> &Arc<Gpu> {
         &self.gpu
     }
 
-    fn create_set_layout(&mut self) -> Result<()> {
-        let (used, most) = (self.slots.len(), self.gpu.most_resources());
-        if used > most {
-            return Err(GpuError::usage(&self.name, format!("its {used} resources exceed the device limit of {most}")));
-        }
-        let resources = self.slots.iter().map(|slot| (slot.kind, slot.stages));
-        let flags = vk::DescriptorSetLayoutCreateFlags::PUSH_DESCRIPTOR_KHR;
-        self.set_layout = descriptor_layout(&self.gpu, &self.name, flags, resources)?;
-        Ok(())
+    /// Returns the raw pipeline. Pipelines of the same code and state have the same one.
+    pub fn raw(&self) -> vk::Pipeline {
+        self.handles.raw
     }
 
-    fn create_layout(&mut self) -> Result<()> {
-        self.check_textures()?;
-        // Vulkan requires a layout for every set number up to the highest number in use.
-        let last = self.sets.iter().rposition(Option::is_some).unwrap_or(0);
-        let mut sets = vec![self.set_layout];
-        for layout in &self.sets[1..=last] {
-            sets.push(self.gpu.set_layouts().raw(&self.gpu, layout.unwrap_or(&EMPTY))?);
-        }
-        let mut info = vk::PipelineLayoutCreateInfo::default().set_layouts(&sets);
-        let mut ranges = Vec::new();
-        if let Some(push) = self.push.as_ref().filter(|push| push.bytes > 0) {
-            let (bytes, most) = (push.bytes as u32, self.gpu.limits().max_push_constants_size);
-            if bytes > most {
-                let fault = format!("{bytes} bytes of push constants exceed the device limit of {most}");
-                return Err(GpuError::usage(&self.name, fault));
-            }
-            ranges.push(vk::PushConstantRange::default().stage_flags(push.stages).size(bytes));
-            info = info.push_constant_ranges(&ranges);
-        }
-        // SAFETY: the device and the set layouts are alive, and everything `info` points to outlives the call.
-        self.layout = unsafe { self.gpu.raw().create_pipeline_layout(&info, None) }
-            .doing(format!("creating the pipeline layout of {}", self.name))?;
-        self.gpu.name(self.layout, &self.name);
-        Ok(())
-    }
-
-    /// Checks that all textures, including unused ones, are within the device's limit per stage.
-    fn check_textures(&self) -> Result<()> {
-        let lasting = self.sets.iter().flatten().flat_map(|layout| layout.resources).map(|(_, kind)| *kind);
-        let kinds = self.slots.iter().map(|slot| slot.kind).chain(lasting);
-        let textures = kinds.filter(|kind| *kind == ResourceKind::Sampled).count();
-        let limits = self.gpu.limits();
-        let most = limits.max_per_stage_descriptor_sampled_images.min(limits.max_per_stage_descriptor_samplers);
-        if textures > most as usize {
-            return Err(GpuError::usage(
-                &self.name,
-                format!("its {textures} textures exceed the device limit of {most}"),
-            ));
-        }
-        Ok(())
-    }
-
-    fn binding(&self, name: &str) -> Option<u32> {
-        self.slots.iter().position(|slot| slot.name == name).map(|index| index as u32)
+    pub(crate) fn layout(&self) -> vk::PipelineLayout {
+        self.handles.layout
     }
 
     /// Returns the names of the resources that may be bound, for error messages.
     pub(crate) fn resource_names(&self) -> String {
         let names: Vec<&str> = self.slots.iter().map(|slot| slot.name).chain(self.unused.iter().copied()).collect();
         if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+    }
+}
+
+impl Declared {
+    /// Returns all that the layouts depend on.
+    fn described(&self) -> impl Hash {
+        let slots: Vec<_> = self.slots.iter().map(|slot| (slot.kind, slot.stages)).collect();
+        // One number may have several layouts, each of which is a constant of the program.
+        let sets = self.sets.map(|layout| layout.map(std::ptr::from_ref));
+        let push = self.push.as_ref().map(|push| (push.stages, push.bytes));
+        (slots, sets, push)
+    }
+
+    fn create_layouts(&self, gpu: &Gpu, name: &str, handles: &mut PipelineHandles) -> Result<()> {
+        let (used, most) = (self.slots.len(), gpu.most_resources());
+        if used > most {
+            return Err(GpuError::usage(name, format!("its {used} resources exceed the device limit of {most}")));
+        }
+        self.check_textures(gpu, name)?;
+        let resources = self.slots.iter().map(|slot| (slot.kind, slot.stages));
+        let flags = vk::DescriptorSetLayoutCreateFlags::PUSH_DESCRIPTOR_KHR;
+        handles.set_layout = descriptor_layout(gpu, name, flags, resources)?;
+        // Vulkan requires a layout for every set number up to the highest number in use.
+        let last = self.sets.iter().rposition(Option::is_some).unwrap_or(0);
+        let mut sets = vec![handles.set_layout];
+        for layout in &self.sets[1..=last] {
+            sets.push(gpu.set_layouts().raw(gpu, layout.unwrap_or(&EMPTY))?);
+        }
+        let mut info = vk::PipelineLayoutCreateInfo::default().set_layouts(&sets);
+        let mut ranges = Vec::new();
+        if let Some(push) = self.push.as_ref().filter(|push| push.bytes > 0) {
+            let (bytes, most) = (push.bytes as u32, gpu.limits().max_push_constants_size);
+            if bytes > most {
+                let fault = format!("{bytes} bytes of push constants exceed the device limit of {most}");
+                return Err(GpuError::usage(name, fault));
+            }
+            ranges.push(vk::PushConstantRange::default().stage_flags(push.stages).size(bytes));
+            info = info.push_constant_ranges(&ranges);
+        }
+        // SAFETY: the device and the set layouts are alive, and everything `info` points to outlives the call.
+        handles.layout = unsafe { gpu.raw().create_pipeline_layout(&info, None) }
+            .doing(format!("creating the pipeline layout of {name}"))?;
+        gpu.name(handles.layout, name);
+        Ok(())
+    }
+
+    /// Checks that all textures, including unused ones, are within the device's limit per stage.
+    fn check_textures(&self, gpu: &Gpu, name: &str) -> Result<()> {
+        let lasting = self.sets.iter().flatten().flat_map(|layout| layout.resources).map(|(_, kind)| *kind);
+        let kinds = self.slots.iter().map(|slot| slot.kind).chain(lasting);
+        let textures = kinds.filter(|kind| *kind == ResourceKind::Sampled).count();
+        let limits = gpu.limits();
+        let most = limits.max_per_stage_descriptor_sampled_images.min(limits.max_per_stage_descriptor_samplers);
+        if textures > most as usize {
+            return Err(GpuError::usage(name, format!("its {textures} textures exceed the device limit of {most}")));
+        }
+        Ok(())
+    }
+
+    /// Returns the binding number of a resource.
+    fn binding(&self, set: u32, name: &str) -> Option<u32> {
+        if let Some(layout) = self.sets[set as usize] {
+            return layout.binding(name);
+        }
+        self.slots.iter().position(|slot| slot.name == name).map(|index| index as u32)
     }
 }
 
@@ -227,6 +258,30 @@ impl SpecializedStage {
     }
 }
 
+/// A stage whose resources have the binding numbers of its pipeline.
+struct NumberedStage {
+    shader: &'static Shader,
+    words: Vec<u32>,
+}
+
+impl NumberedStage {
+    fn new(gpu: &Gpu, declared: &Declared, stage: SpecializedStage) -> Self {
+        let SpecializedStage { shader, mut words, left } = stage;
+        for resource in &left.resources {
+            if let (Some(word), Some(number)) = (resource.binding_word, declared.binding(resource.set, &resource.name))
+            {
+                words[word] = number;
+            }
+        }
+        if shader.stage == Stage::Fragment && !gpu.is_software() {
+            // With unrolled loops, the shaders that filter and shade are so long that GPUs lose a fifth of a frame. Software
+            // drivers keep loop variables in memory (docs/measurements/gpu.md, performance.md).
+            leave_loops_to_driver(&mut words);
+        }
+        Self { shader, words }
+    }
+}
+
 /// A stage of a pipeline while the pipeline is being created.
 pub(crate) struct StageModule<'a> {
     gpu: &'a Gpu,
@@ -242,24 +297,9 @@ impl Drop for StageModule<'_> {
 }
 
 impl<'a> StageModule<'a> {
-    /// Creates the shader module, and numbers its resources as in `core`.
-    pub(crate) fn new(gpu: &'a Gpu, core: &PipelineCore, stage: SpecializedStage) -> Result<Self> {
-        let SpecializedStage { shader, mut words, left } = stage;
-        for resource in &left.resources {
-            let number = match core.sets[resource.set as usize] {
-                Some(layout) => layout.binding(&resource.name),
-                None => core.binding(&resource.name),
-            };
-            if let (Some(word), Some(number)) = (resource.binding_word, number) {
-                words[word] = number;
-            }
-        }
-        if shader.stage == Stage::Fragment && !gpu.is_software() {
-            // With unrolled loops, the shaders that filter and shade are so long that GPUs lose a fifth of a frame. Software
-            // drivers keep loop variables in memory (docs/measurements/gpu.md, performance.md).
-            leave_loops_to_driver(&mut words);
-        }
-        let info = vk::ShaderModuleCreateInfo::default().code(&words);
+    fn new(gpu: &'a Gpu, stage: &NumberedStage) -> Result<Self> {
+        let NumberedStage { shader, words } = stage;
+        let info = vk::ShaderModuleCreateInfo::default().code(words);
         // SAFETY: shaderc compiled the words for Vulkan 1.3. Only binding numbers and loop controls were changed, constants were
         // specialised, and unreachable blocks were removed. The validation layer checks the result in every test that creates a
         // pipeline.

@@ -218,7 +218,7 @@ impl Commands {
         // SAFETY: the command buffer is being recorded, and the pipeline's layout has this layout at this index.
         unsafe {
             let device = self.gpu().raw();
-            device.cmd_bind_descriptor_sets(self.raw(), core.bind_point, core.layout, layout.number, &[*raw], &[]);
+            device.cmd_bind_descriptor_sets(self.raw(), core.bind_point, core.layout(), layout.number, &[*raw], &[]);
         }
     }
 }

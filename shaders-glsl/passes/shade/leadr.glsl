@@ -802,7 +802,7 @@ vec3 light_reflected(const int number, const Light light, const Surface surface,
         }
     }
     vec3 specular = vec3(0.0);
-    if (r.exact) {
+    if (FINEST_LEVEL && r.exact) {
         specular = in_specular(number) ? facet_light(surface, facet, number, light) : vec3(0.0);
     } else {
         specular = light_in_specular(surface, bases, number, light, r.o, diffuse_i, r.cholesky);

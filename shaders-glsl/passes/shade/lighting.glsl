@@ -41,7 +41,7 @@ Light lamp_sent(const Lamp lamp, const Surface surface) {
 
 // Returns light `i` without shadows.
 Light light_sent(const int i, const Surface surface) {
-    if (i < SUNS) {
+    if (LAMPS == 0 || i < SUNS) {
         return Light(to_frame(surface.frame, lighting.sun_direction[i].xyz), lighting.sun_irradiance[i].rgb, lighting.sun_direction[i].w, 0.0);
     }
     return lamp_sent(lamps[i - SUNS], surface);
@@ -56,7 +56,7 @@ float light_passed(const int i, const Surface surface, const Light light) {
     vec3 mesonormal = from_frame(surface.frame, normal_of_slope(surface.mean_slope));
     float width = shadow_width(surface);
     // The shadow map and the horizon contain the same bumps, so the smaller visibility counts, not the product of both.
-    if (i < SUNS) {
+    if (LAMPS == 0 || i < SUNS) {
         float sunlit = surface.joined < 1.0 ? sun_visibility(i, surface.position, mesonormal, surface.frame.z, width) : 0.0;
         return min(seen, mix(sunlit, i == 0 ? surface.sunlit : surface.more_sunlit[max(i - 1, 0)], surface.joined));
     }

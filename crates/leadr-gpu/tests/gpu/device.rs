@@ -9,7 +9,7 @@ use leadr_gpu::{
 };
 use leadr_testing::gpu::{Count, run_probe, run_probe_with, test_gpu};
 
-const FLOATS: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
+pub(super) const FLOATS: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
 
 #[test]
 fn a_probe_sees_every_item_once() {
@@ -293,7 +293,7 @@ fn a_compute_mip_chain_with_barriers_by_mip() {
 const CORNERS: [[f32; 2]; 4] = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]];
 
 leadr_gpu::shared_struct! {
-    struct Push for "P" {
+    pub(super) struct Push for "P" {
         color: [f32; 4],
         depth: f32,
         padding: [f32; 3],

@@ -2,5 +2,6 @@
 
 mod device;
 mod names;
+mod pipelines;
 mod recording;
 mod sets;
