@@ -27,7 +27,8 @@ lint:
 	@scripts/setup build
 	cargo fmt --all --check
 	cargo clippy --locked --workspace --all-targets -- -D warnings
-	cargo clippy --locked --no-default-features --features cli -- -D warnings # as `make demo` builds without a display
+	@# As `make demo` builds without a display. The selection is that of the line above, so only the command is checked again.
+	cargo clippy --locked --workspace --lib --bins --test app --no-default-features --features leadr-vk/cli,leadr-gpu/watch -- -D warnings
 	$(MAKE) doc
 
 doc:

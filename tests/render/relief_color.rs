@@ -231,7 +231,7 @@ fn tops_under_a_detail() {
             renderer.render(&state, &settings).unwrap().color
         };
         let [on, off] = [true, false].map(|follows| shoot(follows, Technique::Leadr, 1));
-        let truth = shoot(false, Technique::Reference, 256);
+        let truth = shoot(false, Technique::Reference, 64);
         let change = difference(&on, &off);
         let red = |picture: &[[f32; 4]]| {
             let sum = |c: usize| picture.iter().map(|texel| f64::from(texel[c])).sum::<f64>();
