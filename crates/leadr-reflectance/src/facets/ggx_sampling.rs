@@ -12,10 +12,11 @@
 //! and normalises `h = i + o`.
 
 use super::projected_area::meso_area;
+use crate::roots::bisect;
 use crate::slopes::grid::slope_cholesky;
 use crate::slopes::statistics::with_least_variance;
 use glam::{DVec2, DVec3};
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Samples a visible normal from `u` in `[0, 1)²`. The density is `max(0, wo·wn) D(wn) / A(wo)` for the [`ggx_ndf`](super::ggx::ggx_ndf)
 /// with the same mean slope and roughness matrix.
@@ -46,9 +47,52 @@ pub fn ggx_sample_visible(wo: DVec3, u: DVec2, m: DVec2, a: DVec3) -> DVec3 {
     n.extend(height).normalize()
 }
 
+/// Returns the probability that the slope across the viewer is at most `y`, for facets of the standard GGX surface (`α = 1`) whose slope along
+/// the viewer is `x`: `F3` of thesis Table 2.V. The viewer sees the same share of all these facets, so it does not matter here. The
+/// renderer samples by [`ggx_sample_visible`].
+///
+/// With `σ² = 1 + x²` and `tan t = y/σ`, the density `2σ³ / π(σ² + y²)²` has the integral `½ + (t + sin t cos t)/π`.
+pub fn ggx_conditional_cdf(y: f64, x: f64) -> f64 {
+    let t = (y / 1.0f64.hypot(x)).atan();
+    0.5 + (t + t.sin() * t.cos()) / PI
+}
+
+/// Returns the slope `y` whose [`ggx_conditional_cdf`] is `u`, which is in `(0, 1)`: `Q3` of thesis Table 2.V.
+pub fn ggx_conditional_quantile(u: f64, x: f64) -> f64 {
+    let wanted = PI * (u - 0.5);
+    let t = bisect(-FRAC_PI_2, FRAC_PI_2, 60, |t| t + t.sin() * t.cos() < wanted);
+    1.0f64.hypot(x) * t.tan()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::facets::ggx::Ggx;
+    use crate::facets::slope_distribution::SlopeDistribution;
+
+    #[test]
+    fn conditional_slopes_have_their_distribution() {
+        let ggx = Ggx::isotropic(DVec2::ZERO, 1.0);
+        for x in [0.0f64, 0.7, -3.0] {
+            // Sums of the density over the angle of y.
+            let sum = |until: f64| {
+                let n = 20_000;
+                let end = until.atan();
+                let step = (end + FRAC_PI_2) / f64::from(n);
+                let at = |i: i32| {
+                    let t = -FRAC_PI_2 + step * (f64::from(i) + 0.5);
+                    ggx.p22(DVec2::new(x, t.tan())) * step / (t.cos() * t.cos())
+                };
+                (0..n).map(at).sum::<f64>()
+            };
+            let all = sum(1e12);
+            for y in [-4.0, -0.3, 0.0, 1.5, 20.0] {
+                let cdf = ggx_conditional_cdf(y, x);
+                assert!((cdf - sum(y) / all).abs() < 1e-6, "{x} {y}: {cdf} {}", sum(y) / all);
+                assert!((ggx_conditional_quantile(cdf, x) - y).abs() < 1e-6 * (1.0 + y * y), "{x} {y}");
+            }
+        }
+    }
 
     /// Compares the sampler with the direct sum `i + o`, in cases where the sum does not cancel.
     #[test]

@@ -21,6 +21,7 @@ pub mod normal_spread;
 pub mod parametric_curve;
 pub mod polar_table;
 pub mod projected_area;
+pub mod radial_sampling;
 pub mod radial_table;
 pub mod scaled;
 pub mod shortened_normals;
