@@ -3,7 +3,7 @@
 use glam::{Affine2, DVec2, DVec3, Mat2, Vec2, Vec3};
 use leadr::gpu::Gpu;
 use leadr::maps::RgbImage;
-use leadr::maps::material::{Anisotropy, Input, Material, MaterialDetail, Relief, TextureWrap};
+use leadr::maps::material::{Anisotropy, Input, Material, MaterialDetail, Relief, TextureWrap, alpha_code, alpha_of};
 use leadr::maps::tonemap::Tonemap;
 use leadr::maps::{HeightMap, procedural};
 use leadr::reflectance::facets::normal_distribution::tail_mean_ratio;
@@ -14,7 +14,9 @@ use leadr::render::camera::Camera;
 use leadr::render::frame::Renderer;
 use leadr::render::light::environment::Environment;
 use leadr::render::light::sky::Sky;
-use leadr::render::scene::{Detail, DetailMapping, FactorMap, FrameState, MaterialMap, Object, Pose, PropertyMap};
+use leadr::render::scene::{
+    Detail, DetailColors, DetailMapping, FactorMap, FrameState, MaterialMap, Object, Pose, PropertyMap,
+};
 use leadr::render::settings::{RenderSettings, ShadingOptions, Technique, Terms};
 use leadr::render::surfaces::displacement::HeightField;
 use leadr::render::surfaces::tessellation::TessellationSettings;
@@ -145,7 +147,7 @@ fn detail_equals_a_map_of_the_sum() {
 }
 
 /// The gloss technique multiplies the lengths of the mean normals of base and detail (Chan 2018, eq. 34), so a plane with a distant detail
-/// equals a rougher plane.
+/// equals a rougher plane. A detail may have a roughness of its own, over all of the plane or a part of it.
 #[test]
 fn a_distant_detail_is_gloss() {
     let Some(gpu) = test_gpu() else { return };
@@ -159,26 +161,37 @@ fn a_distant_detail_is_gloss() {
     let slopes: Vec<[f32; 2]> = slopes_of(&fine).iter().map(|s| s.map(|v| v * FINE_STEEP * metres)).collect();
     let per = 1.0 / f64::from(FINE * FINE) / f64::from(metres * metres);
     let variance = [0, 1].map(|k| slopes.iter().map(|s| f64::from(s[k] * s[k])).sum::<f64>() * per);
-    let spread = normal_variance(DVec2::ZERO, DVec3::new(variance[0], variance[1], 0.0));
-    let (detail, shortening) = (tail_mean_ratio(spread.sqrt().recip()), Shortening::ALL[0]);
-    let rougher = shortening.alpha_of_shortening(1.0 - (1.0 - detail) * shortening.length(base));
-    assert!(rougher > 1.5 * base, "{rougher}");
-    let detail = Detail {
-        heights: HeightField { map: HeightMap { texels: vec![0.0; (FINE * FINE) as usize], ..fine.map }, ..fine },
-        slopes: Some(slopes),
-        material: None,
+    let (own, shortening) = (alpha_code(0.3), Shortening::ALL[0]);
+    // The roughness of the base with a detail that has a roughness of its own or none. `share` scales its slopes and its own spread.
+    let combined = |share: f64, is_rough: bool| {
+        let spread = normal_variance(DVec2::ZERO, DVec3::new(variance[0], variance[1], 0.0) * share * share);
+        let rough = if is_rough { share * (1.0 - shortening.length(f64::from(alpha_of(own)))) } else { 0.0 };
+        let slopes = 1.0 - tail_mean_ratio(spread.sqrt().recip());
+        shortening.alpha_of_shortening(1.0 - slopes * (1.0 - rough) * shortening.length(base))
+    };
+    let detail = |share: f32, is_rough: bool| Detail {
+        heights: HeightField {
+            map: HeightMap { texels: vec![0.0; (FINE * FINE) as usize], ..fine.map.clone() },
+            ..fine.clone()
+        },
+        slopes: Some(slopes.clone()),
+        material: is_rough.then(|| (MaterialMap::new(1, 1, vec![[255, 255, 255, own]]), DetailColors::Vary)),
         mapping: DetailMapping::Texcoords,
         transform: Affine2::from_scale(Vec2::splat(REPEATS as f32)),
-        mask: None,
+        mask: Some(FactorMap { width: 1, height: 1, texels: vec![share], transform: Affine2::IDENTITY }),
         displaces: false,
     };
     let camera = Camera::looking_at(Vec3::new(0.3, -0.7, 0.55).normalize() * 300.0, Vec3::ZERO, 1.0);
     let state = FrameState::new(camera, vec![Pose::REST]).under(&Sky::default());
     let settings = settings(Technique::Gloss, 24, 1, Shadowing::None);
     let draw = |object| picture(&mut under_sky(&gpu, vec![object], 64), &state, &settings);
-    let (with_detail, as_gloss) = (draw(plane_of(base).with_detail(detail)), draw(plane_of(rougher)));
-    let (found, without) = (error(&as_gloss, &with_detail), error(&as_gloss, &draw(plane_of(base))));
-    assert!(found < 0.01 && without > 5.0 * found, "{found} {without}");
+    for (share, is_rough, without) in [(1.0, false, base), (1.0, true, combined(1.0, false)), (0.5, true, base)] {
+        let rougher = combined(share, is_rough);
+        let found = draw(plane_of(base).with_detail(detail(share as f32, is_rough)));
+        let [error, of_other] = [rougher, without].map(|alpha| error(&draw(plane_of(alpha)), &found));
+        println!("α {rougher:.3}: {error:.4}, as α {without:.3}: {of_other:.4}");
+        assert!(rougher > 1.1 * without && error < 0.01 && of_other > 5.0 * error, "{error} {of_other}");
+    }
 }
 
 /// A detail removes neither emission nor occlusion of its base: the light equals that without them, times the accessibility, plus the

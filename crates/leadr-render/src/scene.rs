@@ -119,7 +119,7 @@ pub enum DetailMapping {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DetailColors {
     /// The detail's colours, divided by their mean, multiply the surface's colours. The detail's roughness replaces the surface's
-    /// roughness.
+    /// roughness. With the gloss technique, both roughnesses combine: the lengths of their mean normals multiply.
     Vary,
     /// The detail's colours and roughness replace those of the surface. The value replaces the surface's reflectance at normal
     /// incidence.

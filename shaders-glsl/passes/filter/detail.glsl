@@ -131,17 +131,23 @@ float detail_factor() {
 // Returns the colour of the surface with the detail applied: rgb, and alpha^2.
 vec4 color_with_detail(const vec4 color, const DetailMeans detail) {
     if (DETAIL_COLORS == DETAIL_VARIES) {
-        return vec4(color.rgb * mix(vec3(1.0), detail.color.rgb * detail_color.rgb, detail.cover), mix(color.a, detail.color.a, detail.cover));
+        float alpha = DETAIL_IN_GLOSS ? color.a : mix(color.a, detail.color.a, detail.cover);
+        return vec4(color.rgb * mix(vec3(1.0), detail.color.rgb * detail_color.rgb, detail.cover), alpha);
     }
     return mix(color, vec4(detail.color.rgb * detail_color.rgb, detail.color.a), detail.cover);
 }
 
-// Returns the roughness of a material with the spread of the detail's slopes. The lengths of the mean normals of base and detail multiply
-// (Chan 2018, eq. 34).
-float alpha_with_detail(const float alpha, const vec2 mean_slope, const vec3 covariance) {
-    float detail = tail_mean_ratio(inversesqrt(max(normal_variance(mean_slope, covariance), 1e-12)));
-    float base = normal_shortening(LEADR_GGX_MACRO, alpha);
-    return min(alpha_of_shortening(LEADR_GGX_MACRO, detail + base - detail * base), 1.0);
+// Returns the roughness of a material with the spread of the detail's slopes and, if the detail varies the material, with the detail's own
+// roughness. The lengths of the mean normals multiply (Chan 2018, eq. 34).
+float alpha_with_detail(const float alpha, const vec2 mean_slope, const DetailMeans detail) {
+    float spread = tail_mean_ratio(inversesqrt(max(normal_variance(mean_slope, detail.covariance), 1e-12)));
+    float shortened = normal_shortening(LEADR_GGX_MACRO, alpha);
+    shortened += spread - spread * shortened;
+    if (DETAIL_COLORS == DETAIL_VARIES) {
+        float own = detail.cover * normal_shortening(LEADR_GGX_MACRO, sqrt(detail.color.a));
+        shortened += own - own * shortened;
+    }
+    return min(alpha_of_shortening(LEADR_GGX_MACRO, shortened), 1.0);
 }
 
 #endif

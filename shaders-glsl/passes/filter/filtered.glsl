@@ -758,7 +758,7 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
             covering = detail;
         }
         if (DETAIL_IN_GLOSS) {
-            color.a = alpha_with_detail(color.a, mean_slope, detail.covariance);
+            color.a = alpha_with_detail(color.a, mean_slope, detail);
         }
     }
     // At the finest level, the covariance includes the spread between neighbouring texels, because bilinear interpolation of the mean loses
