@@ -223,7 +223,7 @@ fn material_keeps_its_appearance_at_a_distance() {
     let mut renderer = under_sky(&gpu, stage.take_scene(), 64);
     for from in [Vec3::new(4.0, -14.0, 28.0), Vec3::new(6.0, -26.0, 14.0)] {
         let camera = Camera::looking_at(from, Vec3::ZERO, 10.0);
-        let truth = picture(&mut renderer, camera, 16, Technique::Reference, false, 64);
+        let truth = picture(&mut renderer, camera, 16, Technique::Reference, false, 128);
         let mut error = |technique| {
             let one = picture(&mut renderer, camera, 16, technique, true, 1);
             let error = compare(&truth, &one, 1.0, Tonemap::Filmic).unwrap();
