@@ -235,7 +235,12 @@ fn the_figures_of_chan_are_drawn() {
     near("Chan Figure 6", "gloss 0, microsurface", 0.5, 1e-5);
     near("Chan Figure 12", "eq. 40", 5.4e-4, 2e-5);
     near("Chan Figure 12", "eq. 42", 3.2e-4, 2e-5);
+    // Fits of the same forms end near the paper's.
+    near("Chan Figure 12", "eq. 39, fitted", 4.2e-4, 2e-5);
+    near("Chan Figure 12", "eq. 41, fitted", 3.2e-4, 2e-5);
     near("Chan Figure 11", "largest", 0.0167, 2e-3);
+    assert!(value("Chan Figure 11", "fitted again, rms") < value("Chan Figure 11", "rms"));
+    assert!(value("Chan Figure 12", "16384 samples") < 2e-4);
     near("Chan Figure 19", "closed", 0.0, 1e-9);
     // The renderer draws the formulas: flatter where rough, rounder where smooth.
     assert!(

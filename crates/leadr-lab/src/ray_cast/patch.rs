@@ -109,6 +109,11 @@ impl<'a> Patch<'a> {
         self.tile.mean_over_facets(|s| meso_area(w, self.mean + self.factor * s).max(0.0))
     }
 
+    /// Computes the projected area of all facets along `w`, per unit of macrosurface. Facets that face away count as negative areas.
+    pub fn signed_area(&self, w: DVec3) -> f64 {
+        self.tile.mean_over_facets(|s| meso_area(w, self.mean + self.factor * s))
+    }
+
     /// Whether light from `wi` reaches a facet. The facet must face the light and must not be blocked.
     pub fn is_lit(&self, facet: &Facet, wi: DVec3) -> bool {
         meso_area(wi, facet.slope) > 0.0 && escapes(self.tile, &facet.point, self.lattice(wi))

@@ -43,13 +43,24 @@ pub fn chan_diffuse(n_l: f64, n_v: f64, n_h: f64, l_h: f64, gloss: f64) -> f64 {
     rough + (smooth - rough) * t + bump
 }
 
+/// The coefficients of Chan 2018, eq. 63, in the order of [`slice_quotient`].
+pub const CHAN_RATIONAL: [f64; 15] =
+    [0.568, -0.692, -0.938, 1.326, 0.301, 1.96, -0.98, 1.533, 1.731, -0.997, -0.998, -0.843, 9.905, -0.971, 0.948];
+
+/// Returns the numerator and the denominator of a function of the form of Chan 2018, eq. 63, with `x = n·h` and `y = l·h`. The numerator has
+/// eight coefficients, of `1, x, y, x², y², xy, x³, y³`. The denominator has seven, because its constant is 1.
+///
+/// # Panics
+/// With fewer than 15 coefficients.
+pub fn slice_quotient(x: f64, y: f64, coefficients: &[f64]) -> [f64; 2] {
+    let terms = [x, y, x * x, y * y, x * y, x * x * x, y * y * y];
+    let sum = |c: &[f64]| terms.iter().zip(c).map(|(term, c)| term * c).sum::<f64>();
+    [coefficients[0] + sum(&coefficients[1..8]), 1.0 + sum(&coefficients[8..15])]
+}
+
 /// Returns the rational fit of Chan 2018, eq. 63, to the BRDF at gloss 0. `x = n·h` and `y = l·h` are clamped to 0..1.
 pub fn chan_rational_rough(x: f64, y: f64) -> f64 {
-    let [x, y] = [x, y].map(unit);
-    let top = 0.568 - 0.692 * x - 0.938 * y + 1.326 * x * x + 0.301 * y * y + 1.96 * x * y - 0.98 * x.powi(3)
-        + 1.533 * y.powi(3);
-    let under = 1.0 + 1.731 * x - 0.997 * y - 0.998 * x * x - 0.843 * y * y + 9.905 * x * y - 0.971 * x.powi(3)
-        + 0.948 * y.powi(3);
+    let [top, under] = slice_quotient(unit(x), unit(y), &CHAN_RATIONAL);
     top / if under.abs() < 1e-6 { 1e-6 } else { under }
 }
 

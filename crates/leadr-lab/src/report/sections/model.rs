@@ -8,6 +8,7 @@ use serde::Serialize;
 use crate::ray_cast::{Patch, Spectrum, Tile};
 use crate::report::section::Section;
 use crate::report::studio::Studio;
+use leadr_reflectance::facets::projected_area::meso_area;
 use leadr_reflectance::integrals::reference::{diffuse_directional, visible_mean};
 use leadr_reflectance::masking::correlated::{DirectionArea, direction_area, lit_fraction};
 use leadr_reflectance::masking::shadowing::Shadowing;
@@ -102,8 +103,37 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         html.plot(&plot(light, &measured));
     }
     html.table(&table(&measured));
-    let findings = Light::ALL.iter().filter_map(|&light| finding(light, &measured)).collect();
+    let (areas, apart) = projected_areas(&tiles[0], rays);
+    html.table(&areas);
+    let mut findings: Vec<String> = Light::ALL.iter().filter_map(|&light| finding(light, &measured)).collect();
+    findings.push(format!(
+        "the projected area of a random surface, as the mesonormal's, as the sum over all facets and as the sum over visible facets: the three \
+         differ by at most {} (LEADR supplement, Table 1).",
+        percent(apart, false)
+    ));
     Section::new(INTRO, findings, &html, &measured)
+}
+
+/// Computes the projected area of a random surface by the ways of the supplement's Table 1: as the mesonormal's (b), as the sum over all facets
+/// without clamping (c), and as the sum over the visible facets (d). Also returns the largest relative difference.
+fn projected_areas(tile: &Tile, rays: u32) -> (Table, f64) {
+    const SIGMA: f64 = 0.5;
+    let mean = DVec2::new(0.2, -0.1);
+    let patch = Patch::new(tile, mean, DVec3::new(SIGMA * SIGMA, SIGMA * SIGMA, 0.0));
+    let mut table = Table::new(
+        "LEADR supplement, Table 1: the projected area of a surface of σ = .5 and mean slope (.2, −.1)",
+        ["viewer", "(b) mesonormal", "(c) all facets", "(d) visible facets", "all facets that face the viewer"],
+    );
+    let mut apart = 0.0f64;
+    for degrees in [0.0f64, 30.0, 60.0, 75.0] {
+        let wo = polar(degrees.to_radians(), 2.0);
+        let facing = patch.facing_area(wo);
+        let areas = [meso_area(wo, mean), patch.signed_area(wo), facing * (1.0 - patch.masked_fraction(wo, rays, 1))];
+        apart = areas.iter().map(|area| (area / areas[0] - 1.0).abs()).fold(apart, f64::max);
+        let cell = |area: f64| Cell::from(format!("{area:.4}"));
+        table.row([Cell::from(format!("{degrees}°")), cell(areas[0]), cell(areas[1]), cell(areas[2]), cell(facing)]);
+    }
+    (table, apart)
 }
 
 /// Computes the model's radiance for one view with each shadowing model, and with the bent normal if applicable.
@@ -258,4 +288,15 @@ fn finding(light: Light, measured: &[Measured]) -> Option<String> {
         percent(m.correlated, false),
         percent(m.noise, false),
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn projected_areas_agree() {
+        let (_, apart) = projected_areas(&Tile::new(Spectrum::Gaussian, 128, 8.0, 0), 256);
+        assert!(apart < 0.01, "{apart}");
+    }
 }

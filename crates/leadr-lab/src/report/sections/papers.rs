@@ -68,7 +68,7 @@ const PAPERS: [(&str, &[Entry]); 5] = [
             row("Figure 3.6", "differences of heights", "figures"),
             row("Figures 3.7 to 3.9", "stretching, shearing, height scale", "shapes"),
             row("Figure 3.10", "an ocean", "ocean"),
-            row("Table 4.I, Figures 4.2 to 4.6", "fits of measured materials", "measured"),
+            row("Table 4.I, Figures 4.2, 4.3, 4.5 and 4.6", "fits of measured materials", "measured"),
             row("Figure 5.3", "maps of falling resolution", "resolution"),
             row("Figures 5.4 and 5.5", "scratched and rugged materials", "measured"),
         ],
@@ -78,7 +78,7 @@ const PAPERS: [(&str, &[Entry]); 5] = [
         &[
             row("Figure 6", "two averages of normals", "chan"),
             row("Figures 11 and 12", "combined gloss and fits", "chan"),
-            row("Figures 15, 16 and 18 to 20", "occlusion and cones", "chan"),
+            row("Figures 15 and 18 to 20", "occlusion and cones", "chan"),
             row("Figures 23 to 34", "scattering between facets", "chan"),
             row("Figure 9", "flicker of textures", "textures"),
         ],

@@ -1,12 +1,15 @@
 //! Draws figures 6, 11 and 12: gloss and the length of the mean normal.
 
+use super::rational;
 use crate::report::page::Page;
 use crate::report::studio::{Studio, fault};
+use glam::DVec3;
 use leadr_maps::RgbImage;
 use leadr_reflectance::facets::gloss::Gloss;
 use leadr_reflectance::facets::shortened_normals::Shortening;
 use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Plot, Scale, Table, number};
+use std::f64::consts::TAU;
 
 /// GGX facets weighted by macrosurface area and by microsurface area.
 const AREAS: [Shortening; 2] = [Shortening::ALL[0], Shortening::ALL[1]];
@@ -20,8 +23,48 @@ fn length(area: Shortening, gloss: f64) -> f64 {
     area.length(Gloss::Wwii.alpha(gloss))
 }
 
-fn rational(c: &[f64; 6], x: f64) -> f64 {
-    (c[0] + x * (c[1] + x * (c[2] + x * c[3]))) / (1.0 + x * (c[4] + x * c[5]))
+/// Returns the numerator and the denominator of eq. 39.
+fn cubic_over_quadratic(c: &[f64; 6], x: f64) -> [f64; 2] {
+    [c[0] + x * (c[1] + x * (c[2] + x * c[3])), 1.0 + x * (c[4] + x * c[5])]
+}
+
+fn curve(c: &[f64; 6], x: f64) -> f64 {
+    let [above, below] = cubic_over_quadratic(c, x);
+    above / below
+}
+
+/// Fits eq. 39 to the length by gloss. With `fixed`, the curve passes through both ends of the length (eq. 41).
+fn fitted(fixed: bool) -> [f64; 6] {
+    let at = |i: u32| f64::from(i) / 255.0;
+    let samples: Vec<(f64, f64)> = (0..256).map(at).map(|g| (g, length(AREAS[0], g))).collect();
+    let [start, end] = [samples[0].1, samples[255].1];
+    let coefficients = |p: &[f64]| match *p {
+        [c1, c2, c4, c5] => [start, c1, c2, end * (1.0 + c4 + c5) - start - c1 - c2, c4, c5],
+        [c0, c1, c2, c3, c4, c5] => [c0, c1, c2, c3, c4, c5],
+        _ => unreachable!("a fit has four or six parameters"),
+    };
+    let count = if fixed { 4 } else { 6 };
+    coefficients(&rational::fit(count, &samples, |gloss, p| cubic_over_quadratic(&coefficients(p), *gloss)))
+}
+
+/// Returns the length of the mean of `count` sampled normals (Listing 6). The samples are points of Halton's sequence.
+fn sampled_length(alpha: f64, count: u32) -> f64 {
+    let radical_inverse = |base: u32, mut i: u32| {
+        let (mut sum, mut digit) = (0.0, 1.0);
+        while i > 0 {
+            digit /= f64::from(base);
+            sum += f64::from(i % base) * digit;
+            i /= base;
+        }
+        sum
+    };
+    let normal = |i: u32| {
+        let (phi, u) = (TAU * radical_inverse(2, i), radical_inverse(3, i));
+        let cos = ((1.0 - u) / (1.0 + (alpha * alpha - 1.0) * u)).sqrt();
+        let sin = (1.0 - cos * cos).max(0.0).sqrt();
+        DVec3::new(sin * phi.cos(), sin * phi.sin(), cos)
+    };
+    (1..=count).map(normal).sum::<DVec3>().length() / f64::from(count)
 }
 
 fn over_gloss(value: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
@@ -50,7 +93,10 @@ fn lengths(page: &mut Page) {
     page.find(&format!("the lengths differ by at most {}, at gloss 0.", number(apart)));
     page.check("largest difference", apart);
 
-    page.begin("Chan Figure 12", "The length by gloss and the paper's rational fits, without and with fixed ends.");
+    page.begin(
+        "Chan Figure 12",
+        "The length by gloss, and rational fits without and with fixed ends: the paper's, and fits of the same form (eq. 39 and 41).",
+    );
     let mut plot = Plot::new("Rational fits", axes.0, axes.1);
     plot.line("exact (eq. 26)", over_gloss(|g| length(AREAS[0], g)));
     let mut table =
@@ -63,14 +109,23 @@ fn lengths(page: &mut Page) {
         Cell::from(format!("{end:.6}")),
         Cell::from("0"),
     ]);
-    for (name, coefficients) in FITS {
-        plot.guide(name, over_gloss(|g| rational(&coefficients, g)));
-        let error = over_gloss(|g| (rational(&coefficients, g) - length(AREAS[0], g)).abs());
+    let again = [("eq. 39, fitted", fitted(false)), ("eq. 41, fitted", fitted(true))];
+    for (name, coefficients) in FITS.into_iter().chain(again) {
+        plot.guide(name, over_gloss(|g| curve(&coefficients, g)));
+        let error = over_gloss(|g| (curve(&coefficients, g) - length(AREAS[0], g)).abs());
         let worst = error.into_iter().map(|(_, e)| e).fold(0.0, f64::max);
-        let [start, end] = [0.0, 1.0].map(|g| format!("{:.6}", rational(&coefficients, g)));
+        let [start, end] = [0.0, 1.0].map(|g| format!("{:.6}", curve(&coefficients, g)));
         table.row([Cell::from(name), Cell::from(start), Cell::from(end), Cell::from(worst)]);
         page.check(format!("{name}, largest error"), worst);
         page.find(&format!("{name} errs by at most {}.", number(worst)));
+    }
+    for count in [64, 1024, 16384] {
+        let error = |g: f64| (sampled_length(Gloss::Wwii.alpha(g), count) - length(AREAS[0], g)).abs();
+        let worst = over_gloss(error).into_iter().map(|(_, e)| e).fold(0.0, f64::max);
+        let [start, end] = [0.0, 1.0].map(|g| format!("{:.6}", sampled_length(Gloss::Wwii.alpha(g), count)));
+        let name = format!("Listing 6, {count} samples");
+        page.check(format!("{name}, largest error"), worst);
+        table.row([Cell::from(name), Cell::from(start), Cell::from(end), Cell::from(worst)]);
     }
     page.html.plot(&plot);
     page.html.table(&table);
@@ -87,11 +142,16 @@ fn combined(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     let at = |i: u32| [i % SIDE, i / SIDE].map(|k| f64::from(k) / f64::from(SIDE - 1));
     let exact =
         |[a, b]: [f64; 2]| Gloss::Wwii.gloss(AREAS[0].alpha_of_length(length(AREAS[0], a) * length(AREAS[0], b)));
-    let fit = |[a, b]: [f64; 2]| {
+    let parts = |[a, b]: &[f64; 2], c: &[f64]| {
         let (sum, squares, product) = (a + b, a * a + b * b, a * b);
-        let above = -0.53558 + 1.002204 * sum - 0.22391 * squares + 13.32315 * product;
-        (above / (1.0 + 8.259559 * sum + 9.896132 * squares - 22.015902 * product)).clamp(0.0, 1.0)
+        [c[0] + c[1] * sum + c[2] * squares + c[3] * product, 1.0 + c[4] * sum + c[5] * squares + c[6] * product]
     };
+    let by = |c: &[f64], p: [f64; 2]| {
+        let [above, below] = parts(&p, c);
+        (above / below).clamp(0.0, 1.0)
+    };
+    let printed = [-0.53558, 1.002204, -0.22391, 13.32315, 8.259559, 9.896132, -22.015902];
+    let fit = |p: [f64; 2]| by(&printed, p);
     let apart = |p: [f64; 2]| (exact(p) - fit(p)).abs();
     let mut figures = Vec::new();
     let values = |p: [f64; 2]| [exact(p), fit(p), 10.0 * apart(p)];
@@ -112,5 +172,37 @@ fn combined(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     page.check("largest difference", worst);
     page.check("rms difference", rms);
     page.find(&format!("the fit is off by at most {} in gloss, {} rms.", number(worst), number(rms)));
+    let samples: Vec<_> = (0..SIDE * SIDE).map(|i| (at(i), exact(at(i)))).collect();
+    let again = rational::refit(printed.to_vec(), &samples, |p, c| by(c, *p));
+    let errors = (0..SIDE * SIDE).map(|i| (exact(at(i)) - by(&again, at(i))).abs());
+    let (squares, worst) = errors.fold((0.0, 0.0f64), |(sum, worst), e| (sum + e * e, worst.max(e)));
+    page.check("fitted again, largest difference", worst);
+    page.check("fitted again, rms difference", (squares / f64::from(SIDE * SIDE)).sqrt());
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Fits and samples find what the paper prints (docs/measurements/gloss.md).
+    #[test]
+    fn fits_and_samples_follow_the_length() {
+        let worst = |value: &dyn Fn(f64) -> f64| {
+            let errors = over_gloss(|g| (value(g) - length(AREAS[0], g)).abs());
+            errors.into_iter().map(|(_, e)| e).fold(0.0, f64::max)
+        };
+        for ((name, printed), fixed) in FITS.iter().zip([false, true]) {
+            let found = fitted(fixed);
+            println!("{name}: {found:?}");
+            let [ours, theirs] = [&found, printed].map(|fit| worst(&|g| curve(fit, g)));
+            assert!(ours < 1.01 * theirs, "{name}: {ours} {theirs}");
+            for (a, b) in found.iter().zip(printed) {
+                assert!((a - b).abs() < 2e-3, "{name}: {found:?}");
+            }
+        }
+        let sampled = [64, 1024, 16384].map(|count| worst(&|g| sampled_length(Gloss::Wwii.alpha(g), count)));
+        println!("Listing 6: {sampled:?}");
+        assert!(sampled[0] > 4.0 * sampled[1] && sampled[1] > 4.0 * sampled[2] && sampled[2] < 2e-4, "{sampled:?}");
+    }
 }

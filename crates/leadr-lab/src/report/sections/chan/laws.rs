@@ -13,7 +13,7 @@ use leadr_reflectance::materials::brdf::Brdf;
 use leadr_reflectance::materials::diffuse_models::{DiffuseModel, diffuse_value};
 use leadr_reflectance::materials::energy::EnergyTable;
 use leadr_reflectance::materials::microfacet::half_vector;
-use leadr_reflectance::materials::multiscattering::{BOUNCES_LOSSY, chan_rational_rough};
+use leadr_reflectance::materials::multiscattering::{BOUNCES_LOSSY, chan_rational_rough, slice_quotient};
 
 /// The reflectance of the coat in all figures.
 pub const F0: f64 = 0.04;
@@ -32,6 +32,8 @@ pub enum Law {
     Published,
     /// The published rational fit for gloss 0 (eq. 63).
     Rational,
+    /// The same function with other coefficients; see [`slice_quotient`].
+    RationalFit([f64; 15]),
     /// The model of this project, with the loss of the paper's simulation.
     Ours,
     /// The mean of this many random walks, which is the paper's full BRDF.
@@ -54,6 +56,10 @@ impl Law {
             Self::Conserving => 1.0 - GGX.albedo(alpha, wi.z).of(DVec3::splat(F0)).x,
             Self::Published => diffuse_value(DiffuseModel::CallOfDuty, wo, wi, alpha, DVec3::ONE).x,
             Self::Rational => PI * chan_rational_rough(h.z, wi.dot(h)),
+            Self::RationalFit(coefficients) => {
+                let [above, below] = slice_quotient(h.z, wi.dot(h), &coefficients);
+                PI * above / below
+            }
             Self::Ours => fitted(&BOUNCES_LOSSY, &GGX, alpha, F0, 1.0, wo, wi),
             Self::Walks(count) => {
                 let facets = Ggx::isotropic(DVec2::ZERO, alpha);

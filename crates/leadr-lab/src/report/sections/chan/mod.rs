@@ -6,6 +6,7 @@ mod gloss;
 mod laws;
 mod occlusion;
 mod plots;
+mod rational;
 mod slices;
 mod spheres;
 

@@ -4,8 +4,10 @@ use rayon::prelude::*;
 
 use super::GLOSSES;
 use super::laws::{Law, direction, slice_pair};
+use super::rational;
 use crate::report::page::Page;
 use crate::report::studio::Studio;
+use leadr_reflectance::materials::multiscattering::{CHAN_RATIONAL, slice_quotient};
 use leadr_reflectance::quadrature::composite_gauss;
 use leadr_tools::error::LabError;
 use leadr_tools::html::{Plot, Scale, number};
@@ -37,7 +39,7 @@ pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     theta_v(page, walks, count);
     polar(page, walks, count);
     theta_h(page, walks, count);
-    rational(page, walks, count);
+    rational_fits(page, walks, count);
     Ok(())
 }
 
@@ -82,6 +84,11 @@ fn theta_v(page: &mut Page, walks: Law, count: u32) {
     }
 }
 
+/// Returns a polar plot of `π f_r` by angles in degrees. The distance from the origin is `f_r`.
+fn around(line: Points) -> Points {
+    line.into_iter().map(|(view, r)| (r / PI * view.to_radians().sin(), r / PI * view.to_radians().cos())).collect()
+}
+
 fn polar(page: &mut Page, walks: Law, count: u32) {
     page.begin(
         "Chan Figure 28",
@@ -97,10 +104,7 @@ fn polar(page: &mut Page, walks: Law, count: u32) {
                 let seed = view.to_bits() ^ light.to_bits();
                 if on_slice { law.on_slice(wo, wi, 0.0, seed) } else { law.value(wo, wi, 0.0, seed) }
             });
-            radius
-                .iter()
-                .map(|&(view, r)| (r / PI * view.to_radians().sin(), r / PI * view.to_radians().cos()))
-                .collect()
+            around(radius)
         };
         let (lambert, full) = (curve(Law::Lambert, false), curve(walks, false));
         let retro = full.last().map_or(0.0, |&(x, y)| PI * x.hypot(y));
@@ -172,12 +176,32 @@ fn theta_h(page: &mut Page, walks: Law, count: u32) {
     ));
 }
 
-fn rational(page: &mut Page, walks: Law, count: u32) {
+/// Fits eq. 63 to the slice at gloss 0, beginning with the printed coefficients.
+fn fitted(walks: Law, count: u32) -> Law {
+    // Equal steps of the angles, as the paper's slices have them.
+    let at = |i: u32| (MOST * (f64::from(i) + 0.5) / f64::from(count)).to_radians().cos();
+    let pairs: Vec<[f64; 2]> = (0..count * count).map(|i| [at(i % count), at(i / count)]).collect();
+    let sample = |(i, &[x, y]): (usize, &[f64; 2])| {
+        let [wo, wi] = slice_pair(x, y);
+        ([x, y], walks.value(wo, wi, 0.0, i as u64))
+    };
+    let samples: Vec<_> = pairs.par_iter().enumerate().map(sample).collect();
+    let value = |&[x, y]: &[f64; 2], c: &[f64]| {
+        let [above, below] = slice_quotient(x, y, c);
+        PI * above / below
+    };
+    let coefficients = rational::refit(CHAN_RATIONAL.to_vec(), &samples, value);
+    Law::RationalFit(coefficients.try_into().unwrap_or(CHAN_RATIONAL))
+}
+
+fn rational_fits(page: &mut Page, walks: Law, count: u32) {
     page.begin(
         "Chan Figure 31",
-        "The paper's rational fit for gloss 0 (eq. 63) and the slice: albedo by the cosine of the viewer, and π f_r by θ_h at θ_d = 15°, by \
-        θ_d at θ_h = 15°, and by the viewer's angle for a light 60° from the normal.",
+        "The paper's rational fit for gloss 0 (eq. 63), a fit of the same form, and the slice: albedo by the cosine of the viewer, π f_r by θ_h \
+        at θ_d = 15°, by θ_d at θ_h = 15°, and by the viewer's angle for a light 60° from the normal, and f_r for the same light as a polar \
+        plot.",
     );
+    let again = fitted(walks, count / 2);
     let on = |law: Law, h: f64, d: f64, seed: u64| {
         let [wo, wi] = slice_pair(h.to_radians().cos(), d.to_radians().cos());
         law.value(wo, wi, 0.0, seed)
@@ -211,10 +235,17 @@ fn rational(page: &mut Page, walks: Law, count: u32) {
         ("θ_v", "angle of the viewer, degrees", "π f_r"),
     ] {
         let mut plot = Plot::new(what, (x, Scale::Linear), (y, Scale::Linear));
-        let (slice, fit) = (line(what, walks), line(what, Law::Rational));
+        let (slice, fit, again) = (line(what, walks), line(what, Law::Rational), line(what, again));
         page.check(format!("eq. 63 less the slice, by {what}, rms"), apart(&fit, &slice));
+        page.check(format!("fit less the slice, by {what}, rms"), apart(&again, &slice));
         plot.line("slice", slice);
         plot.line("eq. 63", fit);
+        plot.line("fitted again", again);
         page.html.plot(&plot);
     }
+    let mut plot = Plot::new("polar", ("f_r sin θ", Scale::Linear), ("f_r cos θ", Scale::Linear));
+    for (name, law) in [("slice", walks), ("eq. 63", Law::Rational), ("fitted again", again)] {
+        plot.line(name, around(line("θ_v", law)));
+    }
+    page.html.plot(&plot);
 }
