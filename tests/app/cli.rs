@@ -494,7 +494,7 @@ fn every_scene_honours_a_flag_or_refuses_it() {
     let scenes: [&[&str]; 3] = [
         &["--scene", "ocean", "--size", "64x48", "--fft", "64"],
         &["--scene", "plane", "--size", "80x45", "--camera", "near"],
-        &["--scene", "spheres", "--size", "160x90"],
+        &["--scene", "spheres", "--size", "320x180"],
     ];
     let flags: [&[&str]; 6] = [
         &["--roughness", "0.9"],
