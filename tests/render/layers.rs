@@ -190,7 +190,7 @@ fn a_distant_detail_is_gloss() {
         let found = draw(plane_of(base).with_detail(detail(share as f32, is_rough)));
         let [error, of_other] = [rougher, without].map(|alpha| error(&draw(plane_of(alpha)), &found));
         println!("α {rougher:.3}: {error:.4}, as α {without:.3}: {of_other:.4}");
-        assert!(rougher > 1.1 * without && error < 0.01 && of_other > 5.0 * error, "{error} {of_other}");
+        assert!(rougher > 1.5 * without && error < 0.01 && of_other > 5.0 * error, "{error} {of_other}");
     }
 }
 

@@ -44,7 +44,12 @@ fn forms_of_normals() {
     let alpha = ALPHAS[1];
     // The classes of a Gaussian field are found on a sample of its facets.
     assert!(errors("Gaussian field, σ .3", &gaussian(), alpha)[0] < 0.06);
-    for (name, map) in [("heavy tails, σ .3", heavy_tails(SIZE, 0.3, 0.7)), ("bricks", bricks(SIZE))] {
+    let steep = [
+        ("heavy tails, σ .3", heavy_tails(SIZE, 0.3, 0.7)),
+        ("bricks", bricks(SIZE)),
+        ("studs", studs(SIZE, 9.0, 4.0, 0.5, 6.0)),
+    ];
+    for (name, map) in steep {
         let [one, _, four, _, _, degree_8, ..] = errors(name, &Normals::new(map, 1.0), alpha);
         assert!(four < 0.3 * one && degree_8 > 0.25, "{name}: {one} {four} {degree_8}");
     }
