@@ -373,8 +373,10 @@ mod linux {
         let without = shown();
         server.tap(0xffbeu32);
         until(&app, "the help", || shown() != without);
-        // The clicks may have chosen a reference of many samples, so the program may not rest for minutes.
+        println!("after the clicks: {}", server.title(window));
         server.resize(window, 480, 400);
+        app.wait_until_idle();
+        println!("at rest: {}", server.title(window));
         server.close(window);
         let (code, _, err) = app.end();
         assert_eq!(code, Some(0), "{err}");
