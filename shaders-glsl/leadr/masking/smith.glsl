@@ -11,6 +11,12 @@ float smith_lambda(const vec3 w, const vec2 m, const vec3 S) {
     return rough_area(a, slope_spread(w, S)) / max(a, LEADR_MIN_AREA);
 }
 
+// Returns Walter's rational fit of Lambda, which LEADR 4.3 and its supplement (3.2) print. nu is a / (sqrt(2) b), with the projected area a
+// of the mesosurface and the deviation b of the slopes along w. 1 / (1 + Lambda) errs by at most .0035.
+float smith_lambda_fit(const float nu) {
+    return nu < 1.6 ? (1.0 - 1.259 * nu + 0.396 * nu * nu) / (3.535 * nu + 2.181 * nu * nu) : 0.0;
+}
+
 // A visible area, at least MIN_AREA, written as a quotient of two positive numbers. The denominator is at least MIN_AREA^2. Callers can
 // merge the quotient into their own divisions.
 struct AreaQuotient {

@@ -2,15 +2,15 @@
 #extension GL_GOOGLE_include_directive : require
 // Shades one light by LEADR mapping with masking only (supplement, 3.2 and 3.3).
 #include "slopes.glsl"
+#include "leadr/masking/smith.glsl"
 
-// Returns Walter's approximation of Lambda for a direction, within the limits of the supplement.
+// Returns Lambda for a direction, within the limits of the supplement.
 float lambda_as_printed(const vec3 w, const Slopes slopes) {
     vec3 S = slopes.covariance;
     vec2 azimuth = normalize(w.xy);
     float variance = azimuth.x * azimuth.x * S.x + azimuth.y * azimuth.y * S.y + 2.0 * azimuth.x * azimuth.y * S.z;
     float cotangent = w.z * inversesqrt(max(1.0 - w.z * w.z, 1e-6));
-    float nu = clamp((cotangent - dot(azimuth, slopes.mean)) * inversesqrt(2.0 * variance), 0.001, 1.599);
-    return (1.0 - 1.259 * nu + 0.396 * nu * nu) / (3.535 * nu + 2.181 * nu * nu);
+    return smith_lambda_fit(clamp((cotangent - dot(azimuth, slopes.mean)) * inversesqrt(2.0 * variance), 0.001, 1.599));
 }
 
 void main() {

@@ -28,6 +28,7 @@ const VISIBILITY_DIFFUSE: &str = "visibility, diffuse environment";
 
 /// The name of the row with which the environment rows are compared.
 const ONE_SAMPLE: &str = "one sample";
+const LEADR_SMITH: &str = "leadr, smith";
 
 /// The tables that plot times over the number of samples.
 pub const FIGURE_11: [&str; 2] = [FIGURE_11_SPECULAR, FIGURE_11_DIFFUSE];
@@ -127,9 +128,8 @@ pub fn in_a_goal(row: &Row) -> bool {
     GOALS.iter().flat_map(|goal| [goal.of, goal.to]).any(|time| time.table == row.table && time.row == row.name)
 }
 
-/// Returns the settings of the paper. The paper uses masking without shadowing, as in the printed algorithms, and base
-/// roughness in the frame of the macrosurface. The paper has no pixel kernel, no occlusion by the relief and
-/// one Gaussian of slopes.
+/// Returns the settings of the paper's supplement, whose algorithms mask without shadowing. The base roughness is in the frame of the
+/// macrosurface. The paper has no pixel kernel, no occlusion by the relief and one Gaussian of slopes.
 pub fn paper(technique: Technique, quadrature: Quadrature, terms: Terms) -> Shading {
     technique.with(ShadingOptions {
         quadrature,
@@ -213,9 +213,14 @@ pub fn rows(state: &FrameState, size: Size) -> Vec<Row> {
     // The number of samples of the diffuse rule does not depend on the probes.
     let visible = |terms| leadr(Quadrature::VisibleSlopes(Probes::Five), terms);
 
+    // The paper times specular light with the shadowing of eq. 17 and Algorithm 1.
+    let shadowed =
+        |shading: Shading| shading.adjusted(|options| ShadingOptions { shadowing: Shadowing::Smith, ..options });
+
     for technique in Technique::ALL.into_iter().filter(|t| !t.is_reference()) {
         add(LIGHT, technique.name(), "lean", paper(technique, Quadrature::Grid(1), Terms::SPECULAR_LIGHTS));
     }
+    add(LIGHT, LEADR_SMITH, "lean", shadowed(leadr(Quadrature::Grid(1), Terms::SPECULAR_LIGHTS)));
     let tables = [
         (SPECULAR, FIGURE_11_SPECULAR, Terms::SPECULAR_ENVIRONMENT),
         (DIFFUSE, FIGURE_11_DIFFUSE, Terms::DIFFUSE_ENVIRONMENT),
@@ -231,6 +236,9 @@ pub fn rows(state: &FrameState, size: Size) -> Vec<Row> {
             add(table, &format!("leadr 5x5, {}", grid_nodes.name()), ONE_SAMPLE, shading);
         }
         if table == SPECULAR {
+            for n in [3, 5, 7] {
+                add(table, &format!("leadr {n}x{n}, smith"), ONE_SAMPLE, shadowed(leadr(Quadrature::Grid(n), terms)));
+            }
             for probes in Probes::ALL {
                 let (name, rule) = (format!("leadr visible {}", probes.count()), Quadrature::VisibleSlopes(probes));
                 add(table, &name, ONE_SAMPLE, leadr(rule, terms));
@@ -273,11 +281,11 @@ pub fn paper_ms(row: &Row) -> Option<f64> {
         (LIGHT, "constant") => 0.055,
         (LIGHT, "blinn-phong") => 0.146,
         (LIGHT, "lean") => 0.266,
-        (LIGHT, "leadr") => 0.267,
+        (LIGHT, LEADR_SMITH) => 0.267,
         (SPECULAR, ONE_SAMPLE) => 0.402,
-        (SPECULAR, "leadr 3x3") => 0.433,
-        (SPECULAR, "leadr 5x5") => 1.704,
-        (SPECULAR, "leadr 7x7") => 4.284,
+        (SPECULAR, "leadr 3x3, smith") => 0.433,
+        (SPECULAR, "leadr 5x5, smith") => 1.704,
+        (SPECULAR, "leadr 7x7, smith") => 4.284,
         (DIFFUSE, ONE_SAMPLE) => 0.148,
         (DIFFUSE, "leadr 3x3") => 1.067,
         (DIFFUSE, "leadr 5x5") => 2.750,

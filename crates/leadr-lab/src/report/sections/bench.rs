@@ -10,7 +10,7 @@ use leadr_render::camera::Camera;
 use leadr_scenes::view::Size;
 use leadr_tools::bench::{BenchConfig, Quad, bench};
 use leadr_tools::error::LabError;
-use leadr_tools::html::{Cell, Html, Table, number};
+use leadr_tools::html::{Cell, Html, Plot, Scale, Table, number};
 
 const INTRO: &str = "Pass times on the device, measured like leadr bench --paper. Every round draws one frame of each row. The table \
     gives medians over rounds; ratios are computed within each round. The quad has 512 x 512 pixels (256 x 256 in a quick report); the \
@@ -20,6 +20,9 @@ const INTRO: &str = "Pass times on the device, measured like leadr bench --paper
 
 /// The views of the T-rex with the times in milliseconds that the paper reports (LEADR section 7).
 const TREX: [(&str, &str); 3] = [("whole", "40 to 60"), ("close-up", "about 200"), ("distant", "about 9")];
+
+/// The sum of passes that Figure 11 shows and its lines fit.
+const PASS: &str = "filter+shade";
 
 pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let size = studio.pick(256, 512);
@@ -37,6 +40,7 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let mut html = Html::new();
     html.table(&goals(&data));
     html.table(&ratios(&data));
+    html.plot(&figure_11(&data));
     html.table(&lines(&data));
     let (table, trex) = trex(studio)?;
     html.table(&table);
@@ -154,6 +158,27 @@ fn lines(data: &Value) -> Table {
     fields(data, "lines", "Time against samples, Figure 11: straight lines through the medians", &columns)
 }
 
+/// Plots the medians of LEADR Figure 11 over the number of samples, with the fitted lines.
+fn figure_11(data: &Value) -> Plot {
+    let mut plot = Plot::new(
+        "LEADR Figure 11: time under environment light; fits are dashed",
+        ("samples", Scale::Linear),
+        ("ms of filter+shade", Scale::Linear),
+    );
+    let value = |of: &Value, key: &str| of[key].as_f64().unwrap_or(f64::NAN);
+    for line in list(data, "lines") {
+        let table = line["table"].as_str().unwrap_or_default();
+        let of_table = list(data, "rows").iter().filter(|row| row["table"] == table && row["pass"] == PASS);
+        let points: Vec<(f64, f64)> = of_table.map(|row| (value(row, "samples"), value(row, "median_ms"))).collect();
+        let most = points.iter().map(|point| point.0).fold(0.0, f64::max);
+        let fit = |samples: f64| (samples, value(line, "intercept_ms") + samples * value(line, "per_sample_ms"));
+        let name = table.trim_start_matches("figure 11, ");
+        plot.line(name, points);
+        plot.guide(&format!("{name}, fit"), vec![fit(0.0), fit(most)]);
+    }
+    plot
+}
+
 fn passes(data: &Value) -> Table {
     let columns = [
         ("table", "table"),
@@ -179,4 +204,37 @@ fn findings(data: &Value) -> Vec<String> {
         )
     });
     goals.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn figure_11_has_the_times_and_fits_of_both_tables() {
+        let row = |table: &str, pass: &str, samples: u32, ms: f64| json!({ "table": table, "pass": pass, "samples": samples, "median_ms": ms });
+        let [specular, diffuse] = ["figure 11, specular environment", "figure 11, diffuse environment"];
+        let line = |table: &str| json!({ "table": table, "intercept_ms": 1.0, "per_sample_ms": 0.5 });
+        let data = json!({
+            "rows": [
+                row(specular, PASS, 1, 1.5),
+                row(specular, "shade", 1, 1.0),
+                row("specular environment", PASS, 9, 7.0),
+                row(specular, PASS, 4, 3.0),
+                row(diffuse, PASS, 4, 3.5),
+            ],
+            "lines": [line(specular), line(diffuse)],
+        });
+        let plot = figure_11(&data);
+        let names: Vec<&str> = plot.series.iter().map(|series| series.name.as_str()).collect();
+        assert_eq!(
+            names,
+            ["specular environment", "specular environment, fit", "diffuse environment", "diffuse environment, fit"]
+        );
+        assert_eq!(plot.series[0].points, [(1.0, 1.5), (4.0, 3.0)]);
+        assert_eq!(plot.series[1].points, [(0.0, 1.0), (4.0, 3.0)]);
+        assert_eq!(plot.series[2].points, [(4.0, 3.5)]);
+        assert!(plot.series[1].guide && plot.series[3].guide && !plot.series[0].guide);
+    }
 }

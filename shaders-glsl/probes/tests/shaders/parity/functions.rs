@@ -33,7 +33,9 @@ use leadr_reflectance::integrals::specular::{
 use leadr_reflectance::limits;
 use leadr_reflectance::masking::correlated::direction_area;
 use leadr_reflectance::masking::shadowing::Shadowing;
-use leadr_reflectance::masking::smith::{masking, masking_shadowing, shadowing_given_masking, smith_lambda};
+use leadr_reflectance::masking::smith::{
+    masking, masking_shadowing, shadowing_given_masking, smith_lambda, smith_lambda_fit,
+};
 use leadr_reflectance::random::Random;
 use leadr_reflectance::slopes::grid::{
     facet_area, grid_lambda, grid_node, grid_spacing, normal_of_slope, slope_cholesky, slope_sample,
@@ -118,6 +120,7 @@ fn masking_parity() {
                 smith_lambda(wo, m, s),
                 masking_shadowing(wo, wi, m, s, true),
                 shadowing_given_masking(wo, wi, m, s, true),
+                smith_lambda_fit(s.x.clamp(0.001, 1.3)),
             ]]
         },
     );
@@ -401,7 +404,7 @@ fn slope_nodes_parity() {
 fn finite_at_the_extremes() {
     let Some(gpu) = test_gpu() else { return };
     let r = &mut Random(7);
-    finite::<11, 0>(&gpu, r, "masking/smith", 4, 2, |_| []);
+    finite::<11, 0>(&gpu, r, "masking/smith", 5, 2, |_| []);
     finite::<8, 0>(&gpu, r, "facets/projected_area", 7, 1, |_| []);
     finite::<8, 0>(&gpu, r, "facets/beckmann", 2, 1, |_| []);
     finite::<13, 2>(&gpu, r, "integrals/specular", 17, 2, |_| [1.0; 2]);
