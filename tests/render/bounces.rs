@@ -4,10 +4,12 @@ use glam::{DVec3, Vec3};
 use leadr::maps::material::{TextureWrap, alpha_code, alpha_of};
 use leadr::reflectance::facets::gloss::Gloss;
 use leadr::reflectance::masking::occlusion::{
-    Cone, ConeEdge, ConeLobe, Hidden, adjusted_visibility, cone_light_by_edge, interreflected_visibility,
+    Cone, ConeAxis, ConeEdge, ConeLobe, Hidden, adjusted_visibility, cone_light_by_edge, interreflected_visibility,
 };
 use leadr::reflectance::masking::shadowing::Shadowing;
-use leadr::reflectance::materials::diffuse_models::{DiffuseModel, diffuse_model_albedo, diffuse_value};
+use leadr::reflectance::materials::diffuse_models::{
+    DiffuseModel, conserving_diffuse, diffuse_model_albedo, diffuse_value,
+};
 use leadr::reflectance::materials::energy::EnergyTable;
 use leadr::reflectance::visible::cone_specular::cone_specular;
 use leadr::render::camera::Camera;
@@ -203,6 +205,37 @@ fn diffuse_models_are_drawn() {
     }
 }
 
+/// Lambert's law for the light that enters has the mean transmittance of the coat in an even environment, and its transmittance towards a
+/// sun, from every view.
+#[test]
+fn conserving_bases_lose_light_on_the_way_in() {
+    let Some(gpu) = test_gpu() else { return };
+    let (alpha, f0) = (alpha_of(alpha_code(0.3)), DVec3::splat(0.04));
+    let white = f64::from(leadr::maps::srgb::linear_from_srgb(f32::from(code()) / 255.0));
+    let mut room = in_furnace(&gpu, ground(code(), alpha, 0.04, None));
+    let mut dark = in_room(&gpu, vec![ground(code(), alpha, 0.04, None)], [0.0; 3]);
+    let model = DiffuseModel::Conserving;
+    for (technique, table) in [(Technique::Gloss, EnergyTable::ggx()), (Technique::Leadr, EnergyTable::beckmann())] {
+        for cosine in [0.45f32, 0.9] {
+            let even = seen(&mut room, technique, model, Terms::DIFFUSE_ENVIRONMENT, cosine).x / white;
+            let want = conserving_diffuse(f0, table.average(alpha.into())).x;
+            assert!((even - want).abs() < 0.004, "{technique:?} {cosine}: {even} {want}");
+        }
+        let high = Vec3::new(0.3, 0.0, 0.95).normalize();
+        let [high, low] = [high, Vec3::new(0.97, 0.0, 0.2).normalize()].map(|sun| {
+            let lit = lit(&mut dark, technique, model, Terms::DIFFUSE_LIGHTS, 0.9, Some(sun)).x;
+            (
+                lit * std::f64::consts::PI / (white * f64::from(sun.z)),
+                conserving_diffuse(f0, table.albedo(alpha.into(), sun.z.into())).x,
+            )
+        });
+        for (found, want) in [high, low] {
+            assert!((found - want).abs() < 0.01, "{technique:?}: {found} {want}");
+        }
+        assert!(high.1 > low.1 + 0.06, "{high:?} {low:?}");
+    }
+}
+
 /// Each choice for cones has its closed form: the light of hidden directions, the edge for a sun, and the cone for reflections.
 #[test]
 fn choices_for_cones_are_drawn() {
@@ -244,6 +277,24 @@ fn choices_for_cones_are_drawn() {
     for edge in ConeEdge::ALL {
         let (found, want) = (under_sun(edge) / all, cone_light_by_edge(edge, &cone, sun.as_dvec3()));
         assert!((found - want).abs() < 0.01, "{edge:?}: {found} {want}");
+    }
+    // A bent cone lets more of a light on its side through than the cone about the normal, and less of one on the other side.
+    let bent = Vec3::new(0.3, 0.0, 0.4);
+    let mut tilted = in_room(&gpu, vec![object(Some([bent.x, bent.y, bent.z, share]))], [0.0; 3]);
+    for (sun, sign) in [(sun, 1.0), (Vec3::new(-0.9, 0.0, 0.4).normalize(), -1.0)] {
+        let mut under_sun = |cone_edge, cone_axis| {
+            let options = ShadingOptions { terms: Terms::DIFFUSE_LIGHTS, cone_edge, cone_axis, ..Default::default() };
+            drawn(&mut tilted, Technique::Leadr, options, cosine, Some(sun)).x
+        };
+        let all = under_sun(ConeEdge::Open, ConeAxis::Bent);
+        let [bent, normal] =
+            [(ConeAxis::Bent, Cone::of_vector(bent.as_dvec3())), (ConeAxis::Normal, cone)].map(|(axis, cone)| {
+                let (found, want) =
+                    (under_sun(ConeEdge::Soft, axis) / all, cone_light_by_edge(ConeEdge::Soft, &cone, sun.as_dvec3()));
+                assert!((found - want).abs() < 0.01, "{axis:?}: {found} {want}");
+                want
+            });
+        assert!(sign * (bent - normal) > 0.05, "{bent} {normal}");
     }
 }
 

@@ -2,6 +2,7 @@
 
 use std::ffi::{OsStr, OsString};
 use std::fmt;
+use std::path::Path;
 
 use super::config::{DEFAULT_MSAA, SceneConfig};
 use super::light::EnvironmentChoice;
@@ -28,7 +29,7 @@ const NEEDS: [(&str, &str); 10] = [
 ];
 
 /// The flags that need occlusion cones.
-const CONE_FLAGS: [&str; 3] = ["cone-occluders", "cone-edge", "cone-lobe"];
+const CONE_FLAGS: [&str; 4] = ["cone-occluders", "cone-edge", "cone-axis", "cone-lobe"];
 
 /// A list of flags with their values, in order, which can be edited and printed.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -223,7 +224,11 @@ impl CommandLine {
         } else if is("multiscattering", "on") && self.has("diffuse-model") && !is("diffuse-model", "multiscattering") {
             "--multiscattering on is --diffuse-model multiscattering: remove one of them"
         } else if !self.has("cone-map") && !self.has("material") && CONE_FLAGS.iter().any(|flag| self.has(flag)) {
-            "--cone-occluders, --cone-edge and --cone-lobe are for occlusion cones: add --cone-map or --material"
+            "--cone-occluders, --cone-edge, --cone-axis and --cone-lobe are for occlusion cones: add --cone-map or --material"
+        } else if config.material.folder.as_deref().is_some_and(Path::is_file)
+            && ["anisotropy", "metal", "ior", "transmission"].iter().any(|flag| self.has(flag))
+        {
+            "--anisotropy, --metal, --ior and --transmission replace what the fit of --material has measured: remove one of them"
         } else if self.has("clear-coat") && !config.picture.technique.integrates() {
             "--clear-coat is for the techniques that integrate over slopes: use --technique leadr or reference"
         } else if self.has("transmission") && !config.picture.technique.integrates() {

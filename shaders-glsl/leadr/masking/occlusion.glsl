@@ -110,6 +110,10 @@ const int LEADR_CONE_EDGE_LINEAR = 1; // figure 18
 const int LEADR_CONE_EDGE_HARD = 2;   // eq. 57
 const int LEADR_CONE_EDGE_OPEN = 3;
 
+// The axis of the cone that shadows suns and lamps.
+const int LEADR_CONE_AXIS_BENT = 0;   // the direction of what is visible
+const int LEADR_CONE_AXIS_NORMAL = 1; // the normal (eq. 57 and 58)
+
 // Returns the fraction of the light from wi that a cone lets through. edge is a LEADR_CONE_EDGE_ constant.
 float cone_light_by_edge(const int edge, const vec4 cone, const vec3 wi) {
     if (edge == LEADR_CONE_EDGE_OPEN) return 1.0;

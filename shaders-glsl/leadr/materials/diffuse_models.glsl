@@ -14,6 +14,7 @@ const int LEADR_DIFFUSE_DISNEY = 2;
 const int LEADR_DIFFUSE_CALL_OF_DUTY = 3;
 const int LEADR_DIFFUSE_MULTISCATTERING = 4; // multiscattering_diffuse, which needs the tables of the coat
 const int LEADR_DIFFUSE_BLEND = 5; // (1 - albedo) of the specular term beside Lambert's law (thesis eq. 5.4)
+const int LEADR_DIFFUSE_CONSERVING = 6; // 1 - split_albedo toward the light (Chan 2018, listing 5)
 
 // The coefficients A (per colour) and B of Oren and Nayar's model (Fujii 2012).
 struct OrenNayar {

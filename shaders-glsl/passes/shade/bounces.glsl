@@ -40,13 +40,24 @@ vec3 bounced_albedo(const vec3 f0, const ComplexIndex index, const vec2 albedo, 
     return single_albedo(f0, albedo, deviation) + (1.0 - albedo.x) * bounced_color(mean, average_ideal);
 }
 
+// Returns the mean deviation of the exact Fresnel term of the base along a cosine, or over the hemisphere for a cosine of 0.
+vec3 base_deviation(const Surface s, const float alpha, const float cosine) {
+    if (!EXACT_FRESNEL) {
+        return vec3(0.0);
+    }
+    return cosine > 0.0 ? rough_deviation(alpha, cosine, s.diffuse_f0, s.diffuse_index) : average_deviation(s.diffuse_f0, s.diffuse_index);
+}
+
+// Returns the light that a single reflection lets through to the base along a cosine, or on average over the hemisphere for a cosine of 0.
+vec3 passed_once(const Surface s, const float alpha, const float cosine) {
+    vec2 albedo = cosine > 0.0 ? energy_albedo(alpha, cosine) : energy_average(alpha);
+    return max(1.0 - single_albedo(s.diffuse_f0, albedo, base_deviation(s, alpha, cosine)), 0.0);
+}
+
 // Returns the light that enters the diffuse base along a cosine, or on average over the hemisphere for a cosine of 0.
 vec3 entered_base(const Surface s, const float alpha, const float cosine) {
     vec2 average = energy_average(alpha), albedo = cosine > 0.0 ? energy_albedo(alpha, cosine) : average;
-    vec3 deviation = vec3(0.0);
-    if (EXACT_FRESNEL) {
-        deviation = cosine > 0.0 ? rough_deviation(alpha, cosine, s.diffuse_f0, s.diffuse_index) : average_deviation(s.diffuse_f0, s.diffuse_index);
-    }
+    vec3 deviation = base_deviation(s, alpha, cosine);
     return max(1.0 - bounced_albedo(s.diffuse_f0, s.diffuse_index, albedo, deviation, average.x), 0.0);
 }
 
@@ -67,7 +78,7 @@ Bounces bounces_of(const Surface surface, const vec2 slope, float alpha) {
     }
     b.entered = entered_base(surface, alpha, b.wo.z);
     b.average = entered_base(surface, alpha, 0.0);
-    b.albedo = diffuse_model_albedo(DIFFUSE_MODEL, b.wo.z, alpha, surface.albedo);
+    b.albedo = CONSERVING ? passed_once(surface, alpha, 0.0) : diffuse_model_albedo(DIFFUSE_MODEL, b.wo.z, alpha, surface.albedo);
     return b;
 }
 
@@ -76,6 +87,9 @@ Bounces bounces_of(const Surface surface, const vec2 slope, float alpha) {
 vec3 bounced_light(const Bounces b, const Surface surface, const vec3 albedo, const vec3 wi) {
     vec3 towards = to_frame(b.about, wi);
     towards.z = max(towards.z, 1e-3);
+    if (CONSERVING) {
+        return passed_once(surface, b.alpha, towards.z) / max(b.albedo, 1e-4);
+    }
     if (!MULTISCATTERING) {
         return diffuse_value(DIFFUSE_MODEL, b.wo, towards, b.alpha, albedo) / max(b.albedo, 1e-4);
     }

@@ -16,7 +16,9 @@ bool has_cone(const Surface surface) {
 // light, in radians.
 float relief_visibility(const Surface surface, const vec3 wi, const float deviation) {
     if (has_cone(surface)) {
-        return cone_light_by_edge(CONE_EDGE, cone_of_vector(surface.cone.xyz), wi);
+        vec4 cone = CONE_AXIS == LEADR_CONE_AXIS_NORMAL ? vec4(normal_of_slope(surface.mean_slope), cone_cosine(surface.cone.w))
+                                                        : cone_of_vector(surface.cone.xyz);
+        return cone_light_by_edge(CONE_EDGE, cone, wi);
     }
     float seen = USES_HORIZON ? horizon_visibility(wi, surface.mean_slope, surface.horizon, deviation) : 1.0;
     // Classes in a footprint can face a light that is below the plane of their mean slope.

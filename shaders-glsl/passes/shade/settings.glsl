@@ -30,6 +30,7 @@ layout(constant_id = 12) const bool DRAWN_SPECULAR = false; // random visible sp
 layout(constant_id = 15) const bool INTERREFLECTION = false; // light between the facets of the relief (leadr/integrals/interreflection.glsl)
 layout(constant_id = 16) const int CONE_OCCLUDERS = LEADR_HIDDEN_SAME_RADIANCE; // a LEADR_HIDDEN_ constant
 layout(constant_id = 17) const int CONE_EDGE = LEADR_CONE_EDGE_SOFT;  // a LEADR_CONE_EDGE_ constant
+layout(constant_id = 36) const int CONE_AXIS = LEADR_CONE_AXIS_BENT;  // a LEADR_CONE_AXIS_ constant
 layout(constant_id = 18) const int CONE_LOBE = LEADR_CONE_LOBE_BENT;  // a LEADR_CONE_LOBE_ constant
 layout(constant_id = 13) const bool SKY_OCCLUSION = false; // large shapes occlude the environment
 layout(constant_id = 14) const bool TELLS_LIGHT = false;   // outputs the visibility of the lights instead of radiance
@@ -48,9 +49,10 @@ const int FACET_SHADOWING = BY_CLASS ? LEADR_SHADOWING_NONE : SHADOWING;
 const bool LAMBERTIAN = DIFFUSE_MODEL == LEADR_DIFFUSE_LAMBERT;
 const bool MULTISCATTERING = DIFFUSE_MODEL == LEADR_DIFFUSE_MULTISCATTERING; // scales the specular term
 const bool BLEND = DIFFUSE_MODEL == LEADR_DIFFUSE_BLEND; // scales the specular term
+const bool CONSERVING = DIFFUSE_MODEL == LEADR_DIFFUSE_CONSERVING;
 const bool SCALES_SPECULAR = MULTISCATTERING || BLEND;
 // Whether the model replaces the light that the coat lets through.
-const bool COAT_IN_MODEL = DIFFUSE_MODEL == LEADR_DIFFUSE_DISNEY || DIFFUSE_MODEL == LEADR_DIFFUSE_CALL_OF_DUTY || BLEND;
+const bool COAT_IN_MODEL = DIFFUSE_MODEL == LEADR_DIFFUSE_DISNEY || DIFFUSE_MODEL == LEADR_DIFFUSE_CALL_OF_DUTY || BLEND || CONSERVING;
 
 const int DIFFUSE_TERMS = 2; // number of terms of the closed form (leadr/visible/diffuse.glsl)
 

@@ -10,8 +10,8 @@ void main() {
     vec3 wi = next3();
     float alpha = next();
     vec3 albedo = next3();
-    at = gl_GlobalInvocationID.x * 36;
-    for (int model = LEADR_DIFFUSE_LAMBERT; model <= LEADR_DIFFUSE_BLEND; ++model) {
+    at = gl_GlobalInvocationID.x * 42;
+    for (int model = LEADR_DIFFUSE_LAMBERT; model <= LEADR_DIFFUSE_CONSERVING; ++model) {
         put(diffuse_value(model, wo, wi, alpha, albedo));
         put(diffuse_model_albedo(model, wo.z, alpha, albedo));
     }

@@ -93,6 +93,36 @@ impl ConeEdge {
     }
 }
 
+/// The axis of the cone that shadows suns and lamps. The numbers equal the `LEADR_CONE_AXIS_` constants.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum ConeAxis {
+    /// The direction of what is visible.
+    Bent = 0,
+    /// The normal (Chan 2018, eq. 57 and 58).
+    Normal = 1,
+}
+
+impl ConeAxis {
+    /// All axes in numeric order.
+    pub const ALL: [Self; 2] = [Self::Bent, Self::Normal];
+
+    /// Returns the name on the command line and in JSON.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Bent => "bent",
+            Self::Normal => "normal",
+        }
+    }
+
+    /// Returns a one-line help text.
+    pub const fn help(self) -> &'static str {
+        match self {
+            Self::Bent => "The direction of what is visible",
+            Self::Normal => "The normal, with a cone of the same visibility (Chan 2018, eq. 57 and 58)",
+        }
+    }
+}
+
 /// The cone that hides the specular reflection of the environment (Chan 2018, 4.7). The numbers equal the `LEADR_CONE_LOBE_` constants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ConeLobe {

@@ -4,9 +4,9 @@
 /// `leadr/masking/correlated.glsl`. Shader tests compare the two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Shadowing {
-    /// Only masking, so all visible facets are lit (Algorithms 1 and 2 of the LEADR paper).
+    /// Only masking, so all visible facets are lit (the simplified algorithms of LEADR's supplement).
     None = 0,
-    /// Smith's height-correlated form (LEADR eq. 13).
+    /// Smith's height-correlated form (LEADR eq. 13, Algorithm 1).
     Smith = 1,
     /// The direction-correlated form ([`correlated`](super::correlated)).
     Correlated = 2,

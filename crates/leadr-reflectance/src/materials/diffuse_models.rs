@@ -4,6 +4,7 @@
 //! the cosine-weighted hemisphere of the other direction. Directions are in the tangent frame of a facet of the relief. `alpha` is the
 //! roughness of the base.
 
+use super::energy::SplitAlbedo;
 use super::microfacet::half_vector;
 use super::multiscattering::chan_diffuse;
 use crate::facets::fresnel::schlick_weight;
@@ -27,12 +28,22 @@ pub enum DiffuseModel {
     Multiscattering = 4,
     /// A linear blend of the specular facets and Lambert's law, with the albedo as the share of the law (thesis eq. 5.4).
     Blend = 5,
+    /// Lambert's law for the light that the coat lets through toward the base, without the loss on the way out
+    /// ([`conserving_diffuse`]). It is not reciprocal.
+    Conserving = 6,
 }
 
 impl DiffuseModel {
     /// All models, in numeric order.
-    pub const ALL: [Self; 6] =
-        [Self::Lambert, Self::OrenNayar, Self::Disney, Self::CallOfDuty, Self::Multiscattering, Self::Blend];
+    pub const ALL: [Self; 7] = [
+        Self::Lambert,
+        Self::OrenNayar,
+        Self::Disney,
+        Self::CallOfDuty,
+        Self::Multiscattering,
+        Self::Blend,
+        Self::Conserving,
+    ];
 
     /// Returns the name on the command line and in JSON.
     pub const fn name(self) -> &'static str {
@@ -43,6 +54,7 @@ impl DiffuseModel {
             Self::CallOfDuty => "call-of-duty",
             Self::Multiscattering => "multiscattering",
             Self::Blend => "blend",
+            Self::Conserving => "conserving",
         }
     }
 
@@ -55,6 +67,7 @@ impl DiffuseModel {
             Self::CallOfDuty => "Chan's fit of 2018 for a coat of F0 .04; its albedo exceeds 1 where rough",
             Self::Multiscattering => "All light between facets, specular and diffuse, without loss or gain",
             Self::Blend => "A blend of the specular term and Lambert's law, by the albedo (thesis eq. 5.4)",
+            Self::Conserving => "Lambert's law for the light that the coat lets in (Chan 2018, listing 5)",
         }
     }
 }
@@ -108,7 +121,16 @@ pub fn chan_albedo(cosine: f64, gloss: f64) -> f64 {
     rough + (smooth - rough) * (2.2 * g - 0.5).clamp(0.0, 1.0) + (34.5 * g * g - 59.0 * g + 24.5) * bump
 }
 
-/// Returns the value of a model. The base of [`DiffuseModel::Multiscattering`] needs the tables of its coat, so it counts as Lambertian here.
+/// Returns the value of [`DiffuseModel::Conserving`]. `coat` is the albedo of the coat toward the light ([`EnergyTable::albedo`]), or its
+/// mean, which gives the directional albedo of the base.
+///
+/// [`EnergyTable::albedo`]: super::energy::EnergyTable::albedo
+pub fn conserving_diffuse(f0: DVec3, coat: SplitAlbedo) -> DVec3 {
+    DVec3::ONE - coat.of(f0)
+}
+
+/// Returns the value of a model. The bases of [`DiffuseModel::Multiscattering`] and [`DiffuseModel::Conserving`] need the tables of their
+/// coat, so they count as Lambertian here.
 pub fn diffuse_value(model: DiffuseModel, wo: DVec3, wi: DVec3, alpha: f64, albedo: DVec3) -> DVec3 {
     match model {
         DiffuseModel::OrenNayar => oren_nayar(wo, wi, alpha, albedo),
@@ -117,7 +139,9 @@ pub fn diffuse_value(model: DiffuseModel, wo: DVec3, wi: DVec3, alpha: f64, albe
             let h = half_vector(wo, wi);
             DVec3::splat(at_least(chan_diffuse(wi.z, wo.z, h.z, wi.dot(h), Gloss::Wwii.gloss(alpha)), 0.0))
         }
-        DiffuseModel::Lambert | DiffuseModel::Multiscattering | DiffuseModel::Blend => DVec3::ONE,
+        DiffuseModel::Lambert | DiffuseModel::Multiscattering | DiffuseModel::Blend | DiffuseModel::Conserving => {
+            DVec3::ONE
+        }
     }
 }
 
@@ -127,7 +151,9 @@ pub fn diffuse_model_albedo(model: DiffuseModel, cosine: f64, alpha: f64, albedo
         DiffuseModel::OrenNayar => oren_nayar_albedo(cosine, alpha, albedo),
         DiffuseModel::Disney => DVec3::splat(disney_albedo(cosine, alpha)),
         DiffuseModel::CallOfDuty => DVec3::splat(chan_albedo(cosine, Gloss::Wwii.gloss(alpha))),
-        DiffuseModel::Lambert | DiffuseModel::Multiscattering | DiffuseModel::Blend => DVec3::ONE,
+        DiffuseModel::Lambert | DiffuseModel::Multiscattering | DiffuseModel::Blend | DiffuseModel::Conserving => {
+            DVec3::ONE
+        }
     }
 }
 

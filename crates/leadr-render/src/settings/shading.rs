@@ -359,7 +359,7 @@ impl Serialize for Shading {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use leadr_reflectance::masking::occlusion::{ConeEdge, ConeLobe, Hidden};
+    use leadr_reflectance::masking::occlusion::{ConeAxis, ConeEdge, ConeLobe, Hidden};
     use leadr_reflectance::materials::diffuse_models::DiffuseModel;
 
     /// Returns options that all differ from their defaults.
@@ -380,6 +380,7 @@ mod tests {
         diffuse_model: DiffuseModel::Disney,
         cone_occluders: Hidden::Black,
         cone_edge: ConeEdge::Hard,
+        cone_axis: ConeAxis::Normal,
         cone_lobe: ConeLobe::Adjusted,
         sky_occlusion: true,
         edge_samples: 16,
@@ -437,6 +438,7 @@ mod tests {
             ("DIFFUSE_MODEL", DiffuseModel::Disney as i32),
             ("CONE_OCCLUDERS", Hidden::Black as i32),
             ("CONE_EDGE", ConeEdge::Hard as i32),
+            ("CONE_AXIS", ConeAxis::Normal as i32),
             ("CONE_LOBE", ConeLobe::Adjusted as i32),
             ("FRESNEL", FresnelForm::Exact as i32),
             ("GRID_NODES", NodePlacement::Pruned as i32),

@@ -10,7 +10,7 @@ use crate::named;
 use leadr_gpu::SpecValue;
 use leadr_maps::tonemap::Tonemap;
 use leadr_reflectance::integrals::slope_nodes::NodePlacement;
-use leadr_reflectance::masking::occlusion::{ConeEdge, ConeLobe, Hidden};
+use leadr_reflectance::masking::occlusion::{ConeAxis, ConeEdge, ConeLobe, Hidden};
 use leadr_reflectance::masking::shadowing::Shadowing;
 use leadr_reflectance::materials::diffuse_models::DiffuseModel;
 
@@ -23,6 +23,7 @@ named! {
     Hidden: Self::ALL;
     ConeEdge: Self::ALL;
     ConeLobe: Self::ALL;
+    ConeAxis: Self::ALL;
     Shadowing: [Self::NormalMap, Self::None, Self::SmithSeparable, Self::Smith, Self::Correlated, Self::VGroove];
 }
 
@@ -273,6 +274,11 @@ shading_options! {
     cone_edge: ConeEdge = ConeEdge::Soft => [
         row(shading("cone-edge", "EDGE", "Choose how lights fade outside occlusion cones").called("edge of cones"),
             Value::Name(|options| &mut options.cone_edge), CONES).constant("CONE_EDGE"),
+    ];
+    /// The axis of the cone that shadows suns and lamps.
+    cone_axis: ConeAxis = ConeAxis::Bent => [
+        row(shading("cone-axis", "AXIS", "Choose the axis of the cone that shadows lights").called("axis of cones"),
+            Value::Name(|options| &mut options.cone_axis), CONES).constant("CONE_AXIS"),
     ];
     /// The cone that hides the specular reflection of the environment.
     cone_lobe: ConeLobe = ConeLobe::Bent => [

@@ -116,7 +116,7 @@ techniques! {
     Toksvig = row("toksvig", '6', Family::Toksvig, Slopes::Covariance,
         "Mipmapped normals, roughness from their length");
     /// Mipmapped normals, shaded with a GGX lobe. The roughness shortens the normals, and is recovered from their mean length (Chan
-    /// 2018).
+    /// 2018). The length is that of Gaussian slopes with the covariance of the footprint.
     Gloss = row("gloss", 'y', Family::Gloss, Slopes::Covariance,
         "Normals shortened by roughness, GGX lobe from their length (Call of Duty: WWII)").ggx();
     /// A single slope variance for all directions (CLEAN mapping, Baker 2011).
