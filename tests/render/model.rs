@@ -1,7 +1,9 @@
 //! glTF models as scenes.
 
 use glam::{Quat, Vec2, Vec3};
-use leadr::maps::material::{Encoding, Input, Material, Raster, Samples, Texture};
+use leadr::maps::material::{
+    Encoding, GreenAxis, Input, Material, MaterialDetail, NormalMap, Raster, Samples, Texture,
+};
 use leadr::models::{LoadOptions, Mesh, Model, Node, Primitive, SceneRoots, Transform};
 use leadr::render::camera::Camera;
 use leadr::render::light::sky::Sky;
@@ -107,6 +109,65 @@ fn textures_follow_their_coordinates() {
         println!("mirrored {mirrored}, behind {behind}: {seen} pixels, worst difference {worst:.4}");
         // Half a colour code, and the codes of the sRGB mip levels.
         assert!(seen > 400 && worst < 0.012, "{worst}");
+    }
+}
+
+/// A detail with one repeat is drawn like a normal map of the material, on plain and mirrored charts. Turned or repeated, it differs.
+#[test]
+fn a_detail_over_a_model_lies_like_its_normal_map() {
+    let Some(gpu) = test_gpu() else { return };
+    let size = 64;
+    let codes = (0..size * size).flat_map(|i| {
+        let [s, t] = [i % size, i / size].map(|k| (k as f32 + 0.5) / size as f32 * std::f32::consts::TAU);
+        [0.4 * s.sin(), 0.3 * (2.0 * t + s).cos(), 0.85].map(|v| (127.5 * (1.0 + v) + 0.5) as u8)
+    });
+    let raster = Raster::new(size, size, 3, Samples::U8(codes.collect())).unwrap();
+    let texture = Texture::new(raster, "waves", Encoding::Linear);
+    let waves = NormalMap { texture, green: GreenAxis::Up, scale: 1.0 };
+    let detail = |repeat: f32, rotation: f32| {
+        let material = Material { normal_map: Some(waves.clone()), ..Material::new("detail") };
+        let layer = MaterialDetail {
+            material,
+            colored: false,
+            repeat,
+            rotation,
+            height_scale: 1.0,
+            displaces: false,
+            mask: None,
+        };
+        Some(Box::new(layer))
+    };
+    for mirrored in [false, true] {
+        let draw = |change: &dyn Fn(&mut Material)| {
+            let mut model = square(mirrored);
+            model.materials[0].base_color = Input::constant([0.5; 3]);
+            change(&mut model.materials[0]);
+            let mut stage = stage(ModelChoice::new(model, None).unwrap()).unwrap();
+            let mut renderer = stage_under_sky(&gpu, &mut stage, 16);
+            let state = stage.state(0.0, &stage.views.mid, &Lights::under(&Sky::default()));
+            let settings = RenderSettings { size: (64, 48), samples: 1, ..RenderSettings::default() };
+            renderer.render(&state, &settings).unwrap().color
+        };
+        let expected = draw(&|material| material.normal_map = Some(waves.clone()));
+        let apart = |found: &[[f32; 4]]| {
+            let sum =
+                |f: &dyn Fn(f32, f32) -> f32| found.iter().zip(&expected).map(|(a, b)| f(a[1], b[1])).sum::<f32>();
+            sum(&|a, b| (a - b).abs()) / sum(&|_, b| b)
+        };
+        let [same, turned, repeated, without] = [
+            draw(&|material| material.detail = detail(1.0, 0.0)),
+            draw(&|material| material.detail = detail(1.0, 90.0)),
+            draw(&|material| material.detail = detail(3.0, 0.0)),
+            draw(&|_| ()),
+        ]
+        .map(|picture| apart(&picture));
+        println!(
+            "mirrored {mirrored}: as a detail {same:.4}, turned {turned:.4}, repeated {repeated:.4}, without {without:.4}"
+        );
+        assert!(
+            [turned, repeated, without].iter().all(|other| *other > 8.0 * same + 0.01),
+            "{same} {turned} {repeated} {without}"
+        );
     }
 }
 

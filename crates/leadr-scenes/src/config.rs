@@ -96,7 +96,7 @@ impl From<NormalY> for GreenAxis {
     }
 }
 
-/// The files of a detail over the material of the plane or sphere.
+/// The files of a detail over the material of the plane or sphere, or over every material of a model.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct DetailFiles {
     /// A material folder, a height map or a normal map of the detail.
@@ -127,7 +127,11 @@ impl Default for DetailFiles {
 }
 
 impl DetailFiles {
-    fn load(&self, links: OutsideLinks) -> Result<Option<MaterialDetail>, MapError> {
+    /// Loads the files; `None` without a detail.
+    ///
+    /// # Errors
+    /// If a file is missing, damaged, too large or of the wrong type.
+    pub fn load(&self, links: OutsideLinks) -> Result<Option<MaterialDetail>, MapError> {
         let Some(path) = &self.detail else { return Ok(None) };
         let (material, colored) = if path.is_dir() {
             let folder = MaterialFolder::open(path, links)?;

@@ -8,8 +8,17 @@ use leadr_maps::material::{MaterialDetail, Raster};
 use leadr_render::scene::{Detail, DetailColors, DetailMapping, FactorMap, MaterialMap};
 use leadr_render::surfaces::displacement::HeightField;
 
-/// Converts the detail of a surface that repeats every `metres`. In texture coordinates t points up, and in axis projections t points down.
-pub fn detail(layer: &MaterialDetail, mapping: DetailMapping, metres: f32) -> Detail {
+/// The direction of t in the coordinates of a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Vertical {
+    /// t points up, as on the plane.
+    Up,
+    /// t points down the image, as on models and in axis projections.
+    Down,
+}
+
+/// Converts the detail of a surface that repeats every `metres`.
+pub fn detail(layer: &MaterialDetail, mapping: DetailMapping, vertical: Vertical, metres: f32) -> Detail {
     let sampled = SampledMaterial::new(&layer.material);
     let (width, height) = sampled.size;
     // The number of metres per repeat of the detail, and per unit of height.
@@ -28,9 +37,9 @@ pub fn detail(layer: &MaterialDetail, mapping: DetailMapping, metres: f32) -> De
     });
     // A counter-clockwise rotation of the image rotates the lookup clockwise. In images, t points down.
     let flipped = Mat2::from_diagonal(Vec2::new(1.0, -1.0));
-    let (to_up, onto_mask) = match mapping {
-        DetailMapping::Texcoords => (Mat2::IDENTITY, Affine2 { matrix2: flipped, translation: Vec2::Y }),
-        DetailMapping::Triplanar(_) => (flipped, Affine2::IDENTITY),
+    let (to_up, onto_mask) = match vertical {
+        Vertical::Up => (Mat2::IDENTITY, Affine2 { matrix2: flipped, translation: Vec2::Y }),
+        Vertical::Down => (flipped, Affine2::IDENTITY),
     };
     let rotated = flipped * Mat2::from_angle(-layer.rotation.to_radians()) * to_up * layer.repeat;
     Detail {

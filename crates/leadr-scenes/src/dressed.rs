@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3};
 
 use super::cover::{AnisotropySample, SampledMaterial, Texel, coat_of, finest, medium_of, per_texel};
-use super::detail::detail;
+use super::detail::{Vertical, detail};
 use super::height_scale::SampledScale;
 use super::sphere::{bake_patches, cube_sphere, tiled};
 use super::stage::{PLANE_REPEAT, SPHERE_REPEAT, Stage, plane_meshes, plane_views, sphere_views};
@@ -80,7 +80,7 @@ pub fn plane_stage(material: &Material, repeat: Option<f32>) -> Stage {
         }
     }
     if let Some(layer) = &material.detail {
-        object = object.with_detail(detail(layer, DetailMapping::Texcoords, metres));
+        object = object.with_detail(detail(layer, DetailMapping::Texcoords, Vertical::Up, metres));
     }
     Stage::still(vec![object], plane_views())
 }
@@ -198,7 +198,7 @@ pub fn scaled_sphere_stage(material: &Material, repeat: Option<f32>, tile: u32, 
         object = object.with_slope_spread(baked.iter().map(|b| b.spread).collect());
     }
     if let Some(layer) = &material.detail {
-        object = object.with_detail(detail(layer, DetailMapping::Triplanar(metres), metres));
+        object = object.with_detail(detail(layer, DetailMapping::Triplanar(metres), Vertical::Down, metres));
     }
     Stage::still(vec![object], sphere_views())
 }

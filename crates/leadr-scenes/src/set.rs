@@ -79,7 +79,9 @@ impl Inputs {
                 }
             }
             heights => {
-                material = config.material.load(heights.as_deref(), links)?;
+                if config.model.is_none() {
+                    material = config.material.load(heights.as_deref(), links)?;
+                }
                 if material.is_none() {
                     height_map = heights.as_ref().map(leadr_maps::load_height_map).transpose()?;
                 }
@@ -114,6 +116,12 @@ impl Inputs {
                 let mut model = Model::load(file, options)?;
                 let named = |fault: SceneError| fault.of_file(file);
                 displace(&mut model, file, &config.displacements, links).map_err(named)?;
+                if let Some(mut detail) = config.material.detail.load(links)? {
+                    if !config.heights_as_read {
+                        restore_material(&mut detail.material, "the detail");
+                    }
+                    model.materials.iter_mut().for_each(|material| material.detail = Some(Box::new(detail.clone())));
+                }
                 if !config.heights_as_read {
                     let name = model.name.clone();
                     restore_materials(&mut model.materials, &name);

@@ -2,13 +2,14 @@
 
 use super::charts::Charts;
 use super::parts::Parts;
-use super::relief::{project_bare_triangles, with_relief};
+use super::relief::{metres_per_unit, project_bare_triangles, with_relief};
 use super::welds::Surface;
 use crate::cover::{SampledMaterial, coat_of, medium_of};
+use crate::detail::Vertical;
 use leadr_maps::material::{Material, TextureWrap};
 use leadr_models::Model;
 use leadr_render::constants::{CHART_COLORS, CHART_EMISSION, CHART_OCCLUSION, CHART_OPACITY};
-use leadr_render::scene::{MaterialMap, Object};
+use leadr_render::scene::{DetailMapping, MaterialMap, Object};
 use leadr_render::surfaces::patch_mesh::{PatchMesh, PosedVertices};
 
 /// Builds one object of the model. The rest vertices of the object are those of this pose.
@@ -62,10 +63,17 @@ pub fn object(
             .with_medium(medium_of(material, surface.placement.scale()))
             .with_material(sampled.with_light(map, wraps, |at| at))
     };
-    if !sampled.has_heights() && !sampled.has_slopes() && !sampled.is_anisotropic() {
+    let detail = material.detail.as_ref().zip(metres_per_unit(&object.mesh));
+    if !sampled.has_heights() && !sampled.has_slopes() && !sampled.is_anisotropic() && detail.is_none() {
         return object;
     }
-    with_relief(object, material, &sampled, surface)
+    let object = with_relief(object, material, &sampled, surface);
+    match detail {
+        Some((layer, metres)) => {
+            object.with_detail(crate::detail::detail(layer, DetailMapping::Texcoords, Vertical::Down, metres))
+        }
+        None => object,
+    }
 }
 
 /// Removes the entries that are not marked in `kept`.
