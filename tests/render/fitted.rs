@@ -8,6 +8,7 @@ use leadr::maps::material::{Anisotropy, Input, Material, Relief, RoughnessMeanin
 use leadr::maps::{HeightMap, RgbImage};
 use leadr::reflectance::facets::fresnel::Fresnel;
 use leadr::reflectance::facets::gaussian_mixture::{GaussianMixture, Lobe};
+use leadr::reflectance::facets::ggx::Ggx;
 use leadr::reflectance::facets::polar_table::PolarTable;
 use leadr::reflectance::facets::radial_table::{RadialTable, angle_at};
 use leadr::reflectance::facets::slope_distribution::SlopeDistribution;
@@ -160,6 +161,34 @@ fn one_lobe_is_beckmanns() {
         );
         println!("LEADR, relief {relief}, α {alpha}: rRMSE {rrmse:.4}, bias {bias:.4}");
         assert!(rrmse < 0.01, "{relief} {alpha}: {rrmse} {bias}");
+    }
+}
+
+/// A fit of GGX facets is drawn with its GGX roughness and its own Fresnel term.
+#[test]
+fn a_ggx_base_has_the_facets_and_the_reflectance_of_the_fit() {
+    let Some(gpu) = test_gpu() else { return };
+    let alpha = 0.3;
+    let slopes = Ggx::isotropic(DVec2::ZERO, f64::from(kept(alpha)));
+    let fit = |fresnel| {
+        let distribution = Tabulated::Radial(RadialTable::new(&row(&slopes, 0.0)).unwrap());
+        fitted(distribution, &[lobe(1.0, 0.5)], fresnel, kept(alpha))
+    };
+    for relief in [0.0, 0.1] {
+        let ggx = settings(Technique::LeadrGgx, 1, false);
+        let expected = picture(&gpu, sphere(relief, alpha, None), &ggx);
+        let found = picture(&gpu, sphere(relief, alpha, Some(fit(schlick()))), &ggx);
+        let (rrmse, bias) = errors(&expected, &found);
+        println!("relief {relief}: rRMSE {rrmse:.4}, bias {bias:.4}");
+        assert!(rrmse < 0.01, "{relief}: {rrmse} {bias}");
+        // The object keeps its reflectance, so only the fit can change the colour.
+        let copper = picture(&gpu, sphere(relief, alpha, Some(fit(Fresnel::Schlick(F0 * COPPER)))), &ggx);
+        let channel = |k: usize| {
+            let sum = |image: &RgbImage| image.texels.iter().map(|t| f64::from(t[k])).sum::<f64>();
+            sum(&copper) / sum(&found)
+        };
+        let [red, blue] = [channel(0), channel(2)];
+        assert!((red - 1.0).abs() < 0.01 && (0.3..0.6).contains(&blue), "{relief}: {red} {blue}");
     }
 }
 

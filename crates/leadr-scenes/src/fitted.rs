@@ -154,8 +154,8 @@ mod tests {
         let fit = FitFile { brdf: FittedBrdf { facets, diffuse: DVec3::ZERO }, lobes };
         let table = material_of(&fit, "rough").fit.unwrap();
         assert_eq!(table.lobes() as usize, DRAWN_LOBES);
-        // The lobes begin after 13 words, and each lobe has five.
-        let shares: f32 = (0..DRAWN_LOBES).map(|lobe| table.words()[13 + 5 * lobe]).sum();
+        // The lobes begin after 14 words, and each lobe has five.
+        let shares: f32 = (0..DRAWN_LOBES).map(|lobe| table.words()[14 + 5 * lobe]).sum();
         assert!((shares - 1.0).abs() < 1e-5, "{shares}");
     }
 

@@ -13,7 +13,7 @@
 // A material starts at the word `fit`. crates/leadr-reflectance/src/materials/fitted_table.rs writes these words:
 //     0 masking   1 lobes   2 equivalent roughness alpha   3 direction of its widest slopes   4, 5 mean slope
 //     6 intervals of ln D   7 azimuths   8 start of ln D   9 intervals of the visible area   10 its start
-//     11 intervals of the Fresnel term   12 its start   13 lobes: share, covariance xx, yy, xy, alpha
+//     11 intervals of the Fresnel term   12 its start   13 GGX roughness   14 lobes: share, covariance xx, yy, xy, alpha
 // Starts are relative to `fit`. ln D is sampled at theta = (i / n)^2 90 degrees, and the visible area at cos(theta) = (j / n)^2, each with
 // its derivative. The Fresnel term is sampled at even steps of the angle, as r, g and b.
 //
@@ -31,6 +31,7 @@ int fitted_masking(const uint fit) { return int(fitted_word(fit, 0)); }
 int fitted_lobes(const uint fit) { return int(fitted_word(fit, 1)); }
 float fitted_alpha(const uint fit) { return fitted_word(fit, 2); }
 float fitted_direction(const uint fit) { return fitted_word(fit, 3); }
+float fitted_ggx_alpha(const uint fit) { return fitted_word(fit, 13); }
 bool fitted_is_round(const uint fit) { return fitted_word(fit, 7) < 1.5; }
 
 struct FittedLobe {
@@ -40,7 +41,7 @@ struct FittedLobe {
 };
 
 FittedLobe fitted_lobe(const uint fit, const int i, const float stretch) {
-    int at = 13 + 5 * i;
+    int at = 14 + 5 * i;
     vec3 S = vec3(fitted_word(fit, at + 1), fitted_word(fit, at + 2), fitted_word(fit, at + 3));
     return FittedLobe(fitted_word(fit, at), S * (stretch * stretch), min(stretch * fitted_word(fit, at + 4), 2.0));
 }

@@ -504,7 +504,9 @@ void bases_of(const Surface surface, out vec2 bases[MOST_BASES]) {
     for (int i = 0; i < MOST_BASES; ++i) {
         bases[i] = vec2(surface.alpha, i == 0 ? 1.0 : 0.0);
     }
-    if (is_fitted(surface.fit)) {
+    if (is_fitted(surface.fit) && GGX_BASE) {
+        bases[0].x = min(fit_stretch(surface.fit, surface.alpha) * fitted_ggx_alpha(surface.fit), 2.0);
+    } else if (is_fitted(surface.fit)) {
         // Lobes are weighted by the area of their visible facets.
         float stretch = fit_stretch(surface.fit, surface.alpha), all = 0.0;
         int lobes = fitted_lobes(surface.fit);

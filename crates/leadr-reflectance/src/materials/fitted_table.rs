@@ -8,10 +8,12 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use glam::{DVec2, DVec3};
 
 use super::fitted::FittedBrdf;
+use crate::extraction::roughness::ggx_roughness;
 use crate::facets::curve::Curve;
 use crate::facets::ellipse::ellipse_from_roughness;
 use crate::facets::gaussian_mixture::{DRAWN_LOBES, Lobe};
 use crate::facets::slope_distribution::SlopeDistribution as _;
+use crate::facets::tabulated::Tabulated;
 
 const MOST_ALPHA: f64 = 2.0;
 /// The number of intervals in the table of the visible area.
@@ -19,7 +21,7 @@ const AREAS: usize = 96;
 /// The number of intervals in the table of the Fresnel term.
 const REFLECTANCES: usize = 90;
 /// The number of values in the header.
-const HEAD: usize = 13;
+const HEAD: usize = 14;
 const LOBE: usize = 5;
 
 /// A material in the layout of the shaders.
@@ -33,6 +35,12 @@ pub struct FittedTable {
 /// Returns the minor radius of a lobe as a Beckmann roughness. This is the roughness across the direction of anisotropy.
 pub fn lobe_alpha(lobe: &Lobe) -> f64 {
     ellipse_from_roughness(2.0 * lobe.covariance).radii.min_element().clamp(1e-4, MOST_ALPHA)
+}
+
+/// Returns the GGX roughness of the facets. For anisotropic facets, it has the mean square of both radii.
+fn ggx_alpha(facets: &Tabulated) -> f64 {
+    let roughness = ggx_roughness(facets);
+    (0.5 * (roughness.x + roughness.y)).sqrt().clamp(1e-4, MOST_ALPHA)
 }
 
 /// Returns the direction of the largest slope variance, in radians from the x axis, modulo π.
@@ -75,6 +83,7 @@ impl FittedTable {
             area_at as f64,
             REFLECTANCES as f64,
             fresnel_at as f64,
+            ggx_alpha(&facets.distribution),
         ];
         for lobe in lobes {
             words.push(lobe.share);

@@ -6,7 +6,7 @@ use crate::passes::filter::FilterInto;
 use crate::passes::geometry::GeometryKind;
 use crate::passes::shade::{Edges, LightSet, ShadeKind};
 use crate::scene::FrameState;
-use crate::settings::{LodBias, RenderSettings, ShadingOptions};
+use crate::settings::{LodBias, RenderSettings, ShadingOptions, Technique};
 use crate::surfaces::material::Bases;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,8 +54,12 @@ pub(super) fn shade_kind(
         lights: LightSet::new(state, environment, settings.shadows && casters),
         edges: if settings.edges().is_some() { Edges::Joined } else { Edges::None },
         bases: Bases {
-            // Techniques without a Beckmann base use the roughness of measured materials, but not their lobes.
-            fit_lobes: if settings.shading.technique().has_base_frame() { bases.fit_lobes } else { 0 },
+            // A GGX base replaces the lobes of measured materials by one. The other techniques use only their roughness.
+            fit_lobes: match settings.shading.technique() {
+                Technique::LeadrGgx => bases.fit_lobes.min(1),
+                technique if technique.has_base_frame() => bases.fit_lobes,
+                _ => 0,
+            },
             classes: if settings.shading.has_classes() { bases.classes } else { 1 },
             // The other techniques have no lobes for coats and refraction.
             coat: bases.coat && has_layers,
