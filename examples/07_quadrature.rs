@@ -1,7 +1,7 @@
 //! Prints the tables of docs/measurements/quadrature.md: the errors of the paper's grids and of the visible-slope rules against converged
-//! integrals, the samplers that the papers compare with, and the largest steps between frames of slow sweeps.
+//! integrals, the samplers that the papers compare with, what they print about their grid, and the largest steps between frames of slow sweeps.
 //!
-//! `cargo run --release --example 07_quadrature [SURFACES [specular|diffuse|light|samplers|lod|oren-nayar|micronormal|sweeps]]`
+//! `cargo run --release --example 07_quadrature [SURFACES [specular|diffuse|light|samplers|printed|lod|oren-nayar|micronormal|sweeps]]`
 
 use leadr::reflectance::integrals::specular::{LOD_ALGORITHM_1, LOD_MATCHED, LOD_SUPPLEMENT, LOD_SUPPLEMENT_5};
 use leadr_lab::oren_nayar_study::{SIGMAS, oren_nayar_row};
@@ -42,6 +42,14 @@ fn main() {
             let set = SpecularSet::new(n, sharpness, 1);
             print(&format!("samplers, specular, {name} lobes, {n} surfaces"), &set.sampler_rows());
             print(&format!("constants of the level of detail, {name} lobes, {n} surfaces"), &set.lod_rows());
+        }
+    }
+    if wanted("printed") {
+        print(&format!("the printed grid, diffuse, {n} surfaces"), &DiffuseSet::new(n, 16, 1).printed_rows());
+        print(&format!("the printed grid, one light, {n} surfaces"), &LightSet::new(n, 1).printed_rows());
+        for (sharpness, name) in [(Sharpness::Smooth, "smooth"), (Sharpness::Sharp, "sharp")] {
+            let set = SpecularSet::new(n, sharpness, 1);
+            print(&format!("the printed grid, specular, {name} lobes, {n} surfaces"), &set.printed_rows());
         }
     }
     if wanted("lod") {

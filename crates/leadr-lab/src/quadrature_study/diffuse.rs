@@ -82,13 +82,23 @@ impl DiffuseSet {
 
     /// Measures the errors of a moment rule, relative to the mean radiance.
     pub fn row(&self, name: &str, evaluations: u32, rule: impl Fn(&Surface) -> NormalMoments + Sync) -> Row {
+        self.scaled_row(name, evaluations, |surface| (1.0, rule(surface)))
+    }
+
+    /// Measures the errors of a rule that returns moments, and a factor on their radiance.
+    pub(super) fn scaled_row(
+        &self,
+        name: &str,
+        evaluations: u32,
+        rule: impl Fn(&Surface) -> (f64, NormalMoments) + Sync,
+    ) -> Row {
         let errors: Vec<Vec<f64>> = self
             .surfaces
             .par_iter()
             .zip(&self.truth)
             .map(|(surface, truth)| {
-                let v = rule(surface);
-                self.environments.iter().map(|e| e.radiance(&v) - e.radiance(truth)).collect()
+                let (scale, v) = rule(surface);
+                self.environments.iter().map(|e| scale * e.radiance(&v) - e.radiance(truth)).collect()
             })
             .collect();
         Row::new(name, evaluations, &self.surfaces, &errors)

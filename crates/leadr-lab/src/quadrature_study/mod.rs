@@ -4,14 +4,15 @@
 //! The module [`diffuse`] measures order-2 irradiance, and [`light`] measures the clamped cosine of one light. The module
 //! [`specular`] measures environments of smooth or sharp lobes, prefiltered like a mip chain. The modules [`fit`] and
 //! [`fit_probes`] fit the constants of the rules. The module [`sweep`] measures how much the result changes per step of a
-//! slow sweep. The module [`samplers`] measures the other samplers that the papers name, and
-//! [`micronormal`] the pixels whose mesonormal faces away.
+//! slow sweep. The module [`samplers`] measures the other samplers that the papers name, [`printed`] what the papers
+//! print about their grid, and [`micronormal`] the pixels whose mesonormal faces away.
 
 pub mod diffuse;
 pub mod fit;
 pub mod fit_probes;
 pub mod light;
 pub mod micronormal;
+pub mod printed;
 pub mod samplers;
 pub mod specular;
 pub mod surfaces;
