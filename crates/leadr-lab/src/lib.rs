@@ -16,6 +16,7 @@ pub mod oren_nayar_study;
 pub mod panorama_study;
 pub mod quadrature_study;
 pub mod ray_cast;
+pub mod relaxation;
 pub mod relief;
 pub mod report;
 pub mod shadowed_reference;

@@ -158,4 +158,17 @@ float ggx_alpha_of_shortening_fit(const float one_minus_length) {
     return sqrt(held * p / q);
 }
 
+// Returns the gloss of a detail on a base, on the scale of LEADR_GLOSS_WWII (Chan 2018, eq. 35 to 37 and listing 2). The fit differs from
+// combine_alpha by up to .0167 in gloss.
+float chan_combine_gloss(const float base, const float detail) {
+    float a = clamp(base, 0.0, 1.0);
+    float b = clamp(detail, 0.0, 1.0);
+    float sum = a + b;
+    float squares = a * a + b * b;
+    float product = a * b;
+    float above = -0.535580 + 1.002204 * sum - 0.223910 * squares + 13.323150 * product;
+    float below = 1.0 + 8.259559 * sum + 9.896132 * squares - 22.015902 * product;
+    return clamp(above / below, 0.0, 1.0);
+}
+
 #endif

@@ -5,11 +5,13 @@
 
 void main() {
     if (gl_GlobalInvocationID.x >= count) return;
-    at = gl_GlobalInvocationID.x * 3;
+    at = gl_GlobalInvocationID.x * 5;
     float alpha = next();
     float other = next();
     float one_minus_length = next();
-    at = gl_GlobalInvocationID.x * 17;
+    float base = next();
+    float detail = next();
+    at = gl_GlobalInvocationID.x * 18;
     for (int shortening = 0; shortening < 4; shortening++) {
         put(normal_shortening(shortening, alpha));
         put(normal_length(shortening, alpha));
@@ -17,4 +19,5 @@ void main() {
         put(combine_alpha(shortening, alpha, other));
     }
     put(ggx_alpha_of_shortening_fit(one_minus_length));
+    put(chan_combine_gloss(base, detail));
 }

@@ -6,7 +6,9 @@ use crate::report::studio::{Studio, fault};
 use glam::DVec3;
 use leadr_maps::RgbImage;
 use leadr_reflectance::facets::gloss::Gloss;
-use leadr_reflectance::facets::shortened_normals::Shortening;
+use leadr_reflectance::facets::shortened_normals::{
+    CHAN_COMBINED_GLOSS, Shortening, chan_combine_gloss, combined_gloss_quotient,
+};
 use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Plot, Scale, Table, number};
 use std::f64::consts::TAU;
@@ -18,6 +20,19 @@ const FITS: [(&str, [f64; 6]); 2] = [
     ("eq. 40", [0.66693, 0.0609009, 7.32398, 0.600464, -1.13467, 8.78264]),
     ("eq. 42", [0.66667, 0.0942205, 7.41935, 0.567111, -1.0881, 8.83582]),
 ];
+/// The legible entries of Listing 8, a gloss and a length on each line.
+const LISTING_8: &str =
+    include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../leadr-reflectance/src/facets/chan_listing_8.txt"));
+
+/// Returns the entries of Listing 8.
+fn printed_lengths() -> Vec<(f64, f64)> {
+    let entry = |line: &str| {
+        let (gloss, length) = line.split_once(' ')?;
+        // Printed glosses are 255ths rounded to six digits.
+        Some(((255.0 * gloss.parse::<f64>().ok()?).round() / 255.0, length.parse().ok()?))
+    };
+    LISTING_8.lines().filter_map(entry).collect()
+}
 
 fn length(area: Shortening, gloss: f64) -> f64 {
     area.length(Gloss::Wwii.alpha(gloss))
@@ -95,13 +110,23 @@ fn lengths(page: &mut Page) {
 
     page.begin(
         "Chan Figure 12",
-        "The length by gloss, and rational fits without and with fixed ends: the paper's, and fits of the same form (eq. 39 and 41).",
+        "The length by gloss, the 248 legible entries of Listing 8, and rational fits without and with fixed ends: the paper's, and fits of the \
+        same form (eq. 39 and 41).",
     );
     let mut plot = Plot::new("Rational fits", axes.0, axes.1);
     plot.line("exact (eq. 26)", over_gloss(|g| length(AREAS[0], g)));
+    let printed = printed_lengths();
+    let errors: Vec<f64> = printed.iter().map(|&(gloss, printed)| printed - length(AREAS[0], gloss)).collect();
+    plot.line("Listing 8", printed);
+    let (least, worst) = errors.iter().fold((f64::MAX, f64::MIN), |(a, b), &e| (a.min(e), b.max(e)));
+    page.check("Listing 8, entries", errors.len() as f64);
+    page.check("Listing 8 less eq. 26, least", least);
+    page.check("Listing 8 less eq. 26, mean", errors.iter().sum::<f64>() / errors.len() as f64);
+    page.check("Listing 8 less eq. 26, largest", worst);
+    page.find(&format!("the lengths of Listing 8 are {} to {} too long.", number(least), number(worst)));
     let mut table =
         Table::new("The fits against the paper's ends of the curve", ["", "gloss 0", "gloss 1", "largest error"]);
-    table.row([Cell::from("paper's table"), Cell::from(0.66667), Cell::from(0.999958), Cell::from("")]);
+    table.row([Cell::from("Listing 8"), Cell::from("0.666670"), Cell::from("0.999958"), Cell::from(worst)]);
     let [start, end] = [0.0, 1.0].map(|g| length(AREAS[0], g));
     table.row([
         Cell::from("eq. 26"),
@@ -140,18 +165,12 @@ fn combined(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
         difference. The gloss of the base grows to the right, and that of the detail downwards.",
     );
     let at = |i: u32| [i % SIDE, i / SIDE].map(|k| f64::from(k) / f64::from(SIDE - 1));
-    let exact =
-        |[a, b]: [f64; 2]| Gloss::Wwii.gloss(AREAS[0].alpha_of_length(length(AREAS[0], a) * length(AREAS[0], b)));
-    let parts = |[a, b]: &[f64; 2], c: &[f64]| {
-        let (sum, squares, product) = (a + b, a * a + b * b, a * b);
-        [c[0] + c[1] * sum + c[2] * squares + c[3] * product, 1.0 + c[4] * sum + c[5] * squares + c[6] * product]
-    };
-    let by = |c: &[f64], p: [f64; 2]| {
-        let [above, below] = parts(&p, c);
+    let exact = |[a, b]: [f64; 2]| AREAS[0].combine_gloss(a, b, Gloss::Wwii);
+    let fit = |[a, b]: [f64; 2]| chan_combine_gloss(a, b);
+    let by = |c: &[f64], [a, b]: [f64; 2]| {
+        let [above, below] = combined_gloss_quotient(a, b, c);
         (above / below).clamp(0.0, 1.0)
     };
-    let printed = [-0.53558, 1.002204, -0.22391, 13.32315, 8.259559, 9.896132, -22.015902];
-    let fit = |p: [f64; 2]| by(&printed, p);
     let apart = |p: [f64; 2]| (exact(p) - fit(p)).abs();
     let mut figures = Vec::new();
     let values = |p: [f64; 2]| [exact(p), fit(p), 10.0 * apart(p)];
@@ -173,7 +192,7 @@ fn combined(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     page.check("rms difference", rms);
     page.find(&format!("the fit is off by at most {} in gloss, {} rms.", number(worst), number(rms)));
     let samples: Vec<_> = (0..SIDE * SIDE).map(|i| (at(i), exact(at(i)))).collect();
-    let again = rational::refit(printed.to_vec(), &samples, |p, c| by(c, *p));
+    let again = rational::refit(CHAN_COMBINED_GLOSS.to_vec(), &samples, |p, c| by(c, *p));
     let errors = (0..SIDE * SIDE).map(|i| (exact(at(i)) - by(&again, at(i))).abs());
     let (squares, worst) = errors.fold((0.0, 0.0f64), |(sum, worst), e| (sum + e * e, worst.max(e)));
     page.check("fitted again, largest difference", worst);

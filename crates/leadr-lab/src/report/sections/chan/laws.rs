@@ -10,7 +10,7 @@ use crate::multiscattering_study::fitted;
 use leadr_reflectance::facets::ggx::Ggx;
 use leadr_reflectance::facets::gloss::Gloss;
 use leadr_reflectance::materials::brdf::Brdf;
-use leadr_reflectance::materials::diffuse_models::{DiffuseModel, diffuse_value};
+use leadr_reflectance::materials::diffuse_models::{DiffuseModel, conserving_diffuse, diffuse_value};
 use leadr_reflectance::materials::energy::EnergyTable;
 use leadr_reflectance::materials::microfacet::half_vector;
 use leadr_reflectance::materials::multiscattering::{BOUNCES_LOSSY, chan_rational_rough, slice_quotient};
@@ -53,7 +53,7 @@ impl Law {
         let h = half_vector(wo, wi);
         match self {
             Self::Lambert => 1.0,
-            Self::Conserving => 1.0 - GGX.albedo(alpha, wi.z).of(DVec3::splat(F0)).x,
+            Self::Conserving => conserving_diffuse(DVec3::splat(F0), GGX.albedo(alpha, wi.z)).x,
             Self::Published => diffuse_value(DiffuseModel::CallOfDuty, wo, wi, alpha, DVec3::ONE).x,
             Self::Rational => PI * chan_rational_rough(h.z, wi.dot(h)),
             Self::RationalFit(coefficients) => {

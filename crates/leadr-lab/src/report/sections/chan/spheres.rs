@@ -1,12 +1,13 @@
 //! Draws figures 23 to 26, 33 and 34: spheres of diffuse laws.
 
-use glam::{DVec3, Vec3};
+use glam::{Affine3A, DVec3, Quat, Vec3};
 use rayon::prelude::*;
 
 use super::GLOSSES;
 use super::laws::{F0, Law};
 use crate::report::page::Page;
 use crate::report::studio::{Studio, fault};
+use crate::report::verdict::Shot;
 use leadr_maps::RgbImage;
 use leadr_reflectance::facets::gloss::Gloss;
 use leadr_reflectance::frame::{frame_about, to_frame};
@@ -16,6 +17,7 @@ use leadr_render::frame::Renderer;
 use leadr_render::light::environment::Environment;
 use leadr_render::scene::{FrameState, Object, Pose, Sun};
 use leadr_render::settings::{PixelKernel, RenderSettings, ShadingOptions, Technique, Terms};
+use leadr_scenes::plane::{even, plane};
 use leadr_scenes::sphere::cube_sphere;
 use leadr_tools::error::LabError;
 use leadr_tools::html::{Cell, Figure, Table, number};
@@ -56,6 +58,11 @@ fn rms(a: &[Option<f64>], b: &[Option<f64>]) -> f64 {
     (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
 }
 
+/// Returns the left half of `first` and the right half of `second`.
+fn halves(size: u32, first: &[Option<f64>], second: &[Option<f64>]) -> Vec<Option<f64>> {
+    (0..size * size).map(|i| if i % size < size / 2 { first[i as usize] } else { second[i as usize] }).collect()
+}
+
 /// Draws rows of spheres with one column per gloss: two laws, and the amplified difference.
 struct Row<'a> {
     name: &'a str,
@@ -79,10 +86,7 @@ fn row(studio: &mut Studio, page: &mut Page, size: u32, row: &Row<'_>, glosses: 
         };
         let [a, b] = row.laws.map(|(name, _)| name);
         if row.split {
-            let halves: Vec<Option<f64>> = (0..size * size)
-                .map(|i| if i % size < size / 2 { first[i as usize] } else { second[i as usize] })
-                .collect();
-            keep(0, &halves, &format!("{a} | {b}"), &|left| if left { YELLOW } else { CYAN })?;
+            keep(0, &halves(size, &first, &second), &format!("{a} | {b}"), &|left| if left { YELLOW } else { CYAN })?;
         } else {
             let apart: Vec<Option<f64>> =
                 first.iter().zip(&second).map(|(a, b)| Some(4.0 * (a.as_ref()? - b.as_ref()?).abs())).collect();
@@ -139,58 +143,86 @@ pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     row(studio, page, size, &Row { name: "fit", laws, split: false }, &GLOSSES)
 }
 
+/// A sphere on a floor of the same material, with the light of the CPU's spheres.
+struct Ball(Renderer);
+
+/// The angle of the camera above the floor, in degrees.
+const ABOVE: f32 = 15.0;
+
+impl Ball {
+    fn new(studio: &Studio, alpha: f64, f0: f64) -> Result<Self, LabError> {
+        let dark = RgbImage::new(8, 4, vec![[0.0; 3]; 32]).map_err(fault)?;
+        let color = [1.0, 1.0, 1.0, alpha as f32];
+        let f0 = f0 as f32;
+        let sphere = Object::new("sphere", cube_sphere(24, color)).with_specular_f0(f0);
+        let floor = Object::new("floor", plane(20.0, 16, 1.0, color, even)).with_specular_f0(f0).without_shadow();
+        let environment = Environment::from_equirect(&studio.gpu, 16, &dark)?;
+        Ok(Self(Renderer::new(&studio.gpu, vec![sphere, floor], environment)?))
+    }
+
+    /// Draws the sphere, which stands on the floor if `on_floor`.
+    fn draw(&mut self, studio: &Studio, size: u32, model: DiffuseModel, on_floor: bool) -> Result<Shot, LabError> {
+        // The viewer is along z in the frame of LIGHT, and along -y and up in the scene.
+        let turn = Quat::from_rotation_x(-ABOVE.to_radians());
+        let [x, y, z] = LIGHT.as_vec3().to_array();
+        let direction = turn * Vec3::new(x, -z, y);
+        let sun = Some(Sun { direction, irradiance: Vec3::splat(std::f32::consts::PI) });
+        let half = if on_floor { 1.4f32 } else { 1.05 };
+        let camera = Camera::looking_at(turn * Vec3::NEG_Y * 60.0, Vec3::ZERO, 2.0 * (half / 60.0).atan().to_degrees());
+        // Far above the camera, the floor is out of the picture.
+        let below = if on_floor { Vec3::NEG_Z } else { Vec3::Z * 1000.0 };
+        let poses = vec![Pose::REST, Pose::Rigid(Affine3A::from_translation(below))];
+        let state = FrameState { sun, ..FrameState::new(camera, poses) };
+        let shading = Technique::Leadr.with(ShadingOptions {
+            terms: Terms::DIFFUSE_LIGHTS,
+            diffuse_model: model,
+            pixel_kernel: PixelKernel::Off,
+            ..Default::default()
+        });
+        let settings =
+            RenderSettings { size: (size, size), samples: 4, shadows: on_floor, shading, ..Default::default() };
+        studio.shoot(&mut self.0, &state, &settings)
+    }
+}
+
 /// Draws figures 24 and 25 with the renderer's `--diffuse-model`, and compares the pictures with the formulas.
 fn models(studio: &mut Studio, page: &mut Page, size: u32) -> Result<(), LabError> {
-    let dark = RgbImage::new(8, 4, vec![[0.0; 3]; 32]).map_err(fault)?;
     for (figure, gloss, line) in [
         (
             "Chan Figure 24",
             0.0,
-            "The renderer's diffuse models on a rough sphere (gloss 0). Light is flatter than with Lambert's law, \
-            which is below the coat's Fresnel term here.",
+            "The renderer's diffuse models on a rough sphere and floor (gloss 0). As in the paper, Lambert's law and Oren and Nayar's model have \
+            no coat (F0 = 0). Light is flatter than with Lambert's law. Last, Lambert's law (left) and multiscattering (right).",
         ),
         (
             "Chan Figure 25",
             1.0,
-            "The same on a smooth sphere (gloss 1). Light is rounder with Disney's model and the models of facets.",
+            "The same on a smooth sphere and floor (gloss 1). Light is rounder with Disney's model and the models of facets.",
         ),
     ] {
         page.begin(figure, line);
         let alpha = Gloss::Wwii.alpha(gloss);
-        let mesh = cube_sphere(24, [1.0, 1.0, 1.0, alpha as f32]);
-        let object = Object::new("sphere", mesh).with_specular_f0(F0 as f32).without_shadow();
-        let environment = Environment::from_equirect(&studio.gpu, 16, &dark)?;
-        let mut renderer = Renderer::new(&studio.gpu, vec![object], environment)?;
-        // The light of the CPU's spheres, with the viewer along -y and z up.
-        let [x, y, z] = LIGHT.as_vec3().to_array();
-        let sun = Some(Sun { direction: Vec3::new(x, -z, y), irradiance: Vec3::splat(std::f32::consts::PI) });
-        let camera = Camera::looking_at(Vec3::NEG_Y * 60.0, Vec3::ZERO, 2.0 * (1.05f32 / 60.0).atan().to_degrees());
-        let state = FrameState { sun, ..FrameState::new(camera, vec![Pose::REST]) };
+        let (mut bare, mut coated) = (Ball::new(studio, alpha, 0.0)?, Ball::new(studio, alpha, F0)?);
         let (mut figures, mut table): (Vec<Figure>, _) = (
             Vec::new(),
             Table::new(
                 "Radiance at the pole towards the light, and at grazing views",
-                ["model", "middle", "rim", "formula, rms"],
+                ["model", "F0", "middle", "rim", "formula, rms"],
             ),
         );
+        let mut compared = Vec::new();
         for diffuse_model in DiffuseModel::ALL {
-            let shading = Technique::Leadr.with(ShadingOptions {
-                terms: Terms::DIFFUSE_LIGHTS,
-                diffuse_model,
-                pixel_kernel: PixelKernel::Off,
-                ..Default::default()
-            });
-            let settings =
-                RenderSettings { size: (size, size), samples: 4, shadows: false, shading, ..Default::default() };
-            let shot = studio.shoot(&mut renderer, &state, &settings)?;
+            let has_coat = !matches!(diffuse_model, DiffuseModel::Lambert | DiffuseModel::OrenNayar);
+            let (ball, f0) = if has_coat { (&mut coated, F0) } else { (&mut bare, 0.0) };
+            let shot = ball.draw(studio, size, diffuse_model, false)?;
             let drawn: Vec<Option<f64>> =
                 shot.image.texels.iter().zip(&shot.coverage).map(|(t, c)| (*c > 0.99).then_some(t[1].into())).collect();
             let formula = match diffuse_model {
-                DiffuseModel::Disney | DiffuseModel::CallOfDuty => {
+                DiffuseModel::Lambert | DiffuseModel::OrenNayar | DiffuseModel::Disney | DiffuseModel::CallOfDuty => {
                     let truth = sphere(size, |_, wo, wi, _| diffuse_value(diffuse_model, wo, wi, alpha, DVec3::ONE).x);
                     Some(rms(&drawn, &truth))
                 }
-                // The others also have the coat of the renderer.
+                // The others depend on the coat of the renderer.
                 _ => None,
             };
             let at = |x: f64, y: f64| {
@@ -199,15 +231,25 @@ fn models(studio: &mut Studio, page: &mut Page, size: u32) -> Result<(), LabErro
             };
             let (middle, rim) = (at(LIGHT.x, LIGHT.y), at(-0.8 * 0.93, 0.6 * 0.93));
             let rms_cell = formula.map_or_else(|| Cell::from(""), Cell::from);
-            table.row([Cell::from(diffuse_model.name()), Cell::from(middle), Cell::from(rim), rms_cell]);
-            page.check(format!("{}: rim / middle", diffuse_model.name()), rim / middle);
+            let name = diffuse_model.name();
+            table.row([Cell::from(name), Cell::from(f0), Cell::from(middle), Cell::from(rim), rms_cell]);
+            page.check(format!("{name}: rim / middle"), rim / middle);
             if let Some(formula) = formula {
-                page.check(format!("{}: picture less formula, rms", diffuse_model.name()), formula);
+                page.check(format!("{name}: picture less formula, rms"), formula);
             }
-            let (name, caption) =
-                (format!("chan-model-{gloss}-{}", diffuse_model.name()), diffuse_model.name().to_owned());
-            figures.push(studio.picture(&name, &shot.image, 0.8, &caption, vec![caption.clone()])?.enlarged(2));
+            let shown = ball.draw(studio, size, diffuse_model, true)?.image;
+            let file = format!("chan-model-{gloss}-{name}");
+            figures.push(studio.picture(&file, &shown, 0.8, name, vec![name.to_owned()])?.enlarged(2));
+            if matches!(diffuse_model, DiffuseModel::Lambert | DiffuseModel::Multiscattering) {
+                compared.push(drawn);
+            }
         }
+        let [lambert, facets] = [&compared[0], &compared[1]];
+        let both = image(size, &halves(size, lambert, facets), |left| if left { YELLOW } else { CYAN })?;
+        let caption = "lambert | multiscattering";
+        let file = format!("chan-model-{gloss}-split");
+        figures.push(studio.picture(&file, &both, 0.8, caption, vec![caption.to_owned()])?.enlarged(2));
+        page.check("lambert less multiscattering, rms", rms(lambert, facets));
         page.html.figures(&figures);
         page.html.table(&table);
     }
