@@ -7,7 +7,7 @@
 #define LEADR_PRECISE
 #endif
 
-// The algebra of slope moments (LEADR 4.1-4.2; thesis 3.3 and 5.1), explained in crates/leadr-reflectance/src/slopes/moments.rs. If means
+// The algebra of slope moments (LEADR 4.1-4.2; thesis 3.3, 3.4 and 5.1), explained in crates/leadr-reflectance/src/slopes/moments.rs. If means
 // are steep, subtracting their squares loses small variances. Therefore, prefer mean and covariance where a pixel has a single surface.
 
 struct SlopeMoments {

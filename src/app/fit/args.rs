@@ -16,7 +16,7 @@ pub const EXAMPLES: &str = "Examples:
   leadr fit paper_white_rgb.bsdf -o paper.json --page paper.html   also compare the fit with the measurement
   leadr fit fabric106.bin -o fabric.json                   fit an anisotropic material of the UTIA database
   leadr fit gold.binary --masking vgroove --json           print the numbers only
-  leadr fit gold.binary --extraction thesis                fit as in the thesis
+  leadr fit gold.binary --extraction thesis                use the Fresnel term of the thesis
   leadr fit merl -o fits --csv fits.csv --page fits.html   fit every material of a folder
   leadr fit gold.binary --mitsuba gold.xml --pbrt gold.pbrt
   leadr fit paper_white_rgb.bsdf --export paper.binary     for BRDF Explorer and other viewers of MERL files

@@ -55,7 +55,8 @@ pub struct FitOptions {
 }
 
 impl Default for FitOptions {
-    /// Returns the options of the thesis, which are 90 angles and 90 azimuths, with four lobes and with refinement over all directions.
+    /// Returns 90 angles and 90 azimuths, as in the thesis, with four lobes and with refinement over all directions, which the thesis does
+    /// not have.
     fn default() -> Self {
         Self { hiding: Backscattering::Smith, angles: 90, azimuths: 90, lobes: 4, extraction: Extraction::Refined }
     }
@@ -64,6 +65,8 @@ impl Default for FitOptions {
 /// A material fitted by microfacets.
 #[derive(Clone, Debug)]
 pub struct Fit {
+    /// The requested extraction.
+    pub extraction: Extraction,
     /// The masking-shadowing model of the backscattering.
     pub backscattering: Backscattering,
     /// The slopes and `F₀`, extracted from backscattering only.
@@ -104,19 +107,22 @@ pub enum Step {
 }
 
 impl Fit {
-    /// Returns [`Self::slice`] with Gaussian slopes that have the same second moments (thesis listing 4.4).
+    /// Returns the material with Gaussian slopes that have the same second moments (thesis listing 4.4). The Fresnel term is that of
+    /// [`Self::thesis`] if this extraction was requested, and that of [`Self::slice`] otherwise.
     pub fn as_beckmann(&self) -> Microfacet<Beckmann> {
         let covariance = covariance_from_roughness(self.beckmann);
-        self.slice_with(Beckmann::new(self.extracted.slopes.mean_slope(), covariance))
+        self.with_slopes(Beckmann::new(self.extracted.slopes.mean_slope(), covariance))
     }
 
-    /// Returns [`Self::slice`] with GGX slopes that have the same mean absolute values (thesis listing 4.5).
+    /// Returns the material with GGX slopes that have the same mean absolute values (thesis listing 4.5). The Fresnel term is that of
+    /// [`Self::as_beckmann`].
     pub fn as_ggx(&self) -> Microfacet<Ggx> {
-        self.slice_with(Ggx::new(self.extracted.slopes.mean_slope(), self.ggx))
+        self.with_slopes(Ggx::new(self.extracted.slopes.mean_slope(), self.ggx))
     }
 
-    fn slice_with<D>(&self, distribution: D) -> Microfacet<D> {
-        let Microfacet { masking, fresnel, .. } = &self.slice.facets;
+    fn with_slopes<D>(&self, distribution: D) -> Microfacet<D> {
+        let of = if self.extraction == Extraction::Thesis { &self.thesis } else { &self.slice };
+        let Microfacet { masking, fresnel, .. } = &of.facets;
         Microfacet { distribution, masking: *masking, fresnel: fresnel.clone() }
     }
 }
@@ -188,6 +194,7 @@ pub fn fit(brdf: &dyn Brdf, isotropic: bool, options: &FitOptions, watch: &mut d
         Tabulated::Polar(_) => None,
     };
     Some(Fit {
+        extraction: options.extraction,
         backscattering,
         beckmann: beckmann_roughness(&extracted.slopes),
         ggx: ggx_roughness(&extracted.slopes),
@@ -279,6 +286,11 @@ mod tests {
         let thesis = with(Extraction::Thesis);
         assert_eq!((thesis.misfit, &thesis.fitted), (thesis.thesis_misfit, &thesis.thesis));
         assert_eq!(thesis.thesis_misfit, fit.thesis_misfit);
+        // GGX and Beckmann have the Fresnel term of the requested extraction.
+        assert_eq!(slice.as_ggx().fresnel, slice.slice.facets.fresnel);
+        assert_eq!(thesis.as_ggx().fresnel, thesis.thesis.facets.fresnel);
+        assert_eq!(thesis.as_beckmann().fresnel, thesis.thesis.facets.fresnel);
+        assert_ne!(thesis.as_ggx().fresnel, slice.as_ggx().fresnel);
     }
 
     fn varnish() -> Microfacet<Ggx> {

@@ -194,7 +194,7 @@ fn densities_at(density: &[f64], positions: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::extraction::roughness::{beckmann_roughness, ggx_roughness};
+    use crate::extraction::roughness::{beckmann_roughness, ggx_roughness, thesis_ggx_roughness};
     use crate::facets::beckmann::Beckmann;
     use crate::facets::ellipse::{
         Bivariate, bivariate_from_roughness, covariance_from_roughness, roughness_from_bivariate,
@@ -271,7 +271,9 @@ mod tests {
             let found = extract_polar(&rows(&gaussian), Backscattering::Smith).unwrap();
             check(beckmann_roughness(&Tabulated::Polar(found.slopes)), "Beckmann");
             let found = extract_polar(&rows(&ggx), Backscattering::Smith).unwrap();
-            check(ggx_roughness(&Tabulated::Polar(found.slopes)), "GGX");
+            let slopes = Tabulated::Polar(found.slopes);
+            check(ggx_roughness(&slopes), "GGX");
+            check(thesis_ggx_roughness(&slopes), "GGX, ρ of the thesis");
         }
     }
 }

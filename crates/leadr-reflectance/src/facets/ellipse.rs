@@ -4,8 +4,8 @@
 //! standard distribution. The matrix can be written as an [`Ellipse`] (radii and angle) or as a [`Bivariate`] (scales and correlation). A
 //! Beckmann surface has the slope covariance `S = A / 2` (`α² = 2σ²`). A GGX surface has no finite covariance, only the roughness matrix.
 //!
-//! The sign convention follows eq. 2.25 and 2.34, because the printed eq. 2.31 contradicts them. The major axis is at the angle `φ`
-//! counter-clockwise in the slope plane, `A = R(φ) diag(α₁², α₂²) R(φ)ᵀ`, so a positive angle gives a positive correlation (2.31).
+//! The sign of the angle follows eq. 2.31. The printed eq. 2.25 and 2.34 have the opposite sign. The major axis is at the angle `φ`
+//! counter-clockwise in the slope plane, `A = R(φ) diag(α₁², α₂²) R(φ)ᵀ`, so a positive angle gives a positive correlation.
 
 use glam::{DVec2, DVec3};
 
@@ -54,7 +54,7 @@ pub fn bivariate_from_ellipse(e: &Ellipse) -> Bivariate {
     }
 }
 
-/// Converts scales and a correlation to an ellipse by thesis eq. 2.32–2.34. The minor radius is `α₂ = αx αy √(1 − ρ²) / α₁`, which avoids a
+/// Converts scales and a correlation to an ellipse by thesis eq. 2.32–2.34, with the sign of the angle of eq. 2.31. The minor radius is `α₂ = αx αy √(1 − ρ²) / α₁`, which avoids a
 /// difference.
 pub fn ellipse_from_bivariate(b: &Bivariate) -> Ellipse {
     let product = b.alpha.x * b.alpha.y;

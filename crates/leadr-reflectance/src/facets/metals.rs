@@ -1,7 +1,7 @@
 //! Named metals with complex indices of refraction, and an edge-tint approximation of their reflectance.
 //!
-//! The indices are tabulated spectra (Palik, *Handbook of Optical Constants of Solids*, and Johnson and Christy 1972 for noble metals),
-//! reduced to linear Rec.709 primaries. Renderers use two values: the reflectance at normal incidence, and the edge tint, which lowers
+//! The indices are tabulated spectra (Palik, *Handbook of Optical Constants of Solids*; Johnson and Christy 1972 for noble metals, and 1974
+//! for chromium, iron and nickel). Red, green and blue are linear interpolations at 650, 550 and 450 nm. Renderers use two values: the reflectance at normal incidence, and the edge tint, which lowers
 //! Schlick's curve before it rises ([`fresnel_edge_tint`](super::fresnel::fresnel_edge_tint)). `docs/measurements/materials.md` lists the
 //! errors.
 
@@ -24,12 +24,13 @@ const fn metal(name: &'static str, eta: [f64; 3], k: [f64; 3]) -> Metal {
 }
 
 /// All named metals.
-pub const METALS: [Metal; 8] = [
+pub const METALS: [Metal; 9] = [
     metal("aluminium", [1.3456, 0.96521, 0.61722], [7.4746, 6.3995, 5.3031]),
     metal("chromium", [3.1071, 3.1812, 2.3230], [3.3314, 3.3291, 3.1350]),
     metal("copper", [0.27105, 0.67693, 1.3164], [3.6092, 2.6248, 2.2921]),
     metal("gold", [0.18299, 0.42108, 1.3734], [3.4242, 2.3459, 1.7704]),
     metal("iron", [2.9114, 2.9497, 2.5845], [3.0893, 2.9318, 2.7670]),
+    metal("nickel", [1.9900, 1.9212, 1.7290], [4.2086, 3.6158, 2.9435]),
     metal("platinum", [2.3757, 2.0847, 1.8453], [4.2655, 3.7153, 3.1365]),
     metal("silver", [0.15943, 0.14512, 0.13547], [3.9291, 3.1900, 2.3808]),
     metal("titanium", [2.7407, 2.5418, 2.2670], [3.8143, 3.4345, 3.0385]),
@@ -77,6 +78,7 @@ mod tests {
             ("silver", [0.97, 0.96, 0.92]),
             ("titanium", [0.54, 0.50, 0.45]),
             ("platinum", [0.67, 0.64, 0.59]),
+            ("nickel", [0.66, 0.61, 0.53]),
         ] {
             let f0 = Metal::named(name).unwrap().f0();
             assert!((f0 - DVec3::from_array(chart)).abs().max_element() < 0.1, "{name}: {f0}");

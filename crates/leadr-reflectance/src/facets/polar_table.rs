@@ -262,6 +262,11 @@ impl PolarTable {
         self.covariance
     }
 
+    /// Returns `D cos θ sin θ dθ/du`, the mass of the facets per unit of `u` and of the normal's azimuth.
+    pub(super) fn mass(&self, u: f64, phi: f64) -> f64 {
+        mass(&self.ln_d, u, phi)
+    }
+
     /// Integrates `f(slope) P22` over the tabulated slopes.
     pub fn mean_of(&self, f: impl Fn(DVec2) -> f64) -> f64 {
         // The quadrature is finer than the table, to handle functions with a kink.

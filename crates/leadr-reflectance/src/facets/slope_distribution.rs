@@ -1,4 +1,4 @@
-//! The interface of slope distributions in microfacet theory (thesis 2.2–2.3 and 3.1).
+//! The interface of slope distributions in microfacet theory (thesis 2.1–2.3 and 3.2).
 
 use crate::limits::{MIN_NORMAL_Z, at_least};
 use glam::{DVec2, DVec3};
@@ -33,7 +33,7 @@ pub trait SlopeDistribution {
         super::projected_area::meso_area(w, self.mean_slope())
     }
 
-    /// Returns the density of visible normals, `max(0, wo·wn) D(wn) / A(wo)` (thesis eq. 2.15).
+    /// Returns the density of visible normals, `max(0, wo·wn) D(wn) / A(wo)` (thesis eq. 2.17).
     fn vndf(&self, wo: DVec3, wn: DVec3) -> f64 {
         visible_density(wo, wn, self.ndf(wn), self.visible_area(wo))
     }

@@ -1,4 +1,4 @@
-//! The renderer's interface to a material (thesis 1.2). It provides evaluation, sampling, and the sampling density.
+//! The renderer's interface to a material (thesis 1.4). It provides evaluation, sampling, and the sampling density.
 
 use glam::{DVec2, DVec3};
 use std::f64::consts::{FRAC_1_PI, FRAC_PI_4};

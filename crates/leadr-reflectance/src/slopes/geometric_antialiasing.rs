@@ -3,7 +3,7 @@
 //!
 //! Within a pixel, the half vector changes in the tangent frame by its screen derivatives `Δx` and `Δy`. Under a Gaussian pixel filter of
 //! variance [`PIXEL_VARIANCE`], this motion is a Gaussian kernel on the sphere with the covariance `σ² (Δx Δxᵀ + Δy Δyᵀ)`. The slope-space
-//! Jacobian (supplement, eq. 7) transforms the kernel to slopes. The kernel is added to the covariance of a Gaussian surface
+//! Jacobian ([`sphere_to_slope_jacobian`], eq. 7) transforms the kernel to slopes. The kernel is added to the covariance of a Gaussian surface
 //! ([`filter_covariance`]). Twice the kernel is added to the GGX roughness matrix ([`filter_roughness`]; `α² = 2σ²`).
 //!
 //! **With and without the light.** For a distant light and viewer, the half vector is constant and the frame rotates by the change `d` of
@@ -31,8 +31,9 @@ pub const KERNEL_BOUND: f64 = 0.18;
 /// differences of `wh` to the neighbouring pixels.
 ///
 /// The function bounds the kernel on the sphere, where the bound is an angle, and then transforms it to slopes, which grow without limit
-/// towards the horizon. Let `wh'` be the component of a difference orthogonal to `wh`. The slope then moves by `(p wh'.z − wh'.xy) / wh.z`.
-/// This is eq. 7 of the supplement times the inverse of eq. 4, without their division by `sin θ`.
+/// towards the horizon. Let `wh'` be the component of a difference orthogonal to `wh`. The slope `p` then moves by
+/// `−(p wh'.z + wh'.xy) / wh.z`. This is eq. 7 of the supplement times the inverse of eq. 4 ([`sphere_to_disk_jacobian`]), without their
+/// division by `sin θ`.
 pub fn half_vector_kernel(wh: DVec3, dx: DVec3, dy: DVec3) -> DVec3 {
     let across = |d: DVec3| {
         let d = d.map(|x| within(x, 1e3));
@@ -41,10 +42,58 @@ pub fn half_vector_kernel(wh: DVec3, dx: DVec3, dy: DVec3) -> DVec3 {
     let (dx, dy) = (across(dx), across(dy));
     let angle = PIXEL_VARIANCE * (dx.length_squared() + dy.length_squared());
     let scale = PIXEL_VARIANCE * (KERNEL_BOUND / at_least(angle, 1e-12)).min(1.0);
+    let (u, v) = (slope_change(wh, dx), slope_change(wh, dy));
+    clamp_covariance(scale * DVec3::new(u.x * u.x + v.x * v.x, u.y * u.y + v.y * v.y, u.x * u.y + v.x * v.y))
+}
+
+/// Returns the change of the slope of the unit half vector `wh` that moves by `d`, orthogonal to `wh`.
+fn slope_change(wh: DVec3, d: DVec3) -> DVec2 {
     let z = wh.z.max(MIN_NORMAL_Z);
     let slope = -wh.truncate() / z;
-    let (u, v) = ((slope * dx.z + dx.truncate()) / z, (slope * dy.z + dy.truncate()) / z);
-    clamp_covariance(scale * DVec3::new(u.x * u.x + v.x * v.x, u.y * u.y + v.y * v.y, u.x * u.y + v.x * v.y))
+    -(slope * d.z + d.truncate()) / z
+}
+
+/// Returns the unit vector along `h.xy`, which is x at the pole.
+fn azimuth(h: DVec3) -> DVec2 {
+    h.truncate().try_normalize().unwrap_or(DVec2::X)
+}
+
+/// Returns the Jacobian of the projection of the sphere to the unit disk, at the unit half vector `h` (supplement, eq. 4). It maps the
+/// angles along the meridian and along the parallel of `h` to changes of `h.xy`:
+///
+/// ```text
+/// [hx hz  −hy]
+/// [hy hz   hx] / √(1 − hz²)
+/// ```
+///
+/// At the pole, the meridian is the one along x.
+pub fn sphere_to_disk_jacobian(h: DVec3) -> DMat2 {
+    let along = azimuth(h);
+    DMat2::from_cols(h.z * along, along.perp())
+}
+
+/// Returns the Jacobian of the map from the unit disk to slopes, at the unit half vector `h` (supplement, eq. 6). It maps changes of `h.xy`
+/// to changes of the slope `−h.xy / h.z`:
+///
+/// ```text
+/// [1 − hy²  hx hy  ]
+/// [hx hy    1 − hx²] / (−hz³)
+/// ```
+pub fn disk_to_slope_jacobian(h: DVec3) -> DMat2 {
+    let z = h.z.max(MIN_NORMAL_Z);
+    DMat2::from_cols(DVec2::new(1.0 - h.y * h.y, h.x * h.y), DVec2::new(h.x * h.y, 1.0 - h.x * h.x)) * -z.powi(-3)
+}
+
+/// Returns the Jacobian of the map from the sphere to slopes, at the unit half vector `h` (supplement, eq. 7). It maps the angles of
+/// [`sphere_to_disk_jacobian`] to changes of the slope, and equals [`disk_to_slope_jacobian`] times [`sphere_to_disk_jacobian`]:
+///
+/// ```text
+/// [hx  −hy hz]
+/// [hy   hx hz] / (−hz² √(1 − hz²))
+/// ```
+pub fn sphere_to_slope_jacobian(h: DVec3) -> DMat2 {
+    let (along, z) = (azimuth(h), h.z.max(MIN_NORMAL_Z));
+    DMat2::from_cols(along, z * along.perp()) * -z.powi(-2)
 }
 
 /// Transforms the kernel of the normal, `(s_xx, s_yy, s_xy)` at slope 0, to the slope `p`. The result is `(I + p pᵀ) K (I + p pᵀ)`.
@@ -135,23 +184,70 @@ mod tests {
     use crate::slopes::statistics::add_macro_curvature;
     use glam::{DMat2, DQuat};
 
-    /// Returns the derivatives of the slope by the angles along and across the half vector's meridian (supplement, eq. 7).
-    fn spherical_jacobian(h: DVec3) -> DMat2 {
-        let sin = (1.0 - h.z * h.z).sqrt();
-        DMat2::from_cols(DVec2::new(h.x, h.y), DVec2::new(-h.y * h.z, h.x * h.z)) * (-1.0 / (h.z * h.z * sin))
+    /// Half vectors near the pole, near the horizon and between.
+    fn half_vectors() -> [DVec3; 5] {
+        let of = |x: f64, y: f64, z: f64| DVec3::new(x, y, z).normalize();
+        [of(0.3, -0.5, 0.8), of(-0.9, 0.1, 0.2), of(1e-3, 2e-3, 1.0), of(0.0, -0.4, 0.3), DVec3::Z]
+    }
+
+    /// Returns the tangents along the meridian and along the parallel of `h` (supplement, eq. 3).
+    fn tangents(h: DVec3) -> [DVec3; 2] {
+        let (sin, along) = (h.truncate().length(), azimuth(h));
+        [(h.z * along).extend(-sin), along.perp().extend(0.0)]
+    }
+
+    fn assert_equal(found: DMat2, expected: DMat2, tolerance: f64) {
+        let error = (found - expected).to_cols_array().map(f64::abs).into_iter().fold(0.0, f64::max);
+        let size = expected.to_cols_array().map(f64::abs).into_iter().fold(0.0, f64::max);
+        assert!(error < tolerance * size, "{found} instead of {expected}");
+    }
+
+    #[test]
+    fn jacobians_are_finite_differences() {
+        const STEP: f64 = 1e-6;
+        let slope = |h: DVec3| -h.truncate() / h.z;
+        // The height of a point of the disk follows from its position.
+        let slope_on_disk = |p: DVec2| -p / (1.0 - p.length_squared()).sqrt();
+        let central = |at: &dyn Fn(f64) -> DVec2| (at(STEP) - at(-STEP)) / (2.0 * STEP);
+        for h in half_vectors() {
+            // Eq. 1 to 3: an angle rotates the half vector towards a tangent.
+            let moved = |tangent: DVec3, angle: f64| h * angle.cos() + tangent * angle.sin();
+            let [to_disk, to_slope] = [(|h: DVec3| h.truncate()) as fn(DVec3) -> DVec2, slope].map(|of| {
+                let [x, y] = tangents(h).map(|tangent| central(&|angle| of(moved(tangent, angle))));
+                DMat2::from_cols(x, y)
+            });
+            assert_equal(sphere_to_disk_jacobian(h), to_disk, 1e-8);
+            assert_equal(sphere_to_slope_jacobian(h), to_slope, 1e-7);
+            let [x, y] = DMat2::IDENTITY
+                .to_cols_array_2d()
+                .map(|axis| central(&|step| slope_on_disk(h.truncate() + step * DVec2::from_array(axis))));
+            assert_equal(disk_to_slope_jacobian(h), DMat2::from_cols(x, y), 1e-7);
+        }
+    }
+
+    #[test]
+    fn the_product_of_the_jacobians_is_the_change_of_the_kernel() {
+        for h in half_vectors() {
+            let product = disk_to_slope_jacobian(h) * sphere_to_disk_jacobian(h);
+            assert_equal(sphere_to_slope_jacobian(h), product, 1e-12);
+            let [x, y] = tangents(h);
+            assert_equal(DMat2::from_cols(slope_change(h, x), slope_change(h, y)), product, 1e-12);
+            // Without angles, the kernel has eq. 7 times the inverse of eq. 4, which is eq. 6.
+            let of_disk = sphere_to_slope_jacobian(h) * sphere_to_disk_jacobian(h).inverse();
+            let d = 0.3 * x - 0.7 * y;
+            let error = slope_change(h, d) - of_disk * d.truncate();
+            assert!(error.length() < 1e-12 * slope_change(h, d).length(), "{h}: {error}");
+        }
     }
 
     #[test]
     fn is_the_supplements_jacobian() {
-        for h in
-            [DVec3::new(0.3, -0.5, 0.8), DVec3::new(-0.9, 0.1, 0.2), DVec3::new(1e-3, 2e-3, 1.0)].map(DVec3::normalize)
-        {
-            let sin = (1.0 - h.z * h.z).sqrt();
-            let along = DVec3::new(h.x * h.z / sin, h.y * h.z / sin, -sin);
-            let across = DVec3::new(-h.y, h.x, 0.0) / sin;
+        for h in half_vectors() {
+            let [along, across] = tangents(h);
             let (a, b) = (DVec2::new(0.02, -0.01), DVec2::new(0.005, 0.03));
             let kernel = half_vector_kernel(h, along * a.x + across * a.y, along * b.x + across * b.y);
-            let (u, v) = (spherical_jacobian(h) * a, spherical_jacobian(h) * b);
+            let jacobian = sphere_to_slope_jacobian(h);
+            let (u, v) = (jacobian * a, jacobian * b);
             let expected = 0.25 * DVec3::new(u.x * u.x + v.x * v.x, u.y * u.y + v.y * v.y, u.x * u.y + v.x * v.y);
             assert!((kernel - expected).length() < 1e-9 * expected.length(), "{kernel} instead of {expected}");
         }

@@ -1,5 +1,5 @@
 //! The algebra of slope moments. A LEADR map stores these moments, and the functions of this module change them with the surface (LEADR
-//! 4.1–4.2; thesis 3.3, 5.1).
+//! 4.1–4.2; thesis 3.3, 3.4, 5.1).
 //!
 //! Each texel has five numbers: `E[x]`, `E[y]`, `E[x²]`, `E[y²]`, `E[xy]`. They are averages over slope samples, so any linear filter may
 //! average them further. The operations of this module are exact for every slope distribution, Gaussian or not. The only approximation is
@@ -39,7 +39,7 @@ pub fn moments_of_normal(n: DVec3) -> SlopeMoments {
     moments_of_slope(slope_of_normal(n))
 }
 
-/// Returns the slope at a texel from its neighbours' `heights` (at −s, +s, −t, +t), by central differences (thesis 3.3; LEADR 5.1). Central
+/// Returns the slope at a texel from its neighbours' `heights` (at −s, +s, −t, +t), by central differences (thesis 3.4). Central
 /// differences miss detail between texels, so maps use [`moments_of_corner`]. `spacing` is the positive distance between texels. For slopes
 /// per unit texture coordinate, it is one over the number of texels.
 pub fn slope_of_heights(heights: DVec4, spacing: DVec2) -> DVec2 {
@@ -107,13 +107,13 @@ pub fn shear_moments(a: SlopeMoments, shear: DVec2) -> SlopeMoments {
     add_moments(a, moments_of_slope(shear))
 }
 
-/// Returns the moments in another frame with slopes `linear · (h_s, h_t)` (LEADR eq. 12; thesis 3.3, "Stretching and Shearing"). `linear`
+/// Returns the moments in another frame with slopes `linear · (h_s, h_t)` (LEADR eq. 12; thesis 3.4, "Stretching and Shearing"). `linear`
 /// is the transposed Jacobian of `(s, t)` by `(x, y)`, which `slopes::map::slope_map` computes from tangents.
 pub fn map_moments(linear: DMat2, a: SlopeMoments) -> SlopeMoments {
     SlopeMoments { first: linear * a.first, second: map_second_moments(linear, a.second) }
 }
 
-/// Adds a base material of Beckmann roughness `alpha` to the moments, with `σ² = α²/2` per axis (LEADR 4.2; thesis, listing 3.7).
+/// Adds a base material of Beckmann roughness `alpha` to the moments, with `σ² = α²/2` per axis (LEADR 4.1; thesis, listing 3.7).
 pub fn roughen_moments(a: SlopeMoments, alpha: f64) -> SlopeMoments {
     SlopeMoments { first: a.first, second: a.second + DVec3::new(0.5 * alpha * alpha, 0.5 * alpha * alpha, 0.0) }
 }

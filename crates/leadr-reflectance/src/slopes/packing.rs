@@ -4,7 +4,7 @@
 //!
 //! * [`pack_clean`] (Baker; thesis eq. 3.18) stores `E[x² + y²]` and reads back `(third − |m|²) / 2`. This is the mean of the two principal
 //!   variances, which is too small along the major axis by up to one half.
-//! * [`pack_clean_major`] (thesis 3.3, a conjecture) stores `|m|² + 2 λ` and reads back `(third − |m|²) / 2`. This is the larger principal
+//! * [`pack_clean_major`] (thesis 3.4, a conjecture) stores `|m|² + 2 λ` and reads back `(third − |m|²) / 2`. This is the larger principal
 //!   variance at a texel centre, but filtering between texels adds only half of the variance of their means.
 //! * [`pack_clean_conservative`] (this project) stores `|m|² + λ` and reads back `third − |m|²`. This is the larger principal variance at
 //!   the texel, and is never too small between texels.

@@ -9,7 +9,7 @@ use glam::DVec2;
 use serde::Serialize;
 
 use self::several::{SeveralRow, several};
-use crate::extraction_study::{Extraction, anisotropic, round};
+use crate::extraction_study::{Extraction, anisotropic, printed, round};
 use crate::report::configuration::Configuration;
 use crate::report::section::Section;
 use crate::report::shared::shared;
@@ -21,7 +21,7 @@ use leadr_maps::material::{Encoding, Input, Material, Raster, Samples, Texture};
 use leadr_maps::shown::shown_path;
 use leadr_maps::{HeightMap, MapFault, RgbImage, procedural};
 use leadr_measured::Measured;
-use leadr_reflectance::extraction::fit::{Fit, FitOptions, fit};
+use leadr_reflectance::extraction::fit::{Extraction as Method, Fit, FitOptions, fit};
 use leadr_reflectance::extraction::lobes::{LobeErrors, lobe_errors};
 use leadr_reflectance::extraction::samples::samples;
 use leadr_reflectance::facets::gaussian_mixture::MOST_LOBES;
@@ -34,21 +34,21 @@ use leadr_scenes::stage::SPHERE_REPEAT;
 use leadr_tools::error::LabError;
 use leadr_tools::fit::mean_difference::{MOST_DELTA_E, MeanDifference};
 use leadr_tools::fit::models::{Models, NAMES};
-use leadr_tools::fit::specimen::{Lacquer, as_beckmann, dressed};
+use leadr_tools::fit::specimen::{Lacquer, Satin, as_thesis, dressed};
 use leadr_tools::fit::spheres::{contact_sheet, sphere_error, spheres};
 use leadr_tools::html::{Cell, Html, Plot, Scale, Table, number};
 use leadr_tools::metrics::Mask;
 use leadr_tools::metrics::compare::{bias_over, rrmse_over};
 
 const INTRO: &str = "Facets of known slopes recovered by power iteration (the thesis' Table 4.I and Figure 4.5); spheres of measured \
-    materials and their fits (Figures 4.2 and 4.3); the fits with 1 to 8 Gaussian lobes (section 5.3); and the materials on displaced \
-    spheres (Figures 5.3 to 5.5). On the displaced spheres, one sample of LEADR with the fit's lobes is compared inside the outline with \
-    the supersampled reference, which uses the measured table. Also compared: one Beckmann lobe of the extracted roughness, the lobes \
-    about mipmapped normals, and Blinn-Phong. These pictures and the truth have no shadows between bumps. One far truth has all shadows \
-    and is also compared with the program's defaults. Narrow lobes reveal the random facets of a pixel, so each far sphere averages \
-    several similar reliefs. The goal's error excludes the remaining randomness. Last, one fit's slopes are scaled by a roughness \
-    texture, and a model has one fit per material, with and without its roughness textures (Figure 4.6). The lacquer is generated; \
-    measured files are drawn if LEADR_SHARED contains them.";
+    materials and their fits (Figures 4.2 to 4.4); the fits with 1 to 8 Gaussian lobes (section 5.3); and the isotropic materials on \
+    displaced spheres (Figures 5.4 and 5.5). On the displaced spheres, one sample of LEADR with the fit's lobes is compared inside the \
+    outline with the supersampled reference, which uses the table of the fit. Also compared: the thesis' fit, with its Fresnel table and \
+    one Beckmann lobe, the lobes about mipmapped normals, and Blinn-Phong. These pictures and the truth have no shadows between bumps. \
+    One far truth has all shadows and is also compared with the program's defaults. Narrow lobes reveal the random facets of a pixel, so \
+    each far sphere averages several similar reliefs. The goal's error excludes the remaining randomness. Last, one fit's slopes are \
+    scaled by a roughness texture, and a model has one fit per material, with and without its roughness textures (Figure 4.6). The \
+    lacquer and the anisotropic satin are generated; measured files are drawn if the folder data/brdf of LEADR_SHARED contains them.";
 
 /// The roughnesses of Table 4.I, each with its largest error in the thesis.
 const TABLE_4_I: [(f64, f64); 4] = [(0.01, 0.03), (0.02, 0.004), (0.05, 0.002), (0.15, 0.0005)];
@@ -87,9 +87,16 @@ struct Specimen {
     fit: Fit,
 }
 
+impl Specimen {
+    fn is_isotropic(&self) -> bool {
+        matches!(self.fit.slice.facets.distribution, Tabulated::Radial(_))
+    }
+}
+
 #[derive(Serialize)]
 struct SphereRow {
     material: String,
+    isotropic: bool,
     form: &'static str,
     rrmse: f64,
     delta_e: f64,
@@ -132,6 +139,7 @@ struct Data {
     several: Vec<SeveralRow>,
 }
 
+/// Returns the materials, the isotropic ones first.
 fn specimens() -> Result<Vec<Specimen>, LabError> {
     let fitted = |name: &str, material: Box<dyn Brdf + Sync>, isotropic: bool| {
         let fit = fit(&*material, isotropic, &FitOptions::default(), &mut |_| ())
@@ -139,34 +147,53 @@ fn specimens() -> Result<Vec<Specimen>, LabError> {
         Ok::<_, LabError>(Specimen { name: name.to_owned(), material, fit })
     };
     let mut all = vec![fitted("lacquer", Box::<Lacquer>::default(), true)?];
-    let Some(folder) = shared("brdf/rgl_bsdf") else { return Ok(all) };
-    for file in measured_files(&folder)? {
+    let files = shared("brdf").map_or_else(|| Ok(Vec::new()), |folder| measured_files(&folder))?;
+    for file in files {
         let measured = Measured::load(&file)?;
+        // A sphere needs all directions.
+        if measured.is_backscattering() {
+            continue;
+        }
         let stem = file.file_stem().map(|stem| stem.to_string_lossy().replace('_', "-")).unwrap_or_default();
         let isotropic = measured.is_isotropic();
         all.push(fitted(&stem, Box::new(measured), isotropic)?);
     }
+    all.push(fitted("satin", Box::<Satin>::default(), false)?);
+    all.sort_by_key(|specimen| !specimen.is_isotropic());
     Ok(all)
 }
 
+/// The endings of the files that [`Measured`] reads.
+const ENDINGS: [&str; 5] = ["binary", "bsdf", "bin", "csv", "pfm"];
+
+/// Returns the measured materials of a folder and of the folders inside it.
 fn measured_files(folder: &Path) -> Result<Vec<PathBuf>, LabError> {
     let entries = std::fs::read_dir(folder).map_err(|e| LabError(format!("{}: {e}", shown_path(folder))))?;
-    let mut files: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
-    files.retain(|file| file.extension().is_some_and(|ending| ending == "bsdf"));
-    files.sort();
+    let mut paths: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
+    paths.sort();
+    let mut files = Vec::new();
+    for path in paths {
+        if path.is_dir() {
+            files.extend(measured_files(&path)?);
+        } else if path.extension().is_some_and(|ending| ENDINGS.iter().any(|known| ending.eq_ignore_ascii_case(known)))
+        {
+            files.push(path);
+        }
+    }
     Ok(files)
 }
 
 pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let (mut html, mut findings) = (Html::new(), Vec::new());
     let table = known(studio, &mut html, &mut findings)?;
-    let (round, brushed) = timings(studio, &mut html);
+    let (round, brushed) = timings(studio, &mut html, &mut findings);
     let all = specimens()?;
+    let isotropic = &all[..all.iter().take_while(|specimen| specimen.is_isotropic()).count()];
     let spheres = compared(studio, &all, &mut html, &mut findings)?;
     let lobes = lobes(&all, &mut html, &mut findings);
-    let displaced = displaced(studio, &all, &mut html, &mut findings)?;
-    roughened(studio, &all[0], &mut html, &mut findings)?;
-    let several = several(studio, &all, &mut html, &mut findings)?;
+    let displaced = displaced(studio, isotropic, &mut html, &mut findings)?;
+    roughened(studio, &isotropic[0], &mut html, &mut findings)?;
+    let several = several(studio, isotropic, &mut html, &mut findings)?;
     Section::new(INTRO, findings, &html, &Data { table, round, brushed, spheres, lobes, displaced, several })
 }
 
@@ -175,12 +202,12 @@ fn known(studio: &Studio, html: &mut Html, findings: &mut Vec<String>) -> Result
     let angles = studio.pick(90, 360);
     let mut table = Table::new(
         format!("Beckmann slopes recovered from {angles} angles: largest relative error of the backscattering"),
-        ["α", "here", "thesis, 360 angles"],
+        ["α", "here", "as printed (Listing 4.1)", "thesis, 360 angles"],
     );
     let mut errors = Vec::new();
     for (alpha, thesis) in TABLE_4_I {
         let found = round(alpha, angles).ok_or_else(|| LabError("power iteration found no slopes".to_owned()))?;
-        table.row([alpha, found.error, thesis].map(Cell::from));
+        table.row([alpha, found.error, printed(alpha, angles), thesis].map(Cell::from));
         errors.push((alpha, found.error));
     }
     html.table(&table);
@@ -190,13 +217,13 @@ fn known(studio: &Studio, html: &mut Html, findings: &mut Vec<String>) -> Result
 }
 
 /// Plots Figure 4.5.
-fn timings(studio: &Studio, html: &mut Html) -> (Vec<Extraction>, Vec<Extraction>) {
-    let counts: &[usize] = studio.pick(&[16, 48], &[16, 24, 32, 48, 64, 90, 128, 180, 256, 360]);
+fn timings(studio: &Studio, html: &mut Html, findings: &mut Vec<String>) -> (Vec<Extraction>, Vec<Extraction>) {
+    let counts: &[usize] = studio.pick(&[16, 90], &[16, 24, 32, 48, 64, 90, 128, 180, 256, 360]);
     let of_round: Vec<Extraction> = counts.iter().filter_map(|&n| round(0.05, n)).collect();
-    let counts: &[usize] = studio.pick(&[16, 32], &[16, 24, 32, 48, 64, 90]);
+    let counts: &[usize] = studio.pick(&[16, 90], &[16, 24, 32, 48, 64, 90]);
     let of_anisotropic: Vec<Extraction> = counts.iter().filter_map(|&n| anisotropic(ANISOTROPIC, n, n)).collect();
     let angles = ("angles at which the material is evaluated", Scale::Log);
-    let mut time = Plot::new("Time of the extraction", angles, ("milliseconds", Scale::Log));
+    let mut time = Plot::new("Time of the extraction with the Fresnel term", angles, ("milliseconds", Scale::Log));
     let mut error =
         Plot::new("Accuracy of the extraction", angles, ("largest relative error of the backscattering", Scale::Log));
     for (name, rows) in [("round, α .05", &of_round), ("anisotropic, α .1 and .3, as many azimuths", &of_anisotropic)]
@@ -207,10 +234,18 @@ fn timings(studio: &Studio, html: &mut Html) -> (Vec<Extraction>, Vec<Extraction
     }
     html.plot(&time);
     html.plot(&error);
+    let seconds = |rows: &[Extraction]| {
+        rows.iter().find(|row| row.angles == 90).map_or_else(|| "–".to_owned(), |row| number(row.seconds))
+    };
+    findings.push(format!(
+        "Extraction with the Fresnel term, 90 angles: {} s (thesis < 1 s); 90x90: {} s (< 20 s).",
+        seconds(&of_round),
+        seconds(&of_anisotropic)
+    ));
     (of_round, of_anisotropic)
 }
 
-/// Renders Figures 4.2 and 4.3.
+/// Renders Figures 4.2 to 4.4.
 fn compared(
     studio: &mut Studio,
     all: &[Specimen],
@@ -221,12 +256,15 @@ fn compared(
     let (mut rows, mut mean) = (Vec::new(), MeanDifference::new(size));
     let pictures = format!("measured, {}", NAMES.join(", "));
     let mut table = Table::new(
-        "Spheres: relative RMSE, and mean ΔE₀₀ of the pixels as shown (thesis Figure 4.3)",
+        "Spheres: relative RMSE, and mean ΔE₀₀ of the pixels as shown (thesis Figures 4.3 and 4.4). GGX and Beckmann have the Fresnel \
+         term of algorithm 2",
         ["material", &pictures].into_iter().chain(NAMES),
     );
-    for Specimen { name, material, fit } in all {
-        let isotropic = matches!(fit.slice.facets.distribution, Tabulated::Radial(_));
-        let models = Models::new(fit, &samples(&**material, isotropic));
+    for specimen in all {
+        let (isotropic, Specimen { name, material, fit }) = (specimen.is_isotropic(), specimen);
+        // The thesis draws GGX and Beckmann with the Fresnel term of its own extraction.
+        let of_thesis = Fit { extraction: Method::Thesis, ..fit.clone() };
+        let models = Models::new(&of_thesis, &samples(&**material, isotropic));
         let named = models.named();
         let mut materials: Vec<&(dyn Brdf + Sync)> = vec![&**material];
         materials.extend(named.iter().map(|(_, model)| *model));
@@ -236,29 +274,42 @@ fn compared(
         cells.resize(2 + NAMES.len(), Cell::from("–"));
         for (&(form, _), image) in named.iter().zip(&images[1..]) {
             let error = sphere_error(&images[0], image);
-            mean.add(form, &images[0], image);
+            if isotropic {
+                mean.add(form, &images[0], image);
+            }
             let column = NAMES.iter().position(|name| *name == form).unwrap_or_default();
             cells[2 + column] = Cell::from(format!("{}, ΔE {}", number(error.rrmse), number(error.delta_e)));
-            rows.push(SphereRow { material: name.clone(), form, rrmse: error.rrmse, delta_e: error.delta_e });
+            rows.push(SphereRow {
+                material: name.clone(),
+                isotropic,
+                form,
+                rrmse: error.rrmse,
+                delta_e: error.delta_e,
+            });
         }
         table.row(cells);
     }
     html.table(&table);
     let caption = format!(
-        "Mean ΔE₀₀ over {} materials, from 0 (black) to {MOST_DELTA_E} (yellow), thesis Figure 4.2: {}",
-        all.len(),
+        "Mean ΔE₀₀ over {} isotropic materials, from 0 (black) to {MOST_DELTA_E} (yellow), thesis Figure 4.2: {}",
+        all.iter().filter(|specimen| specimen.is_isotropic()).count(),
         NAMES.join(", ")
     );
     let figure = studio.codes("measured-delta-e", &mean.image(), "colour differences", vec![caption])?;
     html.figures(&[figure]);
     for form in NAMES {
-        let of: Vec<&SphereRow> = rows.iter().filter(|row| row.form == form).collect();
+        let of: Vec<&SphereRow> = rows.iter().filter(|row| row.form == form && row.isotropic).collect();
         let mean = |value: fn(&SphereRow) -> f64| of.iter().map(|row| value(row)).sum::<f64>() / of.len().max(1) as f64;
         findings.push(format!(
-            "Spheres, {form}: mean relative RMSE {}, mean ΔE₀₀ {}.",
+            "Isotropic spheres, {form}: mean relative RMSE {}, mean ΔE₀₀ {}.",
             number(mean(|row| row.rrmse)),
             number(mean(|row| row.delta_e))
         ));
+    }
+    for Specimen { name, .. } in all.iter().filter(|specimen| !specimen.is_isotropic()) {
+        let of = rows.iter().filter(|row| row.material == *name);
+        let errors: Vec<String> = of.map(|row| format!("{} {}", row.form, number(row.rrmse))).collect();
+        findings.push(format!("Sphere of {name}, anisotropic: relative RMSE {}.", errors.join(", ")));
     }
     Ok(rows)
 }
@@ -266,9 +317,9 @@ fn compared(
 /// Tabulates the errors of the fits with 1 to 8 Gaussian lobes (thesis 5.3).
 fn lobes(all: &[Specimen], html: &mut Html, findings: &mut Vec<String>) -> Vec<LobeRow> {
     let mut rows = Vec::new();
-    for Specimen { name, material, fit } in all {
-        let isotropic = matches!(fit.slice.facets.distribution, Tabulated::Radial(_));
-        let samples = samples(&**material, isotropic);
+    for specimen in all {
+        let Specimen { name, material, fit } = specimen;
+        let samples = samples(&**material, specimen.is_isotropic());
         let head = ["lobes", "divergence of the slopes", "relative RMSE", "of cube roots"];
         let mut table =
             Table::new(format!("{name}: the fit with Gaussian lobes in place of its table, over all directions"), head);
@@ -316,10 +367,10 @@ fn relief_of(studio: &Studio, kind: &str, seed: u32) -> HeightMap {
     }
 }
 
-/// The techniques that are compared with the truth. Each uses the lobes of the fit, or one lobe.
+/// The techniques that are compared with the truth. Each uses the lobes of the fit, or the one lobe of the thesis.
 const FORMS: [(&str, Technique, bool); 4] = [
     ("LEADR, lobes of the fit", Technique::Leadr, true),
-    ("LEADR, one Beckmann lobe", Technique::Leadr, false),
+    ("LEADR, the thesis' fit with one Beckmann lobe", Technique::Leadr, false),
     ("mips of normals", Technique::NormalMip, true),
     ("Blinn-Phong", Technique::BlinnPhong, true),
 ];
@@ -384,7 +435,7 @@ fn shown_at(
     Ok(Compared { truth, forms })
 }
 
-/// Renders Figures 5.3 to 5.5.
+/// Renders Figures 5.4 and 5.5.
 fn displaced(
     studio: &mut Studio,
     all: &[Specimen],
@@ -405,7 +456,7 @@ fn displaced(
                 let tile = studio.pick(16, 32);
                 let mut of_lobes = Subject::under_the_sky(studio, sphere_stage(&material, None, tile), 0.0)?;
                 let mut of_one =
-                    Subject::under_the_sky(studio, sphere_stage(&as_beckmann(&material, fit), None, tile), 0.0)?;
+                    Subject::under_the_sky(studio, sphere_stage(&as_thesis(&material, fit), None, tile), 0.0)?;
                 for (viewpoint, shown) in
                     VIEWPOINTS.into_iter().zip(&mut shown).filter(|(viewpoint, _)| number < reliefs(viewpoint))
                 {

@@ -25,8 +25,8 @@ use leadr_tools::html::{Cell, Html, Table, number};
 const INTRO: &str = "One view of a plane, with maps of falling resolution (the thesis' Figures 5.3 to 5.5). The file of each map \
     begins at a coarser level (leadr bake --drop-levels). One sample of LEADR uses the moments of this level; mips of normals use \
     its mean slopes alone. Both are compared with the supersampled picture of the map at full resolution, pixel by pixel and in \
-    blocks of pixels, which show the appearance without the lost details. The metal is platinum, whose reflectance is close to that of \
-    nickel. All pictures lack shadows between bumps.";
+    blocks of pixels, which show the appearance without the lost details. The metal is nickel, with its measured indices of refraction. \
+    All pictures lack shadows between bumps.";
 
 /// The number of pixels along a block.
 const BLOCK: u32 = 8;
@@ -74,7 +74,7 @@ fn relief((kind, slope): (&str, f64), side: u32) -> HeightMap {
 
 /// Returns the materials without relief.
 fn materials() -> Result<[(&'static str, Material); 2], LabError> {
-    let metal = Metal::named("platinum").ok_or_else(|| LabError("there is no platinum".to_owned()))?;
+    let metal = Metal::named("nickel").ok_or_else(|| LabError("there is no nickel".to_owned()))?;
     let metal = Material {
         base_color: Input::constant(metal.f0().as_vec3().to_array()),
         metalness: Input::constant(1.0),
