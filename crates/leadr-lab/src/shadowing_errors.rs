@@ -36,7 +36,7 @@ pub enum ShadowingLight {
 /// the probes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum ShadowingModel {
-    /// Masking only (Algorithms 1 and 2 of LEADR).
+    /// Masking only (the simplified algorithms of LEADR's supplement).
     Masking,
     /// Smith's height-correlated shadowing (LEADR eq. 13).
     Smith,

@@ -13,7 +13,9 @@ use glam::Vec2;
 /// The standard deviations `σ = σ_θ = σ_φ` of the isotropic rows (supplement, tables 4, 6, 8).
 pub const ISOTROPIC: [f32; 7] = [0.01, 0.05, 0.25, 0.5, 1.0, 1.5, 2.0];
 
-/// The standard deviations `(σ_θ, σ_φ)` of the anisotropic rows (supplement, tables 5, 7, 9), which are scratches from pole to pole.
+/// The standard deviations `(σ_θ, σ_φ)` of the anisotropic rows (supplement, tables 5, 7, 9), with the pairs that table 5 prints. All have
+/// `σ_θ < σ_φ`: slopes are steeper along the parallels, so scratches run from pole to pole (longitudinal in the supplement's text). A pair
+/// with swapped components has scratches parallel to the equator (latitudinal).
 pub const ANISOTROPIC: [Vec2; 9] = [
     Vec2::new(0.01, 0.02),
     Vec2::new(0.01, 0.04),

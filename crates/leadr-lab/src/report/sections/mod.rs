@@ -147,7 +147,7 @@ pub static SECTIONS: [SectionEntry; 26] = [
     },
     SectionEntry {
         key: "shapes",
-        help: "Deforming surfaces with fixed maps",
+        help: "Deforming surfaces with fixed maps, and shapes that displacement makes (LEADR Figures 5 and 9)",
         title: "Deforming surfaces",
         judges_others: false,
         run: shapes::run,

@@ -20,7 +20,7 @@ use leadr_tools::html::{Cell, Html, Table, percent};
 use leadr_tools::html::{Plot, Scale};
 
 const INTRO: &str = "Ray casts against random surfaces with Gaussian slopes, including shadows, compared with converged integrals of the \
-    model with each shadowing model: none (masking alone, the paper's Algorithms 1 and 2), Smith's height-correlated shadowing (LEADR eq. \
+    model with each shadowing model: none (masking alone, the supplement's simplified algorithms), Smith's height-correlated shadowing (LEADR eq. \
     13), and the direction-correlated one. The views are those of a sphere's pixels; each number is the RMS error over them, relative to \
     the RMS of the truth. Facets are white and diffuse, or perfect mirrors; light is reflected once. The truth comes from a few random \
     surfaces; the last column gives its noise.";

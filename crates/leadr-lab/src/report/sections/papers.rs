@@ -29,12 +29,12 @@ const PAPERS: [(&str, &[Entry]); 5] = [
         &[
             row("Figure 1", "T-rex, near, in the middle and far", "figures"),
             row("Figure 2", "visible normals depend on the viewer", "figures"),
-            row("Figure 5", "stretched, sheared and flattened surfaces", "shapes"),
+            row("Figure 5", "stretched, sheared and flattened surfaces, near and far", "shapes"),
             row("Figure 6", "the grid of slopes", "figures"),
             row("Figure 7", "an environment as the samples of a pixel see it", "figures"),
             row("Section 6", "claws, with and without curvature", "figures"),
             row("Figure 8", "very rough spheres", "spheres"),
-            row("Figure 9", "a pillow and a snake", "shapes"),
+            row("Figure 9", "a pillow and a snake of diffuse microfacets", "shapes"),
             row("Figure 10", "the ocean from near to far", "ocean"),
             row("Section 7, tables", "times of techniques and grids", "bench"),
             row("Figure 11", "time against the number of samples", "bench"),
@@ -44,7 +44,7 @@ const PAPERS: [(&str, &[Entry]); 5] = [
     (
         "LEADR mapping, supplement",
         &[
-            row("Figures 1 and 2", "Jacobian of slopes; Beckmann from slopes", "figures"),
+            row("Figures 1 to 3", "Jacobian of slopes; Beckmann from slopes; Jacobian of reflection", "figures"),
             row("Table 1", "projected areas by four ways", "model"),
             row("Table 2", "low and high frequency", "spheres"),
             row("Table 3", "normal against displacement mapping", "spheres"),
@@ -52,7 +52,7 @@ const PAPERS: [(&str, &[Entry]); 5] = [
             row("Tables 6 and 7", "diffuse facets, irradiance", "spheres"),
             row("Tables 8 and 9", "specular facets, environment", "spheres"),
             row("Table 10", "grids of increasing size", "table10"),
-            row("Figure 5", "reconstruction filters", "figures"),
+            row("Figure 5", "reconstruction filters and the reconstructed environment", "figures"),
             row("Figure 6", "black pixels at silhouettes", "figures"),
         ],
     ),
@@ -68,7 +68,8 @@ const PAPERS: [(&str, &[Entry]); 5] = [
             row("Figure 3.6", "differences of heights", "figures"),
             row("Figures 3.7 to 3.9", "stretching, shearing, height scale", "shapes"),
             row("Figure 3.10", "an ocean", "ocean"),
-            row("Table 4.I, Figures 4.2, 4.3, 4.5 and 4.6", "fits of measured materials", "measured"),
+            row("Figure 3.11", "a T-rex", "figures"),
+            row("Table 4.I and Figures 4.2 to 4.6", "fits of measured materials", "measured"),
             row("Figure 5.3", "maps of falling resolution", "resolution"),
             row("Figures 5.4 and 5.5", "scratched and rugged materials", "measured"),
         ],
@@ -76,11 +77,14 @@ const PAPERS: [(&str, &[Entry]); 5] = [
     (
         "Material Advances in Call of Duty: WWII (Chan 2018)",
         &[
+            row("Figures 3, 8 and 9", "filtered normals and gloss, of bricks", "chan"),
             row("Figure 6", "two averages of normals", "chan"),
             row("Figures 11 and 12", "combined gloss and fits", "chan"),
+            row("Figures 13, 14 and 17", "heights and occlusion of bricks", "chan"),
+            row("Algorithm 5", "relaxation of heights", "chan"),
             row("Figures 15 and 18 to 20", "occlusion and cones", "chan"),
             row("Figures 23 to 34", "scattering between facets", "chan"),
-            row("Figure 9", "flicker of textures", "textures"),
+            row("no figure", "filters of textures, error and flicker", "textures"),
         ],
     ),
 ];

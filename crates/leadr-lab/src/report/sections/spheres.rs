@@ -1,6 +1,6 @@
 //! Renders the sphere grid of the LEADR supplement (tables 4 to 9).
 
-use glam::Vec2;
+use glam::{Vec2, Vec2Swizzles as _};
 use serde::Serialize;
 
 use crate::report::case::Case;
@@ -22,7 +22,8 @@ use leadr_tools::html::{Plot, Scale};
 const INTRO: &str = "Spheres whose heights are Gaussian noise with known slopes and bumps smaller than a pixel, in the lighting of the \
     supplement's tables: white diffuse facets under one light from the camera, under the studio's irradiance, and mirror facets in the \
     studio. Columns are the two truths with large bumps (low) and with bumps smaller than a pixel (high), then LEADR at one sample per pixel with the paper's grids of slope samples and with the \
-    visible-slope rules. Masking is on and shadowing off: light from the camera reaches everything that the camera sees, and the \
+    visible-slope rules. Rows with σ_θ < σ_φ have scratches from pole to pole; the last rows, with σ_θ > σ_φ, have scratches parallel to \
+    the equator, which the supplement describes without printing such a pair in table 5. Masking is on and shadowing off: light from the camera reaches everything that the camera sees, and the \
     rasterised truth does not block the environment by bumps. Under each picture: FLIP and relative RMSE against normal-map truth (n) and \
     displacement-map truth (d), over the pixels that the sphere touches (without the background) and, in brackets, inside its silhouette. \
     A single surface has only a few bumps in each pixel. Every picture is therefore the mean over rotations of the sphere about its \
@@ -74,17 +75,33 @@ struct Entry {
     noise: f64,
 }
 
+/// Scratches parallel to the equator. The supplement describes this direction, and its table 5 prints only the other. These are pairs of
+/// table 5 with swapped components, and have one ratio, so that they share baked surfaces.
+const LATITUDINAL: [Vec2; 3] = [Vec2::new(0.04, 0.01), Vec2::new(0.2, 0.05), Vec2::new(0.8, 0.2)];
+
+/// The rows of a quick report.
+const QUICK: [Vec2; 5] =
+    [Vec2::splat(0.05), Vec2::splat(0.5), Vec2::splat(1.0), Vec2::new(0.2, 0.8), Vec2::new(0.8, 0.2)];
+
+/// Whether scratches are parallel to the equator.
+fn is_latitudinal(sigma: Vec2) -> bool {
+    sigma.x > sigma.y
+}
+
+/// Returns the smallest integers in the ratio of `sigma`, one of which is 1.
+fn ratio(sigma: Vec2) -> Vec2 {
+    (sigma / sigma.min_element()).round()
+}
+
 /// Returns groups of roughness pairs. The pairs of a group have the same ratio and share a baked surface.
-fn groups(quick: bool) -> Vec<(f32, Vec<Vec2>)> {
-    let mut groups: Vec<(f32, Vec<Vec2>)> = Vec::new();
-    let pairs = ISOTROPIC.iter().map(|&s| Vec2::splat(s)).chain(ANISOTROPIC);
-    let kept =
-        |s: &Vec2| !quick || [Vec2::splat(0.05), Vec2::splat(0.5), Vec2::splat(1.0), Vec2::new(0.2, 0.8)].contains(s);
-    for sigma in pairs.filter(kept) {
-        let aspect = (sigma.y / sigma.x).round();
-        match groups.iter_mut().find(|g| g.0 == aspect) {
+fn groups(quick: bool) -> Vec<(Vec2, Vec<Vec2>)> {
+    let mut groups: Vec<(Vec2, Vec<Vec2>)> = Vec::new();
+    let pairs = ISOTROPIC.iter().map(|&s| Vec2::splat(s)).chain(ANISOTROPIC).chain(LATITUDINAL);
+    for sigma in pairs.filter(|sigma| !quick || QUICK.contains(sigma)) {
+        let ratio = ratio(sigma);
+        match groups.iter_mut().find(|g| g.0 == ratio) {
             Some(group) => group.1.push(sigma),
-            None => groups.push((aspect, vec![sigma])),
+            None => groups.push((ratio, vec![sigma])),
         }
     }
     groups
@@ -112,9 +129,8 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     studio.steps(total);
     let mut rows: Vec<(&'static str, Vec2, Vec<Cell>)> = Vec::new();
     let mut entries = Vec::new();
-    for (aspect, sigmas) in &groups {
-        let [high, low] = [Frequency::High, Frequency::Low]
-            .map(|frequency| Surface::bake(Vec2::new(1.0, *aspect), frequency, detail));
+    for (ratio, sigmas) in &groups {
+        let [high, low] = [Frequency::High, Frequency::Low].map(|frequency| Surface::bake(*ratio, frequency, detail));
         for light in &LIGHTS {
             let panorama = light.lighting.panorama();
             let upload = |surface: &Surface| {
@@ -148,9 +164,9 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
         let head = head.chain(configs(studio.quick).into_iter().map(|l| l.name));
         let mut table = Table::new(light.title, head);
         let mut of_light: Vec<_> = rows.iter().filter(|r| r.0 == light.key).collect();
-        // Isotropic rows come first. The anisotropic rows are in the supplement's order.
+        // Isotropic rows come first. The anisotropic rows are in the supplement's order. Latitudinal rows come last.
         of_light.sort_by(|a, b| {
-            let order = |s: Vec2| (s.x != s.y, s.x, s.y);
+            let order = |s: Vec2| (s.x != s.y, is_latitudinal(s), s.x, s.y);
             order(a.1).partial_cmp(&order(b.1)).unwrap_or(std::cmp::Ordering::Equal)
         });
         for (_, sigma, cells) in of_light {
@@ -293,16 +309,32 @@ fn plot(light: &Light, configs: &[Configuration], entries: &[Entry]) -> Plot {
 
 fn findings(light: &Light, configs: &[Configuration], entries: &[Entry]) -> Vec<String> {
     let of = |name: &str| entries.iter().filter(|e| e.table == light.key && e.look == name).collect::<Vec<_>>();
-    let rms = |name: &str| {
-        let list = of(name);
+    let rms_of = |name: &str, pick: &dyn Fn(Vec2) -> bool| {
+        let list: Vec<_> = of(name).into_iter().filter(|e| pick(Vec2::from_array(e.sigma))).collect();
         (list.iter().map(|e| e.displacement_inside.rrmse.powi(2)).sum::<f64>() / list.len().max(1) as f64).sqrt()
     };
+    let rms = |name: &str| rms_of(name, &|sigma| !is_latitudinal(sigma));
     let names: Vec<String> = configs.iter().map(|l| l.name.clone()).collect();
     let listed: Vec<String> = names.iter().map(|name| format!("{name} {}", number(rms(name)))).collect();
-    let mut findings =
-        vec![format!("{}: root mean square of rRMSE inside over all rows: {}.", light.title, listed.join(", "))];
+    let mut findings = vec![format!(
+        "{}: root mean square of rRMSE inside over the supplement's rows: {}.",
+        light.title,
+        listed.join(", ")
+    )];
     // On the largest grid, the only error left is the error of the model.
     let converged = configs.iter().rev().find(|l| l.is_grid());
+    if let Some(config) = converged {
+        let across = rms_of(&config.name, &|sigma| LATITUDINAL.contains(&sigma));
+        let along = rms_of(&config.name, &|sigma| LATITUDINAL.contains(&sigma.yx()));
+        findings.push(format!(
+            "{}: with the samples of {}, the root mean square is {} for scratches parallel to the equator, and {} for the same pairs from \
+            pole to pole.",
+            light.title,
+            config.name,
+            number(across),
+            number(along)
+        ));
+    }
     let rows = converged.map_or(Vec::new(), |config| of(&config.name));
     let error = |e: &&Entry| e.displacement_inside.rrmse;
     if let Some(worst) = rows.into_iter().max_by(|a, b| error(a).total_cmp(&error(b))) {
@@ -318,4 +350,34 @@ fn findings(light: &Light, configs: &[Configuration], entries: &[Entry]) -> Vec<
         ));
     }
     findings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn groups_have_every_pair_with_its_ratio() {
+        for quick in [false, true] {
+            let groups = groups(quick);
+            let count: usize = groups.iter().map(|g| g.1.len()).sum();
+            assert_eq!(
+                count,
+                if quick { QUICK.len() } else { ISOTROPIC.len() + ANISOTROPIC.len() + LATITUDINAL.len() }
+            );
+            for (ratio, sigmas) in groups {
+                assert_eq!(ratio.min_element(), 1.0);
+                for sigma in sigmas {
+                    let error = sigma / sigma.max_element() - ratio / ratio.max_element();
+                    assert!(error.abs().max_element() < 1e-5, "{sigma} is not in the ratio {ratio}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn latitudinal_pairs_are_swapped_pairs_of_the_supplement() {
+        assert!(LATITUDINAL.iter().all(|s| is_latitudinal(*s) && ANISOTROPIC.contains(&s.yx())));
+        assert!(!ANISOTROPIC.into_iter().any(is_latitudinal));
+    }
 }

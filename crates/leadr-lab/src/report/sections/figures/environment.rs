@@ -21,14 +21,17 @@ const SIGMAS: [f64; 2] = [0.1, 0.2];
 const VIEW: f64 = 45.0;
 /// Directions are shown down to this fraction of the largest density.
 const SHOWN: f64 = 0.02;
+/// The exposure of the studio in pictures of directions.
+pub const EXPOSURE: f32 = 0.4;
 /// The number of pixels between two pictures.
 const GAP: u32 = 4;
 
 /// An environment, with its radiance in directions of equal solid angles.
-struct Directions(Vec<(DVec3, DVec3)>);
+pub struct Directions(Vec<(DVec3, DVec3)>);
 
 impl Directions {
-    fn new(rings: u32) -> Self {
+    /// Samples the studio on `rings` rings of equal solid angle.
+    pub fn new(rings: u32) -> Self {
         let image = panorama();
         let of_ring = |i: u32| {
             let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(rings);
@@ -40,7 +43,7 @@ impl Directions {
     }
 
     /// Returns the mean radiance with these weights, which need not sum to 1.
-    fn mean(&self, weight: impl Fn(DVec3) -> f64) -> DVec3 {
+    pub fn mean(&self, weight: impl Fn(DVec3) -> f64) -> DVec3 {
         let (mut sum, mut all) = (DVec3::ZERO, 0.0);
         for &(d, radiance) in &self.0 {
             let w = weight(d);
@@ -60,13 +63,14 @@ fn radiance(image: &RgbImage, d: DVec3) -> DVec3 {
 }
 
 /// A filter with the radiance that each of its kernels looks up.
-struct Lookups {
+pub struct Lookups {
     kernels: Kernels,
     radiance: Vec<DVec3>,
 }
 
 impl Lookups {
-    fn new(kernels: Kernels, environment: &Directions) -> Self {
+    /// Looks up the mean radiance of the environment over each kernel.
+    pub fn new(kernels: Kernels, environment: &Directions) -> Self {
         // A narrow kernel lies between the directions, so it looks up at least the nearest ones.
         let least = 2.0 / environment.0.len() as f64;
         let of = |&(_, axis, variance): &(f64, DVec3, f64)| {
@@ -77,7 +81,7 @@ impl Lookups {
     }
 
     /// Returns the radiance of the pixel.
-    fn sum(&self) -> DVec3 {
+    pub fn sum(&self) -> DVec3 {
         self.kernels.iter().zip(&self.radiance).map(|(k, &radiance)| k.0 * radiance).sum()
     }
 
@@ -112,6 +116,26 @@ fn sheet(pictures: &[&dyn Fn(DVec3) -> Option<DVec3>], size: u32) -> RgbImage {
     RgbImage { width, height, texels }
 }
 
+/// Draws the studio, the part that the facets of a surface reflect, and its reconstruction by each filter, over the hemisphere seen from
+/// above. Directions whose density is below [`SHOWN`] of the largest are grey.
+pub fn reconstructions(surface: &Surface, filters: &[Lookups], environment: &Directions, size: u32) -> RgbImage {
+    let image = panorama();
+    let exact = |wi: DVec3| reflected_density(surface, wi)[0];
+    let largest = environment.0.iter().map(|&(d, _)| exact(d)).fold(0.0, f64::max);
+    let whole = |wi: DVec3| Some(radiance(&image, wi));
+    let seen = |wi: DVec3| (exact(wi) > SHOWN * largest).then(|| radiance(&image, wi));
+    let drawn: Vec<_> = filters
+        .iter()
+        .map(|filter| {
+            let most = filter.kernels.iter().map(|k| density(&filter.kernels, k.1.normalize())).fold(0.0, f64::max);
+            move |wi: DVec3| (density(&filter.kernels, wi) > SHOWN * most).then(|| filter.reconstructed(wi))
+        })
+        .collect();
+    let mut pictures: Vec<&dyn Fn(DVec3) -> Option<DVec3>> = vec![&whole, &seen];
+    pictures.extend(drawn.iter().map(|d| d as &dyn Fn(DVec3) -> Option<DVec3>));
+    sheet(&pictures, size)
+}
+
 pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     page.begin(
         "LEADR Figure 7",
@@ -121,7 +145,6 @@ pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
     );
     let (size, rings) = studio.pick((64, 90), (160, 240));
     let environment = Directions::new(rings);
-    let image = panorama();
     let mut table = Table::new(
         "Radiance of the pixel: difference from the integral, relative to it",
         ["slope deviation", "3×3", "5×5", "7×7", "9×9", "16 probes"],
@@ -131,32 +154,15 @@ pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
         let surface = Surface { wo, m: DVec2::ZERO, s: DVec3::new(sigma * sigma, sigma * sigma, 0.0) };
         let exact = |wi: DVec3| reflected_density(&surface, wi)[0];
         let truth = environment.mean(exact);
-        let largest = environment.0.iter().map(|&(d, _)| exact(d)).fold(0.0, f64::max);
         let mut filters: Vec<Lookups> = ORDERS
             .map(|n| Lookups::new(kernels(&surface, Sampler::Grid, n, Filter::Widest), &environment))
             .into_iter()
             .collect();
         filters.push(Lookups::new(probe_kernels(&surface, 16), &environment));
-        let whole = |wi: DVec3| Some(radiance(&image, wi));
-        let seen = |wi: DVec3| (exact(wi) > SHOWN * largest).then(|| radiance(&image, wi));
-        let drawn: Vec<_> = filters
-            .iter()
-            .map(|filter| {
-                let most = filter.kernels.iter().map(|k| density(&filter.kernels, k.1.normalize())).fold(0.0, f64::max);
-                move |wi: DVec3| (density(&filter.kernels, wi) > SHOWN * most).then(|| filter.reconstructed(wi))
-            })
-            .collect();
-        let mut pictures: Vec<&dyn Fn(DVec3) -> Option<DVec3>> = vec![&whole, &seen];
-        pictures.extend(drawn.iter().map(|d| d as &dyn Fn(DVec3) -> Option<DVec3>));
         let name = format!("figures-environment-{}", format!("{sigma}").replace('.', "_"));
         let caption = vec![format!("slope deviation {sigma}")];
-        page.html.figures(&[studio.picture(
-            &name,
-            &sheet(&pictures, size),
-            0.4,
-            "reconstructed environment",
-            caption,
-        )?]);
+        let picture = reconstructions(&surface, &filters, &environment, size);
+        page.html.figures(&[studio.picture(&name, &picture, EXPOSURE, "reconstructed environment", caption)?]);
         let errors: Vec<f64> = filters.iter().map(|f| (f.sum() - truth).length() / truth.length()).collect();
         table.row(std::iter::once(Cell::from(format!("{sigma}"))).chain(errors.iter().map(|&e| Cell::from(e))));
         for (what, &error) in ["3×3", "5×5", "7×7", "9×9", "16 probes"].iter().zip(&errors) {

@@ -17,7 +17,7 @@ use crate::report::section::Section;
 use crate::report::studio::Studio;
 use leadr_tools::error::LabError;
 
-const INTRO: &str = "Figures 1, 2, 6 and 7 of the LEADR paper and the claws of its section 6, Figures 1, 2, 5 and 6 of its supplement, and 2.2 to 2.6, 3.5 and 3.6 of Dupuy's thesis. \
+const INTRO: &str = "Figures 1, 2, 6 and 7 of the LEADR paper and the claws of its section 6, Figures 1, 2, 3, 5 and 6 of its supplement, and 2.2 to 2.6, 3.5 and 3.6 of Dupuy's thesis. \
     Each has a caption; its numbers are checks, most of them against a closed form or a truth. The papers' other figures are diagrams or \
     appear in other sections: deformed surfaces (Figure 5), the pillow and the snake (9), the sea (10), normal maps and displacement (8), \
     and measured materials.";

@@ -1,4 +1,5 @@
-//! Draws Figures 1 and 2 of the supplement: from normals to slopes, and from slope density to Beckmann's normal density.
+//! Draws Figures 1 to 3 of the supplement: from normals to slopes, from slope density to Beckmann's normal density, and from normals to
+//! reflected directions.
 
 use std::f64::consts::{PI, TAU};
 
@@ -20,17 +21,34 @@ fn slope_of(n: DVec3) -> DVec2 {
     -n.xy() / n.z
 }
 
+/// The step of finite differences, in radians.
+const STEP: f64 = 1e-5;
+
+/// Returns the normal at `theta`, and the tangents along its meridian and its parallel.
+fn frame(theta: f64) -> (DVec3, [DVec3; 2]) {
+    let ((st, ct), (sp, cp)) = (theta.sin_cos(), AZIMUTH.sin_cos());
+    (DVec3::new(st * cp, st * sp, ct), [DVec3::new(ct * cp, ct * sp, -st), DVec3::new(-sp, cp, 0.0)])
+}
+
 /// Computes the slope area per solid angle of normals at `theta`, by finite differences.
 fn jacobian(theta: f64) -> f64 {
-    const STEP: f64 = 1e-5;
-    let ((st, ct), (sp, cp)) = (theta.sin_cos(), AZIMUTH.sin_cos());
-    let n = DVec3::new(st * cp, st * sp, ct);
-    let change = |along: DVec3| {
+    let (n, tangents) = frame(theta);
+    let [polar, around] = tangents.map(|along| {
         let at = |step: f64| slope_of((n + along * step).normalize());
         (at(STEP) - at(-STEP)) / (2.0 * STEP)
-    };
-    let polar = change(DVec3::new(ct * cp, ct * sp, -st));
-    polar.perp_dot(change(DVec3::new(-sp, cp, 0.0))).abs()
+    });
+    polar.perp_dot(around).abs()
+}
+
+/// Computes the solid angle of reflected directions per solid angle of normals at `theta` from the viewer, by finite differences.
+fn reflection_jacobian(theta: f64) -> f64 {
+    let (n, tangents) = frame(theta);
+    let reflected = |n: DVec3| 2.0 * n.dot(DVec3::Z) * n - DVec3::Z;
+    let [polar, around] = tangents.map(|along| {
+        let at = |step: f64| reflected((n + along * step).normalize());
+        (at(STEP) - at(-STEP)) / (2.0 * STEP)
+    });
+    polar.cross(around).length()
 }
 
 /// Evaluates `exp(−tan²θ / α²) / (π α² cos⁴θ)`, the usual form of Beckmann's distribution.
@@ -87,6 +105,24 @@ pub fn draw(_: &mut Studio, page: &mut Page) -> Result<(), LabError> {
         if area < 1.0 { "−" } else { "+" },
         number((area - 1.0).abs())
     ));
+
+    page.begin(
+        "Supplement Figure 3",
+        "Solid angle of reflected directions per solid angle of normals, by the angle θ from the viewer to the normal: by finite \
+        differences of the reflection, and the closed form 4 |cos θ| (eq. 3).",
+    );
+    let mut plot = Plot::new(
+        "Jacobian of the reflection",
+        ("θ between normal and viewer, degrees", Scale::Linear),
+        ("Jacobian", Scale::Linear),
+    );
+    plot.line("by differences", line(&reflection_jacobian));
+    plot.guide("4 |cos θ|", line(&|theta| 4.0 * theta.cos()));
+    page.html.plot(&plot);
+    let worst = angles().map(|(_, theta)| (reflection_jacobian(theta) / (4.0 * theta.cos()) - 1.0).abs());
+    let worst = worst.fold(0.0, f64::max);
+    page.check("largest relative difference up to 85°", worst);
+    page.find(&format!("the Jacobian by differences is 4 |cos θ| to {} up to 85°.", number(worst)));
     Ok(())
 }
 
@@ -98,5 +134,14 @@ mod tests {
     fn differences_see_the_jacobian() {
         assert!((jacobian(1.0) * 1f64.cos().powi(3) - 1.0).abs() < 1e-7);
         assert!((jacobian(0.0) - 1.0).abs() < 1e-7);
+    }
+
+    /// Normals on the other side of the viewer reflect too, hence the absolute value.
+    #[test]
+    fn differences_see_the_jacobian_of_the_reflection() {
+        for theta in [0.0, 0.3, 1.0, 1.5, 2.0, 3.0f64] {
+            let expected = 4.0 * theta.cos().abs();
+            assert!((reflection_jacobian(theta) - expected).abs() < 1e-7, "{theta}: {}", reflection_jacobian(theta));
+        }
     }
 }

@@ -1,7 +1,9 @@
-//! Draws Figure 5 of the LEADR supplement: the reconstruction filters of the grid and of importance samples, for two views.
+//! Draws Figure 5 of the LEADR supplement: the reconstruction filters of the grid and of importance samples, for two views, and the
+//! environment that they reconstruct.
 
 use glam::{DVec2, DVec3};
 
+use super::environment::{Directions, EXPOSURE, Lookups, reconstructions};
 use crate::quadrature_study::fit_probes::{kernel, reflected_density};
 use crate::quadrature_study::samplers::{Filter, Sampler, solid_angle};
 use crate::quadrature_study::surfaces::{Surface, spherical};
@@ -110,9 +112,11 @@ pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
         "Reconstruction filters of specular facets with slope deviation .25, for viewers at 20° and 70° on the right: the directions of \
         light, seen from above, with the weight of each in the picture. Left to right: 3×3, 5×5, 7×7 and 9×9 samples, and the exact \
         density. Importance samples are stratified and random; two configurations are shown. Footprints match the density of samples. \
-        Probes: 5, 9 and 16.",
+        Probes: 5, 9 and 16. Then the studio as the same filters reconstruct it, where their weight is at least 2 % of its largest: the \
+        whole studio, the part that the facets reflect, and the reconstructions.",
     );
     let (size, rings) = studio.pick((48, 60), (128, 160));
+    let environment = Directions::new(rings);
     let mut table = Table::new(
         "RMS difference from the exact density, relative to its RMS",
         [
@@ -143,6 +147,20 @@ pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
         draw_row("importance samples 1", &of(Sampler::Stratified { seed: 1 }))?;
         draw_row("importance samples 2", &of(Sampler::Stratified { seed: 2 }))?;
         draw_row("probes", &[5, 9, 16].map(|n| probe_kernels(&surface, n)))?;
+        let mut draw_studio = |name: &str, filters: &[Kernels]| -> Result<(), LabError> {
+            let lookups: Vec<Lookups> = filters.iter().map(|k| Lookups::new(k.clone(), &environment)).collect();
+            let image = reconstructions(&surface, &lookups, &environment, size);
+            let file = format!("figures-reconstruction-{}-{degrees}-studio", name.replace(' ', "-"));
+            let caption = vec![format!("studio by {name}, {degrees}°")];
+            page.html.figures(&[studio.picture(&file, &image, EXPOSURE, "reconstructed environment", caption)?]);
+            Ok(())
+        };
+        draw_studio("uniform grid", &of(Sampler::Grid))?;
+        draw_studio("importance samples 1", &of(Sampler::Stratified { seed: 1 }))?;
+        draw_studio("importance samples 2", &of(Sampler::Stratified { seed: 2 }))?;
+        let reflected = environment.mean(exact);
+        let radiance_error =
+            |k: Kernels| (Lookups::new(k, &environment).sum() - reflected).length() / reflected.length();
         let error = |k: &Kernels| difference(&|wi| density(k, wi), &exact, rings);
         for n in ORDERS {
             let of = |sampler: Sampler| error(&kernels(&surface, sampler, n, Filter::Density));
@@ -158,6 +176,20 @@ pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
             if n == 5 {
                 let probes = error(&probe_kernels(&surface, 16));
                 page.check(format!("16 probes, {degrees}°"), probes);
+                let radiance = |sampler: Sampler| radiance_error(kernels(&surface, sampler, n, Filter::Density));
+                let random: Vec<f64> =
+                    (1..=CONFIGURATIONS).map(|seed| radiance(Sampler::Stratified { seed })).collect();
+                let (of_grid, (of_random, worst)) = (radiance(Sampler::Grid), mean_and_max(&random));
+                page.check(format!("radiance, grid 5×5, {degrees}°"), of_grid);
+                page.check(format!("radiance, importance samples 5×5, {degrees}°, mean"), of_random);
+                page.check(format!("radiance, importance samples 5×5, {degrees}°, largest"), worst);
+                page.find(&format!(
+                    "the pixel's radiance from the studio, seen from {degrees}° with 5×5 samples, differs from the integral by {} with the \
+                    grid, and by {} on average and up to {} with importance samples.",
+                    number(of_grid),
+                    number(of_random),
+                    number(worst)
+                ));
                 page.find(&format!(
                     "with 5×5 samples seen from {degrees}°, the grid's filter differs from the exact density by {} of its RMS, importance \
                     samples by {} on average and up to {} over {CONFIGURATIONS} configurations, and 16 probes by {}.",
@@ -197,6 +229,23 @@ mod tests {
         assert!((total(&|wi| density(&grid, wi)) - 1.0).abs() < 1e-3);
         assert!((total(&|wi| reflected_density(&surface, wi)[0]) - 1.0).abs() < 1e-3);
         assert!((total(&|wi| density(&probe_kernels(&surface, 16), wi)) - 1.0).abs() < 1e-3);
+    }
+
+    /// At 70°, the grid's radiance is not nearer than the mean of importance samples, because its bias is larger.
+    #[test]
+    fn random_configurations_change_the_radiance_more_than_the_grid() {
+        let environment = Directions::new(60);
+        let surface = surface(VIEWS[0]);
+        let reflected = environment.mean(|wi| reflected_density(&surface, wi)[0]);
+        let of = |sampler: Sampler| {
+            let lookups = Lookups::new(kernels(&surface, sampler, 5, Filter::Density), &environment);
+            (lookups.sum() - reflected).length() / reflected.length()
+        };
+        let random: Vec<f64> = (1..=CONFIGURATIONS).map(|seed| of(Sampler::Stratified { seed })).collect();
+        let (mean, largest) = mean_and_max(&random);
+        let grid = of(Sampler::Grid);
+        println!("grid {grid:.4}, importance samples {mean:.4} on average, {largest:.4} at most");
+        assert!(3.0 * grid < mean && grid < 0.02, "{grid} {mean}");
     }
 
     #[test]
