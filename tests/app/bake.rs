@@ -1,11 +1,11 @@
 //! Runs `leadr bake`: files, output and errors.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use leadr::maps::baked::BakedMap;
 use leadr::maps::save::{save_exr, save_png_grey16};
-use leadr::maps::{HeightMap, LeadrMap, Wrap, load_height_map, load_picture};
+use leadr::maps::{HeightMap, LeadrMap, Wrap, load_height_map, load_picture, load_raster};
 use leadr_testing::shared::shared_data;
 
 fn bake(arguments: &[&str]) -> Output {
@@ -310,7 +310,7 @@ fn the_bricks_become_a_set_of_textures() {
         assert_eq!((read.kind.name(), read.levels.len() as u64), (kind, file["levels"].as_u64().unwrap()));
     }
     // The bricks' occlusion from heights matches the material's own map, which has another source.
-    let own = leadr::maps::load_raster(bricks.join("bricks_AmbientOcclusion.png")).unwrap();
+    let own = load_raster(bricks.join("bricks_AmbientOcclusion.png")).unwrap();
     let found = BakedMap::load(maps.join("bricks_occlusion.ktx2")).unwrap().channel("occlusion").unwrap();
     let own: Vec<f32> = (0..own.height())
         .flat_map(|y| (0..own.width()).map(move |x| (x, y)))
@@ -481,7 +481,9 @@ fn a_model_gets_filtered_textures() {
         (vec![text(&source), "-o", "x.ktx2"], "must end in .glb or .gltf"),
         (vec![text(&source), "-o", text(&source)], "is also an input"),
         (vec!["nothing.glb", "-o", "x.glb"], "nothing.glb: cannot be found"),
-        (vec!["a.png", "--for", "bevy", "-o", "x.ktx2"], "--for is for models"),
+        (vec!["a.png", "--for", "bevy", "-o", "x/"], "--for takes a model, a material folder"),
+        (vec![text(&source), "--for", "unreal", "-o", "x.glb"], "bake the folder of its material"),
+        (vec![text(&source), "--for", "unity", "-o", "x.glb"], "use --for gltf"),
     ] {
         let output = bake(&wrong);
         let message = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -489,4 +491,43 @@ fn a_model_gets_filtered_textures() {
         assert_eq!(message.trim_end().lines().count(), 1, "{message}");
     }
     assert!(!Path::new("x.glb").exists());
+}
+
+/// A material folder becomes a folder of textures for an engine, also from single files.
+#[cfg(feature = "textures")]
+#[test]
+fn a_material_gets_textures_for_an_engine() {
+    let folder = tempfile::tempdir().unwrap();
+    let bricks = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/bricks");
+    let [all, single] = ["unreal/", "single/"].map(|name| folder.path().join(name));
+    let output = bake(&[text(&bricks), "--for", "unreal", "--json", "-o", text(&all)]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let files: Vec<PathBuf> =
+        report["files"].as_array().unwrap().iter().map(|file| file.as_str().unwrap().into()).collect();
+    let names = ["bricks_BaseColor.dds", "bricks_Normal.dds", "bricks_ORM.dds"];
+    assert_eq!(files, names.map(|name| all.join(name)));
+    let sizes: u64 = files.iter().map(|file| std::fs::metadata(file).unwrap().len()).sum();
+    assert_eq!(report["bytes"].as_u64().unwrap(), sizes);
+    let roughness = &report["textures"][2]["roughness"];
+    assert!(roughness[1].as_f64().unwrap() > roughness[0].as_f64().unwrap(), "{roughness}");
+    // The programs of this project read them too.
+    let normals = load_raster(&files[1]).unwrap();
+    assert_eq!(normals.size(), load_raster(bricks.join("bricks_NormalGL.png")).unwrap().size());
+
+    let normal = bricks.join("bricks_NormalGL.png");
+    let output = bake(&[text(&normal), "--for", "bevy", "--json", "-o", text(&single)]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(single.join("bricks_NormalGL_Normal.ktx2").exists() && single.join("bricks_NormalGL_ORM.ktx2").exists());
+    for (wrong, expected) in [
+        (vec![text(&bricks), "--for", "unreal", "-o", "x.dds"], "must be a folder or end in /"),
+        (vec![text(&bricks), "--for", "unity", "--kind", "gloss", "-o", "x/"], "--kind is for maps"),
+        (vec!["--normal", "nothing.png", "--for", "unity", "-o", "x/"], "nothing.png: cannot be found"),
+    ] {
+        let output = bake(&wrong);
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.code() != Some(0) && message.contains(expected), "{wrong:?}: {message}");
+        assert_eq!(message.trim_end().lines().count(), 1, "{message}");
+    }
+    assert!(!Path::new("x").exists());
 }

@@ -15,7 +15,8 @@ use serde_json::{Value, json};
 
 use self::container::Parts;
 use self::uses::{Treatment, Use, uses};
-use crate::blocks::{BLOCK_SIDE, BlockFormat, compress};
+use crate::blocks::{BLOCK_SIDE, compress};
+use crate::engine::Engine;
 use crate::ktx2_file::ktx2;
 
 const BASISU: &str = "KHR_texture_basisu";
@@ -30,6 +31,19 @@ pub enum FilterError {
         "has no texture that can be filtered; it needs materials with PNG, JPEG or WebP images whose sides are {BLOCK_SIDE} or more"
     )]
     Nothing,
+    /// The material has no texture that can be filtered.
+    #[error(
+        "has no picture of colours, normals, roughness, occlusion or metalness whose sides are {BLOCK_SIDE} or more"
+    )]
+    NoTexture,
+    /// The engine reads no models with these textures.
+    #[error("is a model, and {engine}: {remedy}")]
+    NoModels {
+        /// What the engine does not do.
+        engine: &'static str,
+        /// What to do instead.
+        remedy: &'static str,
+    },
     /// A reference or a list of the model is invalid.
     #[error("is invalid: {what}; correct it with the help of a glTF validator, or export the model again")]
     Invalid {
@@ -42,28 +56,6 @@ pub enum FilterError {
         /// The size of the result.
         bytes: u64,
     },
-}
-
-/// The engine that reads a model.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Engine {
-    /// Any engine with `KHR_texture_basisu`, such as three.js, Babylon.js, Filament, and Unity with glTFast and KTX for Unity.
-    #[default]
-    Gltf,
-    /// Bevy, which reads KTX2 images with BC7 blocks in place of PNG images, but no `KHR_texture_basisu`.
-    Bevy,
-    /// Godot, which darkens colours in KTX2 (godot#99589), so they stay as they are. Write a `.gltf`: Godot extracts the images of a `.glb`
-    /// and makes their mip levels anew.
-    Godot,
-}
-
-impl Engine {
-    fn format(self) -> BlockFormat {
-        match self {
-            Self::Gltf | Self::Godot => BlockFormat::Uastc,
-            Self::Bevy => BlockFormat::Bc7,
-        }
-    }
 }
 
 /// A model with filtered textures.
@@ -112,12 +104,24 @@ pub struct FilteredTexture {
 /// Filters the textures of a model. `progress` receives the number of finished textures and the number of all.
 ///
 /// # Errors
-/// Fails if the model has no texture to filter, if its lists of textures are invalid, or if the result is too large for a GLB.
+/// Fails if the model has no texture to filter, if its lists of textures are invalid, if the result is too large for a GLB, or if the engine
+/// reads no such models.
 pub fn filter_model(
     document: Document,
     engine: Engine,
     progress: &mut dyn FnMut(usize, usize),
 ) -> Result<FilteredModel, FilterError> {
+    match engine {
+        Engine::Unity => {
+            let engine = "Unity reads models through glTFast";
+            return Err(FilterError::NoModels { engine, remedy: "use --for gltf, and glTFast with KTX for Unity" });
+        }
+        Engine::Unreal => {
+            let engine = "Unreal's importer reads no KTX2";
+            return Err(FilterError::NoModels { engine, remedy: "bake the folder of its material" });
+        }
+        Engine::Gltf | Engine::Bevy | Engine::Godot => {}
+    }
     let mut remarks = document.remarks.clone();
     let mut rewriter = Rewriter::new(document, engine);
     let mut all = uses(&mut rewriter.document.json, &mut remarks)?;
@@ -221,7 +225,7 @@ impl Rewriter {
 
     fn filter(&mut self, job: &Job, users: &[Use]) -> Result<FilteredTexture, FilterError> {
         let mips = self.mips(job);
-        let file = ktx2(&compress(&mips, self.engine.format()));
+        let file = ktx2(&compress(&mips, self.engine.blocks()));
         let mean = |level: &MipLevel, channel: usize| {
             level.texels.iter().map(|t| f32::from(t[channel])).sum::<f32>() / (255.0 * level.texels.len() as f32)
         };

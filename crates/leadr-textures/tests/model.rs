@@ -1,7 +1,8 @@
 //! Rewritten models: what engines find in the file, and what stays as it was.
 
 use leadr_models::{Document, LoadOptions, Model};
-use leadr_textures::model::{Engine, FilterError, FilteredModel, filter_model};
+use leadr_textures::engine::Engine;
+use leadr_textures::model::{FilterError, FilteredModel, filter_model};
 use serde_json::{Value, json};
 
 /// Returns the bytes of a PNG of this size with the given RGB texels.

@@ -32,6 +32,7 @@ pub const EXAMPLES: &str = "Examples:
   leadr bake bricks_n.png --kind height -o bricks_h.png      compute heights from normals
   leadr bake Rock003 --kind height,gloss,occlusion,cones -o rock/   write a folder of maps
   leadr bake bricks.glb -o bricks-filtered.glb               give the textures of a model mip levels with the roughness of lost normals
+  leadr bake Rock003 --for unreal -o rock/                   write its textures for Unreal, with the roughness of lost normals
   leadr bake --cone-table --gloss-scale wwii -o cones.exr    write the table of specular reflectance under cones
 
 Slopes are per unit of texture coordinate, with t pointing down. The unit of the output heights is that of the height map times
@@ -112,9 +113,9 @@ pub struct BakeArgs {
     /// Set the channels of the file: the channels of leadr, or the bump slopes of OpenImageIO (.exr)
     #[arg(long, value_name = "LAYOUT", value_parser = one_of(LAYOUTS), default_value = "leadr")]
     pub layout: Layout,
-    /// Set the engine that reads the model [default: gltf]
+    /// Write textures for an engine: of a model [default: gltf], or of a material, to a folder
     #[arg(long = "for", value_name = "ENGINE", value_parser = one_of(ENGINES))]
-    pub engine: Option<ModelEngine>,
+    pub engine: Option<TargetEngine>,
     /// Write the table of specular reflectance under occlusion cones (32 viewer's cosines x 32 glosses on --gloss-scale x 8 cones) as an .exr, without an input
     #[arg(long, conflicts_with_all = WITHOUT_CONE_TABLE)]
     pub cone_table: bool,
@@ -162,23 +163,31 @@ fn class_count(text: &str) -> Result<ClassCount, String> {
     Ok(ClassCount::Exactly(count))
 }
 
-/// An engine that reads models.
+/// An engine that reads models or textures.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum ModelEngine {
+pub enum TargetEngine {
     #[default]
     Gltf,
     Bevy,
     Godot,
+    Unity,
+    Unreal,
 }
 
-const ENGINES: Names<ModelEngine> = &[
+const ENGINES: Names<TargetEngine> = &[
     (
         "gltf",
-        ModelEngine::Gltf,
+        TargetEngine::Gltf,
         "three.js, Babylon.js, Filament, Unity with glTFast, and others with KHR_texture_basisu",
     ),
-    ("bevy", ModelEngine::Bevy, "Bevy, which reads BC7 textures but not KHR_texture_basisu"),
-    ("godot", ModelEngine::Godot, "Godot, which keeps mip levels of files beside a .gltf; colours stay as they are"),
+    ("bevy", TargetEngine::Bevy, "Bevy, which reads BC7 textures but not KHR_texture_basisu"),
+    (
+        "godot",
+        TargetEngine::Godot,
+        "Godot: models as .gltf, whose colours stay as they are, because Godot darkens colours in KTX2; materials as DDS",
+    ),
+    ("unity", TargetEngine::Unity, "Unity: materials as DDS with the channels of its mask map; for models use gltf"),
+    ("unreal", TargetEngine::Unreal, "Unreal Engine: materials as DDS with normals whose green points down; no models"),
 ];
 
 const NORMAL_Y: Names<GreenAxis> =

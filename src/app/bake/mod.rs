@@ -6,6 +6,8 @@ mod cone_table;
 mod model;
 mod report;
 mod sources;
+#[cfg(feature = "textures")]
+mod textures;
 
 use std::io::Seek;
 use std::path::Path;
@@ -23,6 +25,9 @@ use leadr_reflectance::facets::shortened_normals::NormalArea;
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::{begin, extension, keep_inputs};
 use leadr_tools::command::output::Output;
+
+#[cfg(not(feature = "textures"))]
+const NO_ENCODERS: &str = "this program was built without texture encoders; build it with --features textures";
 
 /// The smallest number of texels for which a progress bar is shown. Smaller maps take less than a second.
 const LONG: u64 = 1 << 20;
@@ -108,13 +113,13 @@ pub fn run(arguments: &BakeArgs, output: &Output) -> Result<(), AppError> {
         #[cfg(feature = "textures")]
         return model::run(arguments, input, output);
         #[cfg(not(feature = "textures"))]
-        return Err(AppError::Usage(format!(
-            "{}: this program was built without texture encoders; build it with --features textures",
-            shown_path(input)
-        )));
+        return Err(AppError::Usage(format!("{}: {NO_ENCODERS}", shown_path(input))));
     }
     if arguments.engine.is_some() {
-        return Err(AppError::Usage("--for is for models: name a .glb or .gltf file, or leave it out".into()));
+        #[cfg(feature = "textures")]
+        return textures::run(arguments, output);
+        #[cfg(not(feature = "textures"))]
+        return Err(AppError::Usage(format!("--for: {NO_ENCODERS}")));
     }
     let start = Instant::now();
     let (layout, precision) = (arguments.layout, arguments.format);

@@ -6,15 +6,13 @@ use std::time::Instant;
 
 use serde::Serialize;
 
-use super::args::{BakeArgs, ClassCount, ModelEngine};
-use leadr_maps::Wrap;
-use leadr_maps::bake::{Kind, Layout, Precision, Texels};
+use super::args::BakeArgs;
+use super::textures::{TextureReport, engine_of, refuse_map_flags};
 use leadr_maps::folders::OutsideLinks;
-use leadr_maps::shown::{shown, shown_path};
+use leadr_maps::shown::shown_path;
 use leadr_models::{Document, LoadOptions};
-use leadr_reflectance::facets::gloss::Gloss;
-use leadr_reflectance::facets::shortened_normals::NormalArea;
-use leadr_textures::model::{Engine, FilteredTexture, filter_model};
+use leadr_textures::engine::Engine;
+use leadr_textures::model::filter_model;
 use leadr_tools::command::error::AppError;
 use leadr_tools::command::files::{begin, extension, keep_inputs};
 use leadr_tools::command::output::Output;
@@ -22,12 +20,8 @@ use leadr_tools::command::output::Output;
 /// Filters the textures of a model, and prints what was filtered.
 pub fn run(arguments: &BakeArgs, input: &Path, output: &Output) -> Result<(), AppError> {
     let start = Instant::now();
-    check_flags(arguments)?;
-    let engine = match arguments.engine.unwrap_or_default() {
-        ModelEngine::Gltf => Engine::Gltf,
-        ModelEngine::Bevy => Engine::Bevy,
-        ModelEngine::Godot => Engine::Godot,
-    };
+    refuse_map_flags(arguments, "models", &[])?;
+    let engine = engine_of(arguments);
     let suffix = extension(&arguments.output);
     let in_files = match suffix.as_deref() {
         Some("gltf") => true,
@@ -55,14 +49,7 @@ pub fn run(arguments: &BakeArgs, input: &Path, output: &Output) -> Result<(), Ap
     for remark in &filtered.remarks {
         output.say(remark);
     }
-    let texture = |texture: &FilteredTexture| TextureReport {
-        name: shown(&texture.name),
-        role: texture.role,
-        size: texture.size,
-        bytes: texture.bytes,
-        roughness: texture.roughness,
-    };
-    let (textures, remarks) = (filtered.textures.iter().map(texture).collect(), filtered.remarks.clone());
+    let (textures, remarks) = (filtered.textures.iter().map(TextureReport::new).collect(), filtered.remarks.clone());
     let mut files = vec![target.clone()];
     let bytes = if in_files {
         let name = target.file_stem().unwrap_or_default().to_string_lossy().into_owned();
@@ -94,36 +81,6 @@ pub fn run(arguments: &BakeArgs, input: &Path, output: &Output) -> Result<(), Ap
     })
 }
 
-/// Refuses flags that say how heights, normals and other images are baked.
-fn check_flags(a: &BakeArgs) -> Result<(), AppError> {
-    for (flag, is_given) in [
-        ("--normal", a.normal.is_some()),
-        ("--roughness", a.roughness.is_some()),
-        ("--gloss", a.gloss.is_some()),
-        ("--gloss-scale", a.gloss_scale != Gloss::Perceptual),
-        ("--color", a.color.is_some()),
-        ("--height-scale", a.height_scale.is_some()),
-        ("--heights-as-read", a.heights_as_read),
-        ("--normal-y", a.normal_y.is_some()),
-        ("--wrap", a.wrap != Wrap::Repeat),
-        ("--kind", a.kind != [Kind::Leadr]),
-        ("--detail", a.detail.is_some()),
-        ("--area", a.area != NormalArea::Macro),
-        ("--texels", a.texels != Texels::Facets),
-        ("--smoothness", a.smoothness.is_some()),
-        ("--classes", a.classes != ClassCount::Exactly(1)),
-        ("--drop-levels", a.drop_levels > 0),
-        ("--resample", a.resample),
-        ("--format", a.format != Precision::F32),
-        ("--layout", a.layout != Layout::Leadr),
-    ] {
-        if is_given {
-            return Err(AppError::Usage(format!("{flag} is for maps, not for models: leave it out")));
-        }
-    }
-    Ok(())
-}
-
 /// The result for a model.
 #[derive(Debug, Serialize)]
 struct ModelReport {
@@ -140,26 +97,9 @@ struct ModelReport {
     seconds: f64,
 }
 
-#[derive(Debug, Serialize)]
-struct TextureReport {
-    name: String,
-    role: &'static str,
-    /// The width and height of the finest level.
-    size: [u32; 2],
-    bytes: u64,
-    /// The mean perceptual roughness of the finest and of the coarsest level; null for textures without roughness.
-    roughness: Option<[f32; 2]>,
-}
-
 impl fmt::Display for ModelReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for TextureReport { name, role, size: [width, height], bytes, roughness } in &self.textures {
-            write!(f, "{role:<16}{width} x {height}, {} KiB: {name}", bytes.div_ceil(1024))?;
-            match roughness {
-                Some([near, far]) => writeln!(f, "; roughness {near:.2} near, {far:.2} at a distance")?,
-                None => writeln!(f)?,
-            }
-        }
+        self.textures.iter().try_for_each(|texture| writeln!(f, "{texture}"))?;
         let (path, size) = (shown_path(&self.output), self.bytes.div_ceil(1024));
         write!(f, "wrote {path}, {size} KiB in {:.1} s", self.seconds)?;
         match self.files.len() {
