@@ -1,4 +1,4 @@
-//! Surfaces that deform while their LEADR maps stay the same (LEADR section 4.3, eq. 12 and Figure 5): a quad, a sphere and a cylinder are
+//! Surfaces that deform while their LEADR maps stay the same (LEADR section 4.2, eq. 12 and Figure 5): a quad, a sphere and a cylinder are
 //! stretched, sheared or flattened.
 
 use std::f64::consts::TAU;

@@ -1,4 +1,4 @@
-// Converts heights to level 0 of the LEADR maps (LEADR 3.2): the first and second moments of the slopes, per unit of texture coordinate
+// Converts heights to level 0 of the LEADR maps (LEADR 4.1): the first and second moments of the slopes, per unit of texture coordinate
 // (the whole image is [0, 1]²). The moments are means over a texel of the triangles between the texels' centres.
 // crates/leadr-maps/src/moments.rs computes the same bits in the same order. The including file defines the formats SLOPES_FORMAT and
 // JOINT_FORMAT (storage images need literal formats).

@@ -1,4 +1,4 @@
-//! LEADR maps on the device (LEADR section 3), stored with all mips in three images:
+//! LEADR maps on the device (LEADR section 4.1), stored with all mips in three images:
 //!
 //! * slopes, RGBA: `E[hs], E[ht], E[hs²], E[ht²]`
 //! * joint, R: `E[hs·ht]`
