@@ -70,7 +70,10 @@ fn a_reader_that_stops_early_is_no_error() {
 fn a_system_without_threads_is_reported() {
     let program = env!("CARGO_BIN_EXE_leadr");
     let line = format!("ulimit -v 3000000; exec '{program}' compare missing.png missing.png");
-    let output = Command::new("sh").args(["-c", &line]).env("RAYON_NUM_THREADS", "3000").output().unwrap();
+    let run = || Command::new("sh").args(["-c", &line]).env("RAYON_NUM_THREADS", "3000").output().unwrap();
+    // Rarely, the memory ends in a thread that has just begun, and Rust's runtime aborts the program.
+    let aborted = |output: &Output| String::from_utf8_lossy(&output.stderr).contains("an alternative stack");
+    let output = (0..5).map(|_| run()).find(|output| !aborted(output)).expect("one of five runs ends by itself");
     let line = one_line_error(&output, 1, "no threads");
     assert!(line.contains("refuses another thread") && line.contains("ulimit"), "{line}");
 }

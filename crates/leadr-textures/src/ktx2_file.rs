@@ -1,5 +1,7 @@
 //! KTX2 files of compressed textures (Khronos KTX file format 2.0).
 
+use rayon::prelude::*;
+
 use crate::blocks::{BlockFormat, Blocks};
 
 const IDENTIFIER: [u8; 12] = *b"\xabKTX 20\xbb\r\n\x1a\n";
@@ -15,7 +17,7 @@ const LEVEL_INDEX: usize = 24;
 pub fn ktx2(blocks: &Blocks) -> Vec<u8> {
     let stored: Vec<Vec<u8>> = blocks
         .levels
-        .iter()
+        .par_iter()
         .map(|level| zstd::bulk::compress(level, ZSTANDARD_LEVEL).expect("memory for a level"))
         .collect();
     let descriptor = descriptor(blocks);

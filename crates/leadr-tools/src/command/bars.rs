@@ -137,23 +137,27 @@ fn style(steps: u64, columns: u16, message: &str) -> ProgressStyle {
         (_, 0) => "{percent:>3} % {elapsed} {wide_msg}{left}".to_owned(),
         (_, length) => format!("{{bar:{length}}} {{percent:>3}} % {{elapsed}} {{wide_msg}}{{left}}"),
     };
-    let left = |state: &ProgressState, to: &mut dyn fmt::Write| {
-        if let Some(time) = known(state.eta()) {
+    let key = |state: &ProgressState, to: &mut dyn fmt::Write| {
+        if let Some(time) = left(state.elapsed(), state.pos(), state.len()) {
             let _ = write!(to, " {:#} left", HumanDuration(time));
         }
     };
     ProgressStyle::with_template(&template)
-        .map_or_else(|_| ProgressStyle::default_bar(), |style| style.with_key("left", left))
+        .map_or_else(|_| ProgressStyle::default_bar(), |style| style.with_key("left", key))
 }
 
-/// Returns an estimate of the time left if it is known. indicatif returns 0 until the first step.
-fn known(left: Duration) -> Option<Duration> {
+/// Returns an estimate of the time left, if a step is done and a second is left: as long per step as until now. The estimate of indicatif
+/// follows the last steps, and grows beyond all bounds during a long one.
+fn left(elapsed: Duration, position: u64, length: Option<u64>) -> Option<Duration> {
+    let open = length?.checked_sub(position)?;
+    let left = Duration::try_from_secs_f64(elapsed.as_secs_f64() * open as f64 / position as f64).ok()?;
     (left.as_secs() > 0).then_some(left)
 }
 
 fn line(bar: &ProgressBar) -> String {
     let (message, seconds) = (bar.message(), bar.elapsed().as_secs());
-    let left = known(bar.eta()).map(|time| format!(", {} s left", time.as_secs())).unwrap_or_default();
+    let left = left(bar.elapsed(), bar.position(), bar.length());
+    let left = left.map(|time| format!(", {} s left", time.as_secs())).unwrap_or_default();
     match 100 * bar.position() / bar.length().unwrap_or(0).max(1) {
         0 => format!("leadr: {message} ({seconds} s{left})"),
         percent => format!("leadr: {message} ({percent} %, {seconds} s{left})"),
@@ -166,6 +170,17 @@ mod tests {
     use std::io;
     use std::sync::{Arc, Mutex};
     use std::time::Instant;
+
+    #[test]
+    fn the_time_left_is_proportional_to_the_open_steps() {
+        let seconds = Duration::from_secs;
+        assert_eq!(left(seconds(75), 33, Some(100)), Some(Duration::from_secs_f64(75.0 * 67.0 / 33.0)));
+        assert_eq!(left(seconds(75), 0, Some(100)), None, "nothing is known before the first step");
+        assert_eq!(left(seconds(75), 100, Some(100)), None);
+        assert_eq!(left(seconds(1), 60, Some(100)), None, "less than a second");
+        assert_eq!(left(seconds(75), 120, Some(100)), None);
+        assert_eq!(left(seconds(75), 3, None), None);
+    }
 
     #[derive(Clone, Default)]
     struct Log(Arc<Mutex<Vec<u8>>>);
