@@ -1,6 +1,6 @@
 //! Runs `leadr bake`: files, output and errors.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output};
 
 use leadr::maps::baked::BakedMap;
@@ -503,7 +503,7 @@ fn a_material_gets_textures_for_an_engine() {
     let output = bake(&[text(&bricks), "--for", "unreal", "--json", "-o", text(&all)]);
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     let report: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    let files: Vec<PathBuf> =
+    let files: Vec<std::path::PathBuf> =
         report["files"].as_array().unwrap().iter().map(|file| file.as_str().unwrap().into()).collect();
     let names = ["bricks_BaseColor.dds", "bricks_Normal.dds", "bricks_ORM.dds"];
     assert_eq!(files, names.map(|name| all.join(name)));

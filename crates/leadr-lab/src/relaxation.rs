@@ -71,8 +71,9 @@ impl Level {
     fn enlarged(&self, coarse: &[f64]) -> Vec<f64> {
         let [width, height] = self.size.map(|side| side / 2);
         // The nearer of two coarse texels has weight 3/4.
-        let taps =
-            |k: usize, side: usize| [(k / 2, 0.75), ((k / 2 + if k % 2 == 0 { side - 1 } else { 1 }) % side, 0.25)];
+        let taps = |k: usize, side: usize| {
+            [(k / 2, 0.75), ((k / 2 + if k.is_multiple_of(2) { side - 1 } else { 1 }) % side, 0.25)]
+        };
         let texel = |i: usize| {
             let (columns, rows) = (taps(i % self.size[0], width), taps(i / self.size[0], height));
             let row = |y: usize| columns.iter().map(|(x, weight)| weight * coarse[y * width + x]).sum::<f64>();

@@ -17,7 +17,9 @@ fn texture(channels: usize, texel: impl Fn(u32, u32) -> Vec<u8>) -> Texture {
 
 /// Normals that lean alternately to the four sides.
 fn normals(green: GreenAxis) -> NormalMap {
-    let lean = |x: u32, y: u32| vec![if x % 2 == 0 { 70 } else { 190 }, if y % 2 == 0 { 80 } else { 170 }, 230];
+    let lean = |x: u32, y: u32| {
+        vec![if x.is_multiple_of(2) { 70 } else { 190 }, if y.is_multiple_of(2) { 80 } else { 170 }, 230]
+    };
     NormalMap { texture: texture(3, lean), green, scale: 1.0 }
 }
 

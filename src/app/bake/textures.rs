@@ -36,8 +36,7 @@ pub fn run(arguments: &BakeArgs, output: &Output) -> Result<(), AppError> {
     let (name, material) = material_of(arguments)?;
     let engine = engine_of(arguments);
     let source = arguments.input.as_ref().or(arguments.normal.as_ref()).or(arguments.color.as_ref());
-    let fault =
-        |fault| AppError::Failed(format!("{} {fault}", source.map_or_else(|| name.clone(), |path| shown_path(path))));
+    let fault = |fault| AppError::Failed(format!("{} {fault}", source.map_or_else(|| name.clone(), shown_path)));
     let share = output.share(Some("filtering textures"));
     let filtered =
         filter_material(&material, engine, &mut |done, all| share(done as f32 / all as f32)).map_err(fault)?;
