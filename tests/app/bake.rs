@@ -515,11 +515,27 @@ fn a_material_gets_textures_for_an_engine() {
     let normals = load_raster(&files[1]).unwrap();
     assert_eq!(normals.size(), load_raster(bricks.join("bricks_NormalGL.png")).unwrap().size());
 
+    // The name of the result is that of its source folder, so the textures could replace themselves. A direction of green applies to folders.
+    let again = folder.path().join("bricks");
+    let turned = folder.path().join("turned/");
+    for (target, more) in [(&again, &[][..]), (&turned, &["--normal-y", "down"][..])] {
+        std::fs::create_dir_all(target).unwrap();
+        let output = bake(&[&[text(&bricks), "--for", "godot", "-q", "-o", text(target)], more].concat());
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+    let codes = |folder: &Path| load_raster(folder.join("bricks_Normal.dds")).unwrap();
+    let (up, down) = (codes(&again), codes(&turned));
+    assert!((up.value(9, 9, 1) + down.value(9, 9, 1) - 1.0).abs() < 0.01 && up.value(9, 9, 0) == down.value(9, 9, 0));
+    let snail = bricks.with_file_name("snail.glb");
+
     let normal = bricks.join("bricks_NormalGL.png");
     let output = bake(&[text(&normal), "--for", "bevy", "--json", "-o", text(&single)]);
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(single.join("bricks_NormalGL_Normal.ktx2").exists() && single.join("bricks_NormalGL_ORM.ktx2").exists());
     for (wrong, expected) in [
+        (vec![text(&again), "--for", "godot", "-o", text(&again)], "is also an input"),
+        (vec![text(&bricks), "--normal", text(&snail), "--for", "unity", "-o", "x/"], "--normal"),
+        (vec!["--roughness", text(&normal), "--normal", text(&bricks), "--for", "unity", "-o", "x/"], "--normal"),
         (vec![text(&bricks), "--for", "unreal", "-o", "x.dds"], "must be a folder or end in /"),
         (vec![text(&bricks), "--for", "unity", "--kind", "gloss", "-o", "x/"], "--kind is for maps"),
         (vec!["--normal", "nothing.png", "--for", "unity", "-o", "x/"], "nothing.png: cannot be found"),

@@ -3,8 +3,11 @@
 //! UASTC blocks are a subset of ASTC that loaders convert to the format of the device. glTF allows no other blocks of this quality.
 //! BC7 blocks are read by graphics cards of computers as they are.
 
+use std::borrow::Cow;
+
 use basis_universal::{BasisTextureFormat, ColorSpace, Compressor, CompressorParams};
 use intel_tex_2::{RgbaSurface, bc7};
+use leadr_maps::material::{Encoding, Raster};
 use leadr_maps::mips::{MipLevel, Mips};
 use rayon::prelude::*;
 
@@ -19,6 +22,13 @@ pub enum BlockFormat {
 
 /// The width and height of a block in texels.
 pub const BLOCK_SIDE: u32 = 4;
+
+/// Returns an image whose sides are whole blocks, if they have at least one block. Other images lose up to three texels along each side.
+/// `encoding` is that of the codes.
+pub(crate) fn whole_blocks(raster: &Raster, encoding: Encoding) -> Cow<'_, Raster> {
+    let size = raster.size().map(|side| if side < BLOCK_SIDE { side } else { side / BLOCK_SIDE * BLOCK_SIDE });
+    if size == raster.size() { Cow::Borrowed(raster) } else { Cow::Owned(raster.resampled(size, encoding)) }
+}
 
 /// Compressed mip levels.
 #[derive(Clone, Debug)]

@@ -45,20 +45,19 @@ impl Engine {
         }
     }
 
+    /// Whether the files of a material's textures are KTX2 with blocks, and not DDS.
+    pub(crate) fn has_blocks(self) -> bool {
+        matches!(self, Self::Gltf | Self::Bevy)
+    }
+
     /// Returns the suffix of the files of a material's textures.
     pub(crate) fn suffix(self) -> &'static str {
-        match self {
-            Self::Gltf | Self::Bevy => "ktx2",
-            Self::Godot | Self::Unity | Self::Unreal => "dds",
-        }
+        if self.has_blocks() { "ktx2" } else { "dds" }
     }
 
     /// Returns the bytes of a file with this suffix.
     pub(crate) fn file(self, mips: &Mips) -> Vec<u8> {
-        match self {
-            Self::Gltf | Self::Bevy => ktx2(&compress(mips, self.blocks())),
-            Self::Godot | Self::Unity | Self::Unreal => dds(mips),
-        }
+        if self.has_blocks() { ktx2(&compress(mips, self.blocks())) } else { dds(mips) }
     }
 
     /// Returns the direction of the green channel of normals.

@@ -3,12 +3,10 @@
 
 use std::borrow::Cow;
 
-use leadr_maps::material::{
-    Encoding, GreenAxis, Input, Material, NormalMap, Opacity, Raster, RoughnessMeaning, Samples,
-};
+use leadr_maps::material::{Encoding, GreenAxis, Input, Material, NormalMap, Opacity, Raster, Samples};
 use leadr_maps::mips::{Alpha, MipLevel, Mips, NormalMips, RoughnessSource, color_mips, roughness_mips};
 
-use crate::blocks::BLOCK_SIDE;
+use crate::blocks::{BLOCK_SIDE, whole_blocks};
 use crate::engine::{Engine, Packing};
 use crate::model::{FilterError, FilteredTexture};
 
@@ -70,7 +68,7 @@ pub fn filter_material(
             Source::Packed => packed(material, normals.as_ref(), packing, engine),
         };
         let size = mips.levels[0].size;
-        if engine.suffix() == "ktx2" && size.iter().any(|side| *side < BLOCK_SIDE) {
+        if engine.has_blocks() && size.iter().any(|side| *side < BLOCK_SIDE) {
             remarks.push(format!(
                 "{} has {} x {} texels, fewer than a block, and is left out",
                 part.name, size[0], size[1]
@@ -162,9 +160,7 @@ fn packed(material: &Material, normals: Option<&NormalMips>, packing: Packing, e
     let [width, height] = size;
     let texel = |x, y| {
         let mut texel = [0.0, 0.0, 0.0, if packing.roughness == 3 { 0.0 } else { 1.0 }];
-        let value = roughness.at(x, y).clamp(0.0, 1.0);
-        texel[packing.roughness] =
-            if material.roughness_meaning == RoughnessMeaning::Alpha { value.sqrt() } else { value };
+        texel[packing.roughness] = material.roughness_meaning.alpha(roughness.at(x, y).clamp(0.0, 1.0)).sqrt();
         let strength = material.occlusion_strength;
         texel[packing.occlusion] = 1.0 - strength + strength * occlusion.at(x, y);
         texel[packing.metalness] = metalness.at(x, y);
@@ -206,11 +202,9 @@ impl<'a> Scalar<'a> {
     }
 }
 
-/// Returns an image whose sides are whole blocks, if the files of the engine have blocks.
+/// Returns an image as the files of the engine hold it.
 fn in_blocks(raster: &Raster, encoding: Encoding, engine: Engine) -> Cow<'_, Raster> {
-    let size = raster.size().map(|side| (side / BLOCK_SIDE * BLOCK_SIDE).max(side.min(BLOCK_SIDE)));
-    let fits = engine.suffix() != "ktx2" || size == raster.size();
-    if fits { Cow::Borrowed(raster) } else { Cow::Owned(raster.resampled(size, encoding)) }
+    if engine.has_blocks() { whole_blocks(raster, encoding) } else { Cow::Borrowed(raster) }
 }
 
 fn code16(value: f32) -> u16 {

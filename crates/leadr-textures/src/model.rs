@@ -5,17 +5,16 @@
 mod container;
 mod uses;
 
-use std::borrow::Cow;
 use std::collections::HashMap;
 
-use leadr_maps::material::{Encoding, Raster};
+use leadr_maps::material::Encoding;
 use leadr_maps::mips::{MipLevel, Mips, NormalMips, RoughnessSource, color_mips, data_mips, roughness_mips};
 use leadr_models::Document;
 use serde_json::{Value, json};
 
 use self::container::Parts;
 use self::uses::{Treatment, Use, uses};
-use crate::blocks::{BLOCK_SIDE, compress};
+use crate::blocks::{BLOCK_SIDE, compress, whole_blocks};
 use crate::engine::Engine;
 use crate::ktx2_file::ktx2;
 
@@ -258,11 +257,16 @@ impl Rewriter {
             _ => None,
         };
         let document = &self.document;
+        let raster_of = |image: usize, encoding| {
+            let raster = document.images[image].raster.as_deref().expect("only readable images are filtered");
+            // The extension asks for whole blocks.
+            whole_blocks(raster, encoding)
+        };
         let spread = spread.map(|(image, scale)| {
-            let filter = || NormalMips::new(&whole_blocks(document, image, Encoding::Linear), scale);
+            let filter = || NormalMips::new(&raster_of(image, Encoding::Linear), scale);
             &*self.normals.entry((image, scale.to_bits())).or_insert_with(filter)
         });
-        let raster = |encoding| job.image.map(|image| whole_blocks(document, image, encoding));
+        let raster = |encoding| job.image.map(|image| raster_of(image, encoding));
         match &job.treatment {
             Treatment::Normals { .. } => spread.expect("normals have an image").mips(),
             Treatment::Roughness { channel, factor, .. } => {
@@ -351,13 +355,6 @@ impl Rewriter {
             }
         }
     }
-}
-
-/// Returns an image whose sides are whole blocks, as the extension asks. Other images lose up to three texels along each side.
-fn whole_blocks(document: &Document, image: usize, encoding: Encoding) -> Cow<'_, Raster> {
-    let raster = document.images[image].raster.as_deref().expect("only readable images are filtered");
-    let size = raster.size().map(|side| side / BLOCK_SIDE * BLOCK_SIDE);
-    if size == raster.size() { Cow::Borrowed(raster) } else { Cow::Owned(raster.resampled(size, encoding)) }
 }
 
 fn invalid(what: impl Into<String>) -> FilterError {

@@ -4,6 +4,7 @@ use leadr_maps::decode_raster;
 use leadr_maps::material::{
     Encoding, GreenAxis, Input, Material, NormalMap, Opacity, Raster, RoughnessMeaning, Samples, Texture,
 };
+use leadr_reflectance::facets::gloss::Gloss;
 use leadr_textures::engine::Engine;
 use leadr_textures::material::{FilteredMaterial, filter_material};
 use leadr_textures::model::FilterError;
@@ -113,6 +114,9 @@ fn masks_and_alpha_of_facets_are_converted() {
     assert_eq!((colors[3][3], colors[20][3]), (255, 0));
     // The roughness of engines is the root of alpha.
     assert_eq!(finest(&found, "_ORM.dds")[0][1], 128);
+    // Gloss is one minus the roughness.
+    material.roughness_meaning = RoughnessMeaning::Gloss(Gloss::Perceptual);
+    assert_eq!(finest(&filtered(&material, Engine::Godot), "_ORM.dds")[0][1], 191);
     // Half of the surface stays covered.
     let (_, bytes) = &found.files[0];
     let level = &bytes[bytes.len() - 4 * 5..][..4 * 4];

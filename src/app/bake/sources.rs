@@ -41,8 +41,11 @@ pub struct Sources {
     pub remarks: Vec<String>,
 }
 
+/// The fault of `--normal-y` without normals.
+pub(super) const NO_NORMALS: &str = "--normal-y needs a normal map: add --normal, or leave --normal-y out";
+
 /// Returns the direction of the green channel that the name of a normal map suggests.
-fn green_of(role: Option<Role>) -> Option<GreenAxis> {
+pub(super) fn green_of(role: Option<Role>) -> Option<GreenAxis> {
     match role {
         Some(Role::NormalUp) => Some(GreenAxis::Up),
         Some(Role::NormalDown) => Some(GreenAxis::Down),
@@ -64,26 +67,32 @@ fn sentence(faults: &SlopeFaults) -> Option<String> {
     (!message.is_empty()).then(|| message.join("; "))
 }
 
+/// Checks that the file of each flag is of a kind that the flag takes.
+pub(super) fn check_files(arguments: &BakeArgs) -> Result<(), AppError> {
+    use FileKind::{Exr, Folder, Picture};
+    let inputs: [(&str, &Option<PathBuf>, &[FileKind]); 7] = [
+        ("leadr bake", &arguments.input, &[Folder, Picture, Exr]),
+        ("--normal", &arguments.normal, IMAGE),
+        ("--roughness", &arguments.roughness, IMAGE),
+        ("--gloss", &arguments.gloss, IMAGE),
+        ("--color", &arguments.color, IMAGE),
+        ("--detail", &arguments.detail, IMAGE),
+        ("--detail-gloss", &arguments.detail_gloss, IMAGE),
+    ];
+    for (flag, file, kinds) in inputs {
+        file.iter().try_for_each(|file| FileKind::check(flag, file, kinds))?;
+    }
+    if arguments.follow_links && !arguments.input.as_ref().is_some_and(|input| input.is_dir()) {
+        return Err(AppError::Usage("--follow-links is for a folder: give a material folder".into()));
+    }
+    Ok(())
+}
+
 impl Sources {
     /// Selects the files. With `slopes_only`, channels for roughness and colour are left out.
     pub fn find(arguments: &BakeArgs, slopes_only: bool) -> Result<Self, AppError> {
-        use FileKind::{Exr, Folder, Picture};
-        let inputs: [(&str, &Option<PathBuf>, &[FileKind]); 7] = [
-            ("leadr bake", &arguments.input, &[Folder, Picture, Exr]),
-            ("--normal", &arguments.normal, IMAGE),
-            ("--roughness", &arguments.roughness, IMAGE),
-            ("--gloss", &arguments.gloss, IMAGE),
-            ("--color", &arguments.color, IMAGE),
-            ("--detail", &arguments.detail, IMAGE),
-            ("--detail-gloss", &arguments.detail_gloss, IMAGE),
-        ];
-        for (flag, file, kinds) in inputs {
-            file.iter().try_for_each(|file| FileKind::check(flag, file, kinds))?;
-        }
+        check_files(arguments)?;
         let mut found = Self::default();
-        if arguments.follow_links && !arguments.input.as_ref().is_some_and(|input| input.is_dir()) {
-            return Err(AppError::Usage("--follow-links is for a folder: give a material folder".into()));
-        }
         if let Some(input) = &arguments.input {
             if input.is_dir() {
                 found.look_into(input, arguments, slopes_only)?;
@@ -105,9 +114,7 @@ impl Sources {
         (found.detail, found.detail_gloss) = (arguments.detail.clone(), arguments.detail_gloss.clone());
         if let Some(way) = arguments.normal_y {
             if found.normal.is_none() {
-                return Err(AppError::Usage(
-                    "--normal-y needs a normal map: add --normal, or leave --normal-y out".into(),
-                ));
+                return Err(AppError::Usage(NO_NORMALS.into()));
             }
             found.green = Some(way);
         }

@@ -1,17 +1,18 @@
 //! `leadr bake FOLDER --for ENGINE`: writes the textures of a material with filtered mip levels.
 
 use std::fmt;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use serde::Serialize;
 
 use super::args::{BakeArgs, ClassCount, TargetEngine};
 use super::names_a_folder;
+use super::sources::{NO_NORMALS, check_files, green_of};
 use leadr_maps::Wrap;
 use leadr_maps::bake::{Kind, Layout, Precision, Texels};
 use leadr_maps::folders::OutsideLinks;
-use leadr_maps::material::{GreenAxis, Material, MaterialFolder, Role, role_of};
+use leadr_maps::material::{Material, MaterialFolder, Role, role_of};
 use leadr_maps::shown::{shown, shown_path};
 use leadr_reflectance::facets::gloss::Gloss;
 use leadr_reflectance::facets::shortened_normals::NormalArea;
@@ -33,7 +34,8 @@ pub fn run(arguments: &BakeArgs, output: &Output) -> Result<(), AppError> {
         );
         return Err(AppError::Usage(what));
     }
-    let (name, material) = material_of(arguments)?;
+    check_files(arguments)?;
+    let (name, material, pictures) = material_of(arguments)?;
     let engine = engine_of(arguments);
     let source = arguments.input.as_ref().or(arguments.normal.as_ref()).or(arguments.color.as_ref());
     let fault = |fault| AppError::Failed(format!("{} {fault}", source.map_or_else(|| name.clone(), shown_path)));
@@ -46,9 +48,7 @@ pub fn run(arguments: &BakeArgs, output: &Output) -> Result<(), AppError> {
     }
     let target = |texture: &FilteredTexture| arguments.output.join(format!("{name}{}", texture.name));
     let files: Vec<PathBuf> = filtered.files.iter().map(|(texture, _)| target(texture)).collect();
-    let inputs = [&arguments.input, &arguments.normal, &arguments.roughness, &arguments.color];
-    let inputs: Vec<&Path> = inputs.into_iter().flatten().filter(|path| path.is_file()).map(|path| &**path).collect();
-    keep_inputs(files.iter().map(|path| &**path), inputs)?;
+    keep_inputs(files.iter().map(|path| &**path), pictures.iter().map(|path| &**path))?;
     // All files are opened first, so an unwritable folder is reported before any is replaced.
     let opened = files.iter().map(|path| begin(path)).collect::<Result<Vec<_>, _>>()?;
     for (file, (_, bytes)) in opened.into_iter().zip(&filtered.files) {
@@ -65,45 +65,47 @@ pub fn run(arguments: &BakeArgs, output: &Output) -> Result<(), AppError> {
     })
 }
 
-/// Returns the material of the folder or of the flags, and the beginning of the file names.
-fn material_of(arguments: &BakeArgs) -> Result<(String, Material), AppError> {
+/// Returns the beginning of the file names, the material of the folder or of the flags, and the pictures that it was read from.
+fn material_of(arguments: &BakeArgs) -> Result<(String, Material, Vec<PathBuf>), AppError> {
     let flags = [&arguments.normal, &arguments.roughness, &arguments.color];
-    let first = arguments.input.iter().chain(flags.into_iter().flatten()).next();
+    let mut pictures: Vec<PathBuf> = flags.into_iter().flatten().cloned().collect();
+    let first = arguments.input.as_ref().or(pictures.first());
     let name = first
         .and_then(|path| path.file_stem())
         .map_or_else(|| "material".into(), |name| name.to_string_lossy().into_owned());
-    let mut material = match &arguments.input {
+    let mut material = Material::new(name.clone());
+    let mut normals = arguments.normal.as_ref();
+    match &arguments.input {
         Some(folder) if folder.is_dir() => {
             let folder = MaterialFolder::open(folder, OutsideLinks::followed(arguments.follow_links))?;
             folder.remark().iter().for_each(|remark| tracing::warn!("{remark}"));
-            folder.load()?
+            material = folder.load()?;
+            pictures.extend(folder.pictures.into_iter().map(|picture| picture.file));
         }
         Some(file) if matches!(role_of(file), Some(Role::Normal | Role::NormalUp | Role::NormalDown)) => {
-            let green = match role_of(file) {
-                Some(Role::NormalUp) => Some(GreenAxis::Up),
-                Some(Role::NormalDown) => Some(GreenAxis::Down),
-                _ => None,
-            };
-            let mut material = Material::new(name.clone());
-            material.set_normals(file, arguments.normal_y.or(green))?;
-            material
+            normals = normals.or(Some(file));
+            pictures.push(file.clone());
         }
         Some(file) => {
             let what = "--for takes a model, a material folder, a normal map, or --normal with --roughness and --color";
             return Err(AppError::Usage(format!("'{}' is none of these: {what}", shown_path(file))));
         }
-        None => Material::new(name.clone()),
-    };
+        None => {}
+    }
     if let Some(file) = &arguments.color {
         material.set_colors(file)?;
     }
-    if let Some(file) = &arguments.normal {
-        material.set_normals(file, arguments.normal_y)?;
+    if let Some(file) = normals {
+        material.set_normals(file, green_of(role_of(file)))?;
     }
     if let Some(file) = &arguments.roughness {
         material.set_roughness(file, false)?;
     }
-    Ok((name, material))
+    if let Some(way) = arguments.normal_y {
+        let map = material.normal_map.as_mut().ok_or_else(|| AppError::Usage(NO_NORMALS.into()))?;
+        map.green = way;
+    }
+    Ok((name, material, pictures))
 }
 
 /// Returns the engine of `--for`.
