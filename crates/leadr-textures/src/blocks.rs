@@ -54,73 +54,77 @@ const UASTC_EFFORT: i32 = 1;
 /// # Panics
 /// Panics if `mips` has no level, or if the Basis Universal encoder fails, which it does for images without texels only.
 pub fn compress(mips: &Mips, format: BlockFormat) -> Blocks {
-    let levels = match format {
-        BlockFormat::Uastc => uastc(mips),
-        BlockFormat::Bc7 => mips.levels.iter().map(|level| bc7(level, mips.srgb, mips.has_alpha())).collect(),
+    let kind = Kind { srgb: mips.srgb, alpha: mips.has_alpha() };
+    let encode: Encode = match format {
+        BlockFormat::Uastc => uastc,
+        BlockFormat::Bc7 => bc7,
     };
-    Blocks { format, srgb: mips.srgb, alpha: mips.has_alpha(), size: mips.levels[0].size, levels }
+    let levels = mips.levels.iter().map(|level| blocks(level, kind, encode)).collect();
+    Blocks { format, srgb: kind.srgb, alpha: kind.alpha, size: mips.levels[0].size, levels }
 }
 
-fn uastc(mips: &Mips) -> Vec<Vec<u8>> {
+/// Compresses the texels of some rows of a level.
+type Encode = fn(texels: &[[u8; 4]], size: [u32; 2], kind: Kind) -> Vec<u8>;
+
+/// What an encoder has to know of a texture.
+#[derive(Clone, Copy)]
+struct Kind {
+    srgb: bool,
+    alpha: bool,
+}
+
+/// Returns the blocks of a level. Each thread compresses some rows of blocks. Blocks at the edge repeat its texels.
+fn blocks(level: &MipLevel, kind: Kind, encode: Encode) -> Vec<u8> {
+    const ROWS: u32 = 8 * BLOCK_SIDE;
+    let [width, height] = level.size;
+    let [wide, high] = level.size.map(|side| side.next_multiple_of(BLOCK_SIDE));
+    let texel = |x: u32, y: u32| level.texels[(y.min(height - 1) * width + x.min(width - 1)) as usize];
+    let band = |first: u32| {
+        let last = high.min(first + ROWS);
+        let texels: Vec<[u8; 4]> = (first..last).flat_map(|y| (0..wide).map(move |x| texel(x, y))).collect();
+        encode(&texels, [wide, last - first], kind)
+    };
+    let firsts: Vec<u32> = (0..high).step_by(ROWS as usize).collect();
+    firsts.into_par_iter().flat_map_iter(band).collect()
+}
+
+fn uastc(texels: &[[u8; 4]], [width, height]: [u32; 2], kind: Kind) -> Vec<u8> {
     let mut parameters = CompressorParams::new();
     parameters.set_basis_format(BasisTextureFormat::UASTC4x4);
-    parameters.set_color_space(if mips.srgb { ColorSpace::Srgb } else { ColorSpace::Linear });
+    parameters.set_color_space(if kind.srgb { ColorSpace::Srgb } else { ColorSpace::Linear });
     // `set_uastc_quality_level` adds its bits to those of the default level, so it cannot choose a lower one.
     // SAFETY: the parameters are alive, and the value is a level without other flags.
     unsafe { basis_universal::sys::compressor_params_set_pack_uastc_flags(parameters.0, UASTC_EFFORT) };
     parameters.set_generate_mipmaps(false);
     parameters.set_print_status_to_stdout(false);
-    for (i, MipLevel { size: [width, height], texels }) in mips.levels.iter().enumerate() {
-        let mut image = match i.checked_sub(1) {
-            None => parameters.source_image_mut(0),
-            Some(level) => parameters.source_mipmap_image_mut(0, level as u32),
-        };
-        image.init(texels.as_flattened(), *width, *height, 4);
-    }
-    let threads = std::thread::available_parallelism().map_or(1, |count| count.get() as u32);
-    let mut compressor = Compressor::new(threads);
-    // SAFETY: the images have the sizes of their texels, and all other parameters are in the ranges that the crate declares.
+    parameters.source_image_mut(0).init(texels.as_flattened(), width, height, 4);
+    // With more than one thread the library can wait for ever: it sets the flag that ends its threads without their mutex.
+    let mut compressor = Compressor::new(1);
+    // SAFETY: the image has the size of its texels, and all other parameters are in the ranges that the crate declares.
     let done = unsafe { compressor.init(&parameters).then(|| compressor.process()) };
     assert!(matches!(done, Some(Ok(()))), "the encoder failed: {done:?}");
-    slices(compressor.basis_file(), mips.levels.len())
+    slice(compressor.basis_file()).to_vec()
 }
 
-/// Returns the blocks of each level of a `.basis` file with one image. UASTC slices are not compressed further.
-fn slices(file: &[u8], count: usize) -> Vec<Vec<u8>> {
-    const SLICE_DESCRIPTIONS_AT: usize = 65; // the position of their offset in the header
-    const DESCRIPTION: usize = 23;
+/// Returns the blocks of a `.basis` file with one image of one level. UASTC slices are not compressed further.
+fn slice(file: &[u8]) -> &[u8] {
+    const SLICE_DESCRIPTION_AT: usize = 65; // the position of its offset in the header
     const OFFSET: usize = 13; // of the slice's offset in its description; the size follows
     let word = |at: usize| u32::from_le_bytes(file[at..at + 4].try_into().expect("four bytes")) as usize;
-    let first = word(SLICE_DESCRIPTIONS_AT);
-    let slice = |i: usize| {
-        let at = first + i * DESCRIPTION + OFFSET;
-        file[word(at)..word(at) + word(at + 4)].to_vec()
-    };
-    (0..count).map(slice).collect()
+    let at = word(SLICE_DESCRIPTION_AT) + OFFSET;
+    &file[word(at)..word(at) + word(at + 4)]
 }
 
-fn bc7(level: &MipLevel, srgb: bool, alpha: bool) -> Vec<u8> {
-    // Rows of blocks that one thread compresses.
-    const ROWS: u32 = 8;
-    let [width, height] = level.size;
-    let [wide, high] = level.size.map(|side| side.next_multiple_of(BLOCK_SIDE));
-    // Blocks at the edge repeat its texels.
-    let texel = |x: u32, y: u32| level.texels[(y.min(height - 1) * width + x.min(width - 1)) as usize];
+fn bc7(texels: &[[u8; 4]], [width, height]: [u32; 2], kind: Kind) -> Vec<u8> {
     // Colours lose nothing by the faster search; normals err by a quarter more.
-    let settings = match (srgb, alpha) {
+    let settings = match (kind.srgb, kind.alpha) {
         (true, false) => bc7::opaque_fast_settings(),
         (false, false) => bc7::opaque_basic_settings(),
         (true, true) => bc7::alpha_fast_settings(),
         (false, true) => bc7::alpha_basic_settings(),
     };
-    let band = |first: u32| {
-        let last = high.min(first + ROWS * BLOCK_SIDE);
-        let texels: Vec<[u8; 4]> = (first..last).flat_map(|y| (0..wide).map(move |x| texel(x, y))).collect();
-        let surface = RgbaSurface { data: texels.as_flattened(), width: wide, height: last - first, stride: 4 * wide };
-        bc7::compress_blocks(&settings, &surface)
-    };
-    let firsts: Vec<u32> = (0..high).step_by((ROWS * BLOCK_SIDE) as usize).collect();
-    firsts.into_par_iter().flat_map_iter(band).collect()
+    let surface = RgbaSurface { data: texels.as_flattened(), width, height, stride: 4 * width };
+    bc7::compress_blocks(&settings, &surface)
 }
 
 #[cfg(test)]
@@ -142,6 +146,17 @@ mod tests {
             MipLevel { size: [width, height], texels: (0..width * height).map(texel).collect() }
         };
         Mips { levels: [[40, 24], [20, 12], [10, 6], [5, 3], [2, 1], [1, 1]].map(level).to_vec(), srgb: false }
+    }
+
+    #[test]
+    fn small_textures_end_on_any_number_of_cores() {
+        // With threads of its own the encoder waits for ever in two of three runs of this test.
+        let level = MipLevel { size: [16; 2], texels: vec![[90, 90, 90, 255]; 256] };
+        let mips = Mips { levels: vec![level], srgb: true };
+        let first = compress(&mips, BlockFormat::Uastc).levels;
+        for _ in 0..2000 {
+            assert_eq!(compress(&mips, BlockFormat::Uastc).levels, first);
+        }
     }
 
     /// Returns the root mean square of the differences, in codes.
