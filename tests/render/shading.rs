@@ -126,7 +126,12 @@ struct Pixel {
 }
 
 /// Every pixel that shows the object in the last frame of `renderer`, with its index.
-fn pixels(renderer: &mut Renderer, state: &FrameState, color: &[[f32; 4]]) -> Vec<(usize, Pixel)> {
+fn pixels(
+    renderer: &mut Renderer,
+    state: &FrameState,
+    nodes: NodePlacement,
+    color: &[[f32; 4]],
+) -> Vec<(usize, Pixel)> {
     let layers = [Layer::Depth, Layer::Normal, Layer::MeanSlope, Layer::Covariance, Layer::Albedo, Layer::Roughness];
     let layers = layers.map(|layer| renderer.layer(layer).unwrap());
     let [ray_x, ray_y, ray_z] = state.camera.rays((SIZE, SIZE), glam::Vec2::ZERO).map(|r| r.as_dvec3());
@@ -140,7 +145,8 @@ fn pixels(renderer: &mut Renderer, state: &FrameState, color: &[[f32; 4]]) -> Ve
             let frame = frame::frame_about(DVec3::new(normal[0], normal[1], normal[2]));
             let wo = frame::to_frame(&frame, -ray.normalize());
             let m = DVec2::new(slope[0], slope[1]);
-            let tilt = projected_area::tilt_to_edge(wo, m);
+            let tilts = nodes != NodePlacement::Micronormal;
+            let tilt = if tilts { projected_area::tilt_to_edge(wo, m) } else { DVec2::ZERO };
             let diffuse_s =
                 DVec3::new(covariance[0], covariance[1], covariance[2]) + (tilt * tilt).extend(tilt.x * tilt.y);
             let pixel = Pixel {
@@ -258,6 +264,7 @@ fn integrals() -> Vec<(Shading, ShadingOptions)> {
     };
     vec![
         placed(5, Shadowing::Correlated, NodePlacement::Pruned),
+        placed(5, Shadowing::Smith, NodePlacement::Micronormal),
         placed(3, Shadowing::Smith, NodePlacement::CentredNormals),
         placed(5, Shadowing::None, NodePlacement::CentredNormals),
         with(Quadrature::Grid(5), Shadowing::Smith, DiffuseLights::Cosine),
@@ -314,7 +321,7 @@ fn lights_agree_with_the_reference_at_every_pixel() {
             let state = FrameState { more_suns: vec![second_sun], ..state(distance, Some(sun), points.to_vec()) };
             let output = renderer.render_in_two_passes(&state, &settings(shading)).unwrap();
             let mut worst_here = 0.0f64;
-            for (i, pixel) in pixels(&mut renderer, &state, &output.color) {
+            for (i, pixel) in pixels(&mut renderer, &state, integral.grid_nodes, &output.color) {
                 let f0 = DVec3::splat(f64::from(f0));
                 let albedo = pixel.albedo * (1.0 - pixel.specular_terms(integral, f0)[1]);
                 let lights = [sun, second_sun].map(|sun| (sun.direction.as_dvec3(), sun.irradiance.as_dvec3()));
@@ -358,7 +365,9 @@ fn kernels_per_light_agree_with_the_reference_at_every_pixel() {
     for (n, pixel_kernel) in [PixelKernel::HalfVector, PixelKernel::Normal].into_iter().enumerate() {
         let options = ShadingOptions { pixel_kernel, terms, shadowing: Shadowing::None, ..Default::default() };
         let output = renderer.render(&state, &settings(Technique::Leadr.with(options))).unwrap();
-        for (i, pixel) in pixels(&mut renderer, &state, &output.color).into_iter().filter(|p| p.1.wo.z > 0.2) {
+        for (i, pixel) in
+            pixels(&mut renderer, &state, NodePlacement::Grid, &output.color).into_iter().filter(|p| p.1.wo.z > 0.2)
+        {
             let frame = pixel.frame;
             let local = |v: DVec3| frame::to_frame(&frame, v);
             let (wo, reach) = (pixel.wo, pixel.position - state.camera.position.as_dvec3());
@@ -414,7 +423,7 @@ fn the_specular_environment_agrees_with_the_reference_at_every_pixel() {
     for (shading, integral) in integrals() {
         let output = renderer.render_in_two_passes(&state, &settings(shading)).unwrap();
         let mut worst = 0.0f64;
-        for (i, pixel) in pixels(&mut renderer, &state, &output.color) {
+        for (i, pixel) in pixels(&mut renderer, &state, NodePlacement::Grid, &output.color) {
             let [expected, _] = pixel.specular_terms(integral, DVec3::splat(f64::from(f0)));
             worst = worst.max((f64::from(output.color[i][0]) - expected.x).abs() / (expected.x + 0.02));
         }
@@ -442,7 +451,10 @@ fn lamp_reflection_has_right_position_and_width() {
         let state = state(6.0, None, Vec::new());
         let output = renderer.render_in_two_passes(&state, &settings(Shading::default())).unwrap();
         let (mut error, mut rotated, mut whole, mut count) = (0.0, 0.0, 0.0, 0);
-        for (i, pixel) in pixels(&mut renderer, &state, &output.color).into_iter().filter(|p| p.1.wo.z > 0.3).step_by(5)
+        for (i, pixel) in pixels(&mut renderer, &state, NodePlacement::Grid, &output.color)
+            .into_iter()
+            .filter(|p| p.1.wo.z > 0.3)
+            .step_by(5)
         {
             let lambda = slope_grid::grid_lambda(48);
             let seen = |light: &dyn Fn(DVec3) -> f64| {
@@ -510,7 +522,7 @@ fn placements_of_grid_samples_differ() {
         (squares / truth.len() as f64).sqrt()
     });
     println!("{errors:.4?}");
-    let [even, pruned, thesis, centred] = errors;
+    let [even, pruned, _, thesis, centred] = errors;
     assert!(errors.iter().all(|&error| error < 0.2), "{errors:?}");
     assert!(thesis > 1.5 * centred && (even - pruned).abs() > 1e-5 && (even - centred).abs() > 1e-5, "{errors:?}");
 }
@@ -679,7 +691,7 @@ fn the_diffuse_environment_agrees_with_the_reference_at_every_pixel() {
         let [white, black] =
             renderers.each_mut().map(|r| r.render_in_two_passes(&state, &settings(shading)).unwrap().color);
         let (mut worst, mut count) = (0.0f64, 0);
-        for (i, pixel) in pixels(&mut renderers[0], &state, &white) {
+        for (i, pixel) in pixels(&mut renderers[0], &state, NodePlacement::Grid, &white) {
             let [_, fresnel] = pixel.specular_terms(integral, DVec3::splat(f64::from(f0)));
             let diffuse = if integral.shadowing == Shadowing::Correlated {
                 let cholesky = slope_grid::slope_cholesky(pixel.diffuse_s);

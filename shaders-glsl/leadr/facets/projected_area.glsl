@@ -54,7 +54,7 @@ vec2 tilt_to_edge(const vec3 wo, const vec2 m) {
 }
 
 // Returns the artificial micronormal of the supplement (3.7). For a mesonormal n that faces away from wo, the result faces wo, nearly edge-on.
-// Its weight beside the weights of the other micronormals, which sum to 1, is 1e-5. The renderer uses face_viewer and tilt_to_edge instead.
+// Its weight beside the weights of the other micronormals, which sum to 1, is 1e-5. face_viewer and tilt_to_edge replace it by default.
 vec3 artificial_micronormal(const vec3 wo, const vec3 n) {
     return normalize(n - 1.01 * dot(n, wo) * wo);
 }

@@ -96,7 +96,20 @@ void add_grid_specular(inout SpecularTerm sum, const vec3 node, const Surface su
 // Grids with up to this many samples per side are unrolled, which is a sixth faster (docs/measurements/performance.md).
 const int WRITTEN_OUT = 5;
 
-// Returns the specular term from samples with another placement than the grid. Those of weight 0 look nothing up.
+// Adds a sample with another placement than the grid. Samples of weight 0 look nothing up.
+void add_placed(inout SpecularTerm sum, const SlopeNode node, const Surface surface, const vec3 wo, const SlopeNodes nodes, const vec3 S,
+                const DirectionArea o, const float per_cell, const float relief) {
+    EnvironmentSample e = environment_sample_at(wo, node.slope);
+    if (node.weight <= 0.0 || e.area <= 0.0) {
+        return;
+    }
+    // The facets of a normal map have equal weights.
+    float weight = MAPPED ? node.weight * mix(1.0, max(o.meso, 1e-3) / e.area, relief) : node.weight;
+    float lod = env_lod_at(per_cell + 0.5 * log2(node.cell), wo, e.wn);
+    add_facet(sum, e, weight, surface, wo, nodes.m, S, nodes.cholesky, o, lod);
+}
+
+// Returns the specular term from samples with another placement than the grid.
 SpecularTerm placed_specular(const Surface surface, const vec3 wo, const vec3 S, const MappedSlopes mapped) {
     SlopeNodes nodes = slope_nodes(GRID_NODES, wo, surface.mean_slope, S, SAMPLES);
     DirectionArea o = area_for(FACET_SHADOWING, wo, nodes.m, S, nodes.cholesky);
@@ -105,16 +118,11 @@ SpecularTerm placed_specular(const Surface surface, const vec3 wo, const vec3 S,
     for (int j = 0; j < SAMPLES; ++j) {
         float row = node_row(nodes, j);
         for (int k = 0; k < SAMPLES; ++k) {
-            SlopeNode node = slope_node(nodes, wo, row, k);
-            EnvironmentSample e = environment_sample_at(wo, node.slope);
-            if (node.weight <= 0.0 || e.area <= 0.0) {
-                continue;
-            }
-            // The facets of a normal map have equal weights.
-            float weight = MAPPED ? node.weight * mix(1.0, max(o.meso, 1e-3) / e.area, mapped.relief) : node.weight;
-            float lod = env_lod_at(per_cell + 0.5 * log2(node.cell), wo, e.wn);
-            add_facet(sum, e, weight, surface, wo, nodes.m, S, nodes.cholesky, o, lod);
+            add_placed(sum, slope_node(nodes, wo, row, k), surface, wo, nodes, S, o, per_cell, mapped.relief);
         }
+    }
+    if (GRID_NODES == LEADR_NODES_MICRONORMAL) {
+        add_placed(sum, artificial_node(nodes, wo), surface, wo, nodes, S, o, per_cell, mapped.relief);
     }
     float scale = 1.0 / max(sum.area, 1e-12);
     SpecularTerm mean = SpecularTerm(sum.reflected * scale, sum.fresnel * scale, o.visible);

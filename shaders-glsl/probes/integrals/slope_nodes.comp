@@ -12,7 +12,7 @@ void main() {
     int placement = int(next());
     vec3 wi = next3();
     const int n = 5;
-    at = gl_GlobalInvocationID.x * 8;
+    at = gl_GlobalInvocationID.x * 12;
     SlopeNodes nodes = slope_nodes(placement, wo, m, S, n);
     SlopeNode node = slope_node(nodes, wo, node_row(nodes, 3), 1);
     vec2 spread = max(vec2(sqrt(S.x), sqrt(S.y)), 1e-4);
@@ -22,4 +22,7 @@ void main() {
     NormalMoments v = node_normal_moments(placement, wo, m, S, n);
     put(v.mean);
     put(node_diffuse_light(placement, wo, wi, m, S, true, n));
+    SlopeNode last = artificial_node(nodes, wo);
+    put(log2(max(last.weight, 1e-9)));
+    put(normal_of_slope(last.slope) * sign(last.weight));
 }

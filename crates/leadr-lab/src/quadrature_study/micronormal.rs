@@ -5,15 +5,12 @@ use super::samplers::{Filter, Node, cosine, radiance};
 use super::specular::{Lobes, Sharpness, converged_radiance};
 use super::surfaces::Surface;
 use glam::{DVec2, DVec3, Vec3Swizzles as _};
-use leadr_reflectance::facets::projected_area::{
-    ARTIFICIAL_WEIGHT, artificial_micronormal, face_viewer, meso_area, tilt_to_edge, visible_area,
-};
+use leadr_reflectance::facets::projected_area::{face_viewer, meso_area, tilt_to_edge, visible_area};
 use leadr_reflectance::frame::{frame_about, to_frame};
+use leadr_reflectance::integrals::slope_nodes::{NodePlacement, slope_nodes};
 use leadr_reflectance::limits::MIN_AREA;
 use leadr_reflectance::random::Random;
-use leadr_reflectance::slopes::grid::{
-    facet_area, grid_lambda, grid_nodes, grid_spacing, normal_of_slope, slope_at, slope_cholesky,
-};
+use leadr_reflectance::slopes::grid::{facet_area, grid_lambda, grid_nodes, grid_spacing, slope_at, slope_cholesky};
 use rayon::prelude::*;
 
 /// The nodes per axis of the grid.
@@ -31,7 +28,7 @@ const VISIBLE: f64 = 0.01;
 pub enum Remedy {
     /// Nothing: a pixel without visible nodes is black.
     Nothing,
-    /// [`artificial_micronormal`], the paper's method.
+    /// [`NodePlacement::Micronormal`], the paper's method.
     Artificial,
     /// [`face_viewer`].
     FaceViewer,
@@ -61,18 +58,15 @@ impl Remedy {
     pub fn nodes(self, surface: &Surface) -> (Surface, Vec<Node>) {
         let shaded = self.surface(surface);
         let Surface { wo, m, s } = shaded;
+        if self == Self::Artificial {
+            return (shaded, slope_nodes(NodePlacement::Micronormal, wo, m, s, N).all(wo).collect());
+        }
         let (lambda, c) = (grid_lambda(N), slope_cholesky(s));
         let cell = grid_spacing(N, lambda).powi(2);
         let total: f64 = grid_nodes(N, lambda).map(|p| p.z).sum();
         let node = |slope: DVec2, weight: f64| Node { slope, weight: weight * facet_area(wo, slope), cell };
-        let mut nodes: Vec<Node> = grid_nodes(N, lambda).map(|p| node(slope_at(p.xy(), m, c), p.z / total)).collect();
-        if self == Self::Artificial {
-            let n = artificial_micronormal(wo, normal_of_slope(m));
-            if n.z > 1e-3 {
-                nodes.push(node(-n.xy() / n.z, ARTIFICIAL_WEIGHT));
-            }
-        }
-        (shaded, nodes)
+        let nodes = grid_nodes(N, lambda).map(|p| node(slope_at(p.xy(), m, c), p.z / total));
+        (shaded, nodes.collect())
     }
 }
 

@@ -77,8 +77,8 @@ pub const ARTIFICIAL_WEIGHT: f64 = 1e-5;
 /// unit vectors.
 ///
 /// For a back-facing mesonormal (`n·wo < 0`), the result faces the viewer by a cosine of `0.01 |n·wo|` before the normalisation, so it is
-/// nearly edge-on. For a front-facing mesonormal, the result is back-facing and has no visible area. The renderer does not use this
-/// function: see [`face_viewer`] and [`tilt_to_edge`].
+/// nearly edge-on. For a front-facing mesonormal, the result is back-facing and has no visible area. By default, the renderer has
+/// [`face_viewer`] and [`tilt_to_edge`] instead.
 pub fn artificial_micronormal(wo: DVec3, n: DVec3) -> DVec3 {
     let biased = n - ARTIFICIAL_BIAS * n.dot(wo) * wo;
     // The length is at least 0.01 for unit vectors.

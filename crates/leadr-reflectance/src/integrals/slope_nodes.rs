@@ -1,9 +1,12 @@
-//! Placements of the `N × N` samples of a pixel: the paper's grid, the same grid without its lightest nodes, and the visible normals of
-//! Dupuy's thesis.
+//! Placements of the `N × N` samples of a pixel: the paper's grid, the same grid without its lightest nodes or with an artificial
+//! micronormal, and the visible normals of Dupuy's thesis.
 //!
 //! *Pruned.* A product rule with the weights `wⱼ wₖ` leaves out the nodes that are lighter than `w₁ w_mid / N`, with the first and the middle
 //! weight of the rule of one axis (Jäckel 2005; LEADR §7). For the weights `exp(−p²/2)` of the grid, these are the nodes outside the circle
 //! `|p|² = λ² + p_mid² + 2 ln N`.
+//!
+//! *Artificial micronormal.* If the mesonormal faces away, all nodes of the grid can be invisible. One more sample then faces the viewer
+//! ([`artificial_micronormal`], LEADR supplement 3.7). The other placements turn the mesonormal with [`face_viewer`].
 //!
 //! *Visible normals.* Thesis eq. 2.23 and §3.4 map the unit square to the visible normals and take the points `u = j/N`. All samples then
 //! have the weight 1. `u = 0` is the end of the distribution, so a sample stands for its cell better at `u = (j + ½)/N`. The
@@ -17,7 +20,7 @@ use super::specular::{EnvironmentSample, SpecularTerm, environment_sample_at};
 use crate::facets::beckmann_sampling::visible_slope_quantile;
 use crate::facets::fresnel::fresnel_schlick;
 use crate::facets::normal_distribution::{normal_pdf, normal_quantile};
-use crate::facets::projected_area::{face_viewer, meso_area, visible_area};
+use crate::facets::projected_area::{ARTIFICIAL_WEIGHT, artificial_micronormal, face_viewer, meso_area, visible_area};
 use crate::masking::correlated::{direction_area, lit_fraction};
 use crate::masking::shadowing::Shadowing;
 use crate::masking::smith::shadowing_given_masking;
@@ -34,21 +37,30 @@ pub enum NodePlacement {
     Grid = 0,
     /// The grid without its lightest nodes (Jäckel 2005).
     Pruned = 1,
+    /// The grid of the paper and the artificial micronormal (LEADR supplement 3.7).
+    Micronormal = 2,
     /// Visible normals at `u = j/N` (thesis eq. 2.23 and §3.4).
-    VisibleNormals = 2,
+    VisibleNormals = 3,
     /// Visible normals at `u = (j + ½)/N`.
-    CentredNormals = 3,
+    CentredNormals = 4,
 }
 
 impl NodePlacement {
     /// All placements, in numeric order.
-    pub const ALL: [Self; 4] = [Self::Grid, Self::Pruned, Self::VisibleNormals, Self::CentredNormals];
+    pub const ALL: [Self; 5] =
+        [Self::Grid, Self::Pruned, Self::Micronormal, Self::VisibleNormals, Self::CentredNormals];
+
+    /// Whether the samples are visible normals, not nodes of a grid.
+    const fn of_normals(self) -> bool {
+        matches!(self, Self::VisibleNormals | Self::CentredNormals)
+    }
 
     /// Returns the name on the command line and in JSON.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Grid => "even",
             Self::Pruned => "pruned",
+            Self::Micronormal => "micronormal",
             Self::VisibleNormals => "visible-normals",
             Self::CentredNormals => "centred-normals",
         }
@@ -59,6 +71,7 @@ impl NodePlacement {
         match self {
             Self::Grid => "The even grid of the paper",
             Self::Pruned => "The even grid without its lightest nodes (Jaeckel 2005)",
+            Self::Micronormal => "The even grid and an artificial micronormal (LEADR supplement 3.7)",
             Self::VisibleNormals => "Visible normals at u = j/N (thesis section 3.4)",
             Self::CentredNormals => "Visible normals at the centres of the cells of u",
         }
@@ -98,13 +111,15 @@ pub struct SlopeNode {
 pub fn slope_nodes(placement: NodePlacement, wo: DVec3, m: DVec2, s: DVec3, n: u32) -> SlopeNodes {
     let (lambda, cholesky) = (grid_lambda(n), slope_cholesky(s));
     let t = DVec2::new(cholesky.x * wo.x + cholesky.y * wo.y, cholesky.z * wo.y);
-    let of_normals = matches!(placement, NodePlacement::VisibleNormals | NodePlacement::CentredNormals);
     let middle = grid_node(n / 2, 0, n, lambda).x;
     SlopeNodes {
         placement,
         n,
         lambda,
-        m: if of_normals { m } else { face_viewer(wo, m, s, lambda) },
+        m: match placement {
+            NodePlacement::Grid | NodePlacement::Pruned => face_viewer(wo, m, s, lambda),
+            _ => m,
+        },
         cholesky,
         along: t.try_normalize().unwrap_or(DVec2::X),
         nu: (meso_area(wo, m) / t.length().max(1e-18)).clamp(-1e15, 1e15),
@@ -116,9 +131,10 @@ pub fn slope_nodes(placement: NodePlacement, wo: DVec3, m: DVec2, s: DVec3, n: u
 impl SlopeNodes {
     /// Returns the standard normal coordinate of a row of samples: along the viewer's azimuth for visible normals, else along the first axis.
     pub fn row(&self, j: u32) -> f64 {
-        match self.placement {
-            NodePlacement::Grid | NodePlacement::Pruned => grid_node(j, 0, self.n, self.lambda).x,
-            _ => visible_slope_quantile(self.uniform(j), self.nu),
+        if self.placement.of_normals() {
+            visible_slope_quantile(self.uniform(j), self.nu)
+        } else {
+            grid_node(j, 0, self.n, self.lambda).x
         }
     }
 
@@ -129,10 +145,10 @@ impl SlopeNodes {
 
     /// Returns sample `k` of the row with the coordinate `row`.
     pub fn node(&self, wo: DVec3, row: f64, k: u32) -> SlopeNode {
-        if matches!(self.placement, NodePlacement::Grid | NodePlacement::Pruned) {
+        if !self.placement.of_normals() {
             let p = DVec2::new(row, grid_node(0, k, self.n, self.lambda).y);
             let (slope, square) = (slope_at(p, self.m, self.cholesky), p.length_squared());
-            let kept = self.placement == NodePlacement::Grid || square <= self.farthest * (1.0 + 1e-6);
+            let kept = self.placement != NodePlacement::Pruned || square <= self.farthest * (1.0 + 1e-6);
             let weight = if kept { (-0.5 * square).exp() * facet_area(wo, slope) } else { 0.0 };
             return SlopeNode { slope, weight, cell: grid_spacing(self.n, self.lambda).powi(2) };
         }
@@ -142,10 +158,24 @@ impl SlopeNodes {
         SlopeNode { slope, weight: 1.0, cell: 1.0 / (f64::from(self.n * self.n) * density).max(1e-12) }
     }
 
+    /// Returns the artificial micronormal, whose weight is 10⁻⁵ of the sum of the grid's weights times its own visible area. It has the
+    /// weight 0 with other placements, and where it is no slope.
+    pub fn artificial(&self, wo: DVec3) -> SlopeNode {
+        let cell = grid_spacing(self.n, self.lambda).powi(2);
+        let n = artificial_micronormal(wo, normal_of_slope(self.m));
+        let slope = -n.xy() / n.z.max(1e-3);
+        if self.placement != NodePlacement::Micronormal || n.z <= 1e-3 {
+            return SlopeNode { slope, weight: 0.0, cell };
+        }
+        let of_axis: f64 = (0..self.n).map(|j| (-0.5 * self.row(j).powi(2)).exp()).sum();
+        SlopeNode { slope, weight: ARTIFICIAL_WEIGHT * of_axis * of_axis * facet_area(wo, slope), cell }
+    }
+
     /// Returns all samples. Those that are left out are missing.
     pub fn all(&self, wo: DVec3) -> impl Iterator<Item = SlopeNode> {
         let rows = (0..self.n).map(|j| self.row(j));
-        rows.flat_map(move |row| (0..self.n).map(move |k| self.node(wo, row, k))).filter(|node| node.weight > 0.0)
+        let nodes = rows.flat_map(move |row| (0..self.n).map(move |k| self.node(wo, row, k)));
+        nodes.chain([self.artificial(wo)]).filter(|node| node.weight > 0.0)
     }
 }
 
@@ -257,6 +287,23 @@ mod tests {
         let thesis = node_normal_moments(NodePlacement::VisibleNormals, wo(), M, S, 9).mean;
         let centred = node_normal_moments(NodePlacement::CentredNormals, wo(), M, S, 9).mean;
         assert!((thesis - exact).length() > 3.0 * (centred - exact).length());
+    }
+
+    /// The supplement's sample decides where no other is visible, and nowhere else.
+    #[test]
+    fn the_micronormal_counts_where_nothing_else_is_visible() {
+        let (wo, away) = (DVec3::new(0.6, 0.0, 0.8), DVec2::new(2.0, 0.0));
+        let s = DVec3::new(1e-4, 1e-4, 0.0);
+        let nodes: Vec<SlopeNode> = slope_nodes(NodePlacement::Micronormal, wo, away, s, 5).all(wo).collect();
+        let [only] = nodes[..] else { panic!("{nodes:?}") };
+        let expected = artificial_micronormal(wo, normal_of_slope(away));
+        assert!((normal_of_slope(only.slope) - expected).length() < 1e-12 && wo.dot(expected) > 0.0);
+        assert!((node_normal_moments(NodePlacement::Micronormal, wo, away, s, 5).mean - expected).length() < 1e-12);
+        for (m, s) in [(M, S), (DVec2::new(1.4, 0.3), S)] {
+            let [found, even] = [NodePlacement::Micronormal, NodePlacement::Grid]
+                .map(|placement| node_normal_moments(placement, wo, m, s, 5).mean);
+            assert!((found - even).length() < 1e-3, "{m}: {found}, {even}");
+        }
     }
 
     /// The mean of one over the density, over visible slopes, is the area of the slopes that are sampled. Cells cover it once.

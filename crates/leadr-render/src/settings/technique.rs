@@ -7,6 +7,7 @@
 use super::shading::PixelKernel;
 use super::shading_options::ShadingOptions;
 use leadr_gpu::SpecValue;
+use leadr_reflectance::integrals::slope_nodes::NodePlacement;
 use leadr_shaders::families;
 
 /// The table's entry for one technique.
@@ -234,7 +235,9 @@ impl Technique {
             slopes,
             base,
             kernel: if has_kernel { options.pixel_kernel } else { PixelKernel::Off },
-            tilt: family == Family::Leadr && (options.pixel_kernel != PixelKernel::Off || !has_kernel),
+            tilt: family == Family::Leadr
+                && (options.pixel_kernel != PixelKernel::Off || !has_kernel)
+                && options.grid_nodes != NodePlacement::Micronormal,
             horizon: family == Family::Leadr && options.relief_occlusion,
         }
     }

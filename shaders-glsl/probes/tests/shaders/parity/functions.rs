@@ -381,8 +381,8 @@ fn slope_nodes_parity() {
             let (wo, wi) = (r.direction(), r.direction());
             let wo = DVec3::new(wo.x, wo.y, wo.z.abs().max(0.05)).normalize();
             let m = 0.2 * r.mean_slope().clamp(DVec2::NEG_ONE, DVec2::ONE);
-            // Shaders read u = 0 of the thesis's placement (2) as another number.
-            let placement = [r.pick([0.0, 1.0, 3.0])];
+            // Shaders read u = 0 of the thesis's placement (3) as another number.
+            let placement = [r.pick([0.0, 1.0, 2.0, 4.0])];
             join(&[&wo.to_array(), &m.to_array(), &r.covariance().to_array(), &placement, &wi.to_array()])
         },
         |x| {
@@ -394,7 +394,16 @@ fn slope_nodes_parity() {
             let slope = (node.slope - m) / spread;
             let moments = node_normal_moments(placement, wo, m, s, N);
             let light = node_diffuse_light(placement, wo, wi, m, s, true, N);
-            list![slope.to_array(), [node.weight, node.cell.log2()], moments.mean, [light]]
+            let last = nodes.artificial(wo);
+            let normal = if last.weight > 0.0 { normal_of_slope(last.slope) } else { DVec3::ZERO };
+            list![
+                slope.to_array(),
+                [node.weight, node.cell.log2()],
+                moments.mean,
+                [light],
+                [last.weight.max(1e-9).log2()],
+                normal
+            ]
         },
     );
 }
