@@ -67,8 +67,9 @@ pub struct MaterialMap {
     pub occlusion: Option<PropertyMap<f32>>,
     /// Cones of ambient visibility, which are used instead of `occlusion` alone. The mean open direction is in xyz, in the frame of
     /// `s`, `-t` and the normal, and it is longer for narrower cones. The accessibility is in w
-    /// ([`Cone::of_vector`](leadr_reflectance::masking::occlusion::Cone::of_vector)). Tile atlases do not support cones. A surface
-    /// with cones gets no horizon from its heights.
+    /// ([`Cone::of_vector`](leadr_reflectance::masking::occlusion::Cone::of_vector)). Where `s` and `t` are not orthogonal, the frame
+    /// is the [orthonormal](crate::surfaces::atlas::frames::orthonormal) one nearest to them. A surface with cones gets no horizon from
+    /// its heights.
     pub cones: Option<PropertyMap<[f32; 4]>>,
     /// The alpha mask or the partial coverage.
     pub opacity: Option<Cutout>,

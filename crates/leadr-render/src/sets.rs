@@ -27,7 +27,7 @@ pub static SCENE: SetLayout = SetLayout {
 /// The mesh and the maps of an object: `layout(set = 2)` in `passes/geometry` and `passes/filter`. Placeholders replace missing
 /// maps. Drivers allow 32 images in a stage, so an object without an atlas has the map of its height scale in `coarse_a`, the heights
 /// of a detail that displaces in `coarse_b`, and the map of its clear coat in `coarse_light` and
-/// `coarse_color`.
+/// `coarse_color`. An atlas with cones, which has no horizon, has the coarse levels of its cones in `horizon_a`.
 pub static OBJECT: SetLayout = SetLayout {
     number: 2,
     name: "object",

@@ -404,17 +404,25 @@ impl SampledMaterial {
         self.emission.at(texcoord)
     }
 
-    /// Whether the material has ambient occlusion.
+    /// Whether the material has ambient occlusion without direction. Cones replace it.
     pub fn is_occluded(&self) -> bool {
+        self.cones.is_none()
+            && self.occlusion_strength != 0.0
+            && (self.occlusion.plate.is_some() || self.occlusion.factor != [1.0])
+    }
+
+    /// Whether the material has occlusion cones.
+    pub fn has_cones(&self) -> bool {
         self.cones.is_some()
-            || self.occlusion_strength != 0.0 && (self.occlusion.plate.is_some() || self.occlusion.factor != [1.0])
+    }
+
+    /// Returns the occlusion cone at a texture coordinate: the direction along `s`, `-t` and the normal, and the accessibility.
+    pub fn cone(&self, texcoord: Vec2) -> Option<[f32; 4]> {
+        self.cones.as_ref().map(|cones| cones.at(texcoord))
     }
 
     /// Returns the accessibility (1 − occlusion) at a texture coordinate.
     pub fn accessibility(&self, texcoord: Vec2) -> f32 {
-        if let Some(cones) = &self.cones {
-            return cones.at(texcoord)[3].clamp(0.0, 1.0);
-        }
         let [seen] = self.occlusion.at(texcoord);
         1.0 + self.occlusion_strength * (seen.clamp(0.0, 1.0) - 1.0)
     }
@@ -462,7 +470,8 @@ impl SampledMaterial {
         let cutout = || property(opacity, wraps[2], |at| self.opacity(to_texcoord(at)));
         MaterialMap {
             emission: self.emits().then(|| property(emission, wraps[0], |at| self.emission(to_texcoord(at)))),
-            occlusion: (self.is_occluded() && self.cones.is_none())
+            occlusion: self
+                .is_occluded()
                 .then(|| property(occlusion, wraps[1], |at| self.accessibility(to_texcoord(at)))),
             cones: self.cones.as_ref().map(|cones| property(occlusion, wraps[1], |at| cones.at(to_texcoord(at)))),
             opacity: self.has_cutouts().then(cutout).and_then(|map| self.cutout(map)),

@@ -10,6 +10,7 @@ use super::stage::{PLANE_REPEAT, SPHERE_REPEAT, Stage, plane_meshes, plane_views
 use leadr_maps::HeightMap;
 use leadr_maps::material::{Material, TextureWrap};
 use leadr_render::scene::{DetailMapping, FactorMap, MaterialMap, Object, PropertyMap};
+use leadr_render::surfaces::atlas::frames::orthonormal;
 use leadr_render::surfaces::displacement::HeightField;
 use leadr_render::surfaces::patch::PatchPoint;
 use leadr_render::surfaces::patch_mesh::{PatchMesh, TileLayout};
@@ -100,6 +101,8 @@ struct Baked {
     slope: [f32; 2],
     emission: [f32; 3],
     accessibility: f32,
+    /// The occlusion cone, along the sides of the tile: `s`, `-t` and the normal, and the accessibility.
+    cone: [f32; 4],
     opacity: f32,
     spread: [f32; 3],
 }
@@ -133,7 +136,7 @@ pub fn scaled_sphere_stage(material: &Material, repeat: Option<f32>, tile: u32, 
     let by_texcoord =
         |slope: Vec3, point: &PatchPoint| Vec2::new(slope.dot(point.du), slope.dot(point.dv)) * per_patch / metres;
     let (_, baked) = bake_patches(&mut mesh, tile, |_, _, point| {
-        let (mut baked, mut gradient) = (Baked::default(), Vec3::ZERO);
+        let (mut baked, mut gradient, mut open) = (Baked::default(), Vec3::ZERO, Vec3::ZERO);
         let mut weights = triplanar::projections(point.position, point.normal, metres);
         weights.iter_mut().for_each(|seen| seen.weight = seen.weight.powi(SHARPNESS));
         let squares: f32 = weights.iter().map(|w| w.weight * w.weight).sum();
@@ -145,6 +148,12 @@ pub fn scaled_sphere_stage(material: &Material, repeat: Option<f32>, tile: u32, 
             let emission = sampled.emission(at);
             baked.emission = std::array::from_fn(|i| baked.emission[i] + share * emission[i]);
             baked.accessibility += share * sampled.accessibility(at);
+            if let Some([x, y, z, seen_share]) = sampled.cone(at) {
+                let [s, t] = orthonormal([seen.s, seen.t].map(|axis| axis.reject_from_normalized(point.normal)));
+                open += share * (s * x - t * y);
+                baked.cone[2] += share * z;
+                baked.cone[3] += share * seen_share;
+            }
             baked.opacity += share * sampled.opacity(at);
             // With this weight, the blended relief has the variance of the original relief.
             let weight = seen.weight / squares.sqrt();
@@ -171,6 +180,8 @@ pub fn scaled_sphere_stage(material: &Material, repeat: Option<f32>, tile: u32, 
             }
         }
         baked.slope = by_texcoord(gradient, &point).to_array();
+        let [s, t] = orthonormal([point.du, point.dv]);
+        (baked.cone[0], baked.cone[1]) = (s.dot(open), -t.dot(open));
         baked
     });
     // Unused tiles copy a real texel, so that they do not count as a second class of surface.
@@ -180,8 +191,8 @@ pub fn scaled_sphere_stage(material: &Material, repeat: Option<f32>, tile: u32, 
     object = object.with_coat(coat_of(material)).with_medium(medium_of(material, 1.0));
     let map = MaterialMap {
         emission: sampled.emits().then(|| property(layout, &baked, |b| b.emission)),
-        // Tiles store the accessibility, but no cones.
         occlusion: sampled.is_occluded().then(|| property(layout, &baked, |b| b.accessibility)),
+        cones: sampled.has_cones().then(|| property(layout, &baked, |b| b.cone)),
         opacity: sampled
             .has_cutouts()
             .then(|| property(layout, &baked, |b| b.opacity))

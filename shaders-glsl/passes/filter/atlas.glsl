@@ -83,6 +83,13 @@ mat2 aligned_slopes(const uint index) {
     return transpose(mat2(s, vec2(-s.y, s.x)));
 }
 
+// Returns the rotation that is nearest to the conversion of gradients between two patches.
+mat2 nearest_rotation(const mat2 gradient) {
+    vec2 turn = vec2(gradient[0][0] + gradient[1][1], gradient[0][1] - gradient[1][0]);
+    turn *= inversesqrt(max(dot(turn, turn), 1e-30));
+    return mat2(turn.x, turn.y, -turn.y, turn.x);
+}
+
 // Describes how a level of detail blends the mips of a tile with two coarse levels, and where the two levels lie in the coarse images.
 struct Levels {
     float mip;

@@ -52,7 +52,9 @@ layout(set = 2, std430) readonly buffer Charts { TriangleCharts charts[]; };
 layout(set = 2) uniform sampler2D emission_map;
 layout(set = 2) uniform sampler2D occlusion_map; // x: accessibility; with CONES, a cone in the frame of the texture with y up
 uniform sampler2D visible_depth;
-layout(set = 2) uniform sampler2D horizon_a; // lean, and standard deviations of the spread (leadr/visible/horizon.glsl)
+// Lean, and standard deviations of the spread (leadr/visible/horizon.glsl). With CONES, there is no horizon, and an atlas has the coarse levels
+// of its cones here.
+layout(set = 2) uniform sampler2D horizon_a;
 layout(set = 2) uniform sampler2D horizon_b; // correlation of the spread
 
 struct Footprint {
@@ -157,7 +159,7 @@ struct Means {
     vec4 color;  // rgb: albedo; a: alpha^2
     vec3 f0;
     vec4 light;  // rgb: emission; a: accessibility
-    vec4 cone;
+    vec4 cone;   // xyz: direction, in the world; w: accessibility
 };
 
 const Means NO_MEANS = Means(vec2(0.0), vec3(0.0), vec4(0.0), vec3(0.0), vec4(0.0, 0.0, 0.0, 1.0), NO_CONE);
@@ -175,10 +177,43 @@ vec4 filter_atlas_light(const Footprint footprint, const uint index, const vec2 
         AtlasPoint point = point_across_borders(index, at + tap(footprint, i) / tile_inner());
         vec3 emission = EMITS ? level_mix(emission_map, coarse_light, point, levels).rgb : vec3(0.0);
         // The coarse levels and the tiles store the accessibility in different images.
-        float accessibility = OCCLUDED ? fine_part(occlusion_map, point, levels).x + coarse_part(coarse_light, point, levels).a : 1.0;
+        float accessibility =
+            OCCLUDED && !CONES ? fine_part(occlusion_map, point, levels).x + coarse_part(coarse_light, point, levels).a : 1.0;
         sum += vec4(emission, accessibility);
     }
     return sum / float(footprint.taps);
+}
+
+// Returns the mean cone of an atlas, in the frame of the patch at the middle of the footprint.
+vec4 filter_atlas_cone(const Footprint footprint, const uint index, const vec2 at) {
+    Levels levels = levels_at(footprint.lod);
+    vec4 sum = vec4(0.0);
+    for (int i = 0; i < footprint.taps; ++i) {
+        AtlasPoint point = point_across_borders(index, at + tap(footprint, i) / tile_inner());
+        vec4 cone = level_mix(occlusion_map, horizon_a, point, levels);
+        // The y axis of cones is -t, so their rotation is the inverse one.
+        sum += vec4(cone.xy * nearest_rotation(point.gradient), cone.zw);
+    }
+    return sum / float(footprint.taps);
+}
+
+// Returns the direction of a cone in the world. by_uv has the derivatives of the map's coordinates by position. The frame of the cone is the
+// orthonormal frame nearest to the directions of s and -t. Seen from behind, bumps are pits, and the cone is mirrored like the normals.
+vec3 cone_on_surface(const Macrosurface surface, const mat2 by_uv, const bool behind, const vec3 cone) {
+    vec3 along = vec3(0.0);
+    if (abs(determinant(by_uv)) > 1e-20) {
+        mat2x3 tangents = surface.by_uv * inverse(by_uv);
+        vec3 s = tangents[0] - surface.normal * dot(surface.normal, tangents[0]);
+        vec3 t = tangents[1] - surface.normal * dot(surface.normal, tangents[1]);
+        s *= inversesqrt(max(dot(s, s), 1e-30));
+        t *= inversesqrt(max(dot(t, t), 1e-30));
+        // The bisectors of two unit vectors are orthogonal.
+        vec3 between = s + t, across = s - t;
+        between *= inversesqrt(max(2.0 * dot(between, between), 1e-30));
+        across *= inversesqrt(max(2.0 * dot(across, across), 1e-30));
+        along = cone.x * (between + across) - cone.y * (between - across);
+    }
+    return (behind ? -along : along) + cone.z * surface.normal;
 }
 
 // Returns the footprint in repeating textures, which have no tile borders.
@@ -214,7 +249,7 @@ Means filter_atlas(const Footprint footprint, const uint index, const vec2 at, c
         }
     }
     float weight = 1.0 / float(footprint.taps);
-    vec4 light = EMITS || OCCLUDED ? filter_atlas_light(footprint, index, at, levels) : sum.light;
+    vec4 light = EMITS || (OCCLUDED && !CONES) ? filter_atlas_light(footprint, index, at, levels) : sum.light;
     return Means(sum.mean * weight, sum.second * weight, sum.color * weight, sum.f0 * weight, light, NO_CONE);
 }
 
@@ -452,6 +487,20 @@ vec4 filter_map(sampler2D map, const Chart chart, OffsetVariants variants) {
     return sum / float(footprint.taps);
 }
 
+// Returns the mean cone of a map that is projected along the axes, in the world. The views are mixed by the squares of their weights.
+vec4 filter_axis_cone(const AxisViews views, const Macrosurface surface, const bool behind, const mat2 across) {
+    vec4 sum = vec4(0.0);
+    for (int axis = 0; axis < 3; ++axis) {
+        if (views.weights[axis] > 0.0) {
+            vec2 seen = seen_at(views.rest, axis, surface.texcoord, views.normal);
+            vec4 cone = filter_map(occlusion_map, Chart(seen, views.by_uv[axis] * across), NO_VARIANTS);
+            vec3 open = cone_on_surface(surface, views.by_uv[axis], behind, cone.xyz);
+            sum += views.weights[axis] * views.weights[axis] * vec4(open, cone.w);
+        }
+    }
+    return sum;
+}
+
 // The level of the horizon within the footprint: 0 is as coarse as the footprint is wide, and 1 is as coarse as it is long. The value was
 // measured: with a finer level, the horizon repeats shadows of the slope statistics, and with a coarser level, long footprints lose
 // shadows.
@@ -581,7 +630,8 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
     float along = VIEW.ray_middle.w / texelFetch(visible_depth, pixel, 0).x;
     uint index = seen.x & PATCH_BITS;
     vec2 patch_uv = uintBitsToFloat(seen.yz);
-    Macrosurface surface = macrosurface_at(index, patch_uv, ray * along, (seen.x & INSIDE) != 0u);
+    bool behind = TRIANGLES && (seen.x & INSIDE) != 0u;
+    Macrosurface surface = macrosurface_at(index, patch_uv, ray * along, behind);
 
     // An edge sample on its pixel's own surface covers a part of the pixel. join.comp joins all of these samples.
     bool joined = (seen.x & OF_THE_PIXEL) != 0u;
@@ -656,7 +706,12 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
     }
     if (ATLAS) {
         vec2 lengths = vec2(length(surface.tangent_s), length(surface.tangent_t));
-        means = filter_atlas(footprint, index, patch_uv_at(index, surface.texcoord * size), max(lengths, 1e-20), classes);
+        vec2 on_patch = patch_uv_at(index, surface.texcoord * size);
+        means = filter_atlas(footprint, index, on_patch, max(lengths, 1e-20), classes);
+        if (CONES) {
+            vec4 cone = filter_atlas_cone(footprint, index, on_patch);
+            means.cone = vec4(cone_on_surface(surface, surface.texcoord_by_uv, behind, cone.xyz), cone.w);
+        }
     } else {
         if (USES_SLOPES && DISPLACED && TRIPLANAR) {
             filter_axis_moments(views, surface.texcoord, texcoord_across, means, parts);
@@ -692,11 +747,14 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
             Chart chart = chart_of(CHART_EMISSION, index, patch_uv, across, surface.texcoord, texcoord_across);
             means.light.rgb = filter_map(emission_map, chart, variants).rgb;
         }
-        if (OCCLUDED) {
+        if (CONES && TRIPLANAR) {
+            means.cone = filter_axis_cone(views, surface, behind, texcoord_across);
+        } else if (OCCLUDED) {
             Chart chart = chart_of(CHART_OCCLUSION, index, patch_uv, across, surface.texcoord, texcoord_across);
             vec4 seen = filter_map(occlusion_map, chart, variants);
             if (CONES) {
-                means.cone = seen;
+                mat2 by_uv = CHARTED ? charted_texcoord(charts[index], CHART_OCCLUSION).by_uv : surface.texcoord_by_uv;
+                means.cone = vec4(cone_on_surface(surface, by_uv, behind, seen.xyz), seen.w);
             } else {
                 means.light.a = seen.x;
             }
@@ -795,13 +853,7 @@ FilteredSurface filtered_mesh(const ivec2 pixel, vec2 at, uvec4 seen, out float 
                          : BY_EXAMPLE     ? filter_tiled_horizon(footprint, index, variants, surface.texcoord, linear, height)
                                      : filter_horizon(footprint, index, surface.texcoord, linear, height);
     }
-    filtered.cone = NO_CONE;
-    if (CONES && means.cone.w >= 0.0) {
-        // s and t are the texture's axes along the surface. t points down.
-        vec3 s = normalize(chart_s), t = normalize(chart_t);
-        vec3 open = means.cone.x * s - means.cone.y * t + means.cone.z * surface.normal;
-        filtered.cone = vec4(to_frame(frame, open), means.cone.w);
-    }
+    filtered.cone = CONES ? vec4(to_frame(frame, means.cone.xyz), means.cone.w) : NO_CONE;
     filtered.medium = OBJECT.medium;
     filtered.coat = NO_COAT;
     if (COATED) {

@@ -35,7 +35,7 @@ pub fn map_bytes(object: &Object, format: MomentFormat) -> u64 {
                 // Coarse levels store moments as 32-bit floats, and the images of the material as half floats.
                 let material = object.material.as_ref().map_or(0, |map| {
                     let light = map.emission.is_some() || map.occlusion.is_some();
-                    8 * (1 + u64::from(map.f0.is_some()) + u64::from(light))
+                    8 * (1 + u64::from(map.f0.is_some()) + u64::from(light) + u64::from(map.cones.is_some()))
                 });
                 texels * (MomentFormat::Float32.texel_bytes() - 4 + material)
             }

@@ -405,11 +405,12 @@ impl ObjectMaps {
         let coarse_a = coarse_a.map_or((&atlas.slopes, of_coarse_levels), |map| (&map.image, &map.sampler));
         let coarse_b =
             if detail.displaces { (&detail.maps.heights, &detail.sampler) } else { (&atlas.joint, of_coarse_levels) };
+        let horizon_a = atlas.cones.as_ref().map_or((&horizons.leans, sampler), |cones| (cones, of_coarse_levels));
         let images: [(&str, &Image, &Sampler); 24] = [
             ("height_map", &leadr.heights, sampler),
             ("moments_a", &leadr.slopes, sampler),
             ("moments_b", &leadr.joint, sampler),
-            ("horizon_a", &horizons.leans, sampler),
+            ("horizon_a", horizon_a.0, horizon_a.1),
             ("horizon_b", &horizons.correlations, sampler),
             ("color_map", &material.color, colors),
             ("f0_map", &material.f0, colors),

@@ -30,6 +30,14 @@ impl TextureFrame {
     }
 }
 
+/// Returns the orthonormal pair that is nearest to two directions, as `cone_on_surface` of `passes/filter/filtered.glsl`.
+pub fn orthonormal([s, t]: [Vec3; 2]) -> [Vec3; 2] {
+    let (s, t) = (s.normalize_or_zero(), t.normalize_or_zero());
+    // The bisectors of two unit vectors are orthogonal.
+    let [between, across] = [s + t, s - t].map(|bisector| bisector.normalize_or_zero() * 0.5f32.sqrt());
+    [between + across, between - across]
+}
+
 /// Returns the columns of the matrix that converts derivatives from the coordinates of `from` to the coordinates of `to`.
 pub fn gradient_transform(from: &TextureFrame, to: &TextureFrame) -> [f32; 4] {
     let [s, t] = from.duals;
@@ -173,6 +181,33 @@ impl Carried for [f32; 4] {
     }
 }
 
+/// A cone of ambient visibility in a tile: the direction along `s`, `-t` and the normal, in the [orthonormal] frame nearest to the
+/// tangents, and the accessibility. The common form has the part of the direction along the surface in space. The part along the normal
+/// and the accessibility are the same in all patches.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ConeTexel(pub [f32; 4]);
+
+impl Linear for ConeTexel {
+    fn add(&mut self, other: &Self, weight: f32) {
+        self.0.add(&other.0, weight);
+    }
+}
+
+impl Carried for ConeTexel {
+    type Common = [f32; 5];
+
+    fn lift(&self, frame: &TextureFrame) -> [f32; 5] {
+        let ([s, t], [x, y, z, open]) = (orthonormal(frame.tangents), self.0);
+        let along = s * x - t * y;
+        [along.x, along.y, along.z, z, open]
+    }
+
+    fn land(&[x, y, z, up, open]: &[f32; 5], frame: &TextureFrame) -> Self {
+        let ([s, t], along) = (orthonormal(frame.tangents), Vec3::new(x, y, z));
+        Self([s.dot(along), -t.dot(along), up, open])
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -221,11 +256,31 @@ mod tests {
     }
 
     #[test]
+    fn cones_keep_their_direction_in_every_frame() {
+        let [s, t] = orthonormal(skewed().tangents);
+        let [a, b] = skewed().tangents.map(Vec3::normalize);
+        // The pair is as far from `s` as from `t`, and in their plane.
+        assert!((s.dot(a) - t.dot(b)).abs() < 1e-6 && s.dot(a) > 0.98, "{s} {t}");
+        assert!(s.dot(t).abs() < 1e-6 && s.cross(t).normalize().dot(a.cross(b).normalize()) > 0.999_999);
+        let cone = ConeTexel([0.3, -0.2, 0.6, 0.7]);
+        let landed = ConeTexel::land(&cone.lift(&skewed()), &other());
+        let [p, q] = orthonormal(other().tangents);
+        let there = p * landed.0[0] - q * landed.0[1];
+        assert!(there.distance(s * 0.3 + t * 0.2) < 1e-6, "{there}");
+        assert_eq!(landed.0[2..], [0.6, 0.7]);
+        // A quarter turn of the tangents.
+        let turned = TextureFrame::new(Vec3::Y, Vec3::NEG_X);
+        let landed = ConeTexel::land(&cone.lift(&TextureFrame::new(Vec3::X, Vec3::Y)), &turned);
+        assert!((landed.0[0] - 0.2).abs() < 1e-6 && (landed.0[1] - 0.3).abs() < 1e-6, "{landed:?}");
+    }
+
+    #[test]
     fn degenerate_frames_stay_finite() {
         for (s, t) in [(Vec3::ZERO, Vec3::X), (Vec3::X, Vec3::X), (Vec3::ZERO, Vec3::ZERO)] {
             let frame = TextureFrame::new(s, t);
             assert!(frame.duals.iter().all(|d| d.is_finite()));
             assert!([1.0f32, 2.0, 3.0, 4.0, 5.0].lift(&frame).iter().all(|v| v.is_finite()));
+            assert!(ConeTexel([0.5; 4]).lift(&frame).iter().all(|v| v.is_finite()));
         }
     }
 }

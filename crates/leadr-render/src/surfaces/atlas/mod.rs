@@ -20,7 +20,7 @@ use std::sync::Arc;
 use half::f16;
 use rayon::prelude::*;
 
-use self::frames::{AtlasFrames, gradient_transform};
+use self::frames::{AtlasFrames, ConeTexel, gradient_transform};
 use self::levels::{CoarseShape, Star, coarse_levels};
 use self::turns::quarter_turns;
 use super::material::{Codes, HALF_FORMAT, MaterialImages};
@@ -72,6 +72,8 @@ pub struct AtlasGpu {
     pub f0: Image,
     /// The coarse levels of the emission, with the accessibility in alpha.
     pub light: Image,
+    /// The coarse levels of the cones of ambient visibility, if the material has cones.
+    pub cones: Option<Image>,
 }
 
 impl AtlasGpu {
@@ -85,6 +87,7 @@ impl AtlasGpu {
             color: image("colour", HALF_FORMAT)?,
             f0: image("reflectance", HALF_FORMAT)?,
             light: image("light", HALF_FORMAT)?,
+            cones: None,
         })
     }
 
@@ -126,12 +129,14 @@ impl AtlasGpu {
         atlas.joint = image("joint", Format::R32_SFLOAT)?;
         atlas.joint.write(0, 0, &moments.iter().map(|m| m[4]).collect::<Vec<_>>())?;
 
-        let coarse = |what: &str, texels: Vec<[f32; 4]>, stored: fn([f32; 4]) -> [f32; 4]| {
-            let levels = coarse_levels(&star, &frames, shape, &texels);
-            let halves: Vec<_> = levels.into_iter().map(|texel| stored(texel).map(f16::from_f32)).collect();
+        let in_halves = |what: &str, texels: &mut dyn Iterator<Item = [f32; 4]>| {
+            let halves: Vec<_> = texels.map(|texel| texel.map(f16::from_f32)).collect();
             let image = image(what, HALF_FORMAT)?;
             image.write(0, 0, &halves)?;
             Ok::<_, GpuError>(image)
+        };
+        let coarse = |what: &str, texels: Vec<[f32; 4]>, stored: fn([f32; 4]) -> [f32; 4]| {
+            in_halves(what, &mut coarse_levels(&star, &frames, shape, &texels).into_iter().map(stored))
         };
         if let Some(images) = material {
             let codes = Codes::new();
@@ -145,8 +150,16 @@ impl AtlasGpu {
             if images.features.f0 {
                 atlas.f0 = coarse("reflectance", decoded(&images.f0)?, |texel| texel)?;
             }
-            if images.features.emission || images.features.occlusion {
+            let has_cones = images.features.bases.cones;
+            if images.features.emission || images.features.occlusion && !has_cones {
                 atlas.light = coarse("light", light_texels(images)?, |texel| texel)?;
+            }
+            if has_cones {
+                let codes: Vec<[i8; 4]> = images.occlusion.read(SOURCE_LEVEL, 0)?;
+                let texels: Vec<ConeTexel> =
+                    codes.into_iter().map(|texel| ConeTexel(texel.map(|code| f32::from(code) / 127.0))).collect();
+                let levels = coarse_levels(&star, &frames, shape, &texels);
+                atlas.cones = Some(in_halves("cones", &mut levels.into_iter().map(|texel| texel.0))?);
             }
         }
 
@@ -194,7 +207,7 @@ fn light_texels(images: &MaterialImages) -> Result<Vec<[f32; 4]>> {
             *texel = [r, g, b, 1.0];
         }
     }
-    if images.features.occlusion {
+    if images.features.occlusion && !images.features.bases.cones {
         let shares: Vec<u8> = images.occlusion.read(SOURCE_LEVEL, 0)?;
         texels.iter_mut().zip(shares).for_each(|(texel, share)| texel[3] = f32::from(share) / 255.0);
     }
