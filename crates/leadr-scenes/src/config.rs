@@ -7,6 +7,7 @@ use serde::{Serialize, Serializer};
 use super::fitted::material_of;
 use super::light::{EnvironmentChoice, SunDirection};
 use super::model::Ground;
+use super::model::cones::MaterialCones;
 use super::model::displacement::Displacement;
 use super::model::measured::MeasuredMaterial;
 use super::ocean::waves::Waves;
@@ -422,6 +423,8 @@ pub struct SceneConfig {
     pub height_scale_span: f32,
     /// Height maps for the model's materials.
     pub displacements: Vec<Displacement>,
+    /// The maps of occlusion cones for the model's materials.
+    pub cones: Vec<MaterialCones>,
     /// The measured materials that replace materials of the model.
     pub measured: Vec<MeasuredMaterial>,
     /// The height map of the plane or sphere.
@@ -512,6 +515,7 @@ impl Default for SceneConfig {
             height_scale_map: None,
             height_scale_span: 1.0,
             displacements: Vec::new(),
+            cones: Vec::new(),
             measured: Vec::new(),
             height_map: None,
             material: MaterialFiles::default(),

@@ -65,6 +65,11 @@ impl CommandLine {
         self.value(&format!("--{option}")).is_some()
     }
 
+    /// Whether an option may bring occlusion cones.
+    fn may_have_cones(&self) -> bool {
+        ["cone-map", "material", "cones"].iter().any(|option| self.has(option))
+    }
+
     /// Switches the command line to another scene.
     pub fn enter(&mut self, scene: impl Into<OsString>) {
         SceneOption::all().iter().filter(|option| option.is_of_one_scene()).for_each(|o| self.remove(&o.spec.flag()));
@@ -107,7 +112,7 @@ impl CommandLine {
                 .into_iter()
                 .for_each(|flag| line.remove(flag));
         }
-        if !line.has("cone-map") && !line.has("material") {
+        if !line.may_have_cones() {
             CONE_FLAGS.iter().for_each(|flag| line.remove(&format!("--{flag}")));
         }
         if line.has("relief-shadows") {
@@ -223,8 +228,9 @@ impl CommandLine {
             "--msaa is for techniques that filter; the reference takes --samples"
         } else if is("multiscattering", "on") && self.has("diffuse-model") && !is("diffuse-model", "multiscattering") {
             "--multiscattering on is --diffuse-model multiscattering: remove one of them"
-        } else if !self.has("cone-map") && !self.has("material") && CONE_FLAGS.iter().any(|flag| self.has(flag)) {
-            "--cone-occluders, --cone-edge, --cone-axis and --cone-lobe are for occlusion cones: add --cone-map or --material"
+        } else if !self.may_have_cones() && CONE_FLAGS.iter().any(|flag| self.has(flag)) {
+            "--cone-occluders, --cone-edge, --cone-axis and --cone-lobe are for occlusion cones: add --cone-map or --material, or --cones \
+             for a model"
         } else if config.material.folder.as_deref().is_some_and(Path::is_file)
             && ["anisotropy", "metal", "ior", "transmission"].iter().any(|flag| self.has(flag))
         {

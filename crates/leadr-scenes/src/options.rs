@@ -127,7 +127,7 @@ impl SceneOption {
 /// All options except the shading options.
 #[rustfmt::skip]
 #[allow(clippy::large_const_arrays, reason = "the list takes the options by value, once")]
-const OPTIONS: [SceneOption; 72] = [
+const OPTIONS: [SceneOption; 73] = [
     option(SCENE, "scene", "NAME|FILE.glb|FILE.gltf", "Draw this scene, or a glTF model on open ground",
         Text(enter)).common().default(SCENES[0].name).panel(Panel::Own),
     option(SCENE, "animation", "NAME|NUMBER", "Play the animation of a model with this name or number, from 1",
@@ -156,6 +156,11 @@ const OPTIONS: [SceneOption; 72] = [
          Without it, a map beside the model is used if it is named after the material or its colour image, such as \
          MATERIAL_Displacement.png",
         Text(|c, text| text.parse().map(|map| c.displacements.push(map)))).default("").key("displacements").of(Choice::Model).repeats(),
+    option(SCENE, "cones", "MATERIAL=FILE",
+        "Give a material of a model (`*`: all materials) this PNG of ambient occlusion cones from `leadr bake --kind cones`, which replace \
+         its occlusion. The cones lie over the material like its normal map. You can repeat this option. For the plane and the \
+         sphere, use `--cone-map`",
+        Text(|c, text| text.parse().map(|cones| c.cones.push(cones)))).of(Choice::Model).repeats(),
     option(SCENE, "measured", "MATERIAL=FIT.json",
         "Replace a material of a model (`*`: all materials) by a measured material from `leadr fit`. The relief, occlusion \
          and cutouts of the model remain. The roughness texture of the model, divided by its mean, scales the measured \
@@ -191,8 +196,8 @@ const OPTIONS: [SceneOption; 72] = [
          from the heights",
         Path(|c, file| c.material.occlusion_map = Some(file))),
     material("cone-map", "FILE",
-        "Use this PNG of ambient occlusion cones from `leadr bake --kind cones`. The sphere uses only the occlusion of each \
-         cone, not its direction",
+        "Use this PNG of ambient occlusion cones from `leadr bake --kind cones`. For a material with heights, the cones replace the \
+         occlusion that is computed from the heights. For a model, use `--cones`",
         Path(|c, file| c.material.cone_map = Some(file))),
     material("metal", "NAME", "Replace the colours and the metalness of the material by those of this metal. Without a height map or a material, the surface is smooth",
         Text(|c, name| Metal::named(name).map(|metal| c.material.metal = Some(metal.name)).ok_or("no such metal".into())))

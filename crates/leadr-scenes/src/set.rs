@@ -11,6 +11,7 @@ use super::detail::factor_map;
 use super::error::SceneError;
 use super::file_kind::{FileKind, IMAGE};
 use super::light::{DEFAULT_SUN, EnvironmentChoice};
+use super::model::cones::give_cones;
 use super::model::displacement::displace;
 use super::model::measured::measure;
 use super::model::{Ground, ModelChoice};
@@ -32,7 +33,7 @@ use leadr_render::light::exposure;
 use leadr_render::light::panorama::LightExtraction;
 use leadr_render::light::sky::Sky;
 use leadr_render::scene::{FactorMap, FrameState, Tiling};
-use leadr_render::settings::RenderSettings;
+use leadr_render::settings::{RenderSettings, ShadingOptions};
 use leadr_render::surfaces::budget::Room;
 use leadr_render::surfaces::classes::StoredClasses;
 
@@ -116,6 +117,7 @@ impl Inputs {
                 let mut model = Model::load(file, options)?;
                 let named = |fault: SceneError| fault.of_file(file);
                 displace(&mut model, file, &config.displacements, links).map_err(named)?;
+                give_cones(&mut model, &config.cones).map_err(named)?;
                 if let Some(mut detail) = config.material.detail.load(links)? {
                     if !config.heights_as_read {
                         restore_material(&mut detail.material, "the detail");
@@ -134,6 +136,13 @@ impl Inputs {
             }
             None => None,
         };
+        let of_model = model.iter().flat_map(|choice| &choice.model.materials);
+        if chooses_cones(&config.picture.options) && !material.iter().chain(of_model).any(|one| one.cones.is_some()) {
+            tracing::warn!(
+                "no material has occlusion cones, so --cone-occluders, --cone-edge, --cone-axis and --cone-lobe have no effect; add \
+                 NAME_Cones.png to the folder, --cone-map, or --cones for a model"
+            );
+        }
         Ok(Self {
             height_map,
             baked,
@@ -147,6 +156,12 @@ impl Inputs {
             environment: config.environment.load(config.environment_rotation, config.environment_layer.as_deref())?,
         })
     }
+}
+
+/// Whether a setting of occlusion cones differs from the default.
+fn chooses_cones(options: &ShadingOptions) -> bool {
+    let choices = |of: &ShadingOptions| (of.cone_occluders, of.cone_edge, of.cone_axis, of.cone_lobe);
+    choices(options) != choices(&ShadingOptions::default())
 }
 
 /// Checks that the file of each option is of a kind that the option takes, before a reader calls it damaged.
@@ -174,8 +189,10 @@ fn check_kinds(config: &SceneConfig) -> Result<(), MapError> {
     let displacements =
         config.displacements.iter().map(|displacement| ("--displacement", &displacement.named.file, IMAGE));
     let measured = config.measured.iter().map(|measured| ("--measured", &measured.0.file, [Fit].as_slice()));
+    let cones = config.cones.iter().map(|cones| ("--cones", &cones.0.file, IMAGE));
     let single = options.into_iter().filter_map(|(flag, file, kinds)| Some((flag, file?, kinds)));
-    single.chain(displacements).chain(measured).try_for_each(|(flag, file, kinds)| FileKind::check(flag, file, kinds))
+    let named = displacements.chain(measured).chain(cones);
+    single.chain(named).try_for_each(|(flag, file, kinds)| FileKind::check(flag, file, kinds))
 }
 
 /// Loads a map of factors that spans this number of repeats of the material.

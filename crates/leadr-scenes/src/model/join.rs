@@ -98,6 +98,7 @@ fn digest(material: &Material) -> u64 {
         map.scale.to_bits().hash(hasher);
         texture(hasher, Some(&map.texture));
     }
+    texture(hasher, material.cones.as_ref());
     if let Some(anisotropy) = &material.anisotropy {
         anisotropy.rotation.to_bits().hash(hasher);
         input(hasher, &anisotropy.strength);

@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
 use super::named::{NamedFile, materials_named};
 use crate::error::SceneError;
@@ -11,7 +11,7 @@ use leadr_measured::fit_file::FitFile;
 use leadr_models::Model;
 
 /// A material, and its file from `leadr fit`, written as `MATERIAL=FIT.json`.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MeasuredMaterial(pub NamedFile);
 
 impl FromStr for MeasuredMaterial {
@@ -20,12 +20,6 @@ impl FromStr for MeasuredMaterial {
     fn from_str(text: &str) -> Result<Self, String> {
         let form = "write MATERIAL=FIT.json, as in body=paint.json";
         NamedFile::read(text, form, |file| (file, ())).map(|(named, ())| Self(named))
-    }
-}
-
-impl Serialize for MeasuredMaterial {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_str(&self.0)
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod budget;
 mod charts;
+pub mod cones;
 pub mod displacement;
 mod dress;
 mod floor;

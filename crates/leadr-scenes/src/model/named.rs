@@ -3,6 +3,8 @@
 use std::fmt;
 use std::path::PathBuf;
 
+use serde::{Serialize, Serializer};
+
 use crate::error::SceneError;
 use leadr_models::Model;
 
@@ -38,6 +40,12 @@ impl NamedFile {
 impl fmt::Display for NamedFile {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}={}", self.material.as_deref().unwrap_or("*"), self.file.to_string_lossy())
+    }
+}
+
+impl Serialize for NamedFile {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
     }
 }
 

@@ -14,12 +14,18 @@ use leadr_render::surfaces::triplanar;
 /// The number of map repeats along the diagonal of a model without texture coordinates.
 const REPEATS: f32 = 8.0;
 
+/// Whether the heights and the occlusion cones of a material are projected onto triangles without texture coordinates. They are not if other
+/// textures use the coordinates.
+pub fn is_projected(material: &Material) -> bool {
+    let others = Material { relief: None, cones: None, ..material.clone() };
+    material.relief.is_some() && others.coordinate_sets() == 0
+}
+
 /// Gives triangles without area in texture coordinates a projection along the axes, unless textures use their coordinates. If no triangle
 /// of the mesh has area, the projection is triplanar. In other meshes, each triangle without area uses its dominant axis. `size` is the
 /// diagonal of the model in metres.
 pub fn project_bare_triangles(mesh: &mut PatchMesh, material: &Material, size: f32) {
-    let textures = Material { relief: None, ..material.clone() };
-    if material.relief.is_none() || textures.coordinate_sets() > 0 {
+    if !is_projected(material) {
         return;
     }
     let repeat = size / REPEATS;
