@@ -5,6 +5,7 @@ mod baked;
 mod bounces;
 mod classes;
 mod coats;
+mod cones;
 mod deform;
 mod displaced_models;
 mod edges;

@@ -52,8 +52,8 @@ layout(set = 2, std430) readonly buffer Charts { TriangleCharts charts[]; };
 layout(set = 2) uniform sampler2D emission_map;
 layout(set = 2) uniform sampler2D occlusion_map; // x: accessibility; with CONES, a cone in the frame of the texture with y up
 uniform sampler2D visible_depth;
-// Lean, and standard deviations of the spread (leadr/visible/horizon.glsl). With CONES, there is no horizon, and an atlas has the coarse levels
-// of its cones here.
+// Lean, and standard deviations of the spread (leadr/visible/horizon.glsl). With CONES, there is no horizon, and an atlas has the coarse
+// levels of its cones here.
 layout(set = 2) uniform sampler2D horizon_a;
 layout(set = 2) uniform sampler2D horizon_b; // correlation of the spread
 
@@ -197,8 +197,8 @@ vec4 filter_atlas_cone(const Footprint footprint, const uint index, const vec2 a
     return sum / float(footprint.taps);
 }
 
-// Returns the direction of a cone in the world. by_uv has the derivatives of the map's coordinates by position. The frame of the cone is the
-// orthonormal frame nearest to the directions of s and -t. Seen from behind, bumps are pits, and the cone is mirrored like the normals.
+// Returns the direction of a cone in the world. by_uv has the derivatives of the map's coordinates by position. The frame of the cone is
+// the orthonormal frame nearest to the directions of s and -t. Seen from behind, bumps are pits, and the cone is mirrored like the normals.
 vec3 cone_on_surface(const Macrosurface surface, const mat2 by_uv, const bool behind, const vec3 cone) {
     vec3 along = vec3(0.0);
     if (abs(determinant(by_uv)) > 1e-20) {

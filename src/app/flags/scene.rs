@@ -125,6 +125,7 @@ pub mod tests {
     use super::*;
     use clap::Parser;
     use leadr_reflectance::integrals::slope_nodes::NodePlacement;
+    use leadr_reflectance::masking::occlusion::ConeEdge;
     use leadr_reflectance::masking::shadowing::Shadowing;
     use leadr_reflectance::materials::diffuse_models::DiffuseModel;
     use leadr_render::settings::{GridLod, Probes, Quadrature, ShadingOptions, Technique, Terms};
@@ -331,6 +332,8 @@ pub mod tests {
         let studio = resolve("--environment studio --environment-rotation -45 --auto-exposure").unwrap();
         assert_eq!((studio.environment_rotation, studio.auto_exposure), (-45.0, true));
         assert_eq!(resolve("--light -1,0,2,ff8000,3 --light 0,0,1,2700K,1").unwrap().point_lights.len(), 2);
+        let cones = resolve("--scene fox.glb --cones a=b.png --cones *=c.png --cone-edge hard").unwrap();
+        assert_eq!((cones.cones.len(), cones.picture.options.cone_edge), (2, ConeEdge::Hard));
         assert_eq!(
             resolve("--scene fox.glb --displacement a=b.png --displacement c=d.png").unwrap().displacements.len(),
             2
@@ -359,6 +362,10 @@ pub mod tests {
             ("--pixel-kernel maybe", "half-vector"),
             ("--pixel-kernel half-vector --edge-samples 16", "remove --edge-samples"),
             ("--displacement skin=scales.png", "is for models"),
+            ("--scene sphere --cones skin=skin_Cones.png", "is for models"),
+            ("--scene fox.glb --cones skin_Cones.png", "MATERIAL=FILE"),
+            ("--scene fox.glb --cone-map skin_Cones.png", "is for the scenes plane, sphere"),
+            ("--scene fox.glb --cone-edge hard", "--cones for a model"),
             ("--scene trex --height 0.05", "is for the scenes plane, sphere"),
             ("--scene plane --height=-1", "negative"),
             ("--scene plane --repeat 0", "0.01"),
