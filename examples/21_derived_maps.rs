@@ -11,7 +11,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use leadr::maps::derive::{
-    About, Difference, Integration, SLICES, Slopes, heights_of_slopes, slopes_of_heights, visibility,
+    About, Difference, Integration, Occlusion, SLICES, Slopes, heights_of_slopes, slopes_of_heights, visibility,
 };
 use leadr::maps::material::{Encoding, NormalMap, Texture, green_axis};
 use leadr::maps::{HeightMap, Wrap, load_height_map, load_raster};
@@ -160,7 +160,7 @@ fn occlude(heights: &HeightMap, scale: f32) -> Result<(), Failure> {
         (About::Flat, &about_flat, SLICES),
     ] {
         let start = Instant::now();
-        let found = visibility(heights, scale, Wrap::Repeat, about, slices, &|_| {})?;
+        let found = visibility(heights, scale, &Occlusion { about, slices, ..Occlusion::default() }, &|_| {})?;
         let seconds = start.elapsed().as_secs_f64();
         let at = |[x, y]: [u32; 2]| f64::from(found.visibility[(y * heights.width + x) as usize]);
         let errors = || texels.iter().zip(truth).map(|(&texel, truth)| at(texel) - truth);
@@ -256,9 +256,18 @@ fn speed(side: u32) -> Result<(), Failure> {
         let how = Integration { wrap, ..Integration::default() };
         timed(&format!("heights, {wrap:?}"), || heights_of_slopes(&slopes, &how, &|_| {}))?;
     }
-    for (wrap, slices) in [(Wrap::Repeat, SLICES), (Wrap::Repeat, 2 * SLICES), (Wrap::Clamp, SLICES)] {
-        let what = format!("visibility, {wrap:?}, {slices} slices");
-        timed(&what, || visibility(&heights, 1.0, wrap, About::Surface, slices, &|_| {}))?;
+    let all = Occlusion::default();
+    for how in [
+        all,
+        Occlusion { slices: 2 * SLICES, ..all },
+        Occlusion { wrap: Wrap::Clamp, ..all },
+        Occlusion { distance: 0.01, ..all },
+        Occlusion { distance: 0.1, ..all },
+        Occlusion { distance: 1.0, ..all },
+        Occlusion { distance: 0.1, wrap: Wrap::Clamp, ..all },
+    ] {
+        let what = format!("visibility, {:?}, {} slices, distance {}", how.wrap, how.slices, how.distance);
+        timed(&what, || visibility(&heights, 1.0, &how, &|_| {}))?;
     }
     Ok(())
 }

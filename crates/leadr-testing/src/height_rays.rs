@@ -12,14 +12,28 @@ pub struct HeightRays {
     texels: Vec<f32>,
     wrap: Wrap,
     highest: f64,
+    /// The length of the rays in texels.
+    reach: f64,
 }
 
 impl HeightRays {
     /// Creates the height field. `scale` converts heights to texture widths.
     pub fn new(map: &HeightMap, scale: f32, wrap: Wrap) -> Self {
+        Self::within(map, scale, wrap, f64::INFINITY)
+    }
+
+    /// Like [`new`](Self::new), with rays of a length in texture widths.
+    pub fn within(map: &HeightMap, scale: f32, wrap: Wrap, distance: f64) -> Self {
         let texels: Vec<f32> = map.texels.iter().map(|h| h * scale * map.width as f32).collect();
         let highest = texels.iter().fold(f32::MIN, |a, &b| a.max(b)).into();
-        Self { width: map.width.into(), height: map.height.into(), texels, wrap, highest }
+        Self {
+            width: map.width.into(),
+            height: map.height.into(),
+            texels,
+            wrap,
+            highest,
+            reach: distance * f64::from(map.width),
+        }
     }
 
     fn texel(&self, x: i64, y: i64) -> f64 {
@@ -30,15 +44,15 @@ impl HeightRays {
         self.texels[(y * self.width + x) as usize].into()
     }
 
-    /// Whether a ray from the centre of a texel is unoccluded.
+    /// Whether a ray from the centre of a texel is unoccluded. Below the horizontal, rays of unlimited length are occluded.
     pub fn is_free(&self, x: u32, y: u32, direction: [f64; 3]) -> bool {
         let [dx, dy, dz] = direction;
-        if dz <= 0.0 {
+        if dz <= 0.0 && self.reach == f64::INFINITY {
             return false;
         }
         let (x, y) = (i64::from(x), i64::from(y));
         let own = self.texel(x, y);
-        let end = (self.highest - own) / dz;
+        let end = if dz > 0.0 { self.reach.min((self.highest - own) / dz) } else { self.reach };
         // The ray is tested at its crossings with the columns of texels, then with the rows.
         let crossings = |along: f64, across: f64, height: &dyn Fn(i64, f64) -> f64| {
             if along == 0.0 {

@@ -1,7 +1,7 @@
 //! Maps that are derived before baking: heights that are integrated from normals, and ambient visibility.
 
 use super::Inputs;
-use crate::derive::{About, Integrated, Integration, SLICES, Slopes, heights_of_slopes, visibility};
+use crate::derive::{Integrated, Integration, Occlusion, Slopes, heights_of_slopes, visibility};
 use crate::{MapFault, limits};
 
 /// How well the integrated heights fit the slopes of the normals.
@@ -60,7 +60,9 @@ impl Inputs {
         };
         // If the unit of the heights is unknown, the map is assumed to be one unit wide.
         let scale = self.usual_height_scale();
-        let found = visibility(heights, scale, self.wrap, About::Surface, SLICES, progress)?;
+        let default = Occlusion::default();
+        let distance = self.occlusion_distance.unwrap_or(default.distance);
+        let found = visibility(heights, scale, &Occlusion { wrap: self.wrap, distance, ..default }, progress)?;
         let mut texels = limits::zeroed::<[f32; 4]>(found.visibility.len())?;
         for (i, texel) in texels.iter_mut().enumerate() {
             let [x, y, z] = [0, 1, 2].map(|axis| found.vectors[axis][i]);

@@ -65,6 +65,8 @@ pub struct Inputs {
     /// The weight of the slope variance inside texels when normals are integrated to heights. See
     /// [`crate::derive::Integration::smoothness`].
     pub smoothness: Option<f64>,
+    /// The distance in texture widths up to which occluders count. See [`crate::derive::Occlusion::distance`].
+    pub occlusion_distance: Option<f32>,
     /// The gloss scale of kind gloss.
     pub gloss: Gloss,
     /// The area that each normal represents in kind gloss.

@@ -4,7 +4,7 @@
 //! Parallel lines cross every column of the map, and each texel belongs to its closest line. Where a line passes between two
 //! texels of a column, the heights of the texels are interpolated. The upper hull of a line's points is updated as the line
 //! advances. A texel's horizon is the tangent from the texel to the hull, which is found in one or two steps. The reach is
-//! unlimited, and the cost per texel does not depend on the relief.
+//! unlimited ([`reach`](super::reach) limits it), and the cost per texel does not depend on the relief.
 //!
 //! A texel uses its own height, extrapolated along its slope to the line, instead of the height of the line. The two nearest
 //! columns on either side are computed exactly, at the crossings of a ray that starts at the texel itself
@@ -12,6 +12,7 @@
 
 use rayon::prelude::*;
 
+use super::reach::{Nearby, Reach};
 use crate::Wrap;
 
 /// The number of columns on either side of a texel where ray crossings are exact. Hulls begin beyond the exact columns.
@@ -36,7 +37,8 @@ struct Coarse {
     texels: Vec<f32>,
 }
 
-/// The rise per column of the horizons ahead (towards higher columns) and behind. Negative rises become 0.
+/// The rise per column of the horizons ahead (towards higher columns) and behind. With an unlimited reach, negative rises become
+/// 0.
 pub(super) struct Horizons {
     /// The row offset of the lines in each column, relative to column 0.
     pub shifts: Vec<i64>,
@@ -83,8 +85,9 @@ impl Field {
         coarse.texels[cell(y, self.height, coarse.height) * coarse.width + cell(x, self.width, coarse.width)]
     }
 
-    /// Returns the horizons along all lines that rise by `tangent` rows per column. `tangent` is from -1 to 1.
-    pub fn horizons(&self, tangent: f64) -> Horizons {
+    /// Returns the horizons along all lines that rise by `tangent` rows per column. `tangent` is from -1 to 1. `reach` limits the
+    /// occluders that count.
+    pub fn horizons(&self, tangent: f64, reach: Option<&Reach>) -> Horizons {
         let shifts: Vec<i64> = (0..self.width).map(|x| (x as f64 * tangent).round() as i64).collect();
         let (low, high) = (shifts[self.width - 1].min(0), shifts[self.width - 1].max(0));
         // On a non-repeating map, lines also enter through the top and bottom edges.
@@ -92,26 +95,42 @@ impl Field {
             if self.wrap == Wrap::Repeat { (0, self.height) } else { (-high, self.height + (high - low) as usize) };
         let mut values = vec![[0.0; 2]; lines * self.width];
         let range = self.texels.iter().fold([f32::MAX, f32::MIN], |[a, b], &h| [a.min(h), b.max(h)]);
-        let before = self.before(tangent, f64::from(range[1] - range[0]));
+        let before = self.before(tangent, f64::from(range[1] - range[0]), reach);
         values.par_chunks_mut(self.width).enumerate().with_min_len(16).for_each_init(
-            || (Vec::with_capacity(self.width), Hull::default()),
-            |(line, hull), (k, out)| {
+            || (Vec::with_capacity(self.width), Hull::default(), Nearby::default()),
+            |(line, hull, nearby), (k, out)| {
                 let start = first + k as i64;
                 let inside =
                     |x: &usize| self.wrap == Wrap::Repeat || (0..self.height as i64).contains(&(start + shifts[*x]));
                 // The texels of a line are contiguous.
                 let Some(from) = (0..self.width).find(inside) else { return };
                 let to = (from..self.width).find(|x| !inside(x)).unwrap_or(self.width);
+                let own = |x: usize| self.moved(x, start + shifts[x], (start as f64 + x as f64 * tangent) as f32);
                 let more = if self.wrap == Wrap::Repeat { NEAR as i64 } else { 0 };
                 let first = from as i64 - more;
                 self.fill(line, start, tangent, first..to as i64 + more);
+                let last = self.width as f32 - 1.0;
+                if let Some(reach) = reach {
+                    nearby.clear();
+                    for &[distance, level] in before.iter().rev() {
+                        nearby.points.push([-distance, self.beyond(start, tangent, -distance, level)]);
+                    }
+                    nearby.points.extend((first..).zip(&*line).map(|(x, &z)| [x as f32, z]));
+                    for &[distance, level] in &before {
+                        let x = last + distance;
+                        nearby.points.push([x, self.beyond(start, tangent, x, level)]);
+                    }
+                    nearby.texels.extend((from..to).map(|x| [x as f32, own(x)]));
+                    nearby.rises(reach, self.wrap, &mut out[from..to]);
+                    return;
+                }
                 let on_line = |x: i64| line.get(usize::try_from(x - first).ok()?).copied();
                 hull.clear();
                 for &[distance, level] in before.iter().rev() {
                     hull.push(-distance, self.beyond(start, tangent, -distance, level));
                 }
                 for x in from..to {
-                    let own = self.moved(x, start + shifts[x], (start as f64 + x as f64 * tangent) as f32);
+                    let own = own(x);
                     out[x] = [own, hull.rise(x as f32, own)];
                     // The next column treats its nearest columns exactly, so its hull excludes them.
                     let passed = x as i64 - NEAR as i64;
@@ -121,7 +140,6 @@ impl Field {
                 }
                 // The reverse direction counts columns from the end.
                 hull.clear();
-                let last = self.width as f32 - 1.0;
                 for &[distance, level] in before.iter().rev() {
                     hull.push(-distance, self.beyond(start, tangent, last + distance, level));
                 }
@@ -138,17 +156,22 @@ impl Field {
     }
 
     /// Returns the sample distances before the first column, from near to far, each with the index of the coarse copy to
-    /// sample. Index 0 is the map itself. The list ends where no rise of 1/64 is possible.
-    fn before(&self, tangent: f64, range: f64) -> Vec<[f32; 2]> {
+    /// sample. Index 0 is the map itself. The list ends at the reach, or where no rise of 1/64 is possible. Within a limited
+    /// reach, the first repeat of the map is exact.
+    fn before(&self, tangent: f64, range: f64, reach: Option<&Reach>) -> Vec<[f32; 2]> {
         let mut found = Vec::new();
         if self.wrap == Wrap::Clamp {
             return found;
         }
-        let reach = 64.0 * range / (1.0 + tangent * tangent).sqrt();
+        let (most, exact) = (64.0 * range / (1.0 + tangent * tangent).sqrt(), (COARSER * COARSER) as f64);
+        let (most, exact) = reach.map_or((most, exact), |reach| {
+            let columns = f64::from(reach.columns());
+            (most.min(columns), exact.max(columns.min(self.width.max(self.height) as f64)))
+        });
         let (mut distance, mut level, mut cell) = ((NEAR + 1) as f64, 0, 1usize);
         // The coarsest copy has a single height.
-        while distance <= reach && level < self.coarse.len() {
-            if distance >= (COARSER * COARSER * cell) as f64 {
+        while distance <= most && level < self.coarse.len() {
+            if distance >= exact * cell as f64 {
                 level += 1;
                 cell *= COARSER;
                 continue;
@@ -233,16 +256,16 @@ impl Horizons {
 
 /// The upper hull of points that are added in order of increasing `x`.
 #[derive(Default)]
-struct Hull {
+pub(super) struct Hull {
     points: Vec<[f32; 2]>,
 }
 
 impl Hull {
-    fn clear(&mut self) {
+    pub fn clear(&mut self) {
         self.points.clear();
     }
 
-    fn push(&mut self, x: f32, z: f32) {
+    pub fn push(&mut self, x: f32, z: f32) {
         while let [.., a, b] = self.points[..] {
             if (b[1] - a[1]) * (x - a[0]) > (z - a[1]) * (b[0] - a[0]) {
                 break;
@@ -252,17 +275,37 @@ impl Hull {
         self.points.push([x, z]);
     }
 
-    /// Returns the steepest rise from the hull's points to a position beyond the last point, at least 0.
+    /// Returns the steepest rise from a position beyond the last point to the hull's points, at least 0.
     fn rise(&self, x: f32, z: f32) -> f32 {
-        let mut best = f32::MIN;
+        self.steepest(x, z)[0].max(0.0)
+    }
+
+    /// Returns the steepest rise from a position beyond the last point to the hull's points, with the distance of the point.
+    /// Without points, the rise is [`f32::MIN`].
+    pub fn steepest(&self, x: f32, z: f32) -> [f32; 2] {
+        let mut best = [f32::MIN, 0.0];
         for point in self.points.iter().rev() {
-            let rise = (point[1] - z) / (x - point[0]);
-            if rise <= best {
+            let distance = x - point[0];
+            let rise = (point[1] - z) / distance;
+            if rise <= best[0] {
                 break;
             }
-            best = rise;
+            best = [rise, distance];
         }
-        best.max(0.0)
+        best
+    }
+
+    /// Returns the same as [`steepest`](Self::steepest) for a position before the first point, which can be far from it.
+    pub fn steepest_far(&self, x: f32, z: f32) -> [f32; 2] {
+        let rise = |[at, height]: [f32; 2]| [(height - z) / (at - x), at - x];
+        // The rises increase up to the tangent point, and decrease beyond.
+        let (mut low, mut high) = (0, self.points.len());
+        while high - low > 1 {
+            let middle = usize::midpoint(low, high);
+            let [before, after] = [self.points[middle - 1], self.points[middle]].map(|point| rise(point)[0]);
+            if after > before { low = middle } else { high = middle }
+        }
+        self.points.get(low).map_or([f32::MIN, 0.0], |&point| rise(point))
     }
 }
 
@@ -275,6 +318,49 @@ mod tests {
         Field::new(width, height, (0..width * height).map(texel).collect(), wrap)
     }
 
+    /// Compares the horizons within a reach with a search among all columns, also beyond the edges of a repeating map.
+    #[test]
+    fn horizons_within_reach_match_exhaustive_search() {
+        for wrap in [Wrap::Repeat, Wrap::Clamp] {
+            for (width, height, distance) in [(40, 24, 7.0), (40, 24, 38.0), (23, 37, 60.0), (5, 1, 20.0), (1, 5, 9.0)]
+            {
+                let field = field(width, height, wrap);
+                for tangent in [0.0, 0.37, -0.8, 1.0] {
+                    let reach = Reach::new(distance, tangent);
+                    let horizons = field.horizons(tangent, Some(&reach));
+                    let mut row = [vec![0.0; width], vec![0.0; width]];
+                    for y in 0..height {
+                        horizons.row(y, &mut row);
+                        for (x, found) in row[0].iter().zip(&row[1]).map(|(a, b)| [*a, *b]).enumerate() {
+                            let start = y as i64 - horizons.shifts[x];
+                            let own = field.moved(x, y as i64, (start as f64 + x as f64 * tangent) as f32);
+                            let there = |c: i64| {
+                                let inside = (0..width as i64).contains(&c);
+                                wrap == Wrap::Repeat
+                                    || inside && (0..height as i64).contains(&(start + horizons.shifts[c as usize]))
+                            };
+                            for (found, side) in found.into_iter().zip([1, -1]) {
+                                let rise = |step: i64| {
+                                    let c = x as i64 + side * step;
+                                    let z = field.at(c, (start as f64 + c as f64 * tangent) as f32);
+                                    if there(c) { reach.clip(step as f32, (z - own) / step as f32) } else { f32::MIN }
+                                };
+                                let wanted = (NEAR as i64 + 1..=distance as i64).map(rise).fold(f32::MIN, f32::max);
+                                // Level ground beyond the edges of a map that does not repeat is only below the texel.
+                                let ground = wrap == Wrap::Clamp && wanted < found && found <= 0.0;
+                                let apart = (found - wanted).abs();
+                                assert!(
+                                    apart < 1e-4 || ground,
+                                    "{wrap:?} {width} {distance} {tangent} {x} {y}: {found} {wanted}"
+                                );
+                            }
+                        }
+                    }
+                }
+            }
+        }
+    }
+
     /// Compares the hulls with an exhaustive search over all columns.
     #[test]
     fn hulls_match_exhaustive_search() {
@@ -282,7 +368,7 @@ mod tests {
             for (width, height) in [(40, 24), (23, 37), (5, 1), (1, 5), (2, 2)] {
                 let field = field(width, height, wrap);
                 for tangent in [0.0, 0.37, -0.8, 1.0] {
-                    let horizons = field.horizons(tangent);
+                    let horizons = field.horizons(tangent, None);
                     let mut row = [vec![0.0; width], vec![0.0; width]];
                     for y in 0..height {
                         horizons.row(y, &mut row);

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use glam::DVec3;
 
 use leadr_maps::derive::{
-    About, Difference, Integration, SLICES, Slopes, VisibilityMap, heights_of_slopes, slopes_of_heights, visibility,
+    About, Difference, Integration, Occlusion, Slopes, VisibilityMap, heights_of_slopes, slopes_of_heights, visibility,
 };
 use leadr_maps::material::{Encoding, NormalMap, Texture, green_axis};
 use leadr_maps::{HeightMap, Wrap, load_height_map, load_raster};
@@ -111,7 +111,7 @@ fn occlusion_and_cones_match_ray_casts() {
             texels.par_iter().map(|&[x, y]| rays.visibility(x, y, normal(&slopes, [x, y]), 20)).collect()
         };
         let (surface, flat) = (seen(normal_of), seen(|_, _| [0.0, 0.0, 1.0]));
-        let of = |about| visibility(&map, scale, Wrap::Repeat, about, SLICES, &|_| {}).unwrap();
+        let of = |about| visibility(&map, scale, &Occlusion { about, ..Occlusion::default() }, &|_| {}).unwrap();
         let found = of(About::Surface);
         let errors = [error(&found, &texels, &surface), error(&of(About::Flat), &texels, &flat)];
         // The comparison must fail for the other hemisphere, and for a neighbouring texel.
@@ -119,6 +119,19 @@ fn occlusion_and_cones_match_ray_casts() {
         assert!(error(&found, &aside, &surface) > 2.0 * errors[0] && error(&found, &texels, &flat) > 1.5 * errors[1]);
         println!("{}: visibility off by {errors:.4?}", file.display());
         assert!(errors.iter().all(|&error| error < 0.01), "{}: {errors:?}", file.display());
+        // A limited distance is compared with rays of that length.
+        let mut distances = Vec::new();
+        for distance in [0.005, 0.02, 0.1, 0.5] {
+            let rays = HeightRays::within(&map, scale, Wrap::Repeat, f64::from(distance));
+            let seen: Vec<f64> =
+                texels.par_iter().map(|&[x, y]| rays.visibility(x, y, normal_of(&slopes, [x, y]), 20)).collect();
+            let found = visibility(&map, scale, &Occlusion { distance, ..Occlusion::default() }, &|_| {}).unwrap();
+            distances.push([error(&found, &texels, &seen), error(&found, &texels, &surface)]);
+        }
+        println!("{}: at distances off by {distances:.4?}", file.display());
+        assert!(distances.iter().all(|[error, _]| *error < 0.013), "{}: {distances:?}", file.display());
+        // The comparison must fail for rays of unlimited length.
+        assert!(distances[0][1] > 2.0 * distances[0][0], "{}: {distances:?}", file.display());
         // A low sun tests cones about the normal and about the mean free direction.
         let mut wrong = [0u32; 2];
         for &[x, y] in &texels {

@@ -6,9 +6,7 @@ use crate::relaxation::{relative_difference, relaxed_heights};
 use crate::report::page::Page;
 use crate::report::studio::{Studio, fault};
 use crate::report::verdict::Shot;
-use leadr_maps::derive::{
-    About, Difference, Integration, SLICES, Slopes, VisibilityMap, heights_of_slopes, visibility,
-};
+use leadr_maps::derive::{Difference, Integration, Occlusion, Slopes, VisibilityMap, heights_of_slopes, visibility};
 use leadr_maps::material::{Encoding, NormalMap, Texture, TextureWrap, alpha_code, green_axis};
 use leadr_maps::srgb::srgb8_from_linear;
 use leadr_maps::{HeightMap, Rgb8Image, RgbImage, Wrap, load_color, load_height_channel, load_height_map, load_raster};
@@ -310,7 +308,7 @@ fn heights(studio: &mut Studio, page: &mut Page, bricks: &Bricks) -> Result<(), 
         "The normals of the bricks, the heights of the normals by the direct solution at smoothness 1, and the occlusion of these heights.",
     );
     let heights = bricks.heights(1.0)?;
-    let open = visibility(&heights, 1.0, Wrap::Repeat, About::Surface, SLICES, &|_| ()).map_err(fault)?;
+    let open = visibility(&heights, 1.0, &Occlusion::default(), &|_| ()).map_err(fault)?;
     let ends = heights.texels.iter().fold((f32::MAX, f32::MIN), |(a, b), &h| (a.min(h), b.max(h)));
     let height = |i: usize| f64::from((heights.texels[i] - ends.0) / (ends.1 - ends.0).max(1e-9));
     let side = bricks.side;
@@ -366,7 +364,7 @@ fn relaxation(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
 /// Draws figures 14 and 17: the wall with and without occlusion cones, in shadow and in the sun.
 fn occlusion(studio: &mut Studio, page: &mut Page, bricks: &Bricks) -> Result<(), LabError> {
     let heights = bricks.heights(1.0)?;
-    let open = visibility(&heights, 1.0, Wrap::Repeat, About::Surface, SLICES, &|_| ()).map_err(fault)?;
+    let open = visibility(&heights, 1.0, &Occlusion::default(), &|_| ()).map_err(fault)?;
     let raw: Vec<[f32; 4]> = open.visibility.iter().map(|&v| [v, v, v, 1.0]).collect();
     let objects = vec![
         bricks.object(&bricks.colors, Some(&open)),

@@ -4,9 +4,9 @@ use glam::{Vec2, Vec3};
 
 use crate::report::page::Page;
 use crate::report::studio::{Studio, fault};
-use leadr_maps::derive::{About, SLICES, visibility};
+use leadr_maps::derive::{Occlusion, visibility};
 use leadr_maps::material::TextureWrap;
-use leadr_maps::{HeightMap, RgbImage, Wrap, procedural};
+use leadr_maps::{HeightMap, RgbImage, procedural};
 use leadr_reflectance::color::luminance;
 use leadr_reflectance::masking::occlusion::ConeEdge;
 use leadr_reflectance::masking::shadowing::Shadowing;
@@ -45,7 +45,7 @@ impl Bumps {
     /// Fails if the device fails.
     pub fn new(studio: &Studio) -> Result<Self, LabError> {
         let map = procedural::gaussian(TEXELS, TEXELS, 3, STEEP, BUMP / TEXELS as f32);
-        let open = visibility(&map, 1.0, Wrap::Repeat, About::Surface, SLICES, &|_| ()).map_err(fault)?;
+        let open = visibility(&map, 1.0, &Occlusion::default(), &|_| ()).map_err(fault)?;
         let field = HeightField::repeating(map);
         let centre = |i: u32| (Vec2::new((i % TEXELS) as f32, (i / TEXELS) as f32) + 0.5) / TEXELS as f32;
         let step = 0.5 / TEXELS as f32;
