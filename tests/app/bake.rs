@@ -327,6 +327,26 @@ fn the_bricks_become_a_set_of_textures() {
 }
 
 #[test]
+fn a_distance_limits_occlusion() {
+    let folder = tempfile::tempdir().unwrap();
+    let heights = folder.path().join("bumps.png");
+    bumps(&heights);
+    for kind in ["occlusion", "cones"] {
+        let mean = |more: &[&str]| {
+            let file = folder.path().join("baked.ktx2");
+            let flags = [text(&heights), "--height-scale", "0.2", "--kind", kind, "-o", text(&file)];
+            let done = bake(&[&flags[..], more].concat());
+            assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+            let texels = BakedMap::load(&file).unwrap().channel("occlusion").unwrap();
+            texels.iter().map(|&v| f64::from(v)).sum::<f64>() / texels.len() as f64
+        };
+        let of = |distance: &str| mean(&["--occlusion-distance", distance]);
+        let [near, far, unlimited] = [of("0.06"), of("0.2"), mean(&[])];
+        assert!(near > far + 0.01 && far > unlimited + 0.005, "{kind}: {near} {far} {unlimited}");
+    }
+}
+
+#[test]
 #[ignore = "long"]
 fn heights_and_cones_of_normals_are_drawn() {
     let bricks = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/bricks");
@@ -390,7 +410,7 @@ fn unbakeable_input_gives_one_line() {
     let [bumps, small, nan, cut, out, exr] =
         ["bumps.png", "small.png", "nan.exr", "cut.png", "o.ktx2", "o.exr"].map(|name| text(&at(name)).to_owned());
     let nowhere = format!("{bumps}/under/o.ktx2");
-    let cases: [(&[&str], i32, &str); 18] = [
+    let cases: [(&[&str], i32, &str); 22] = [
         (&["-o", &out], 2, "<FILE|FOLDER>"),
         (&[&bumps], 2, "--output"),
         (&[&bumps, "-o", "x.gif"], 2, "must end in .ktx2, .exr or .png"),
@@ -399,6 +419,14 @@ fn unbakeable_input_gives_one_line() {
         (&[&bumps, "--kind", "gloss,gloss", "-o", "x/"], 2, "gloss twice"),
         (&[&bumps, "--texels", "smooth", "-o", &out], 2, "--texels is for --kind gloss"),
         (&[&bumps, "--detail", &small, "-o", &out], 2, "--detail is for --kind normal and gloss"),
+        (
+            &[&bumps, "--kind", "height", "--occlusion-distance", "0.1", "-o", &out],
+            2,
+            "--occlusion-distance is for --kind occlusion and cones: leave it out",
+        ),
+        (&[&bumps, "--kind", "cones", "--occlusion-distance", "0", "-o", &out], 2, "must be above 0"),
+        (&[&bumps, "--kind", "cones", "--occlusion-distance=-1", "-o", &out], 2, "must be above 0"),
+        (&[&bumps, "--kind", "cones", "--occlusion-distance", "nan", "-o", &out], 2, "is not a finite number"),
         (&[&bumps, "--format", "bc", "-o", &exr], 2, "choose f32 or f16"),
         (&[&bumps, "--layout", "oiio", "-o", &out], 2, "--layout oiio needs"),
         (&[&bumps, "--layout", "oiio", "--color", &small, "-o", &exr], 2, "no channels for --roughness"),

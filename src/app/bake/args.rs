@@ -98,6 +98,9 @@ pub struct BakeArgs {
     /// Smooth the heights computed from normals: 0 follows the normals exactly, 1 is the smoothest [default: 0.1]
     #[arg(long, value_name = "X", value_parser = share)]
     pub smoothness: Option<f32>,
+    /// Count only occluders up to X texture widths from a texel (kinds occlusion and cones) [default: all occluders]
+    #[arg(long, value_name = "X", value_parser = positive)]
+    pub occlusion_distance: Option<f32>,
     /// Store moments for N classes of facets, such as the tops, walls and bottoms of bricks (kind leadr); auto chooses N by the gain
     #[arg(long, value_name = "N|auto", value_parser = class_count, default_value = "1")]
     pub classes: ClassCount,
@@ -125,7 +128,7 @@ pub struct BakeArgs {
 }
 
 /// The flags that do not apply to --cone-table.
-const WITHOUT_CONE_TABLE: [&str; 20] = [
+const WITHOUT_CONE_TABLE: [&str; 21] = [
     "input",
     "follow_links",
     "normal",
@@ -141,6 +144,7 @@ const WITHOUT_CONE_TABLE: [&str; 20] = [
     "area",
     "texels",
     "smoothness",
+    "occlusion_distance",
     "classes",
     "drop_levels",
     "resample",

@@ -258,6 +258,12 @@ fn check_flags(arguments: &BakeArgs) -> Result<(), AppError> {
             heights,
             "height, occlusion and cones, when heights are computed from normals",
         ),
+        (
+            "--occlusion-distance",
+            a.occlusion_distance.is_some(),
+            &[Kind::Occlusion, Kind::Cones],
+            "occlusion and cones",
+        ),
         ("--classes", a.classes != ClassCount::Exactly(1), &[Kind::Leadr], "leadr"),
         ("--texels", a.texels != Texels::Facets, &[Kind::Gloss], "gloss"),
         ("--gloss-scale", a.gloss_scale != Gloss::Perceptual && !has_gloss, &[Kind::Gloss], "gloss and --gloss"),

@@ -220,6 +220,7 @@ impl Sources {
             height_scale: arguments.height_scale,
             wrap: arguments.wrap,
             smoothness: arguments.smoothness.map(f64::from),
+            occlusion_distance: arguments.occlusion_distance,
             gloss: arguments.gloss_scale,
             area: arguments.area,
             texels: arguments.texels,

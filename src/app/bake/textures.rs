@@ -136,6 +136,7 @@ pub fn refuse_map_flags(a: &BakeArgs, of: &str, except: &[&str]) -> Result<(), A
         ("--area", a.area != NormalArea::Macro),
         ("--texels", a.texels != Texels::Facets),
         ("--smoothness", a.smoothness.is_some()),
+        ("--occlusion-distance", a.occlusion_distance.is_some()),
         ("--classes", a.classes != ClassCount::Exactly(1)),
         ("--drop-levels", a.drop_levels > 0),
         ("--resample", a.resample),
