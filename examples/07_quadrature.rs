@@ -1,9 +1,10 @@
 //! Prints the tables of docs/measurements/quadrature.md: the errors of the paper's grids and of the visible-slope rules against converged
 //! integrals, the samplers that the papers compare with, what they print about their grid, and the largest steps between frames of slow sweeps.
 //!
-//! `cargo run --release --example 07_quadrature [SURFACES [specular|diffuse|light|samplers|printed|lod|oren-nayar|micronormal|sweeps]]`
+//! `cargo run --release --example 07_quadrature [SURFACES [specular|diffuse|light|samplers|printed|lod|oren-nayar|micronormal|sweeps|rational]]`
 
 use leadr::reflectance::integrals::specular::{LOD_ALGORITHM_1, LOD_MATCHED, LOD_SUPPLEMENT, LOD_SUPPLEMENT_5};
+use leadr_lab::brdf_fit_study::{Domain, FitRow, domain_rows};
 use leadr_lab::oren_nayar_study::{SIGMAS, oren_nayar_row};
 use leadr_lab::quadrature_study::Row;
 use leadr_lab::quadrature_study::diffuse::DiffuseSet;
@@ -90,6 +91,16 @@ fn main() {
         for r in sweep_rows(starts) {
             let (step, bend) = (r.steps.step, r.steps.bend);
             println!("{:<11} {:<13} {:<16} {step:>8.1e} {bend:>8.1e}", r.path.name(), r.integral, r.rule);
+        }
+    }
+    // Fits of hundreds of coefficients take minutes, so only this word starts them.
+    if only.as_deref() == Some("rational") {
+        for domain in Domain::ALL {
+            println!("\nrational fits of the diffuse term, {domain:?}, {} surfaces, errors over {n} others", 4 * n);
+            println!("{}", FitRow::HEADER);
+            for row in domain_rows(domain, 4 * n, n) {
+                println!("{}", row.line());
+            }
         }
     }
 }

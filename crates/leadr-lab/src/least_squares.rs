@@ -1,7 +1,9 @@
-//! Minimises sums of squares by the Levenberg–Marquardt method with numerical derivatives.
+//! Minimises sums of squares by the Levenberg–Marquardt method with numerical or exact derivatives.
 
-/// Solves `A x = b` for a symmetric positive definite `A` by Cholesky decomposition. Returns `None` if `A` is not positive
-/// definite.
+use rayon::prelude::*;
+
+/// Solves `A x = b` for a symmetric positive definite `A` by Cholesky decomposition. Reads only the lower triangle of `A`, and returns
+/// `None` if `A` is not positive definite.
 fn solve(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Option<Vec<f64>> {
     let n = b.len();
     for i in 0..n {
@@ -22,34 +24,41 @@ fn solve(mut a: Vec<Vec<f64>>, mut b: Vec<f64>) -> Option<Vec<f64>> {
 /// Returns the parameters that minimise the sum of squared `residuals`. The search begins at `start` and takes at most
 /// `steps` steps.
 pub fn least_squares(start: Vec<f64>, steps: u32, residuals: impl Fn(&[f64]) -> Vec<f64>) -> Vec<f64> {
+    let column = |p: &[f64], k: usize| {
+        let h = 1e-5 * p[k].abs().max(0.1);
+        let moved = |by: f64| {
+            let mut q = p.to_vec();
+            q[k] += by;
+            residuals(&q)
+        };
+        moved(h).iter().zip(moved(-h)).map(|(a, b)| (a - b) / (2.0 * h)).collect()
+    };
+    least_squares_with(start, steps, &residuals, |p| (0..p.len()).map(|k| column(p, k)).collect())
+}
+
+/// Like [`least_squares`], with the exact derivatives of the residuals. `jacobian` returns one column per parameter. Parameters with an
+/// infinite residual are never accepted.
+pub fn least_squares_with(
+    start: Vec<f64>,
+    steps: u32,
+    residuals: impl Fn(&[f64]) -> Vec<f64>,
+    jacobian: impl Fn(&[f64]) -> Vec<Vec<f64>>,
+) -> Vec<f64> {
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
     let mut p = start;
     let mut r = residuals(&p);
     let mut error: f64 = r.iter().map(|e| e * e).sum();
     let mut damping = 1e-2;
     for _ in 0..steps {
-        let jacobian: Vec<Vec<f64>> = (0..p.len())
-            .map(|k| {
-                let h = 1e-5 * p[k].abs().max(0.1);
-                let moved = |by: f64| {
-                    let mut q = p.clone();
-                    q[k] += by;
-                    residuals(&q)
-                };
-                moved(h).iter().zip(moved(-h)).map(|(a, b)| (a - b) / (2.0 * h)).collect()
-            })
-            .collect();
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
-        let gradient: Vec<f64> = jacobian.iter().map(|j| -dot(j, &r)).collect();
+        let columns = jacobian(&p);
+        let gradient: Vec<f64> = columns.iter().map(|j| -dot(j, &r)).collect();
+        // The lower triangle of the normal matrix is all that the solver reads.
+        let products: Vec<Vec<f64>> =
+            (0..p.len()).into_par_iter().map(|i| columns[..=i].iter().map(|b| dot(&columns[i], b)).collect()).collect();
         let before = error;
         while damping < 1e8 {
-            let normal = jacobian
-                .iter()
-                .enumerate()
-                .map(|(i, a)| {
-                    let row = jacobian.iter().enumerate();
-                    row.map(|(j, b)| dot(a, b) * if i == j { 1.0 + damping } else { 1.0 }).collect()
-                })
-                .collect();
+            let mut normal = products.clone();
+            normal.iter_mut().enumerate().for_each(|(i, row)| row[i] *= 1.0 + damping);
             let step = solve(normal, gradient.clone());
             let q: Option<Vec<f64>> = step.map(|s| p.iter().zip(s).map(|(p, s)| p + s).collect());
             let tried = q.map(|q| (residuals(&q), q));

@@ -3,6 +3,7 @@
 //!
 //! `cargo run --release -p leadr-lab -- report` repeats all measurements of the report and writes one page.
 
+pub mod brdf_fit_study;
 pub mod command;
 pub mod cracks;
 pub mod energy_table;

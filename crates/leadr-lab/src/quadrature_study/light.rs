@@ -22,24 +22,36 @@ pub struct LightSet {
     truth: Vec<f64>,
 }
 
+/// Returns lights up to 88° from the displacement direction. An eighth of the lights reach 120°, below the horizon.
+pub fn random_lights(n: usize, seed: u64) -> Vec<DVec3> {
+    let mut r = Random(seed);
+    (0..n)
+        .map(|_| {
+            let top = if r.unit() < 0.125 { 120f64 } else { 88.0 };
+            spherical(r.range(0.0, top.to_radians()), r.range(0.0, TAU))
+        })
+        .collect()
+}
+
 impl LightSet {
-    /// Returns `n` surfaces with lights up to 88° from the displacement direction. An eighth of the lights are below the
-    /// horizon.
+    /// Returns `n` surfaces with [`random_lights`].
     pub fn new(n: usize, seed: u64) -> Self {
-        let surfaces = surfaces(n, seed);
-        let mut r = Random(seed + 2);
-        let lights: Vec<DVec3> = (0..n)
-            .map(|_| {
-                let top = if r.unit() < 0.125 { 120f64 } else { 88.0 };
-                spherical(r.range(0.0, top.to_radians()), r.range(0.0, TAU))
-            })
-            .collect();
+        Self::of(surfaces(n, seed), random_lights(n, seed + 2))
+    }
+
+    /// Returns these surfaces, each under one light.
+    pub fn of(surfaces: Vec<Surface>, lights: Vec<DVec3>) -> Self {
         let truth = surfaces
             .par_iter()
             .zip(&lights)
             .map(|(s, &wi)| PI * diffuse_directional(s.wo, wi, s.m, s.s, false, PANELS))
             .collect();
         Self { surfaces, lights, truth }
+    }
+
+    /// Returns the surfaces, each with its light and the converged cosine.
+    pub fn samples(&self) -> impl Iterator<Item = (&Surface, DVec3, f64)> {
+        self.surfaces.iter().zip(&self.lights).zip(&self.truth).map(|((s, &wi), &truth)| (s, wi, truth))
     }
 
     /// Measures the absolute errors of a rule for the mean cosine, which is 1 for a facet that faces the light.

@@ -64,7 +64,7 @@ pub fn map_second_moments(linear: DMat2, s: DVec3) -> DVec3 {
 }
 
 /// Returns `S v` for a symmetric matrix `(xx, yy, xy)`.
-pub(crate) fn covariance_times(s: DVec3, v: DVec2) -> DVec2 {
+pub fn covariance_times(s: DVec3, v: DVec2) -> DVec2 {
     DVec2::new(s.x * v.x + s.z * v.y, s.z * v.x + s.y * v.y)
 }
 
