@@ -16,7 +16,7 @@ pub enum Form {
     Paper,
     /// Eight numbers that do not change with a rotation about the displacement direction, so that no axes are needed.
     Invariants,
-    /// Five numbers. The function multiplies the visible area in closed form.
+    /// Five numbers. The quotient multiplies the light's visible area in closed form.
     Areas,
     /// Four numbers, for centred isotropic slopes only, where the term is that of Oren and Nayar.
     Centred,

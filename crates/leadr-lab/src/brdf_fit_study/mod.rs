@@ -1,8 +1,9 @@
 //! Fits rational functions to LEADR's diffuse term under one light. LEADR §6 reports such a fit with more than 70 coefficients, which was
 //! slower than the 5×5 grid. `docs/measurements/quadrature.md` has the table.
 //!
-//! The fitted value is the mean cosine of the visible facets, `E[⟨wo·N⟩ ⟨wi·N⟩ / |N|] / A(wo)` with `N = (−slope, 1)`. Masking and
-//! shadowing are closed factors and need no fit. The value depends on nine numbers. Two properties reduce them:
+//! Only the diffuse term is fitted, because the specular term under one light has a closed form. The fitted value is the mean cosine of
+//! the visible facets, `E[⟨wo·N⟩ ⟨wi·N⟩ / |N|] / A(wo)` with `N = (−slope, 1)`. Masking and shadowing are closed factors and need no fit.
+//! The value depends on nine numbers. Two properties reduce them:
 //!
 //! * A rotation about the displacement direction changes nothing, so eight numbers are left. These are the paper's.
 //! * A linear map of the slopes, with the inverse map of both directions, changes only `|N|`. Without `|N|`, the value divided by the

@@ -66,9 +66,9 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 }
 
 impl Quotient {
-    /// Fits polynomials of the `degrees` above and below to samples, by least squares. Every step solves the problem that is linear in the
-    /// coefficients, weighted by the inverse of the last denominator. The search begins with a constant, and rejects steps with a small or
-    /// negative denominator at any sample, so no start can end in a pole between them.
+    /// Fits polynomials of the `degrees` above and below the line to samples, by least squares. Each step solves the problem that is linear
+    /// in the coefficients, weighted by the inverse of the last denominator. The search begins with a constant, and rejects steps with a
+    /// small or negative denominator at any sample. A fit may still have poles between the samples.
     ///
     /// # Panics
     /// Panics if there are no samples, or more than [`MOST_TERMS`] terms.
