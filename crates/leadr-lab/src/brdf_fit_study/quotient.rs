@@ -52,6 +52,16 @@ fn write_terms(x: &[f64], degree: usize, terms: &mut Terms) -> usize {
     count
 }
 
+/// Returns the products of powers of at most eight arguments up to a total degree, the constant 1 first.
+///
+/// # Panics
+/// Panics if there are more than [`MOST_TERMS`] terms.
+pub fn polynomial_terms(x: &[f64], degree: usize) -> Vec<f64> {
+    let mut terms = [0.0; MOST_TERMS];
+    let count = write_terms(x, degree, &mut terms);
+    terms[..count].to_vec()
+}
+
 /// Sums in four lanes, because one chain of additions would be slower than the products.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut lanes = [0.0; 4];
@@ -74,15 +84,8 @@ impl Quotient {
     /// Panics if there are no samples, or more than [`MOST_TERMS`] terms.
     pub fn fit(samples: &[Sample], degrees: [usize; 2]) -> Self {
         let degree = degrees[0].max(degrees[1]);
-        let mut terms = [0.0; MOST_TERMS];
-        let [above, below] = degrees.map(|degree| write_terms(&samples[0].at, degree, &mut terms));
-        let rows: Vec<Vec<f64>> = samples
-            .iter()
-            .map(|sample| {
-                let count = write_terms(&sample.at, degree, &mut terms);
-                terms[..count].to_vec()
-            })
-            .collect();
+        let [above, below] = degrees.map(|degree| polynomial_terms(&samples[0].at, degree).len());
+        let rows: Vec<Vec<f64>> = samples.iter().map(|sample| polynomial_terms(&sample.at, degree)).collect();
         let parts = |c: &[f64], row: &[f64]| [dot(&c[..above], &row[..above]), 1.0 + dot(&c[above..], &row[1..below])];
         let residuals = |c: &[f64]| -> Vec<f64> {
             let residual = |(sample, row): (&Sample, &Vec<f64>)| {
@@ -131,11 +134,10 @@ mod tests {
 
     #[test]
     fn terms_are_products_of_powers() {
-        let mut terms = [0.0; MOST_TERMS];
-        let count = write_terms(&[2.0, 3.0, 5.0], 2, &mut terms);
-        assert_eq!(terms[..count], [1.0, 2.0, 3.0, 5.0, 4.0, 6.0, 10.0, 9.0, 15.0, 25.0]);
-        assert_eq!([1, 2, 3].map(|degree| write_terms(&[0.5; 8], degree, &mut terms)), [9, 45, MOST_TERMS]);
-        assert_eq!(terms[MOST_TERMS - 1], 0.125);
+        assert_eq!(polynomial_terms(&[2.0, 3.0, 5.0], 2), [1.0, 2.0, 3.0, 5.0, 4.0, 6.0, 10.0, 9.0, 15.0, 25.0]);
+        let counts = |x: &[f64], degrees: [usize; 3]| degrees.map(|degree| polynomial_terms(x, degree).len());
+        assert_eq!(counts(&[0.5; 3], [1, 3, 4]), [4, 20, 35]);
+        assert_eq!(counts(&[0.5; 8], [1, 2, 3]), [9, 45, MOST_TERMS]);
     }
 
     #[test]

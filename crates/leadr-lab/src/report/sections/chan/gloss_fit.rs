@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use super::GLOSSES;
 use super::laws::{Law, slice_pair};
 use super::rational;
+use crate::brdf_fit_study::quotient::polynomial_terms;
 use crate::report::page::Page;
 use crate::report::studio::Studio;
 use leadr_reflectance::materials::multiscattering::{CHAN_RATIONAL, slice_quotient};
@@ -19,26 +20,16 @@ const MOST: f64 = 80.0;
 /// `n·h`, `l·h` and gloss, and `π f_r`.
 type Sample = ([f64; 3], f64);
 
-/// Returns the products of powers of three arguments up to a total degree, the constant 1 first.
-fn terms([x, y, z]: [f64; 3], degree: i32) -> Vec<f64> {
-    let mut terms = Vec::new();
-    for total in 0..=degree {
-        for i in (0..=total).rev() {
-            terms.extend((0..=total - i).rev().map(|j| x.powi(i) * y.powi(j) * z.powi(total - i - j)));
-        }
-    }
-    terms
-}
-
 fn rms(samples: &[Sample], value: impl Fn(&[f64; 3]) -> f64) -> f64 {
     (samples.iter().map(|(at, wanted)| (value(at) - wanted).powi(2)).sum::<f64>() / samples.len() as f64).sqrt()
 }
 
 /// Fits a quotient of two polynomials of one degree. `lower` has the coefficients of the degree below, or none. Returns the coefficients and
 /// the root mean square error.
-fn fitted(samples: &[Sample], degree: i32, lower: &[f64]) -> (Vec<f64>, f64) {
-    let points: Vec<(Vec<f64>, f64)> = samples.iter().map(|(at, value)| (terms(*at, degree), *value)).collect();
-    let count = terms([0.0; 3], degree).len();
+fn fitted(samples: &[Sample], degree: usize, lower: &[f64]) -> (Vec<f64>, f64) {
+    let points: Vec<(Vec<f64>, f64)> =
+        samples.iter().map(|(at, value)| (polynomial_terms(at, degree), *value)).collect();
+    let count = polynomial_terms(&[0.0; 3], degree).len();
     let sum = |terms: &[f64], c: &[f64]| terms.iter().zip(c).map(|(term, c)| term * c).sum::<f64>();
     // The constant of the denominator is 1.
     let parts = |terms: &Vec<f64>, c: &[f64]| [sum(terms, &c[..count]), 1.0 + sum(&terms[1..], &c[count..])];
@@ -132,14 +123,6 @@ pub fn draw(studio: &mut Studio, page: &mut Page) -> Result<(), LabError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn terms_are_counted() {
-        for (degree, count) in [(1, 4), (2, 10), (3, 20), (4, 35)] {
-            assert_eq!(terms([0.5, 0.25, 2.0], degree).len(), count);
-        }
-        assert_eq!(terms([2.0, 3.0, 5.0], 2), [1.0, 2.0, 3.0, 5.0, 4.0, 6.0, 10.0, 9.0, 15.0, 25.0]);
-    }
 
     #[test]
     fn a_quotient_of_three_arguments_is_found_again() {
