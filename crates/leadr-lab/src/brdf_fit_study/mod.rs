@@ -7,8 +7,8 @@
 //!
 //! * A rotation about the displacement direction changes nothing, so eight numbers are left. These are the paper's.
 //! * A linear map of the slopes, with the inverse map of both directions, changes only `|N|`. Without `|N|`, the value divided by the
-//!   visible area `A(wi)` depends on three numbers: the two ratios `a/b` of [`meso_area`](leadr_reflectance::facets::projected_area::meso_area)
-//!   and spread, and the correlation of the two projected areas. [`Form::Areas`] has these three and two for the effect of `|N|`.
+//!   visible area `A(wi)` depends on three numbers: the ratio `a/b` of projected area and spread for both directions, and the correlation
+//!   of the two projected areas. [`Form::Areas`] has these three and two for the effect of `|N|`.
 
 pub mod forms;
 pub mod quotient;
