@@ -3,5 +3,6 @@
 pub mod lobe_plot;
 pub mod mean_difference;
 pub mod models;
+pub mod reflected;
 pub mod specimen;
 pub mod spheres;

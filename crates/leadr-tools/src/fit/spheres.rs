@@ -1,16 +1,16 @@
 //! Renders spheres of several materials under the same light on the CPU. All spheres use equal sample directions and thus
 //! have equal noise.
 
-use std::f64::consts::{PI, TAU};
-
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use serde::Serialize;
 
+use crate::fit::reflected::{LightLobe, Surroundings, reflected};
 use crate::metrics::delta_e::{delta_e_2000, lab};
 use leadr_maps::RgbImage;
 use leadr_reflectance::color::luminance;
-use leadr_reflectance::materials::brdf::{Brdf, cosine_sample};
+use leadr_reflectance::frame::Frame;
+use leadr_reflectance::materials::brdf::Brdf;
 use leadr_reflectance::random::Random;
 
 /// The number of sample directions per pixel, for each of the three sampling strategies.
@@ -19,16 +19,19 @@ const DIRECTIONS: u32 = 48;
 const EXPOSED: f64 = 0.9;
 const GREY: f64 = 0.7;
 
-/// A lamp whose radiance is a von Mises–Fisher lobe.
+/// A lamp whose radiance is a lobe.
 struct Lamp {
-    toward: DVec3,
-    sharpness: f64,
+    lobe: LightLobe,
+    /// The radiance of the middle.
     radiance: DVec3,
 }
 
 /// Returns the lights: a bright window above, a wide warm wall, and a small lamp behind the sphere.
 fn lamps() -> [Lamp; 3] {
-    let lamp = |x, y, z, sharpness, radiance| Lamp { toward: DVec3::new(x, y, z).normalize(), sharpness, radiance };
+    let lamp = |x, y, z, sharpness, radiance| {
+        let toward = DVec3::new(x, y, z).normalize();
+        Lamp { lobe: LightLobe { toward, sharpness }, radiance }
+    };
     [
         lamp(-0.5, 0.7, 0.6, 60.0, DVec3::new(16.0, 17.0, 18.0)),
         lamp(0.9, 0.1, 0.3, 12.0, DVec3::new(1.9, 1.6, 1.2)),
@@ -36,39 +39,22 @@ fn lamps() -> [Lamp; 3] {
     ]
 }
 
-impl Lamp {
-    fn radiance(&self, w: DVec3) -> DVec3 {
-        self.radiance * (self.sharpness * (w.dot(self.toward) - 1.0)).exp()
-    }
-
-    fn pdf(&self, w: DVec3) -> f64 {
-        let norm = self.sharpness / (TAU * -(-2.0 * self.sharpness).exp_m1());
-        norm * (self.sharpness * (w.dot(self.toward) - 1.0)).exp()
-    }
-
-    fn sample(&self, u: DVec2) -> DVec3 {
-        let z = 1.0 + (u.x + (1.0 - u.x) * (-2.0 * self.sharpness).exp()).ln() / self.sharpness;
-        let (x, y) = self.toward.any_orthonormal_pair();
-        let (sine, cosine) = (TAU * u.y).sin_cos();
-        let r = (1.0 - z * z).max(0.0).sqrt();
-        x * (r * cosine) + y * (r * sine) + self.toward * z
-    }
-}
-
 /// Returns the radiance from a direction. y points up, and z points to the viewer.
 fn light(lamps: &[Lamp], w: DVec3) -> DVec3 {
     let sky = DVec3::new(0.16, 0.18, 0.22).lerp(DVec3::new(0.55, 0.62, 0.75), 0.5 + 0.5 * w.y);
-    sky + lamps.iter().map(|lamp| lamp.radiance(w)).sum::<DVec3>()
+    sky + lamps.iter().map(|lamp| lamp.radiance * lamp.lobe.value(w)).sum::<DVec3>()
 }
 
 /// Renders an orthographic sphere of each material in linear RGB. Each picture is `size` pixels across and black outside the
 /// sphere. `guide` is importance sampled.
 pub fn spheres(materials: &[&(dyn Brdf + Sync)], guide: &(dyn Brdf + Sync), size: u32) -> Vec<RgbImage> {
     let lamps = lamps();
+    let lobes = lamps.each_ref().map(|lamp| lamp.lobe);
+    let around = Surroundings { radiance: &|w| light(&lamps, w), lobes: &lobes, directions: DIRECTIONS };
     let pixels: Vec<Vec<DVec3>> = (0..size * size)
         .into_par_iter()
         .map(|i| match normal_of(i, size) {
-            Some(normal) => pixel(materials, guide, &lamps, normal, i),
+            Some(normal) => pixel(materials, guide, &around, normal, i),
             None => vec![DVec3::ZERO; materials.len()],
         })
         .collect();
@@ -92,42 +78,15 @@ fn normal_of(i: u32, size: u32) -> Option<DVec3> {
 fn pixel(
     materials: &[&(dyn Brdf + Sync)],
     guide: &(dyn Brdf + Sync),
-    lamps: &[Lamp],
+    around: &Surroundings<'_>,
     normal: DVec3,
     seed: u32,
 ) -> Vec<DVec3> {
     let tangent = DVec3::Y.cross(normal).normalize_or(DVec3::X);
-    let bitangent = normal.cross(tangent);
-    let local = |w: DVec3| DVec3::new(w.dot(tangent), w.dot(bitangent), w.dot(normal));
-    let world = |w: DVec3| tangent * w.x + bitangent * w.y + normal * w.z;
-    let wo = local(DVec3::Z);
-    let mut sums = vec![DVec3::ZERO; materials.len()];
-    let mut add = |wi: DVec3| {
-        if wi.z <= 1e-6 {
-            return;
-        }
-        let w = world(wi);
-        let of_lamps = lamps.iter().map(|lamp| lamp.pdf(w)).sum::<f64>() / lamps.len() as f64;
-        // The balance heuristic combines the three strategies.
-        let pdf = wi.z / PI + guide.pdf(wo, wi) + of_lamps;
-        let incident = light(lamps, w) / (pdf * f64::from(DIRECTIONS));
-        for (sum, material) in sums.iter_mut().zip(materials) {
-            *sum += material.eval_cos(wo, wi) * incident;
-        }
-    };
-    // The samples form Roberts' low-discrepancy sequence, with a random shift per pixel.
+    let frame = Frame { x: tangent, y: normal.cross(tangent), z: normal };
     let mut random = Random::stream(1, u64::from(seed));
     let shift = DVec2::new(random.unit(), random.unit());
-    for k in 0..DIRECTIONS {
-        let u = (DVec2::new(0.754_877_666_25, 0.569_840_290_99) * (f64::from(k) + 0.5) + shift).fract();
-        add(cosine_sample(u));
-        if let Some(sample) = guide.sample(wo, u) {
-            add(sample.wi);
-        }
-        let which = k as usize % lamps.len();
-        add(local(lamps[which].sample(u)));
-    }
-    sums
+    reflected(materials, guide, around, &frame, DVec3::Z, shift)
 }
 
 /// The error of a sphere compared with the sphere of the measured material.
@@ -214,6 +173,7 @@ pub fn contact_sheet(spheres: &[RgbImage]) -> RgbImage {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use leadr_reflectance::materials::brdf::cosine_sample;
     use leadr_reflectance::materials::lambert::Lambert;
 
     #[test]

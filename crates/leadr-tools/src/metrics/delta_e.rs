@@ -1,5 +1,9 @@
 //! Colour differences as CIEDE2000 (Sharma, Wu and Dalal 2005).
 
+use super::compare::{same_size, size_of};
+use leadr_maps::tonemap::Tonemap;
+use leadr_maps::{MapFault, RgbImage};
+
 /// Converts linear RGB (Rec. 709, white D65), clamped to 0..1, to CIE L*a*b*.
 pub fn lab(color: [f64; 3]) -> [f64; 3] {
     let [r, g, b] = color.map(|c| c.clamp(0.0, 1.0));
@@ -45,6 +49,13 @@ pub fn delta_e_2000([l1, a1, b1]: [f64; 3], [l2, a2, b2]: [f64; 3]) -> f64 {
     (dl * dl + dc * dc + dh * dh + rotation * dc * dh).max(0.0).sqrt()
 }
 
+/// Returns ΔE₀₀ of every pixel of two linear pictures that are displayed with the same `exposure` and `tonemap`. Fails if the sizes differ.
+pub fn delta_e_map(a: &RgbImage, b: &RgbImage, exposure: f32, tonemap: Tonemap) -> Result<Vec<f64>, MapFault> {
+    same_size("the reference is", size_of(a), "the test", size_of(b))?;
+    let shown = |color: &[f32; 3]| lab(tonemap.display(color.map(|c| c * exposure)).map(f64::from));
+    Ok(a.texels.iter().zip(&b.texels).map(|(a, b)| delta_e_2000(shown(a), shown(b))).collect())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -65,6 +76,20 @@ mod tests {
                 assert!((found - expected).abs() < 6e-5, "{a:?} {b:?}: {found} instead of {expected}");
             }
         }
+    }
+
+    #[test]
+    fn pictures_are_compared_as_displayed() {
+        let picture = |grey: f32| RgbImage { width: 2, height: 1, texels: vec![[0.1, 0.2, 0.3], [grey; 3]] };
+        let map = |a: f32, b: f32, exposure| delta_e_map(&picture(a), &picture(b), exposure, Tonemap::Clamp).unwrap();
+        let grey = |value: f64| lab([value; 3]);
+        let found = map(0.25, 0.125, 2.0);
+        assert!(found[0] == 0.0 && (found[1] - delta_e_2000(grey(0.5), grey(0.25))).abs() < 1e-9, "{found:?}");
+        // Both are white on the display.
+        assert_eq!(map(0.7, 0.9, 2.0), [0.0; 2]);
+        assert!(
+            delta_e_map(&picture(0.0), &RgbImage { width: 1, height: 2, ..picture(0.0) }, 1.0, Tonemap::Clamp).is_err()
+        );
     }
 
     #[test]
