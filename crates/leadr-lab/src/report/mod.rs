@@ -15,6 +15,7 @@ mod studio;
 mod subject;
 mod truth;
 mod verdict;
+mod visible_surface;
 
 pub use run::{ReportConfig, ReportSummary, report};
 pub use sections::{SECTIONS, SectionEntry};

@@ -1,6 +1,7 @@
 //! Fits measured materials to facets by power iteration, and renders displaced spheres with these materials at several
 //! distances.
 
+mod on_geometry;
 mod several;
 
 use std::path::{Path, PathBuf};
@@ -8,6 +9,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec2;
 use serde::Serialize;
 
+use self::on_geometry::{OnGeometry, on_geometry};
 use self::several::{SeveralRow, several};
 use crate::extraction_study::{Extraction, anisotropic, printed, round};
 use crate::report::configuration::Configuration;
@@ -48,7 +50,9 @@ const INTRO: &str = "Facets of known slopes recovered by power iteration (the th
     One far truth has all shadows and is also compared with the program's defaults. Narrow lobes reveal the random facets of a pixel, so \
     each far sphere averages several similar reliefs. The goal's error excludes the remaining randomness. Last, one fit's slopes are \
     scaled by a roughness texture, and a model has one fit per material, with and without its roughness textures (Figure 4.6). The \
-    lacquer and the anisotropic satin are generated; measured files are drawn if the folder data/brdf of LEADR_SHARED contains them.";
+    CPU draws this model with the measured BRDFs themselves and with their fits, which are compared with each other and with the \
+    renderer's pictures. The lacquer and the anisotropic satin are generated; measured files are drawn if the folder data/brdf of \
+    LEADR_SHARED contains them.";
 
 /// The roughnesses of Table 4.I, each with its largest error in the thesis.
 const TABLE_4_I: [(f64, f64); 4] = [(0.01, 0.03), (0.02, 0.004), (0.05, 0.002), (0.15, 0.0005)];
@@ -137,6 +141,7 @@ struct Data {
     lobes: Vec<LobeRow>,
     displaced: Vec<DisplacedRow>,
     several: Vec<SeveralRow>,
+    on_geometry: OnGeometry,
 }
 
 /// Returns the materials, the isotropic ones first.
@@ -194,7 +199,13 @@ pub fn run(studio: &mut Studio) -> Result<Section, LabError> {
     let displaced = displaced(studio, isotropic, &mut html, &mut findings)?;
     roughened(studio, &isotropic[0], &mut html, &mut findings)?;
     let several = several(studio, isotropic, &mut html, &mut findings)?;
-    Section::new(INTRO, findings, &html, &Data { table, round, brushed, spheres, lobes, displaced, several })
+    let on_geometry = on_geometry(studio, isotropic, &mut html, &mut findings)?;
+    Section::new(
+        INTRO,
+        findings,
+        &html,
+        &Data { table, round, brushed, spheres, lobes, displaced, several, on_geometry },
+    )
 }
 
 /// Writes Table 4.I.

@@ -35,6 +35,22 @@ pub struct SeveralRow {
     noise: f64,
 }
 
+/// Returns the snail with a fit for each material, and the specimen of each material. Without `textured`, the roughness is that of the
+/// fits.
+pub fn fitted_snail(all: &[Specimen], textured: bool) -> Result<(Model, Vec<&Specimen>), LabError> {
+    let mut model =
+        Model::load(Path::new(SNAIL), LoadOptions::default()).map_err(|error| LabError(error.to_string()))?;
+    // The snail has a skin, a shell and eyes. The lacquer, which comes first, is for the eyes.
+    let specimens: Vec<&Specimen> = all.iter().rev().cycle().take(model.materials.len()).collect();
+    for (material, Specimen { fit, .. }) in model.materials.iter_mut().zip(&specimens) {
+        if !textured {
+            material.roughness = Input::constant(1.0);
+        }
+        apply_fit(&FitFile { brdf: fit.fitted.clone(), lobes: fit.lobes.clone() }, material);
+    }
+    Ok((model, specimens))
+}
+
 /// Renders the model with the roughness of the fits, and with its own roughness textures.
 pub fn several(
     studio: &mut Studio,
@@ -45,18 +61,15 @@ pub fn several(
     let (size, samples) = (studio.pick(48, 320), studio.pick(16, 64));
     let mut rows = Vec::new();
     for (roughness, textured) in [("roughness of the fits", false), ("roughness textures of the model", true)] {
-        let mut model =
-            Model::load(Path::new(SNAIL), LoadOptions::default()).map_err(|error| LabError(error.to_string()))?;
-        let (mut fits, mut bytes) = (Vec::new(), 0);
-        // The snail has a skin, a shell and eyes. The lacquer, which comes first, is for the eyes.
-        for (material, Specimen { name, fit, .. }) in model.materials.iter_mut().zip(all.iter().rev().cycle()) {
-            if !textured {
-                material.roughness = Input::constant(1.0);
-            }
-            apply_fit(&FitFile { brdf: fit.fitted.clone(), lobes: fit.lobes.clone() }, material);
-            bytes += material.fit.as_ref().map_or(0, |table| size_of_val(table.words()));
-            fits.push((material.name.clone(), name.clone()));
-        }
+        let (model, specimens) = fitted_snail(all, textured)?;
+        let fits: Vec<(String, String)> = model
+            .materials
+            .iter()
+            .zip(specimens)
+            .map(|(material, specimen)| (material.name.clone(), specimen.name.clone()))
+            .collect();
+        let tables = model.materials.iter().filter_map(|material| material.fit.as_ref());
+        let bytes = tables.map(|table| size_of_val(table.words())).sum();
         let stage = ModelChoice::new(model, None).and_then(stage).map_err(|error| LabError(error.to_string()))?;
         let mut subject = Subject::under_the_sky(studio, stage, 0.0)?;
         let state = subject.seen_by(&subject.stage.views.near);
