@@ -1,0 +1,91 @@
+import * as THREE from 'three';
+import { daylight, modelLoader } from '/src/index.js';
+
+const FIELD = 10;
+/** Direction from the target to the camera, as in the repository's comparison of filters. */
+const VIEW = new THREE.Vector3(0, 0.6, 0.8);
+/** The truth has this many samples along each side of a pixel, for each of its passes. */
+const SIDE = 16;
+
+const renderer = new THREE.WebGLRenderer();
+const loader = modelLoader(renderer, '/three/examples/jsm/libs/basis/');
+
+/** Element `i` of the van der Corput sequence in a base: positions of the samples of successive passes. */
+function radicalInverse(i, base) {
+    let [value, digit] = [0, 1 / base];
+    for (; i > 0; i = Math.floor(i / base), digit /= base) value += (i % base) * digit;
+    return value;
+}
+
+function texturesOf(object) {
+    const textures = new Set();
+    object.traverse(({ material }) => {
+        if (material) Object.values(material).forEach((value) => value?.isTexture && textures.add(value));
+    });
+    return textures;
+}
+
+/** Linear RGB of a view. `side` samples along each side of a pixel, moved by `jitter` of a sample, are averaged. */
+function draw(scene, camera, pixels, side = 1, jitter = [0, 0]) {
+    const size = pixels * side;
+    const target = new THREE.WebGLRenderTarget(size, size, { type: THREE.FloatType });
+    camera.setViewOffset(size, size, ...jitter, size, size);
+    renderer.setRenderTarget(target);
+    renderer.render(scene, camera);
+    const texels = new Float32Array(4 * size * size);
+    renderer.readRenderTargetPixels(target, 0, 0, size, size, texels);
+    target.dispose();
+    const means = new Float64Array(3 * pixels * pixels);
+    for (let i = 0; i < size * size; i++) {
+        const pixel = Math.floor(i / size / side) * pixels + Math.floor((i % size) / side);
+        for (let c = 0; c < 3; c++) means[3 * pixel + c] += texels[4 * i + c] / (side * side);
+    }
+    return means;
+}
+
+/** The mean of pictures with different positions of samples: `from`, `from + 2`, … of the passes. */
+function half(scene, camera, pixels, passes, from) {
+    const sum = new Float64Array(3 * pixels * pixels);
+    for (let pass = from; pass < passes; pass += 2) {
+        const jitter = [2, 3].map((base) => radicalInverse(pass + 1, base) - 0.5);
+        draw(scene, camera, pixels, SIDE, jitter).forEach((value, i) => (sum[i] += value / (passes / 2)));
+    }
+    return sum;
+}
+
+function view(distance, moved) {
+    const camera = new THREE.PerspectiveCamera(FIELD, 1, 0.1, 200);
+    camera.position.copy(VIEW).multiplyScalar(distance);
+    camera.lookAt(0, 0, 0);
+    camera.position.x += moved;
+    return camera;
+}
+
+/**
+ * Pictures of a model and of its filtered copy at several distances, each from two cameras a third of a pixel apart.
+ * The truth is drawn from the finest level of the model's textures, in two halves of `passes / 2` pictures.
+ */
+window.pictures = async ({ plain, filtered, distances, pixels, passes, anisotropy }) => {
+    const scenes = await Promise.all(
+        [plain, filtered, plain].map(async (address) => {
+            const scene = new THREE.Scene();
+            scene.add((await loader.loadAsync(address)).scene);
+            return scene;
+        }),
+    );
+    daylight(renderer, ...scenes);
+    const truth = scenes[2];
+    for (const texture of texturesOf(truth)) Object.assign(texture, { minFilter: THREE.LinearFilter, generateMipmaps: false });
+    for (const scene of scenes.slice(0, 2)) texturesOf(scene).forEach((texture) => (texture.anisotropy = anisotropy));
+    const pixel = (2 * Math.tan((FIELD / 360) * Math.PI)) / pixels;
+    return distances.map((distance) => {
+        const cameras = [0, (pixel * distance) / 3].map((moved) => view(distance, moved));
+        const pair = (picture) => cameras.map((camera) => Array.from(picture(camera)));
+        return {
+            distance,
+            plain: pair((camera) => draw(scenes[0], camera, pixels)),
+            filtered: pair((camera) => draw(scenes[1], camera, pixels)),
+            halves: [0, 1].map((from) => pair((camera) => half(truth, camera, pixels, passes, from))),
+        };
+    });
+};
