@@ -30,13 +30,15 @@ export function partsOfThree(modules) {
     return [...found, ...DECODER].sort();
 }
 
-/** Writes the models of the page: floors of bricks, plain and filtered. */
+/** Writes the models of the page, each with its filtered copy: two floors of bricks, and the snail. */
 async function models(folder) {
     mkdirSync(folder, { recursive: true });
     const bricks = pictures(join(REPOSITORY, 'assets/bricks'));
-    for (const [name, varnish] of [['bricks', false], ['varnished', true]]) {
+    const floor = (varnish) => rectangle({ size: [24, 24], pictures: bricks, material: standard({ varnish }) });
+    const snail = readFileSync(join(REPOSITORY, 'assets/snail.glb'));
+    for (const [name, model] of Object.entries({ varnished: floor(true), bricks: floor(false), snail })) {
         const source = join(folder, `${name}.glb`);
-        writeFileSync(source, rectangle({ size: [24, 24], pictures: bricks, material: standard({ varnish }) }));
+        writeFileSync(source, model);
         await bake(source, join(folder, `${name}-filtered.glb`));
     }
 }

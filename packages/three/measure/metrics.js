@@ -17,15 +17,22 @@ export function flicker(truths, pictures) {
     return Math.sqrt(squares(beyond) / beyond.length) / (total(truths[0]) / truths[0].length);
 }
 
-/** Errors of the pictures of one view, and the noise of their truth: half of the difference between its halves. */
-export function errors({ distance, plain, filtered, halves: [first, second] }) {
+/** An error without the noise of its truth, which adds to it in squares. */
+const without = (noise, error) => Math.sqrt(Math.max(error ** 2 - noise ** 2, 0));
+
+/**
+ * Errors of each variant in one view, without the noise of the truth: half of the difference between the halves of the truth.
+ */
+export function errors({ halves: [first, second], variants }) {
     const truths = first.map((picture, i) => mean(picture, second[i]));
-    const of = (pair) => ({ rrmse: rrmse(truths[0], pair[0]), bias: bias(truths[0], pair[0]), flicker: flicker(truths, pair) });
-    return {
-        distance,
-        plain: of(plain),
-        filtered: of(filtered),
-        noise: { rrmse: rrmse(first[0], second[0]) / 2, flicker: flicker(first, second) / 2 },
-        truth: truths[0],
+    const noise = {
+        rrmse: (0.5 * Math.sqrt(squares(difference(first[0], second[0])))) / Math.sqrt(squares(truths[0])),
+        flicker: (0.5 * flicker(first, second) * total(first[0])) / total(truths[0]),
     };
+    const of = (pair) => ({
+        rrmse: without(noise.rrmse, rrmse(truths[0], pair[0])),
+        bias: bias(truths[0], pair[0]),
+        flicker: without(noise.flicker, flicker(truths, pair)),
+    });
+    return { noise, truth: truths[0], variants: variants.map(of) };
 }

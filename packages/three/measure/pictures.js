@@ -62,30 +62,39 @@ function view(distance, moved) {
 }
 
 /**
- * Pictures of a model and of its filtered copy at several distances, each from two cameras a third of a pixel apart.
- * The truth is drawn from the finest level of the model's textures, in two halves of `passes / 2` pictures.
+ * Pictures of the `variants` of a model under a sun, each from two cameras a third of a pixel apart, and the truth.
+ * A variant is a model's address, its `anisotropy` of texture lookups, and a factor of its roughness.
+ * The truth is drawn from the finest level of the textures of `source`, in two halves of `passes / 2` pictures.
  */
-window.pictures = async ({ plain, filtered, distances, pixels, passes, anisotropy }) => {
+window.pictures = async ({ source, variants, suns, distances, pixels, passes }) => {
     const scenes = await Promise.all(
-        [plain, filtered, plain].map(async (address) => {
+        [{ model: source, anisotropy: 1 }, ...variants].map(async ({ model, anisotropy }) => {
             const scene = new THREE.Scene();
-            scene.add((await loader.loadAsync(address)).scene);
+            scene.add((await loader.loadAsync(model)).scene);
+            for (const texture of texturesOf(scene)) texture.anisotropy = anisotropy;
             return scene;
         }),
     );
-    daylight(renderer, ...scenes);
-    const truth = scenes[2];
+    const [truth, ...others] = scenes;
     for (const texture of texturesOf(truth)) Object.assign(texture, { minFilter: THREE.LinearFilter, generateMipmaps: false });
-    for (const scene of scenes.slice(0, 2)) texturesOf(scene).forEach((texture) => (texture.anisotropy = anisotropy));
+    daylight(renderer, ...scenes);
+    const light = (direction) =>
+        scenes.forEach((scene) => scene.traverse((object) => object.isDirectionalLight && object.position.set(...direction)));
     const pixel = (2 * Math.tan((FIELD / 360) * Math.PI)) / pixels;
-    return distances.map((distance) => {
-        const cameras = [0, (pixel * distance) / 3].map((moved) => view(distance, moved));
-        const pair = (picture) => cameras.map((camera) => Array.from(picture(camera)));
-        return {
-            distance,
-            plain: pair((camera) => draw(scenes[0], camera, pixels)),
-            filtered: pair((camera) => draw(scenes[1], camera, pixels)),
-            halves: [0, 1].map((from) => pair((camera) => half(truth, camera, pixels, passes, from))),
-        };
+    return suns.flatMap((sun) => {
+        light(sun);
+        return distances.map((distance) => {
+            const cameras = [0, (pixel * distance) / 3].map((moved) => view(distance, moved));
+            const pair = (picture) => cameras.map((camera) => Array.from(picture(camera)));
+            const rough = (scene, factor) => scene.traverse(({ material }) => material && (material.roughness = factor));
+            return {
+                distance,
+                halves: [0, 1].map((from) => pair((camera) => half(truth, camera, pixels, passes, from))),
+                variants: others.map((scene, i) => {
+                    rough(scene, variants[i].roughness ?? 1);
+                    return pair((camera) => draw(scene, camera, pixels));
+                }),
+            };
+        });
     });
 };

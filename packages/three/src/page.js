@@ -4,12 +4,13 @@ import { Comparison, daylight, modelLoader } from './index.js';
 
 /** The models, as `npm run build` names them, and the range of the camera's distance in metres. */
 const MODELS = {
-    bricks: { label: 'Bricks', distances: [0.5, 40] },
-    varnished: { label: 'Varnished bricks', distances: [0.5, 40] },
+    varnished: { label: 'Varnished bricks', distances: [0.2, 40] },
+    bricks: { label: 'Bricks', distances: [0.2, 40] },
+    snail: { label: 'Snail', distances: [0.06, 0.6] },
 };
 const FIELD = 40;
 /** Direction from the target to the camera: oblique, opposite to the sun. */
-const VIEW = new THREE.Vector3(-0.2, 0.45, 0.8).normalize();
+const VIEW = new THREE.Vector3(-0.35, 0.5, 0.6).normalize();
 
 const at = (id) => document.getElementById(id);
 const [line, distance, model, turn, message] = ['line', 'distance', 'model', 'turn', 'message'].map(at);
@@ -30,7 +31,7 @@ function start() {
     daylight(renderer, ...scenes);
     const comparison = new Comparison(renderer, ...scenes);
     const loader = modelLoader(renderer, './three/examples/jsm/libs/basis/');
-    const camera = new THREE.PerspectiveCamera(FIELD, 1, 0.05, 200);
+    const camera = new THREE.PerspectiveCamera(FIELD, 1, 0.01, 200);
     camera.position.copy(VIEW);
     const controls = new OrbitControls(camera, canvas);
     let shown = [];
@@ -98,6 +99,9 @@ function start() {
             shown.forEach((object, i) => scenes[i].add(object));
             range = MODELS[name].distances;
             [controls.minDistance, controls.maxDistance] = range;
+            const middle = new THREE.Box3().setFromObject(shown[0]).getCenter(new THREE.Vector3());
+            camera.position.sub(controls.target).add(middle);
+            controls.target.copy(middle);
             await Promise.all(scenes.map((scene) => renderer.compileAsync(scene, camera)));
             move();
             comparison.draw(camera);
