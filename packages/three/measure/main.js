@@ -58,7 +58,7 @@ function means(views) {
 }
 
 /** Three digits at most, without the zero before the point. */
-const number = (value) => (Math.abs(value) < 1 ? value.toFixed(3).replace(/^(-?)0/, '$1') : value.toPrecision(3)).replace('-', '−');
+const number = (value) => (Math.abs(value) < 0.9995 ? value.toFixed(3).replace(/^(-?)0/, '$1') : value.toPrecision(3)).replace('-', '−');
 
 function row(name, distance, { rrmse, bias, flicker, noise }, first, best) {
     const pair = (values) => [values[first], values[first + 1]].map(number).join(' | ');

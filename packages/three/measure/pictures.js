@@ -17,12 +17,14 @@ function radicalInverse(i, base) {
     return value;
 }
 
+function materialsOf(object) {
+    const materials = new Set();
+    object.traverse(({ material }) => material && materials.add(material));
+    return [...materials];
+}
+
 function texturesOf(object) {
-    const textures = new Set();
-    object.traverse(({ material }) => {
-        if (material) Object.values(material).forEach((value) => value?.isTexture && textures.add(value));
-    });
-    return textures;
+    return new Set(materialsOf(object).flatMap((material) => Object.values(material).filter((value) => value?.isTexture)));
 }
 
 /** Linear RGB of a view. `side` samples along each side of a pixel, moved by `jitter` of a sample, are averaged. */
@@ -63,15 +65,20 @@ function view(distance, moved) {
 
 /**
  * Pictures of the `variants` of a model under a sun, each from two cameras a third of a pixel apart, and the truth.
- * A variant is a model's address, its `anisotropy` of texture lookups, and a factor of its roughness.
+ * A variant is a model's address, its `anisotropy` of texture lookups, and a factor of its
+ * roughness.
  * The truth is drawn from the finest level of the textures of `source`, in two halves of `passes / 2` pictures.
  */
 window.pictures = async ({ source, variants, suns, distances, pixels, passes }) => {
     const scenes = await Promise.all(
-        [{ model: source, anisotropy: 1 }, ...variants].map(async ({ model, anisotropy }) => {
+        [{ model: source, anisotropy: 1, roughness: 1 }, ...variants].map(async ({ model, anisotropy, roughness }) => {
             const scene = new THREE.Scene();
             scene.add((await loader.loadAsync(model)).scene);
             for (const texture of texturesOf(scene)) texture.anisotropy = anisotropy;
+            for (const material of materialsOf(scene)) {
+                material.roughness *= roughness;
+                if (material.clearcoatRoughness) material.clearcoatRoughness *= roughness;
+            }
             return scene;
         }),
     );
@@ -86,14 +93,10 @@ window.pictures = async ({ source, variants, suns, distances, pixels, passes }) 
         return distances.map((distance) => {
             const cameras = [0, (pixel * distance) / 3].map((moved) => view(distance, moved));
             const pair = (picture) => cameras.map((camera) => Array.from(picture(camera)));
-            const rough = (scene, factor) => scene.traverse(({ material }) => material && (material.roughness = factor));
             return {
                 distance,
                 halves: [0, 1].map((from) => pair((camera) => half(truth, camera, pixels, passes, from))),
-                variants: others.map((scene, i) => {
-                    rough(scene, variants[i].roughness ?? 1);
-                    return pair((camera) => draw(scene, camera, pixels));
-                }),
+                variants: others.map((scene) => pair((camera) => draw(scene, camera, pixels))),
             };
         });
     });
