@@ -1,3 +1,4 @@
+import { existsSync } from 'node:fs';
 import { chromium } from 'playwright-core';
 
 const FLAGS = [
@@ -12,6 +13,10 @@ const FLAGS = [
 ];
 
 /** Starts Chromium without a window, on the software renderer, with a new empty profile. `CHROMIUM` names another program. */
-export function browser() {
-    return chromium.launch({ executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium', headless: true, args: FLAGS });
+export async function browser() {
+    const executablePath = process.env.CHROMIUM ?? '/usr/bin/chromium';
+    if (!existsSync(executablePath)) {
+        throw new Error(`${executablePath}: not found. Install the package chromium, or set CHROMIUM to a Chromium`);
+    }
+    return chromium.launch({ executablePath, headless: true, args: FLAGS });
 }

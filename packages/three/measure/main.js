@@ -10,6 +10,7 @@ import { rectangle } from '../build/glb.js';
 import { bake } from '../build/leadr.js';
 import { pictures, standard } from '../build/material.js';
 import { PACKAGE, REPOSITORY, THREE } from '../build/paths.js';
+import { run } from '../build/run.js';
 import { serve } from '../build/server.js';
 import { errors } from './metrics.js';
 import { sheet } from './sheet.js';
@@ -85,33 +86,42 @@ function table(results, anisotropy) {
     return lines.join('\n');
 }
 
-mkdirSync(OUT, { recursive: true });
-const server = await serve({ '/three/': THREE, '/src/': join(PACKAGE, 'src'), '/measure/': join(PACKAGE, 'measure'), '/models/': OUT });
-const chromium = await browser();
-try {
-    const page = await chromium.newPage();
-    page.on('pageerror', (error) => console.error(error));
-    await page.goto(`${server.url}measure/`);
-    await page.waitForFunction(() => window.pictures);
-    const results = [];
-    for (const folder of folders()) {
-        const name = basename(folder);
-        console.error(`${name}: filtering`);
-        const { source, filtered } = await models(folder);
-        console.error(`${name}: drawing`);
-        const variants = [
-            ...ANISOTROPIES.flatMap((anisotropy) => [source, filtered].map((model) => ({ model, anisotropy, roughness: 1 }))),
-            ...FACTORS.map((roughness) => ({ model: filtered, anisotropy: 1, roughness })),
-        ];
-        const request = { source, variants, suns: SUNS, distances: DISTANCES, pixels: PIXELS, passes: PASSES };
-        const drawn = await page.evaluate((request) => window.pictures(request), request);
-        const views = drawn.map((view) => ({ distance: view.distance, ...errors(view) }));
-        results.push({ name, views });
-        const shown = drawn.slice(0, DISTANCES.length).map((view, i) => [views[i].truth, view.variants[0][0], view.variants[1][0]]);
-        writeFileSync(join(OUT, `${name}.png`), sheet(shown, PIXELS));
-    }
-    for (const anisotropy of ANISOTROPIES) console.log(`\nAnisotropy ${anisotropy}:\n\n${table(results, anisotropy)}`);
-} finally {
-    await chromium.close();
-    await server.close();
+/** Measures one material, and writes a sheet of its pictures under the first sun: truth, source and filtered. */
+async function material(page, folder) {
+    const name = basename(folder);
+    console.error(`${name}: filtering`);
+    const { source, filtered } = await models(folder);
+    console.error(`${name}: drawing`);
+    const variants = [
+        ...ANISOTROPIES.flatMap((anisotropy) => [source, filtered].map((model) => ({ model, anisotropy, roughness: 1 }))),
+        ...FACTORS.map((roughness) => ({ model: filtered, anisotropy: 1, roughness })),
+    ];
+    const request = { source, variants, suns: SUNS, distances: DISTANCES, pixels: PIXELS, passes: PASSES };
+    const drawn = await page.evaluate((request) => window.pictures(request), request);
+    const views = drawn.map((view) => ({ distance: view.distance, ...errors(view) }));
+    const shown = drawn.slice(0, DISTANCES.length).map((view, i) => [views[i].truth, view.variants[0][0], view.variants[1][0]]);
+    writeFileSync(join(OUT, `${name}.png`), sheet(shown, PIXELS));
+    return { name, views };
 }
+
+async function measure() {
+    const chosen = folders();
+    mkdirSync(OUT, { recursive: true });
+    const server = await serve({ '/three/': THREE, '/src/': join(PACKAGE, 'src'), '/measure/': join(PACKAGE, 'measure'), '/models/': OUT });
+    let chromium;
+    try {
+        chromium = await browser();
+        const page = await chromium.newPage();
+        page.on('pageerror', (error) => console.error(error));
+        await page.goto(`${server.url}measure/`);
+        await page.waitForFunction(() => window.pictures);
+        const results = [];
+        for (const folder of chosen) results.push(await material(page, folder));
+        for (const anisotropy of ANISOTROPIES) console.log(`\nAnisotropy ${anisotropy}:\n\n${table(results, anisotropy)}`);
+    } finally {
+        await chromium?.close();
+        await server.close();
+    }
+}
+
+await run(measure);
