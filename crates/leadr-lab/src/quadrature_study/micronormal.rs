@@ -226,7 +226,9 @@ mod tests {
         let plain = moments(&Remedy::Nothing.nodes(&s).1);
         for remedy in Remedy::ALL {
             let (shaded, nodes) = remedy.nodes(&s);
-            assert_eq!(moments(&nodes), plain, "{remedy:?}");
+            let found = moments(&nodes);
+            assert!((found.mean - plain.mean).length() < 1e-12, "{remedy:?}");
+            assert!((found.diag - plain.diag).length() + (found.off - plain.off).length() < 1e-12, "{remedy:?}");
             assert!(nodes.iter().all(|p| solid_angle(&shaded, p, Filter::Widest).is_finite()));
         }
     }
