@@ -423,7 +423,7 @@ fn the_specular_environment_agrees_with_the_reference_at_every_pixel() {
     for (shading, integral) in integrals() {
         let output = renderer.render_in_two_passes(&state, &settings(shading)).unwrap();
         let mut worst = 0.0f64;
-        for (i, pixel) in pixels(&mut renderer, &state, NodePlacement::Grid, &output.color) {
+        for (i, pixel) in pixels(&mut renderer, &state, integral.grid_nodes, &output.color) {
             let [expected, _] = pixel.specular_terms(integral, DVec3::splat(f64::from(f0)));
             worst = worst.max((f64::from(output.color[i][0]) - expected.x).abs() / (expected.x + 0.02));
         }
@@ -691,7 +691,7 @@ fn the_diffuse_environment_agrees_with_the_reference_at_every_pixel() {
         let [white, black] =
             renderers.each_mut().map(|r| r.render_in_two_passes(&state, &settings(shading)).unwrap().color);
         let (mut worst, mut count) = (0.0f64, 0);
-        for (i, pixel) in pixels(&mut renderers[0], &state, NodePlacement::Grid, &white) {
+        for (i, pixel) in pixels(&mut renderers[0], &state, integral.grid_nodes, &white) {
             let [_, fresnel] = pixel.specular_terms(integral, DVec3::splat(f64::from(f0)));
             let diffuse = if integral.shadowing == Shadowing::Correlated {
                 let cholesky = slope_grid::slope_cholesky(pixel.diffuse_s);
