@@ -129,9 +129,9 @@ impl Field {
                 for &[distance, level] in before.iter().rev() {
                     hull.push(-distance, self.beyond(start, tangent, -distance, level));
                 }
-                for x in from..to {
+                for (x, rises) in out.iter_mut().enumerate().take(to).skip(from) {
                     let own = own(x);
-                    out[x] = [own, hull.rise(x as f32, own)];
+                    *rises = [own, hull.rise(x as f32, own)];
                     // The next column treats its nearest columns exactly, so its hull excludes them.
                     let passed = x as i64 - NEAR as i64;
                     if let Some(z) = on_line(passed) {
