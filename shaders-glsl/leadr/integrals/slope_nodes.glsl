@@ -117,7 +117,9 @@ NormalMoments node_normal_moments(const int placement, const vec3 wo, const vec2
             add_normal(sum, norm, slope_node(nodes, wo, row, k));
         }
     }
-    add_normal(sum, norm, artificial_node(nodes, wo));
+    if (placement == LEADR_NODES_MICRONORMAL) {
+        add_normal(sum, norm, artificial_node(nodes, wo));
+    }
     float scale = 1.0 / max(norm, 1e-12);
     return NormalMoments(sum.mean * scale, sum.diag * scale, sum.off * scale);
 }
@@ -134,9 +136,11 @@ float node_diffuse_light(const int placement, const vec3 wo, const vec3 wi, cons
             norm += node.weight;
         }
     }
-    SlopeNode last = artificial_node(nodes, wo);
-    sum += last.weight * max(dot(wi, normal_of_slope(last.slope)), 0.0);
-    norm += last.weight;
+    if (placement == LEADR_NODES_MICRONORMAL) {
+        SlopeNode last = artificial_node(nodes, wo);
+        sum += last.weight * max(dot(wi, normal_of_slope(last.slope)), 0.0);
+        norm += last.weight;
+    }
     return shadowing_given_masking(wo, wi, m, S, shadowing) * sum / max(norm, 1e-12) / LEADR_PI;
 }
 
